@@ -3,11 +3,10 @@
 //         distances, across, across_triangles, physarums; scent (gutters filled), plates and meals.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended,
 //         guarded); walkers, walker_count and walker_groups; what was eaten of meals, by atomic adds.
-// One invocation a particle; in turns, those that are in flight, another object's or done in this step return at once.
+// One invocation a particle.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
 // Overflow: a texel counts at most every particle once, fed ones fed_deposit times, which scenes keep below 2^32. Where
-//         particle_indices is full, the particle stays on its object; flow.wanted counts on. Who finds it full is decided by
-//         the order of atomic additions, so then runs are not alike to the bit.
+//         particle_indices is full, flow.wanted counts on, and limit_list lists anew which of the selected particles leave.
 // Where this differs from the agents of Jones (2010) is listed in docs/guide.md.
 //
 // One shader, five forms (SENSING), because devices that run both sides of every branch would pay for all of them for each
@@ -41,10 +40,6 @@ layout(local_size_x = 64) in;
 layout(constant_id = 4) const bool BORDER_REFLECTS = true;
 // Selects for transfer those that go into another object.
 layout(constant_id = 6) const bool SELECTS = false;
-// Objects have turns, one after the other in a step.
-layout(constant_id = 7) const bool TURNS = false;
-// Turns are over the windows of a ring; else over all particles.
-layout(constant_id = 8) const bool WINDOWS = false;
 // Some object has values of its own for what particles do there.
 layout(constant_id = 9) const bool OWN_PHYSARUM = false;
 // Sensors see other objects where they get to places that those cover.
@@ -71,7 +66,6 @@ layout(push_constant) uniform Params {
     uint time_step;
     uint attempts;            // edge crossings that one walk may make
     uint pitch;               // texels from one atlas row to the next
-    uint object;              // whose turn it is, where there are turns
     uint transfer_capacity;   // of particle_indices
     float transfer_threshold; // world length of signed distance below which a place is covered
     float deepest;            // world length of signed distance up to which sensors see nothing
@@ -98,7 +92,6 @@ layout(set = 0, binding = 8) uniform usamplerBuffer corners;
 layout(set = 0, binding = 9) uniform usamplerBuffer vertices;
 layout(set = 0, binding = 10) uniform samplerBuffer poses;
 layout(set = 0, binding = 11) uniform samplerBuffer distances;
-layout(set = 0, binding = 12) uniform usamplerBuffer windows;
 layout(std430, set = 0, binding = 13) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 14) writeonly buffer ParticleIndices { uint particle_indices[]; };
 layout(std430, set = 0, binding = 15) readonly buffer Physarums { Physarum physarums[]; };
@@ -163,23 +156,11 @@ void main() {
         i = imageLoad(walkers, walker_slot(NEARBY, i)).x;
     } else if (i >= params.particle_count) {
         return;
-    } else if (WINDOWS) {
-        uvec4 words = texelFetch(windows, int(params.object));
-        Window window = Window(words.x, words.y);
-        if (i >= window.count) return;
-        i = ring_slot(window.start, i, params.particle_count);
     }
     Particle particle = particle_of(texelFetch(particles_before, int(i)));
     Motion motion = motion_of(texelFetch(motions_before, int(i)));
     uint fed = FOOD ? motion.flags >> FED_SHIFT : 0u;
-    uint flags = stamp_of(params.time_step);
-    if (TURNS) {
-        uint before = motion.flags & ~FED;
-        // In two lines, as below: !, && and || of constants alone are more than the reflection of shaders can evaluate.
-        bool of_another = shape_words(particle.triangle).w != params.object;
-        if (WINDOWS) of_another = false;
-        if (of_another || before == flags || (before & IN_FLIGHT) != 0u) return;
-    }
+    uint flags = 0u;
     // Where no object has values of its own, all read the same row.
     own = physarums[OWN_PHYSARUM ? shape_words(particle.triangle).w : 0u];
     own_appetite = fed == 0u ? 1.0 : params.fed_attraction;
@@ -273,7 +254,8 @@ void main() {
         flags |= fed << FED_SHIFT;
     }
     deposit_at(texel, fed == 0u ? 1u : params.fed_deposit);
-    // Who is not near other objects does not get into one.
+    // Who is not near other objects does not get into one. In two lines, because !, && and || of constants alone are more than
+    // the reflection of shaders can evaluate.
     bool is_far = ACROSS;
     is_far = is_far && !sees_others();
     if (SELECTS && !is_far) {
@@ -284,10 +266,8 @@ void main() {
         precise float less = before - ROUNDING * abs(before);
         if (now < params.transfer_threshold && now < less) {
             uint place = atomicAdd(flow[0].wanted, 1u);
-            if (place < params.transfer_capacity) {
-                particle_indices[place] = i;
-                flags |= IN_FLIGHT;
-            }
+            if (place < params.transfer_capacity) particle_indices[place] = i;
+            flags |= SELECTED;
         }
     }
     imageStore(motions, int(i), words_of(Motion(w.heading.x, w.heading.y, min(pending, own.speed), flags)));

@@ -1,41 +1,73 @@
-// defragment_scan: lists what lies in the wrong place after the border has moved: particles that stay and lie in the area
-// given away, and transfers whose particle does not lie there. They are equally many.
-// Reads   departing, motions, windows, flow.
-// Writes  particle_indices (appended, counted in flow.stayers): slots of particles that stay; transfer_indices (appended,
-//         counted in flow.outside): transfers whose particle lies outside.
-// One invocation a transfer that leaves, which looks at one slot of the area too.
-// Overflow: cannot happen; either list has at most as many entries as there are transfers.
+// defragment_scan: lists what lies in the wrong window: slots that hold a particle of another object than their window's, and those
+// particles, which lie outside of their object's window. Each object has as many of the one as of the other.
+// Reads   flow, windows, particle_indices, transfers, particles, motions, strips.
+// Writes  borders (counters); for each window, behind borders[].list: holes, the slots; strays and stray_motions, the particles.
+// One invocation a slot that may be wrong: those of particles that have changed objects, then those that windows have got. By
+// SEQUENTIAL one invocation looks at a run of them.
+// Overflow: cannot happen; a window's part of the lists is as long as the slots that may be wrong are many.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
 #include "index.glsl"
-#include "ring.glsl"
 
 layout(local_size_x = 64) in;
 
+layout(constant_id = 0) const bool SEQUENTIAL = false;
+
 layout(push_constant) uniform Params {
-    uint next_object;     // whose window begins with the area given away
+    uint object_count;
     uint particle_count;
-    uint capacity;
+    uint first;  // of the run, by SEQUENTIAL
+    uint count;  // of the run
 } params;
 
-layout(std430, set = 0, binding = 0) readonly buffer Departing { Transfer departing[]; };
-layout(set = 0, binding = 1) uniform usamplerBuffer motions;
-layout(std430, set = 0, binding = 2) readonly buffer Windows { Window windows[]; };
-layout(std430, set = 0, binding = 3) buffer FlowBlock { Flow flow[]; };
-layout(std430, set = 0, binding = 4) writeonly buffer ParticleIndices { uint particle_indices[]; };
-layout(std430, set = 0, binding = 5) writeonly buffer TransferIndices { uint transfer_indices[]; };
+layout(std430, set = 0, binding = 0) readonly buffer FlowBlock { Flow flow[]; };
+layout(std430, set = 0, binding = 1) readonly buffer Windows { Window windows[]; };
+layout(std430, set = 0, binding = 2) buffer Borders { Border borders[]; };
+layout(std430, set = 0, binding = 3) readonly buffer ParticleIndices { uint particle_indices[]; };
+layout(std430, set = 0, binding = 4) readonly buffer Transfers { Transfer transfers[]; };
+layout(set = 0, binding = 5) uniform usamplerBuffer particles;
+layout(set = 0, binding = 6) uniform usamplerBuffer motions;
+layout(set = 0, binding = 7) uniform usamplerBuffer strips;
+layout(r32ui, set = 0, binding = 8) uniform writeonly uimageBuffer holes;
+layout(rgba32ui, set = 0, binding = 9) uniform writeonly uimageBuffer strays;
+layout(rgba32ui, set = 0, binding = 10) uniform writeonly uimageBuffer stray_motions;
+
+#include "strip_table.glsl"
+#include "windows.glsl"
+
+// Lists a slot of a window, and its particle, if that is another object's.
+void look_at(uint slot, uint object) {
+    uvec4 particle = texelFetch(particles, int(slot));
+    uint own = shape_words(particle.x).w;
+    if (own == object) return;
+    imageStore(holes, int(borders[object].list + atomicAdd(borders[object].holes, 1u)), uvec4(slot));
+    int place = int(borders[own].list + atomicAdd(borders[own].strays, 1u));
+    imageStore(strays, place, particle);
+    imageStore(stray_motions, place, texelFetch(motions, int(slot)));
+}
 
 void main() {
+    uint leaving = flow[0].leaving;
+    uint all = leaving + flow[0].gained;
     uint i = invocation_index();
-    if (i >= params.capacity || i >= flow[0].leaving) return;
-    uint start = windows[params.next_object].start;
-    uint slot = ring_slot(start, i, params.particle_count);
-    if ((texelFetch(motions, int(slot)).w & IN_FLIGHT) == 0u) {
-        particle_indices[atomicAdd(flow[0].stayers, 1u)] = slot;
+    if (SEQUENTIAL) {
+        if (i > 0u) return;
+        i = params.first;
     }
-    if (ring_offset(start, departing[i].particle, params.particle_count) >= flow[0].leaving) {
-        transfer_indices[atomicAdd(flow[0].outside, 1u)] = i;
+    if (i >= all) return;
+    uint end = min(i + params.count, all);
+    uint object = window_of_gained(max(i, leaving) - leaving);
+    while (i < end) {
+        if (i < leaving) {
+            uint slot = particle_indices[i];
+            // What another window has got, it looks at itself.
+            if (has_kept(transfers[i].source, slot)) look_at(slot, transfers[i].source);
+        } else {
+            while (object + 1u < params.object_count && borders[object + 1u].first <= i - leaving) object += 1u;
+            look_at(gained_slot(object, i - leaving - borders[object].first), object);
+        }
+        i += 1u;
     }
 }

@@ -1,8 +1,8 @@
-// defragment_swap: exchanges the particles that defragment_scan has listed, pair by pair, and tells transfers the new slot
-// of their particle.
-// Reads   flow, particle_indices, transfer_indices.
-// Writes  particles, motions, departing, in place.
-// One invocation a pair; which ones are paired does not matter, as nothing depends on a particle's slot.
+// defragment_swap: puts the particles that defragment_scan has listed into their objects' windows, where others have lain.
+// Reads   flow, borders, holes, strays, stray_motions.
+// Writes  particles, motions.
+// One invocation an entry of the lists. Which particle comes to which slot of its window does not matter, as nothing depends on it.
+// By SEQUENTIAL one invocation takes a run of entries.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -12,28 +12,45 @@
 
 layout(local_size_x = 64) in;
 
+layout(constant_id = 0) const bool SEQUENTIAL = false;
+
 layout(push_constant) uniform Params {
-    uint capacity;
+    uint object_count;
+    uint particle_count;
+    uint first;  // of the run, by SEQUENTIAL
+    uint count;  // of the run
 } params;
 
 layout(std430, set = 0, binding = 0) readonly buffer FlowBlock { Flow flow[]; };
-layout(std430, set = 0, binding = 1) readonly buffer ParticleIndices { uint particle_indices[]; };
-layout(std430, set = 0, binding = 2) readonly buffer TransferIndices { uint transfer_indices[]; };
-layout(std430, set = 0, binding = 3) buffer Departing { Transfer departing[]; };
-layout(rgba32ui, set = 0, binding = 4) uniform uimageBuffer particles;
-layout(rgba32ui, set = 0, binding = 5) uniform uimageBuffer motions;
+layout(std430, set = 0, binding = 1) readonly buffer Windows { Window windows[]; };
+layout(std430, set = 0, binding = 2) readonly buffer Borders { Border borders[]; };
+layout(set = 0, binding = 3) uniform usamplerBuffer holes;
+layout(set = 0, binding = 4) uniform usamplerBuffer strays;
+layout(set = 0, binding = 5) uniform usamplerBuffer stray_motions;
+layout(rgba32ui, set = 0, binding = 6) uniform writeonly uimageBuffer particles;
+layout(rgba32ui, set = 0, binding = 7) uniform writeonly uimageBuffer motions;
+
+#include "windows.glsl"
 
 void main() {
+    uint all = flow[0].entries;
     uint i = invocation_index();
-    if (i >= params.capacity || i >= min(flow[0].stayers, flow[0].outside)) return;
-    uint transfer = transfer_indices[i];
-    uint inside = particle_indices[i];
-    uint outside = departing[transfer].particle;
-    departing[transfer].particle = inside;
-    uvec4 particle = imageLoad(particles, int(inside));
-    uvec4 motion = imageLoad(motions, int(inside));
-    imageStore(particles, int(inside), imageLoad(particles, int(outside)));
-    imageStore(motions, int(inside), imageLoad(motions, int(outside)));
-    imageStore(particles, int(outside), particle);
-    imageStore(motions, int(outside), motion);
+    if (SEQUENTIAL) {
+        if (i > 0u) return;
+        i = params.first;
+    }
+    if (i >= all) return;
+    uint end = min(i + params.count, all);
+    uint object = window_of_entry(i);
+    while (i < end) {
+        while (object + 1u < params.object_count && borders[object + 1u].list <= i) object += 1u;
+        Border border = borders[object];
+        // Parts are as long as they may have to be.
+        if (i - border.list < min(border.holes, border.strays)) {
+            int slot = int(texelFetch(holes, int(i)).x);
+            imageStore(particles, slot, texelFetch(strays, int(i)));
+            imageStore(motions, slot, texelFetch(stray_motions, int(i)));
+        }
+        i += 1u;
+    }
 }

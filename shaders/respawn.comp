@@ -57,6 +57,6 @@ void main() {
     imageStore(particles, slot, words_of(Particle(low, beyond ? 1.0 - u : u, beyond ? 1.0 - v : v, particle.id)));
     // Devices may be a little off in both.
     vec2 heading = normalize(vec2(cos(angle), sin(angle)));
-    uint flags = imageLoad(motions, slot).w & ~IN_FLIGHT;
+    uint flags = imageLoad(motions, slot).w & ~SELECTED;
     imageStore(motions, slot, words_of(Motion(heading.x, heading.y, 0.0, flags)));
 }

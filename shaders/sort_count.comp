@@ -1,14 +1,13 @@
 // sort_count: counts the particles in each tile of the atlas.
-// Reads   particles, motions, strips.
+// Reads   particles, strips.
 // Writes  bins, by atomic adds: they are zero before.
-// One invocation a particle. Those in flight keep their slots and do not count.
+// One invocation a particle.
 // Overflow: cannot happen; there is a bin for every tile of every object.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
 #include "index.glsl"
-#include "ring.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -23,15 +22,13 @@ layout(push_constant) uniform Params {
 } params;
 
 layout(set = 0, binding = 0) uniform usamplerBuffer particles;  // one an invocation
-layout(set = 0, binding = 1) uniform usamplerBuffer motions;  // one an invocation
-layout(set = 0, binding = 2) uniform usamplerBuffer strips;
-layout(std430, set = 0, binding = 3) buffer Bins { uint bins[]; };
+layout(set = 0, binding = 1) uniform usamplerBuffer strips;
+layout(std430, set = 0, binding = 2) buffer Bins { uint bins[]; };
 
 #include "sort.glsl"
 
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
-    if (WINDOWS && (texelFetch(motions, int(i)).w & IN_FLIGHT) != 0u) return;
     atomicAdd(bins[bin_of(texelFetch(particles, int(i)))], 1u);
 }

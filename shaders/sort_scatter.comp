@@ -1,9 +1,8 @@
 // sort_scatter: puts particles in the order of their bins. Within a bin they come in any order, which nothing depends on.
-// Reads   particles, motions, strips, windows, flow.
+// Reads   particles, motions, strips, windows.
 // Writes  sorted_particles and sorted_motions; bins, by atomic adds.
 // One invocation a particle.
-// With windows the bins lie one behind the other in the ring, behind those in flight, which keep their slots: they are the
-// first of the first window.
+// With windows the bins lie one behind the other in the ring, from the first window on.
 // Overflow: cannot happen; each slot is taken once.
 
 #version 460
@@ -30,7 +29,6 @@ layout(std430, set = 0, binding = 3) buffer Bins { uint bins[]; };
 layout(rgba32ui, set = 0, binding = 4) uniform writeonly uimageBuffer sorted_particles;  // one an invocation
 layout(rgba32ui, set = 0, binding = 5) uniform writeonly uimageBuffer sorted_motions;  // one an invocation
 layout(std430, set = 0, binding = 6) readonly buffer Windows { Window windows[]; };
-layout(std430, set = 0, binding = 7) readonly buffer FlowBlock { Flow flow[]; };
 
 #include "sort.glsl"
 
@@ -39,13 +37,8 @@ void main() {
     if (i >= params.particle_count) return;
     uvec4 particle = texelFetch(particles, int(i));
     uvec4 motion = texelFetch(motions, int(i));
-    uint slot = i;
-    bool stays = false;
-    if (WINDOWS) stays = (motion.w & IN_FLIGHT) != 0u;
-    if (!stays) {
-        slot = atomicAdd(bins[bin_of(particle)], 1u);
-        if (WINDOWS) slot = ring_slot(windows[0].start, flow[0].leaving + slot, params.particle_count);
-    }
+    uint slot = atomicAdd(bins[bin_of(particle)], 1u);
+    if (WINDOWS) slot = ring_slot(windows[0].start, slot, params.particle_count);
     imageStore(sorted_particles, int(slot), particle);
     imageStore(sorted_motions, int(slot), motion);
 }

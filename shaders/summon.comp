@@ -1,7 +1,7 @@
 // summon: some particles, by chance from all over an object, are taken to places on it that a brush has touched.
 // Reads   places, place_ranges, triangles.
 // Writes  particles and motions in place.
-// One invocation a particle; those that are in flight, or whose object the brush has not touched, return.
+// One invocation a particle; those whose object the brush has not touched return.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -10,7 +10,6 @@
 #include "words.glsl"
 #include "index.glsl"
 #include "rng.glsl"
-#include "ring.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -37,7 +36,7 @@ void main() {
     uint flags = imageLoad(motions, slot).w;
     uvec2 range = place_ranges[texelFetch(triangles, int(particle.triangle)).w];
     uvec4 words = random_words(params.seed, particle.id, params.dab, PURPOSE_PAINT);
-    if (range.y == 0u || (flags & IN_FLIGHT) != 0u || unit_float(words.x) >= params.share) return;
+    if (range.y == 0u || unit_float(words.x) >= params.share) return;
     Particle place = places[range.x + words.y % range.y];
     float angle = 6.28318530718 * unit_float(words.z);
     // Devices may be a little off in both.

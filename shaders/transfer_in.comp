@@ -1,8 +1,8 @@
-// transfer_in: transfers that are for this object land on it; the others are copied on, to the front of the lists.
-// Reads   arriving, triangles, corners, vertices, poses.
-// Writes  particles and motions in place, departing (appended), flow.
-// One invocation a transfer that the last turn left.
-// Overflow: cannot happen; the lists are empty but for these, and held them in the last turn.
+// transfer_in: particles that have left their objects land.
+// Reads   transfers, triangles, corners, vertices, poses.
+// Writes  particles and motions in place; flow and borders, by atomic adds.
+// One invocation a transfer.
+// Overflow: cannot happen; nothing is appended.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -14,13 +14,15 @@
 
 layout(local_size_x = 64) in;
 
+// Objects have windows, whose borders are to move.
+layout(constant_id = 0) const bool WINDOWS = false;
+
 layout(push_constant) uniform Params {
-    uint object;    // whose turn it is; NONE where all transfers land
     uint capacity;  // of the lists of transfers
 } params;
 
-layout(std430, set = 0, binding = 0) readonly buffer Arriving { Transfer arriving[]; };
-layout(std430, set = 0, binding = 1) writeonly buffer Departing { Transfer departing[]; };
+layout(std430, set = 0, binding = 0) readonly buffer Transfers { Transfer transfers[]; };
+layout(std430, set = 0, binding = 1) buffer Borders { Border borders[]; };
 layout(std430, set = 0, binding = 2) buffer FlowBlock { Flow flow[]; };
 layout(rgba32ui, set = 0, binding = 3) uniform uimageBuffer particles;
 layout(rgba32ui, set = 0, binding = 4) uniform uimageBuffer motions;
@@ -34,18 +36,17 @@ layout(set = 0, binding = 8) uniform samplerBuffer poses;
 void main() {
     uint i = invocation_index();
     if (i >= params.capacity || i >= flow[0].leaving) return;
-    Transfer transfer = arriving[i];
-    if (params.object != NONE && params.object != transfer.target) {
-        atomicAdd(flow[0].passing, 1u);
-        departing[atomicAdd(flow[0].wanted, 1u)] = transfer;
-        return;
-    }
+    Transfer transfer = transfers[i];
     count_one(flow[0].arrived)
+    if (WINDOWS && transfer.source != transfer.target) {
+        atomicAdd(borders[transfer.source].left, 1u);
+        atomicAdd(borders[transfer.target].came, 1u);
+    }
     int slot = int(transfer.particle);
     Motion motion = motion_of(imageLoad(motions, slot));
     Landing landing = landing_on(transfer.triangle, Flight(transfer.position, transfer.heading, transfer.normal));
     Particle landed = Particle(transfer.triangle, landing.u, landing.v, imageLoad(particles, slot).w);
     imageStore(particles, slot, words_of(landed));
-    Motion goes_on = Motion(landing.heading_p, landing.heading_h, motion.pending + transfer.rest, motion.flags & ~IN_FLIGHT);
+    Motion goes_on = Motion(landing.heading_p, landing.heading_h, motion.pending + transfer.rest, motion.flags & ~SELECTED);
     imageStore(motions, slot, words_of(goes_on));
 }

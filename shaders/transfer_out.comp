@@ -2,8 +2,8 @@
 // that they have gone into.
 // Reads   particle_indices, particles, motions, nearest, strips, triangles, halfedges, corners, vertices, poses,
 //         poses_before, physarums, roots, nodes, faces, pseudonormals, dipoles; bias (gutters filled).
-// Writes  departing, behind the transfers that were copied on; flow and flux, by atomic adds.
-// One invocation an entry of the lists; the first were copied on and return at once.
+// Writes  transfers; flow and flux, by atomic adds.
+// One invocation an entry of the lists.
 // During a step objects move evenly from their poses before to those now, and what crosses is the way relative to the
 // other object: that one may have come over a particle that hardly moved.
 // Where the last step does not cross the other object (it covers the particle since long, or counts as covering from
@@ -41,7 +41,7 @@ layout(set = 0, binding = 2) uniform usamplerBuffer particles;
 layout(set = 0, binding = 3) uniform usamplerBuffer motions;
 layout(set = 0, binding = 4) uniform usamplerBuffer nearest;
 layout(set = 0, binding = 5) uniform usamplerBuffer strips;
-layout(std430, set = 0, binding = 6) writeonly buffer Departing { Transfer departing[]; };
+layout(std430, set = 0, binding = 6) writeonly buffer Transfers { Transfer transfers[]; };
 // From each object (rows) to each.
 layout(std430, set = 0, binding = 7) buffer Flux { uint flux[]; };
 layout(set = 0, binding = 8) uniform usamplerBuffer triangles;
@@ -152,7 +152,7 @@ bool is_no_go(uint triangle, float u, float v) {
 
 void main() {
     uint i = invocation_index();
-    if (i >= params.capacity || i >= flow[0].leaving || i < flow[0].carried) return;
+    if (i >= params.capacity || i >= flow[0].leaving) return;
     uint slot = particle_indices[i];
     Particle particle = particle_of(texelFetch(particles, int(slot)));
     Motion motion = motion_of(texelFetch(motions, int(slot)));
@@ -191,6 +191,6 @@ void main() {
         }
     }
     if (crosses) count_one(flow[0].crossed)
-    departing[i] = Transfer(flight.position, slot, flight.heading, source, flight.normal, target, triangle, left, 0u, 0u);
+    transfers[i] = Transfer(flight.position, slot, flight.heading, source, flight.normal, target, triangle, left, 0u, 0u);
     count_one(flux[source * params.object_count + target])
 }

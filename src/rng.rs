@@ -15,6 +15,8 @@ pub enum Purpose {
     Paint = 3,
     /// Where food is scattered; only the host draws it.
     Food = 4,
+    /// Which particles leave where more are selected than the lists hold; only the host draws it.
+    Limit = 5,
 }
 
 /// Four random words for one (seed, particle, step, purpose).

@@ -4,16 +4,9 @@
 #ifndef MYXO_RING
 #define MYXO_RING
 
-// The flag of particles that have left their object and have not arrived yet.
-const uint IN_FLIGHT = 1u;
-// The step in which a particle advanced last, counted from 1, as far as these bits hold it.
-const uint STAMP = 0xfffeu;
-// Of those who advance in a step; 0 is that of those who never have.
-uint stamp_of(uint time_step) {
-    return (time_step % 0x7fffu + 1u) << 1u;
-}
+// The flag of particles that are to leave their object in the present step.
+const uint SELECTED = 1u;
 // For how many more steps a particle is fed.
-const uint FED = 0xffff0000u;
 const uint FED_SHIFT = 16u;
 
 // The slot of particle i of a window that begins at `start`, in a ring of `ring` slots.

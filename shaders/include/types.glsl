@@ -16,6 +16,7 @@ struct AtlasMap { vec2 origin; vec2 du; vec2 dv; };
 struct Vertex { vec3 position; uint object; };
 struct Pose { vec4 x; vec4 y; vec4 z; };
 struct Window { uint start; uint count; };
+struct Border { uint left; uint came; uint front; uint gained; uint first; uint list; uint holes; uint strays; };
 struct Transfer {
     vec3 position; uint particle;
     vec3 heading; uint source;
@@ -23,9 +24,9 @@ struct Transfer {
     uint triangle; float rest; uint pad0; uint pad1;
 };
 struct Flow {
-    uint wanted; uint passing; uint leaving; uint carried;
-    uint stayers; uint outside; uint mismatches;
-    uint asking; uint asked_before; uint most_wanted; uint refused; uint selected; uint arrived; uint crossed;
+    uint wanted; uint limit; uint leaving; uint rest;
+    uint listed; uint gained; uint mismatches;
+    uint entries; uint pad0; uint most_wanted; uint refused; uint selected; uint arrived; uint crossed;
 };
 struct Physarum { float speed; float sensor_offset; float sensor_cos; float sensor_sin; float rotation_cos; float rotation_sin; float sensor_noise; float favourite_density; float gravity_weight; float decrowding_weight; float distance_weight; float pad0; };
 struct SurfaceSample { vec3 position; uint texel; };

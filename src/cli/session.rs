@@ -487,12 +487,11 @@ impl Session {
         }
     }
 
-    /// How many particles advance in what is measured. In one object's turn only the device knows, and so it does where those
-    /// that come in other forms of the kernel are only listed.
+    /// How many particles advance in what is measured. Where those that come in other forms of the kernel are only listed, only
+    /// the device knows.
     fn advancing(&self) -> Option<u64> {
-        let has_turns = self.simulation.settings().strategy().has_turns();
         let is_form = |(name, _): &(String, u32)| FORMS_OF_ADVANCE[1..].contains(&name.as_str());
-        let is_part = has_turns || self.kernels.iter().any(is_form);
+        let is_part = self.kernels.iter().any(is_form);
         let all = self.simulation.setup().particles.len() as u64;
         (!self.is_alone || !is_part).then_some(all)
     }

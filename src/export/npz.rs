@@ -18,7 +18,6 @@
 //! | `particle_uv` | `f4` | N, 2 | weights of corners 1 and 2 |
 //! | `particle_texel` | `f4` | N, 2 | texels: column, row |
 //! | `particle_pending` | `f4` | N | world units |
-//! | `particle_in_flight` | `?` | N | |
 //! | `trail` | `f4` | S, S | |
 //! | `deposit` | `u4` | S, S | particles in the last step |
 //! | `density` | `f4` | S, S | |
@@ -207,9 +206,7 @@ fn write_particles<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) ->
         "particle_pending",
         &n,
         &of_all(&by_id, |(_, motion)| motion.pending),
-    )?;
-    let in_flight = of_all(&by_id, |(_, motion)| u8::from(motion.in_flight()));
-    to.typed("particle_in_flight", "|b1", &n, &in_flight)
+    )
 }
 
 fn write_texels<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io::Result<()> {

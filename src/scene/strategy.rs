@@ -21,12 +21,6 @@ impl Settings {
 }
 
 impl Strategy {
-    /// Do objects have turns, one after the other in a step?
-    #[must_use]
-    pub fn has_turns(self) -> bool {
-        matches!(self, Self::Scattered | Self::Sequential | Self::Parallel)
-    }
-
     /// Do sensors see other objects? Where particles change to them, they do.
     #[must_use]
     pub fn sees_across(self) -> bool {
@@ -39,7 +33,7 @@ impl Strategy {
         self == Self::Respawn
     }
 
-    /// May particles be sorted? Not where those of all objects are mixed, because transfers name slots.
+    /// May particles be sorted? By one strategy each keeps its slot for good.
     #[must_use]
     pub fn may_sort(self) -> bool {
         self != Self::Scattered

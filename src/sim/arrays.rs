@@ -13,12 +13,12 @@ use super::snapshot::Snapshot;
 use super::sorting;
 use super::transfers::{TransferState, area_shares, capacity, object_triangles};
 use super::types::{
-    DistanceJob, Flow, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum, Pose, Transfer,
-    Window,
+    Border, DistanceJob, Flow, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum, Pose,
+    Transfer, Window,
 };
 use crate::gpu::DispatchGroups;
 use crate::mesh::surface::NONE;
-use crate::scene::settings::{Settings, Strategy};
+use crate::scene::settings::Settings;
 
 /// What was found about tiles.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,16 +38,18 @@ pub struct TransferArrays {
     pub windows: Vec<Window>,
     /// One: what the lists hold, and what was counted.
     pub flow: Vec<Flow>,
-    /// Groups of the kernels that work on transfers, then those of `advance` over the next window.
-    pub groups: [DispatchGroups; 2],
-    /// Slots of particles that were selected; used again for those in the wrong place.
+    /// What each window is to become.
+    pub borders: Vec<Border>,
+    /// Groups of the kernels that work on transfers, as [`Counter`](super::work::Counter) has them.
+    pub groups: [DispatchGroups; 5],
+    /// Slots of particles that were selected.
     pub particle_indices: Vec<u32>,
-    /// Transfers whose particle is in the wrong place.
-    pub transfer_indices: Vec<u32>,
-    /// Transfers that the last turn left.
-    pub arriving: Vec<Transfer>,
-    /// Those that leave in this turn.
-    pub departing: Vec<Transfer>,
+    /// Where they go.
+    pub transfers: Vec<Transfer>,
+    /// Selected particles by half of their keys.
+    pub limit_bins: Vec<u32>,
+    /// Slots that hold another object's particle than their window's.
+    pub holes: Vec<u32>,
     /// Particles that left each object (rows) for each, so far.
     pub flux: Vec<u32>,
     /// One a triangle, see [`area_shares`].
@@ -57,24 +59,19 @@ pub struct TransferArrays {
 }
 
 impl TransferArrays {
-    /// What is in flight; the state is arranged for the settings' strategy.
+    /// Of a state that is arranged for the settings' strategy.
     #[must_use]
     pub fn new(settings: &Settings, setup: &Setup, state: &TransferState) -> Self {
-        let lists = capacity(settings, setup, state.in_flight.len()) as usize;
-        let mut arriving = vec![Transfer::default(); lists];
-        arriving[..state.in_flight.len()].copy_from_slice(&state.in_flight);
-        let flow = Flow {
-            leaving: state.in_flight.len() as u32,
-            ..state.flow
-        };
+        let lists = capacity(settings, setup) as usize;
         Self {
             windows: state.windows.clone(),
-            flow: vec![flow],
-            groups: [DispatchGroups::of(0, 1); 2],
+            borders: vec![Border::default(); state.windows.len()],
+            flow: vec![state.flow],
+            groups: [DispatchGroups::of(0, 1); 5],
             particle_indices: vec![0; lists],
-            transfer_indices: vec![0; lists],
-            arriving,
-            departing: vec![Transfer::default(); lists],
+            transfers: vec![Transfer::default(); lists],
+            limit_bins: vec![0; 1 << 16],
+            holes: vec![0; setup.particles.len()],
             flux: state.flux.clone(),
             area_shares: area_shares(&setup.surface),
             object_triangles: object_triangles(&setup.surface),
@@ -89,16 +86,11 @@ impl TransferArrays {
 
     /// What a snapshot holds of it.
     #[must_use]
-    pub fn state(&self, strategy: Strategy) -> TransferState {
-        let in_flight = if strategy.has_turns() {
-            self.flow[0].leaving
-        } else {
-            0
-        };
+    pub fn state(&self) -> TransferState {
         TransferState {
             windows: self.windows.clone(),
-            in_flight: self.arriving[..in_flight as usize].to_vec(),
-            flow: self.flow[0],
+            in_flight: Vec::new(),
+            flow: self.flow[0].between_steps(),
             flux: self.flux.clone(),
         }
     }
@@ -229,10 +221,6 @@ impl Arrays {
         match pair {
             Pair::Trail => std::mem::swap(&mut self.trail, &mut self.next_trail),
             Pair::Deposits => std::mem::swap(&mut self.deposits, &mut self.previous_deposits),
-            Pair::Transfers => {
-                let transfers = &mut self.transfers;
-                std::mem::swap(&mut transfers.arriving, &mut transfers.departing);
-            }
             Pair::Particles => {
                 std::mem::swap(&mut self.particles, &mut self.sorted_particles);
                 std::mem::swap(&mut self.motions, &mut self.sorted_motions);

@@ -11,8 +11,8 @@ use glam::{UVec2, Vec4};
 use super::distance::{TILE_CANDIDATES, TILE_SAMPLES};
 use super::raster::Outline;
 use super::types::{
-    DistanceJob, Flow, HalfEdge, ListedTile, Mark, Meal, Motion, ObjectPair, Particle, Physarum,
-    Pose, SampleTile, Seam, SurfaceSample, Transfer, Triangle, Vertex, Window,
+    Border, DistanceJob, Flow, HalfEdge, ListedTile, Mark, Meal, Motion, ObjectPair, Particle,
+    Physarum, Pose, SampleTile, Seam, SurfaceSample, Transfer, Triangle, Vertex, Window,
 };
 use crate::gpu::{
     AnyBuffer, Buffer, BufferCore, Context, DispatchGroups, Domain, GpuError, TexelScalar, Texels,
@@ -232,6 +232,9 @@ macro_rules! table {
     };
 }
 
+/// Halves of the keys by which it is decided which particles leave.
+const LIMIT_BINS_COUNT: u64 = 1 << 16;
+
 /// No larger than a storage block.
 const BLOCK: Domain = Domain::Device;
 /// It may be larger.
@@ -297,13 +300,13 @@ table! {
     DISTANCE_PAIRS: ObjectPair = "distance_pairs", BLOCK 4, Counts::pairs;
     DISTANCE_MOVES: f32 = "distance_moves", BLOCK 0, Counts::pairs;
 
-    WINDOWS: Window = "windows", BLOCK 2, |n| n.windows;
+    WINDOWS: Window = "windows", BLOCK 0, |n| n.windows;
+    BORDERS: Border = "borders", BLOCK 0, |n| n.windows;
     FLOW: Flow = "flow", BLOCK 0, |_| 1;
-    GROUPS: DispatchGroups = "transfers.groups", BLOCK 0, |_| 2;
+    GROUPS: DispatchGroups = "transfers.groups", BLOCK 0, |_| 5;
     PARTICLE_INDICES: u32 = "particle_indices", BLOCK 0, |n| n.transfers;
-    TRANSFER_INDICES: u32 = "transfer_indices", BLOCK 0, |n| n.transfers;
-    ARRIVING: Transfer = "transfers.arriving", BLOCK 0, |n| n.transfers;
-    DEPARTING: Transfer = "transfers.departing", BLOCK 0, |n| n.transfers;
+    TRANSFERS: Transfer = "transfers", BLOCK 0, |n| n.transfers;
+    LIMIT_BINS: u32 = "limit_bins", BLOCK 0, |n| if n.objects > 1 { LIMIT_BINS_COUNT } else { 1 };
     FLUX: u32 = "flux", BLOCK 0, |n| if n.objects > 1 { n.objects * n.objects } else { 1 };
     AREA_SHARES: u32 = "area_shares", BLOCK 0, |n| n.respawn.0;
     OBJECT_TRIANGLES: UVec2 = "object_triangles", BLOCK 0, |n| n.respawn.1;

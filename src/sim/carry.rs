@@ -43,12 +43,7 @@ pub fn carried(
                 id: particle.id,
                 ..new.particles[place]
             };
-            // As if it had been there in the last step.
-            let advanced = Motion {
-                flags: motion.flags & Motion::STAMP,
-                ..new.motions[place]
-            };
-            (begins, advanced)
+            (begins, new.motions[place])
         };
         if let Some(place) = new_place(id) {
             return begins_at(place);
@@ -64,7 +59,6 @@ pub fn carried(
         let pending = motion.pending * grown;
         let motion = Motion {
             pending: if pending.is_finite() { pending } else { 0.0 },
-            flags: motion.flags & !Motion::IN_FLIGHT,
             ..*motion
         };
         (

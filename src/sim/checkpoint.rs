@@ -279,7 +279,7 @@ impl Checkpoint {
         }
         let header: Header =
             serde_json::from_slice(header).map_err(|e| format!("its header is damaged: {e}"))?;
-        let checkpoint = Self {
+        let mut checkpoint = Self {
             scene: header.scene,
             layout: header.layout,
             snapshot: Snapshot {
@@ -309,6 +309,7 @@ impl Checkpoint {
         if !rest.is_empty() {
             return Err(format!("it has {} bytes too many", rest.len()));
         }
+        checkpoint.snapshot.forget_turns();
         Ok(checkpoint)
     }
 }

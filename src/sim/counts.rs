@@ -34,7 +34,7 @@ impl Counts {
             } else {
                 1
             },
-            transfers: capacity(settings, setup, 0).into(),
+            transfers: capacity(settings, setup).into(),
             respawn: if settings.strategy().begins_anew() {
                 (triangles, objects)
             } else {

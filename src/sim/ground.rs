@@ -196,7 +196,7 @@ impl Ground<'_> {
             heading_p,
             heading_h,
             pending: motion.pending + transfer.rest,
-            flags: motion.flags & !Motion::IN_FLIGHT,
+            flags: motion.flags & !Motion::SELECTED,
         };
     }
 }

@@ -7,8 +7,6 @@ pub enum Pair {
     Trail,
     /// This step's deposits and those of the last one.
     Deposits,
-    /// Transfers that arrive and those that leave.
-    Transfers,
     /// Particles and what they are sorted into.
     Particles,
 }

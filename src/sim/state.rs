@@ -66,7 +66,6 @@ impl Bias {
 pub struct Roles {
     trail: bool,
     deposits: bool,
-    transfers: bool,
     particles: bool,
 }
 
@@ -394,7 +393,6 @@ impl State {
         match pair {
             Pair::Trail => self.trail.swap(),
             Pair::Deposits => self.deposits.swap(),
-            Pair::Transfers => self.transfers.swap(),
             Pair::Particles => {
                 let sorting = &mut self.sorting;
                 std::mem::swap(&mut self.particles, &mut sorting.particles);
@@ -410,7 +408,6 @@ impl State {
         Roles {
             trail: self.trail.is_swapped,
             deposits: self.deposits.is_swapped,
-            transfers: self.transfers.is_swapped(),
             particles: self.sorting.is_swapped,
         }
     }
@@ -421,7 +418,6 @@ impl State {
         for (pair, differs) in [
             (Pair::Trail, now.trail != roles.trail),
             (Pair::Deposits, now.deposits != roles.deposits),
-            (Pair::Transfers, now.transfers != roles.transfers),
             (Pair::Particles, now.particles != roles.particles),
         ] {
             if differs {

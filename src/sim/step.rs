@@ -11,13 +11,13 @@ pub mod distance_merge;
 pub mod distance_raster;
 pub mod distance_tiles;
 pub mod exchange_seams;
+pub mod limit;
 pub mod respawn;
-pub mod ring;
 pub mod scent;
 pub mod sort;
 pub mod transfer;
-pub mod turn;
 pub mod unfold;
+pub mod windows;
 
 use super::distance::TILE_SAMPLES;
 use super::plan::Plan;
@@ -28,7 +28,7 @@ use crate::gpu::{DispatchGroups, Threads};
 use crate::scene::settings::{DistanceMethod, Strategy};
 use advance::{Form, Terms};
 use exchange_seams::Field;
-use turn::Turn;
+use limit::KeyHalf;
 
 /// The step that is planned.
 #[must_use]
@@ -94,40 +94,31 @@ fn take_distances(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Every particle advances once. Those that go into another object change to it, as the strategy says.
+/// Every particle advances once. Those that go into another object change to it, or begin anew, as the strategy says.
 fn walk_and_change_objects(s: &mut Step, plan: &Plan<'_>) {
-    let all = Turn::All;
-    let terms = plan.terms();
+    advance(s, plan, plan.terms());
     match plan.strategy {
-        Strategy::None => advance(s, plan, terms, all),
+        Strategy::None => {}
         Strategy::Respawn => {
-            advance(s, plan, terms, all);
-            s.run(Threads(1), plan.move_border(all));
+            select(s, plan);
             s.run(Counter::Transfers, plan.respawn());
         }
-        Strategy::Direct => {
-            advance(s, plan, terms, all);
-            s.run(Threads(1), plan.move_border(all));
-            s.run(Counter::Transfers, plan.transfer_out());
-            s.swap(Pair::Transfers);
-            s.run(Counter::Transfers, plan.transfer_in(all));
+        Strategy::Scattered | Strategy::Direct => {
+            select(s, plan);
+            transfer(s, plan);
         }
-        Strategy::Scattered | Strategy::Sequential | Strategy::Parallel => {
-            for turn in (0..plan.object_count()).map(Turn::Of) {
-                s.run(Counter::Transfers, plan.transfer_in(turn));
-                advance(s, plan, terms, turn);
-                s.run(Threads(1), plan.move_border(turn));
-                s.run(Counter::Transfers, plan.transfer_out());
-                defragment(s, plan, turn);
-                s.swap(Pair::Transfers);
-            }
+        Strategy::Sequential | Strategy::Parallel => {
+            select(s, plan);
+            transfer(s, plan);
+            s.run(Threads(1), plan.move_borders());
+            defragment(s, plan);
         }
     }
 }
 
 /// Where sensors read straight ahead in the atlas, those particles come in a second dispatch whose sensors must walk; those
 /// that may have to do with another object come in a third, or in a fourth, if their sensors must walk, too.
-fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms, turn: Turn) {
+fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms) {
     let forms = plan.forms_of_advance(terms);
     if !forms.is_empty() {
         // No particle is listed yet.
@@ -139,33 +130,45 @@ fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms, turn: Turn) {
         s.reset([0; 3], |s| &s.walkers.count);
         s.reset([none; 3], |s| &s.walkers.groups);
     }
-    let every = plan.advance(terms, Form::All, turn);
-    if plan.strategy.has_windows() {
-        s.run(Counter::Window, every);
-    } else {
-        s.run(Threads(plan.particle_count()), every);
-    }
+    let every = plan.advance(terms, Form::All);
+    s.run(Threads(plan.particle_count()), every);
     let why = "each has particles of its own, and what they count, they count by atomic additions";
     s.unordered(why, advance::shared_by_forms, |s| {
         for &(form, listed) in forms {
-            s.run(listed, plan.advance(terms, form, turn));
+            s.run(listed, plan.advance(terms, form));
         }
     });
 }
 
-/// Puts the window of the object in order that some have left.
-fn defragment(s: &mut Step, plan: &Plan<'_>, turn: Turn) {
-    match plan.strategy {
-        Strategy::Sequential => {
-            for part in plan.defragment_sequential(turn) {
-                s.run(Threads(1), part);
-            }
+/// Fixes which of the particles that `advance` has listed leave. Where it has found more than the lists hold, those with the
+/// smallest keys are listed anew; else these kernels have no groups.
+fn select(s: &mut Step, plan: &Plan<'_>) {
+    s.run(Threads(1), plan.close_list());
+    for half in [KeyHalf::Upper, KeyHalf::Lower] {
+        s.run(Counter::Excess, plan.limit_count(half));
+        s.run(Counter::Limit, plan.limit_pick(half));
+    }
+    s.run(Counter::Excess, plan.limit_list());
+}
+
+/// They leave, and land.
+fn transfer(s: &mut Step, plan: &Plan<'_>) {
+    s.run(Counter::Transfers, plan.transfer_out());
+    s.run(Counter::Transfers, plan.transfer_in());
+}
+
+/// Puts those into their objects' windows that lie in others.
+fn defragment(s: &mut Step, plan: &Plan<'_>) {
+    if plan.strategy == Strategy::Sequential {
+        for first in plan.runs(plan.most_candidates()) {
+            s.run(Threads(1), plan.defragment_scan(first));
         }
-        Strategy::Parallel => {
-            s.run(Counter::Transfers, plan.defragment_scan(turn));
-            s.run(Counter::Transfers, plan.defragment_swap());
+        for first in plan.runs(plan.particle_count()) {
+            s.run(Threads(1), plan.defragment_swap(first));
         }
-        _ => {}
+    } else {
+        s.run(Counter::Candidates, plan.defragment_scan(0));
+        s.run(Counter::Strays, plan.defragment_swap(0));
     }
 }
 

@@ -6,13 +6,10 @@ use std::sync::Arc;
 use glam::{UVec2, Vec3};
 
 use super::buffers::{self, Counts};
-use super::kernels::{Advance, TransferIn};
 use super::movement::FARTHEST;
 use super::setup::Setup;
-use super::types::{Flow, Motion, Particle, Transfer, Window};
-use crate::gpu::{
-    Buffer, Context, DispatchGroups, GpuError, Kernel as _, Readback, Recorder, Texels,
-};
+use super::types::{Border, Flow, Motion, Particle, Transfer, Window};
+use crate::gpu::{Buffer, Context, DispatchGroups, GpuError, Readback, Recorder};
 use crate::mesh::surface::Surface;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{Settings, Strategy};
@@ -42,19 +39,11 @@ impl TransferState {
         motions: &[Motion],
         setup: &Setup,
     ) -> Result<(), String> {
-        let Flow {
-            stayers, outside, ..
-        } = self.flow;
         if let Some(mismatch) = self.flow.mismatch() {
             return Err(mismatch);
         }
-        if stayers != outside {
-            return Err(format!(
-                "{stayers} particles to be exchanged with {outside}"
-            ));
-        }
         let objects = setup.poses.len() as u32;
-        self.validate_counts(particles.len())?;
+        self.validate_counts()?;
         let mut flying = vec![false; particles.len()];
         for transfer in &self.in_flight {
             let Transfer {
@@ -95,7 +84,7 @@ impl TransferState {
                 ));
             }
         }
-        if let Some(slot) = (0..particles.len()).find(|&s| motions[s].in_flight() != flying[s]) {
+        if let Some(slot) = (0..particles.len()).find(|&s| motions[s].is_selected() != flying[s]) {
             return Err(format!(
                 "particle {} is {}in flight and {} transfer",
                 particles[slot].id,
@@ -142,40 +131,14 @@ impl TransferState {
     }
 
     /// Whoever was selected was refused, has arrived or is under way, as long as so many are counted.
-    fn validate_counts(&self, particles: usize) -> Result<(), String> {
+    fn validate_counts(&self) -> Result<(), String> {
         let Flow {
-            wanted,
-            passing,
-            leaving,
-            carried,
-            stayers,
-            asking,
-            asked_before,
             selected,
             refused,
             arrived,
             ..
         } = self.flow;
         let in_flight = self.in_flight.len() as u64;
-        let particles = particles as u64;
-        for (what, count) in [
-            ("to be exchanged", stayers),
-            ("leaving", leaving),
-            ("carried on", carried),
-            ("selected in the last step", asking),
-            ("selected in the step before", asked_before),
-        ] {
-            if u64::from(count) > particles {
-                return Err(format!(
-                    "{count} particles {what}, and there are {particles}"
-                ));
-            }
-        }
-        if wanted > 0 || passing > 0 {
-            return Err(format!(
-                "{wanted} particles want to leave and {passing} pass by; between steps both counts must be 0"
-            ));
-        }
         let all = u64::from(refused) + u64::from(arrived) + in_flight;
         if selected < u32::MAX && u64::from(selected) != all {
             return Err(format!(
@@ -246,19 +209,14 @@ pub fn told(count: u64) -> String {
     format!("{}{more}", grouped(count as f64))
 }
 
-/// How many particles the lists hold: as many as are asked for, and at least those in flight; never more than there are.
+/// How many particles the lists hold: as many as are asked for; never more than there are.
 #[must_use]
-pub fn capacity(settings: &Settings, setup: &Setup, in_flight: usize) -> u32 {
+pub fn capacity(settings: &Settings, setup: &Setup) -> u32 {
     if settings.strategy() == Strategy::None {
         return 1;
     }
     let particles = setup.particles.len() as u32;
-    settings
-        .transfer
-        .buffer_size
-        .min(particles)
-        .max(in_flight as u32)
-        .max(1)
+    settings.transfer.buffer_size.min(particles).max(1)
 }
 
 /// For each triangle, the share of its object's area that it and those before it have, in units of 2^-32; the last ends
@@ -291,24 +249,22 @@ pub fn object_triangles(surface: &Surface) -> Vec<UVec2> {
     ranges.map(|(first, end)| UVec2::new(first, end)).collect()
 }
 
-/// The device's buffers for transfers; of length 1 where nobody changes objects.
+/// The device's buffers for transfers; of length 1 where no particle changes objects.
 pub struct Transfers {
     /// One an object: its particles' slots, where there are windows.
     pub windows: Buffer<Window>,
-    /// The same as `advance` reads it, two words each.
-    pub window_texels: Texels<u32>,
+    /// One an object: what its window is to become.
+    pub borders: Buffer<Border>,
     /// One: what the lists hold, and what was counted.
     pub flow: Buffer<Flow>,
-    /// Groups of the kernels that work on transfers, then those of `advance` over the next window.
+    /// Groups of the kernels that work on transfers, as [`Counter`](super::work::Counter) has them.
     pub groups: Buffer<DispatchGroups>,
-    /// Slots of particles that were selected; used again for those in the wrong place.
+    /// Slots of particles that were selected.
     pub particle_indices: Buffer<u32>,
-    /// Transfers whose particle is in the wrong place.
-    pub transfer_indices: Buffer<u32>,
-    /// Transfers that the last turn left.
-    pub arriving: Buffer<Transfer>,
-    /// Those that leave in this turn.
-    pub departing: Buffer<Transfer>,
+    /// Where they go.
+    pub transfers: Buffer<Transfer>,
+    /// Selected particles by half of their keys, where more are selected than the lists hold.
+    pub limit_bins: Buffer<u32>,
     /// Particles that left each object (rows) for each, so far.
     pub flux: Buffer<u32>,
     /// One a triangle, see [`area_shares`].
@@ -316,12 +272,13 @@ pub struct Transfers {
     /// One an object, see [`object_triangles`].
     pub object_triangles: Buffer<UVec2>,
     capacity: u32,
-    /// Was arriving departing at first?
-    is_swapped: bool,
 }
 
 impl Transfers {
-    /// Takes the memory and uploads what is in flight. The state is [arranged](super::arranged) for the settings' strategy.
+    /// Takes the memory and uploads what was counted. The state is [arranged](super::arranged) for the settings' strategy.
+    ///
+    /// # Errors
+    /// No memory.
     pub fn new(
         ctx: &Arc<Context>,
         counts: &Counts,
@@ -331,31 +288,21 @@ impl Transfers {
     ) -> Result<Self, GpuError> {
         let TransferState {
             windows,
-            in_flight,
             flow,
             flux,
+            ..
         } = state;
-        let capacity = capacity(settings, setup, in_flight.len());
+        let capacity = capacity(settings, setup);
         let counts = &Counts {
             transfers: capacity.into(),
             ..*counts
         };
         // Buffers have at least one element.
-        let or_one = |windows: &[Window]| match windows {
-            [] => vec![Window::default()],
-            windows => windows.to_vec(),
+        let windows: &[Window] = if windows.is_empty() {
+            &[Window::default()]
+        } else {
+            windows
         };
-        let windows = or_one(windows);
-        let groups = [
-            DispatchGroups::of(in_flight.len() as u32, TransferIn::GROUP_SIZE),
-            DispatchGroups::of(windows[0].count, Advance::GROUP_SIZE),
-        ];
-        let flow = Flow {
-            leaving: in_flight.len() as u32,
-            ..*flow
-        };
-        let arriving = buffers::ARRIVING.zeroed(ctx, counts)?;
-        ctx.upload(&arriving, in_flight)?;
         let flux: &[u32] = if flux.is_empty() { &[0] } else { flux };
         let respawns = settings.strategy().begins_anew();
         let (shares, ranges) = if respawns {
@@ -366,21 +313,18 @@ impl Transfers {
         } else {
             (vec![0], vec![UVec2::ZERO])
         };
-        let windows = buffers::WINDOWS.of(ctx, counts, &windows)?;
         Ok(Self {
-            window_texels: buffers::WINDOWS.texels(&windows)?,
-            windows,
-            flow: buffers::FLOW.of(ctx, counts, &[flow])?,
-            groups: buffers::GROUPS.of(ctx, counts, &groups)?,
+            windows: buffers::WINDOWS.of(ctx, counts, windows)?,
+            borders: buffers::BORDERS.zeroed(ctx, counts)?,
+            flow: buffers::FLOW.of(ctx, counts, &[*flow])?,
+            groups: buffers::GROUPS.zeroed(ctx, counts)?,
             particle_indices: buffers::PARTICLE_INDICES.zeroed(ctx, counts)?,
-            transfer_indices: buffers::TRANSFER_INDICES.zeroed(ctx, counts)?,
-            arriving,
-            departing: buffers::DEPARTING.zeroed(ctx, counts)?,
+            transfers: buffers::TRANSFERS.zeroed(ctx, counts)?,
+            limit_bins: buffers::LIMIT_BINS.zeroed(ctx, counts)?,
             flux: buffers::FLUX.of(ctx, counts, flux)?,
             area_shares: buffers::AREA_SHARES.of(ctx, counts, &shares)?,
             object_triangles: buffers::OBJECT_TRIANGLES.of(ctx, counts, &ranges)?,
             capacity,
-            is_swapped: false,
         })
     }
 
@@ -393,16 +337,6 @@ impl Transfers {
     /// Copies the counters to where the host reads them some frames later.
     pub fn record_readback(&self, rec: &mut Recorder, counters: &mut Readback<Flow>, step: u64) {
         counters.record(rec, &self.flow, step);
-    }
-
-    /// What leaves in one turn arrives in the next.
-    pub fn swap(&mut self) {
-        std::mem::swap(&mut self.arriving, &mut self.departing);
-        self.is_swapped = !self.is_swapped;
-    }
-
-    pub(super) fn is_swapped(&self) -> bool {
-        self.is_swapped
     }
 
     /// Copies everything to the host. Waits for all that was submitted.
@@ -418,21 +352,14 @@ impl Transfers {
         if objects < 2 {
             return Ok(TransferState::default());
         }
-        let flow = ctx.download(&self.flow)?[0];
-        // Without turns everybody has landed.
-        let in_flight = if strategy.has_turns() {
-            flow.leaving as usize
-        } else {
-            0
-        };
         Ok(TransferState {
             windows: if strategy.has_windows() {
                 ctx.download(&self.windows)?
             } else {
                 Vec::new()
             },
-            in_flight: ctx.download_range(&self.arriving, 0..in_flight)?,
-            flow,
+            in_flight: Vec::new(),
+            flow: ctx.download(&self.flow)?[0].between_steps(),
             flux: ctx.download(&self.flux)?,
         })
     }

@@ -32,17 +32,14 @@ pub struct Motion {
     pub heading_h: f32,
     /// World length that the last walk ran out of edge-crossing attempts for; walked first in the next step.
     pub pending: f32,
-    /// For transfers, 0 without them: bit 0 is set while the particle is in flight, the 15 bits above it are the number of
-    /// the step in which it advanced last, counted from 1, as far as they hold it. For food, 0 without it: the upper 16 bits
-    /// say for how many more steps it is fed.
+    /// Bit 0 is set while the particle is to leave its object in the present step, and never between steps. The upper 16 bits
+    /// say for how many more steps it is fed; 0 without food.
     pub flags: u32,
 }
 
 impl Motion {
-    /// The flag of particles that have left their object and have not arrived yet.
-    pub const IN_FLIGHT: u32 = 1;
-    /// The bits that tell when a particle advanced last.
-    pub const STAMP: u32 = 0xfffe;
+    /// The flag of particles that are to leave their object in the present step.
+    pub const SELECTED: u32 = 1;
     /// The bits that tell for how long it is fed.
     pub const FED: u32 = 0xffff_0000;
     /// Where they begin.
@@ -54,16 +51,10 @@ impl Motion {
         self.flags >> Self::FED_SHIFT
     }
 
-    /// The stamp of those who have advanced in a step; 0 is that of those who never have.
+    /// Is the particle to leave its object?
     #[must_use]
-    pub fn stamp_of(time_step: u32) -> u32 {
-        (time_step % (Self::STAMP >> 1) + 1) << 1
-    }
-
-    /// Has the particle left its object?
-    #[must_use]
-    pub fn in_flight(&self) -> bool {
-        self.flags & Self::IN_FLIGHT != 0
+    pub fn is_selected(&self) -> bool {
+        self.flags & Self::SELECTED != 0
     }
 }
 
@@ -109,6 +100,28 @@ pub struct Mark {
     pub pad1: u32,
     /// Unused.
     pub pad2: u32,
+}
+
+/// What a window is to become where particles have changed objects.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Border {
+    /// Particles that have left the object for another one in the present step.
+    pub left: u32,
+    /// Particles that have come from another one.
+    pub came: u32,
+    /// Slots that the window has got in front of those that it keeps.
+    pub front: u32,
+    /// Slots that it has got, in front and behind.
+    pub gained: u32,
+    /// How many slots the windows before have got.
+    pub first: u32,
+    /// Where its part of the lists begins.
+    pub list: u32,
+    /// Its slots that hold another object's particle.
+    pub holes: u32,
+    /// The object's particles outside of the window.
+    pub strays: u32,
 }
 
 /// The slots of the particle buffer that hold one object's particles: `count` of them from `start` on, in a ring.
@@ -166,36 +179,34 @@ pub struct Transfer {
     pub pad1: u32,
 }
 
-/// What the lists of transfers hold in the present object's turn, and what was counted so far.
+/// What the lists of a step hold, and what was counted so far.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Flow {
-    /// Entries wanted in this turn's lists; beyond their capacity nothing was written.
+    /// Particles that are selected in the present step; beyond the lists' capacity they are not listed.
     pub wanted: u32,
-    /// The first of them: transfers that came with the last turn and are for another object.
-    pub passing: u32,
-    /// Transfers that leave with this turn, after `move_border`: the entries of the lists.
+    /// Where more are selected than the lists hold: the largest key with which a particle leaves.
+    pub limit: u32,
+    /// Particles that leave their objects in the present step: the entries of the lists.
     pub leaving: u32,
-    /// How many of `leaving` were passing.
-    pub carried: u32,
-    /// Particles that stay and lie in the area given away.
-    pub stayers: u32,
-    /// Transfers whose particle does not lie there. Where one invocation puts them in order: those that it did not get to.
-    pub outside: u32,
-    /// Turns in which these two were not equally many; always 0.
+    /// Of those whose keys have the limit's upper half: how many leave.
+    pub rest: u32,
+    /// Entries of the list that is made anew where more are selected than it holds.
+    pub listed: u32,
+    /// Slots that windows have got in the present step.
+    pub gained: u32,
+    /// Objects and steps in which slots and particles to be exchanged were not equally many; always 0.
     pub mismatches: u32,
-    /// Particles that were selected in the present step so far, the refused ones among them.
-    pub asking: u32,
-    /// The same in the whole step before.
-    pub asked_before: u32,
-    /// The capacity that would have done: the most entries that a turn wanted. Full lists carry on fewer transfers than would
-    /// be under way, so once some were refused it is all that were selected in this step and the one before, if that is
-    /// more: every transfer arrives before its object has its next turn.
+    /// Entries of the lists of slots and particles that are exchanged.
+    pub entries: u32,
+    /// Unused.
+    pub pad0: u32,
+    /// The capacity that would have done: the most particles that were selected in a step.
     pub most_wanted: u32,
-    /// Particles that stayed because the lists were full, in all turns so far. Who they are is not the same in every run,
-    /// so above 0 neither are the bits. Like all that follow, it is not counted beyond the largest number.
+    /// How many times a particle stayed because the lists were full. Like all that follow, it is not counted beyond the largest
+    /// number.
     pub refused: u32,
-    /// Particles that were selected so far, the refused ones among them.
+    /// How many times a particle was selected so far, the refused ones among them.
     pub selected: u32,
     /// Particles that have arrived so far.
     pub arrived: u32,
@@ -204,6 +215,20 @@ pub struct Flow {
 }
 
 impl Flow {
+    /// What is counted from step to step, without what is of one step.
+    #[must_use]
+    pub fn between_steps(self) -> Self {
+        Self {
+            mismatches: self.mismatches,
+            most_wanted: self.most_wanted,
+            refused: self.refused,
+            selected: self.selected,
+            arrived: self.arrived,
+            crossed: self.crossed,
+            ..Self::default()
+        }
+    }
+
     /// What is wrong if the lists of particles that are exchanged were ever not equally long, which is never so.
     #[must_use]
     pub fn mismatch(&self) -> Option<String> {

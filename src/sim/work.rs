@@ -56,8 +56,14 @@ pub enum Groups {
 pub enum Counter {
     /// One invocation a transfer.
     Transfers,
-    /// One a particle of the window.
-    Window,
+    /// One a particle, where more are selected than the lists hold.
+    Excess,
+    /// One group then.
+    Limit,
+    /// One a slot that may hold a particle of another object than its window's.
+    Candidates,
+    /// One an entry of the lists of such slots.
+    Strays,
     /// One a particle whose sensors must walk.
     Walking,
     /// One a particle that may be near other objects.
@@ -76,13 +82,31 @@ impl Counter {
     fn of(self, s: &State) -> (&Buffer<DispatchGroups>, usize) {
         match self {
             Self::Transfers => (&s.transfers.groups, 0),
-            Self::Window => (&s.transfers.groups, 1),
+            Self::Excess => (&s.transfers.groups, 1),
+            Self::Limit => (&s.transfers.groups, 2),
+            Self::Candidates => (&s.transfers.groups, 3),
+            Self::Strays => (&s.transfers.groups, 4),
             Self::Walking => (&s.walkers.groups, 0),
             Self::Nearby => (&s.walkers.groups, 1),
             Self::WalkingNearby => (&s.walkers.groups, 2),
             Self::Tiles => (&s.near.tile_groups, 0),
             Self::Covered => (&s.near.covered_groups, 0),
             Self::Scented => (&s.food().groups, 0),
+        }
+    }
+}
+
+impl Counter {
+    /// Has any been counted? Twins take lists that are empty; but for transfers there may be none.
+    fn has_any(self, a: &Arrays) -> bool {
+        let groups = &a.transfers.groups;
+        match self {
+            Self::Transfers => groups[0].x > 0,
+            Self::Excess => groups[1].x > 0,
+            Self::Limit => groups[2].x > 0,
+            Self::Candidates => groups[3].x > 0,
+            Self::Strays => groups[4].x > 0,
+            _ => true,
         }
     }
 }
@@ -262,7 +286,13 @@ impl<K: StepKernel> Work for Dispatch<K> {
     }
 
     fn on_host(&self, a: &mut Arrays) {
-        K::twin(&self.call, a);
+        let runs = match self.groups {
+            Groups::Counted(counter) => counter.has_any(a),
+            Groups::Threads(_) | Groups::AtMost(..) => true,
+        };
+        if runs {
+            K::twin(&self.call, a);
+        }
     }
 }
 

@@ -173,10 +173,8 @@ fn every_kernel_of_a_step_runs_alone() {
                 assert_eq!(rows[0]["name"].as_str(), Some(kernel.as_str()));
                 assert_eq!(rows[0]["dispatches_per_step"], 1.0);
                 if kernel == "advance" {
-                    // One object's particles are not all of them, nor are those of one form.
-                    let has_turns = ["parallel", "sequential"].contains(&strategy);
-                    let is_part = has_turns || has_forms;
-                    assert_eq!(rows[0]["throughput"].is_null(), is_part, "{rows:?}");
+                    // Those of one form are not all particles.
+                    assert_eq!(rows[0]["throughput"].is_null(), has_forms, "{rows:?}");
                 }
             }
         }

@@ -199,10 +199,10 @@ fn a_run_of_several_objects_goes_on_where_it_was_interrupted() {
     let state = folder.file("half.state");
     let keep = ["--steps", "7", "--checkpoint", path(&state)];
     let (half, _) = run("half", "parallel", &keep);
-    let under_way = half["counters"]["in_flight"].as_u64();
+    let arrived = half["counters"]["transferred"].as_u64();
     assert!(
-        under_way > Some(0),
-        "some are under way: {}",
+        arrived > Some(0),
+        "some change objects: {}",
         half["counters"]
     );
     let (_, resumed) = run(
@@ -213,10 +213,11 @@ fn a_run_of_several_objects_goes_on_where_it_was_interrupted() {
     let (_, whole) = run("whole", "parallel", &["--steps", "13"]);
     let (_, scattered) = run("scattered", "scattered", &["--steps", "13"]);
     let (_, direct) = run("direct", "direct", &["--steps", "13"]);
-    for same in [&resumed, &scattered] {
+    for same in [&resumed, &scattered, &direct] {
         done(&["compare", path(&whole), path(same)]);
     }
-    let other = myxo(&["compare", path(&whole), path(&direct)]);
+    let (_, respawn) = run("respawn", "respawn", &["--steps", "13"]);
+    let other = myxo(&["compare", path(&whole), path(&respawn)]);
     assert_eq!(other.status.code(), Some(1));
     assert!(text(&other.stdout).contains("DIFFERS"));
 }

@@ -17,7 +17,6 @@ use myxo::sim::choices::kernels::*;
 use myxo::sim::choices::{sensor_places, turning_strips};
 use myxo::sim::plan::{Means, Plan};
 use myxo::sim::step::advance::Form;
-use myxo::sim::step::turn::Turn;
 use myxo::sim::twin::choices as twin;
 use myxo::sim::types::{Motion, Particle};
 
@@ -323,7 +322,7 @@ fn sensors_read_the_same_whichever_way_the_trail_is_bound() {
     let setup = start("builtin:torus?major=24&minor=16", 1021);
     let scene = scene("builtin:torus?major=24&minor=16", |_| {});
     let plan = Plan::new(&scene.settings, &setup, 0, Means::of_host(false, 1));
-    let params = plan.advance(plan.terms(), Form::All, Turn::All).params;
+    let params = plan.advance(plan.terms(), Form::All).params;
     let own = physarums(&scene.settings, &setup)[0];
     let places = sensor_places(&setup, &params, &own, &setup.particles, &setup.motions);
     assert_eq!(places.len(), 2 * 1021);

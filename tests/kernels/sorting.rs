@@ -12,7 +12,7 @@ use myxo::sim::kernels::{
 use myxo::sim::plan::{Means, Plan};
 use myxo::sim::sorting::{SORT_INTERVAL, Tiles};
 use myxo::sim::twin::sort::{bin_of, sort_count, sort_scan, sort_scatter};
-use myxo::sim::types::{Flow, Motion, Particle, Window};
+use myxo::sim::types::{Motion, Particle, Window};
 use myxo::sim::{Setup, Simulation};
 
 fn trio(count: u32, size: u32, strategy: Strategy) -> Scene {
@@ -43,15 +43,13 @@ impl SortParams {
     }
 }
 
-/// What the kernels work on: each object's particles in its window, which begins anywhere in the ring, the first of the
-/// first one in flight.
+/// What the kernels work on: each object's particles in its window, which begins anywhere in the ring.
 struct Case {
     setup: Setup,
     params: SortParams,
     particles: Vec<Particle>,
     motions: Vec<Motion>,
     windows: Option<Vec<Window>>,
-    flow: Flow,
 }
 
 impl Case {
@@ -73,21 +71,13 @@ impl Case {
             window
         });
         let rings: Vec<Window> = counted.collect();
-        let flow = Flow {
-            leaving: rings[0].count.min(count / 10),
-            ..Flow::default()
-        };
         let mut particles = in_order.clone();
         let mut motions = setup.motions.clone();
         if windows {
             for (i, particle) in in_order.into_iter().enumerate() {
                 let slot = Window::slot(rings[0].start, i as u32, count) as usize;
                 particles[slot] = particle;
-                motions[slot].flags = if (i as u32) < flow.leaving {
-                    Motion::IN_FLIGHT
-                } else {
-                    8
-                };
+                motions[slot].flags = 8 << Motion::FED_SHIFT;
             }
         }
         Self {
@@ -96,7 +86,6 @@ impl Case {
             particles,
             motions,
             windows: windows.then_some(rings),
-            flow,
         }
     }
 
@@ -117,7 +106,6 @@ impl Case {
         gpu.run(|rec| {
             let args = SortCountArgs {
                 particles: &particles,
-                motions: &motions,
                 strips: &strips,
                 bins: &bins,
             };
@@ -137,7 +125,6 @@ impl Case {
         let none = [Window { start: 0, count: 0 }];
         let windows = self.windows.as_deref().unwrap_or(&none);
         let windows = Buffer::from_slice(ctx, "windows", windows).unwrap();
-        let flow = Buffer::from_slice(ctx, "flow", &[self.flow]).unwrap();
         let sorted_particles =
             Buffer::zeroed(ctx, "sorted_particles", self.particles.len()).unwrap();
         let sorted_motions = Buffer::zeroed(ctx, "sorted_motions", self.particles.len()).unwrap();
@@ -150,7 +137,6 @@ impl Case {
                 sorted_particles: &Texels::new(&sorted_particles, 4).unwrap(),
                 sorted_motions: &Texels::new(&sorted_motions, 4).unwrap(),
                 windows: &windows,
-                flow: &flow,
             };
             let threads = Threads(self.params.scatter.particle_count);
             rec.dispatch(&scatter, threads, args, self.params.scatter);
@@ -170,17 +156,17 @@ impl Case {
         let windows = self.windows.as_deref();
         let mut bins = vec![0; self.params.scan.bin_count as usize];
         let both = (&self.particles[..], &self.motions[..]);
-        sort_count(windows.is_some(), params, strips, both.0, both.1, &mut bins);
+        sort_count(windows.is_some(), params, strips, both.0, &mut bins);
         let counted = bins.clone();
         sort_scan(&mut bins);
         let scanned = bins.clone();
         let (mut particles, mut motions) = (self.particles.clone(), self.motions.clone());
         let sorted = (&mut particles[..], &mut motions[..]);
-        sort_scatter(windows, params, strips, &self.flow, &mut bins, both, sorted);
+        sort_scatter(windows, params, strips, &mut bins, both, sorted);
         (counted, scanned, particles, motions)
     }
 
-    /// Particles and motions by bin, those of a bin by id; those in flight by slot.
+    /// Particles and motions by bin, those of a bin by id.
     fn in_order(&self, particles: &[Particle], motions: &[Motion]) -> Vec<(u32, u32, [u32; 4])> {
         let strips = &self.setup.strips;
         let windows = self.windows.as_deref();
@@ -189,27 +175,13 @@ impl Case {
         let rows = (0..count).map(|i| {
             let slot = Window::slot(start, i, count) as usize;
             let (particle, motion) = (particles[slot], motions[slot]);
-            let in_flight = windows.is_some() && motion.in_flight();
-            let bin = if in_flight {
-                assert!(i < self.flow.leaving, "those in flight stay first");
-                i
-            } else {
-                bin_of(windows.is_some(), &self.params.count, strips, &particle)
-            };
-            (
-                u32::from(!in_flight),
-                bin,
-                particle.id,
-                bytemuck::cast(motion),
-            )
+            let bin = bin_of(windows.is_some(), &self.params.count, strips, &particle);
+            (bin, particle.id, bytemuck::cast(motion))
         });
         let mut rows: Vec<_> = rows.collect();
-        assert!(
-            rows.is_sorted_by_key(|row| (row.0, row.1)),
-            "bins come in order"
-        );
-        rows.sort_by_key(|row| (row.0, row.1, row.2));
-        rows.into_iter().map(|row| (row.1, row.2, row.3)).collect()
+        assert!(rows.is_sorted_by_key(|row| row.0), "bins come in order");
+        rows.sort_by_key(|row| (row.0, row.1));
+        rows
     }
 }
 
@@ -268,9 +240,8 @@ fn steps_sort_every_so_often() {
                 .first()
                 .map_or(0, |window| window.start);
             let slots = (0..2000).map(|i| Window::slot(start, i, 2000) as usize);
-            let settled = slots.filter(|&slot| !state.motions[slot].in_flight());
             let strips = &setup.strips;
-            let bins: Vec<u32> = settled
+            let bins: Vec<u32> = slots
                 .map(|slot| bin_of(windows, &params.count, strips, &state.particles[slot]))
                 .collect();
             // Neighbours in memory that lie in ascending bins.

@@ -62,7 +62,7 @@ fn the_seed_checkpoints_are_gone_on_from() {
 fn write_the_seed_checkpoints() {
     let flies = |steps: &usize| {
         let state = seed_checkpoint(*steps).snapshot;
-        !state.transfers.in_flight.is_empty()
+        state.transfers.flow.arrived > 0
     };
     let flight = (3..200).find(flies).expect("some change objects");
     for steps in [0, flight] {

@@ -4,11 +4,10 @@ use bytemuck::Pod;
 
 use super::super::snapshot::{Distances, FoodState, Snapshot};
 use super::super::transfers::TransferState;
-use super::super::types::{Flow, Meal, Motion, Particle, Transfer, Window};
+use super::super::types::{Flow, Meal, Motion, Particle, Window};
 use super::Simulation;
 use crate::error::Result;
 use crate::gpu::{Buffer, Readback, Recorder};
-use crate::scene::settings::Strategy;
 
 /// One buffer on its way.
 struct Part<T> {
@@ -42,11 +41,8 @@ impl<T: Pod> Part<T> {
 /// The parts of [`TransferState`]; none with a single object.
 struct TransferParts {
     windows: Option<Part<Window>>,
-    /// All places of the list; `flow` says how many are in use.
-    arriving: Part<Transfer>,
     flow: Part<Flow>,
     flux: Part<u32>,
-    strategy: Strategy,
 }
 
 /// A state on its way to the host.
@@ -86,10 +82,8 @@ impl Simulation {
                         windows: (strategy.has_windows())
                             .then(|| Part::record(rec, &transfers.windows))
                             .transpose()?,
-                        arriving: Part::record(rec, &transfers.arriving)?,
                         flow: Part::record(rec, &transfers.flow)?,
                         flux: Part::record(rec, &transfers.flux)?,
-                        strategy,
                     })
                 })
                 .transpose()?,
@@ -131,7 +125,6 @@ impl SnapshotCopy {
             && deposits.is_there()
             && transfers.as_mut().is_none_or(|parts| {
                 parts.windows.as_mut().is_none_or(Part::is_there)
-                    && parts.arriving.is_there()
                     && parts.flow.is_there()
                     && parts.flux.is_there()
             })
@@ -156,17 +149,10 @@ impl SnapshotCopy {
             deposits: self.deposits.take(),
             transfers: self.transfers.map_or_else(TransferState::default, |parts| {
                 let flow = parts.flow.take().first().copied().unwrap_or_default();
-                let mut in_flight = parts.arriving.take();
-                // Without turns everybody has landed.
-                in_flight.truncate(if parts.strategy.has_turns() {
-                    flow.leaving as usize
-                } else {
-                    0
-                });
                 TransferState {
                     windows: parts.windows.map(Part::take).unwrap_or_default(),
-                    in_flight,
-                    flow,
+                    in_flight: Vec::new(),
+                    flow: flow.between_steps(),
                     flux: parts.flux.take(),
                 }
             }),

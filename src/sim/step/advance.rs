@@ -1,6 +1,5 @@
 //! `advance` in its four forms: what they take, read and write. Twin of `shaders/advance.comp`.
 
-use super::turn::Turn;
 use rayon::prelude::*;
 
 use crate::gpu::{AnyBuffer, Kernel as _};
@@ -19,7 +18,7 @@ use crate::sim::setup::Setup;
 use crate::sim::state::State;
 use crate::sim::strip_walk::StripWalk;
 use crate::sim::surroundings::{COVERED, IN_SIGHT, NEAR};
-use crate::sim::types::{Flow, Meal, Motion, Particle, Physarum, Pose, Vertex, Window};
+use crate::sim::types::{Flow, Meal, Motion, Particle, Physarum, Pose, Vertex};
 use crate::sim::walker::WALK_DONE;
 use crate::sim::work::{Call, Counter, StepKernel};
 
@@ -115,7 +114,7 @@ impl Plan<'_> {
 
     /// Moves, or a form of it: particles walk, sense, turn, walk, eat and deposit.
     #[must_use]
-    pub fn advance(&self, terms: Terms, form: Form, turn: Turn) -> Call<Advance> {
+    pub fn advance(&self, terms: Terms, form: Form) -> Call<Advance> {
         let Self {
             settings,
             setup,
@@ -133,8 +132,6 @@ impl Plan<'_> {
                 distance: terms.distance,
                 border_reflects: self.border_reflects(),
                 selects: self.strategy != Strategy::None,
-                turns: self.strategy.has_turns(),
-                windows: self.strategy.has_windows(),
                 own_physarum: self.own_physarum,
                 across: self.strategy.sees_across(),
                 sensing: match form {
@@ -154,7 +151,6 @@ impl Plan<'_> {
                 time_step: self.time_step(),
                 attempts: settings.physarum.edge_crossing_attempts,
                 pitch: setup.atlas.pitch,
-                object: turn.object(),
                 transfer_capacity: means.capacity,
                 transfer_threshold: lengths.threshold,
                 deepest: lengths.deepest,
@@ -214,7 +210,6 @@ impl StepKernel for Advance {
             across: &s.across.places.texels,
             across_triangles: &s.across.triangles.texels,
             surroundings: &s.across.surroundings.texels,
-            windows: &s.transfers.window_texels,
             flow: &s.transfers.flow,
             particle_indices: &s.transfers.particle_indices,
             particles_before: &s.particles.texels,
@@ -261,7 +256,6 @@ impl StepKernel for Advance {
                 plates: &setup.pantry.plates,
             },
             Selection {
-                windows: &a.transfers.windows,
                 flow: &mut a.transfers.flow[0],
                 particle_indices: &mut a.transfers.particle_indices,
                 meals: &mut a.meals,
@@ -343,10 +337,8 @@ impl AdvanceInputs<'_> {
     }
 }
 
-/// Where `advance` finds the particles of a turn, and lists those that it selects.
+/// Where `advance` lists the particles that it selects, and counts.
 pub struct Selection<'a> {
-    /// One an object, where there are windows.
-    pub windows: &'a [Window],
     /// Counts what was selected.
     pub flow: &'a mut Flow,
     /// The selected ones.
@@ -357,37 +349,25 @@ pub struct Selection<'a> {
     pub forms: &'a mut [usize; 4],
 }
 
-/// Advances every particle of a turn by one step. Returns for each the smallest gap between two sensors that decided its turn:
+/// Advances every particle by one step. Returns for each the smallest gap between two sensors that decided its turn:
 /// where it is tiny, another device's rounding may turn the particle another way.
 pub fn advance(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
     inputs: &AdvanceInputs,
-    turn: Selection,
+    selection: Selection,
     particles: &mut [Particle],
     motions: &mut [Motion],
     deposits: &mut [u32],
 ) -> Vec<f32> {
-    let (first, count) = match constants.windows {
-        true => {
-            let window = turn.windows[params.object as usize];
-            (window.start, window.count)
-        }
-        false => (0, params.particle_count),
-    };
-    let slot = |i| Window::slot(first, i, params.particle_count) as usize;
-    let (all, meals) = ((&*particles, &*motions), &*turn.meals);
+    let (all, meals) = ((&*particles, &*motions), &*selection.meals);
     // Particles do not wait for each other: what they do to what they share comes afterwards, in their order.
-    let outcomes: Vec<_> = (0..count)
+    let outcomes: Vec<_> = (0..params.particle_count as usize)
         .into_par_iter()
-        .filter_map(|i| {
-            let slot = slot(i);
-            advance_one(constants, params, inputs, meals, (all.0[slot], all.1[slot]))
-                .map(|outcome| (slot, outcome))
-        })
+        .map(|slot| advance_one(constants, params, inputs, meals, (all.0[slot], all.1[slot])))
         .collect();
     let mut gaps = Vec::with_capacity(outcomes.len());
-    for (slot, outcome) in outcomes {
+    for (slot, outcome) in outcomes.into_iter().enumerate() {
         let Outcome {
             particle,
             mut motion,
@@ -395,18 +375,19 @@ pub fn advance(
         } = outcome;
         gaps.push(outcome.gap);
         if let Some(form) = outcome.form {
-            turn.forms[form] += 1;
+            selection.forms[form] += 1;
         }
         deposits[outcome.texel] += outcome.deposit;
         if let Some(meal) = outcome.meal {
-            turn.meals[meal].eaten += 1;
+            selection.meals[meal].eaten += 1;
         }
         if outcome.is_selected {
-            if turn.flow.wanted < params.transfer_capacity {
-                turn.particle_indices[turn.flow.wanted as usize] = slot as u32;
-                motion.flags |= Motion::IN_FLIGHT;
+            let place = selection.flow.wanted as usize;
+            if place < params.transfer_capacity as usize {
+                selection.particle_indices[place] = slot as u32;
             }
-            turn.flow.wanted += 1;
+            motion.flags |= Motion::SELECTED;
+            selection.flow.wanted += 1;
         }
         particles[slot] = particle;
         motions[slot] = motion;
@@ -429,24 +410,16 @@ struct Outcome {
     is_selected: bool,
 }
 
-/// The kernel for one particle; none if it is not its turn.
+/// The kernel for one particle.
 fn advance_one(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
     inputs: &AdvanceInputs,
     meals: &[Meal],
     (particle, motion): (Particle, Motion),
-) -> Option<Outcome> {
+) -> Outcome {
     let mut fed = if constants.food { motion.fed() } else { 0 };
-    let mut flags = Motion::stamp_of(params.time_step);
-    if constants.turns {
-        let before = motion.flags & !Motion::FED;
-        let object = inputs.strips[particle.triangle as usize].shape.object;
-        let of_another = !constants.windows && object != params.object;
-        if of_another || before == flags || motion.in_flight() {
-            return None;
-        }
-    }
+    let mut flags = 0;
     let own = physarum_on(constants, inputs, particle.triangle);
     let appetite = if fed == 0 { 1.0 } else { params.fed_attraction };
 
@@ -578,7 +551,7 @@ fn advance_one(
         let less = before - ROUNDING * before.abs();
         is_selected = now < params.transfer_threshold && now < less;
     }
-    Some(Outcome {
+    Outcome {
         particle: moved,
         motion: Motion {
             heading_p: w.heading[0],
@@ -592,7 +565,7 @@ fn advance_one(
         deposit: if fed == 0 { 1 } else { params.fed_deposit },
         meal,
         is_selected,
-    })
+    }
 }
 
 /// Where the sensors of a heading look: left, middle and right.

@@ -91,7 +91,7 @@ pub fn respawn(
             heading_p,
             heading_h,
             pending: 0.0,
-            flags: motion.flags & !Motion::IN_FLIGHT,
+            flags: motion.flags & !Motion::SELECTED,
         };
     }
 }

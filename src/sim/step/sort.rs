@@ -12,7 +12,7 @@ use crate::sim::kernels::{
 use crate::sim::plan::Plan;
 use crate::sim::sorting::Tiles;
 use crate::sim::state::State;
-use crate::sim::types::{Flow, Motion, Particle, Window};
+use crate::sim::types::{Motion, Particle, Window};
 use crate::sim::work::{Call, StepKernel};
 
 impl Plan<'_> {
@@ -82,7 +82,6 @@ impl StepKernel for SortCount {
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> SortCountArgs<'s> {
         SortCountArgs {
             particles: &s.particles.texels,
-            motions: &s.motions.texels,
             strips: &s.surface.strips,
             bins: &s.sorting.bins,
         }
@@ -94,7 +93,6 @@ impl StepKernel for SortCount {
             &call.params,
             &a.setup.strips,
             &a.particles,
-            &a.motions,
             &mut a.bins,
         );
     }
@@ -126,7 +124,6 @@ impl StepKernel for SortScatter {
             sorted_particles: &s.sorting.particles.texels,
             sorted_motions: &s.sorting.motions.texels,
             windows: &s.transfers.windows,
-            flow: &s.transfers.flow,
         }
     }
 
@@ -147,7 +144,6 @@ impl StepKernel for SortScatter {
                 tile_count,
             },
             &a.setup.strips,
-            &a.transfers.flow[0],
             &mut a.bins,
             (&a.particles, &a.motions),
             (&mut a.sorted_particles, &mut a.sorted_motions),
@@ -176,13 +172,10 @@ pub fn sort_count(
     params: &SortCountParams,
     strips: &[StripTriangle],
     particles: &[Particle],
-    motions: &[Motion],
     bins: &mut [u32],
 ) {
-    for (particle, motion) in particles.iter().zip(motions) {
-        if !(windows && motion.in_flight()) {
-            bins[bin_of(windows, params, strips, particle) as usize] += 1;
-        }
+    for particle in particles {
+        bins[bin_of(windows, params, strips, particle) as usize] += 1;
     }
 }
 
@@ -199,20 +192,16 @@ pub fn sort_scatter(
     windows: Option<&[Window]>,
     params: &SortCountParams,
     strips: &[StripTriangle],
-    flow: &Flow,
     bins: &mut [u32],
     (particles, motions): (&[Particle], &[Motion]),
     (sorted_particles, sorted_motions): (&mut [Particle], &mut [Motion]),
 ) {
-    for (i, (particle, motion)) in particles.iter().zip(motions).enumerate() {
-        let mut slot = i as u32;
-        if windows.is_none() || !motion.in_flight() {
-            let bin = bin_of(windows.is_some(), params, strips, particle);
-            slot = bins[bin as usize];
-            bins[bin as usize] += 1;
-            if let Some(windows) = windows {
-                slot = Window::slot(windows[0].start, flow.leaving + slot, params.particle_count);
-            }
+    for (particle, motion) in particles.iter().zip(motions) {
+        let bin = bin_of(windows.is_some(), params, strips, particle) as usize;
+        let mut slot = bins[bin];
+        bins[bin] += 1;
+        if let Some(windows) = windows {
+            slot = Window::slot(windows[0].start, slot, params.particle_count);
         }
         sorted_particles[slot as usize] = *particle;
         sorted_motions[slot as usize] = *motion;

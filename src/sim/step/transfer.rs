@@ -1,6 +1,5 @@
 //! The kernels that let particles leave and land: what they take, read and write, and their twins.
 
-use super::turn::Turn;
 use crate::mesh::surface::{AtlasMap, NONE};
 use crate::mesh::trees::search::{UNLIMITED, nearest_on};
 use crate::mesh::trees::sides::Sides;
@@ -9,25 +8,26 @@ use crate::sim::crossing::Terrain;
 use crate::sim::field::{atlas_position, texel_at};
 use crate::sim::ground::{Flight, Ground};
 use crate::sim::kernels::{TransferIn, TransferInArgs, TransferOut, TransferOutArgs};
-use crate::sim::kernels::{TransferInParams, TransferOutConstants, TransferOutParams};
+use crate::sim::kernels::{
+    TransferInConstants, TransferInParams, TransferOutConstants, TransferOutParams,
+};
 use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
-use crate::sim::types::{Flow, Motion, Particle, Physarum, Pose, Transfer};
+use crate::sim::types::{Border, Flow, Motion, Particle, Physarum, Pose, Transfer};
 use crate::sim::walker::WALK_OUT_OF_ATTEMPTS;
 use crate::sim::work::{Call, StepKernel};
 
 impl Plan<'_> {
-    /// Lets those land that have come to an object, or to any.
-    pub fn transfer_in(&self, turn: Turn) -> Call<TransferIn> {
+    /// Lets those land that have left.
+    #[must_use]
+    pub fn transfer_in(&self) -> Call<TransferIn> {
         Call {
             on: (),
-            constants: (),
+            constants: TransferInConstants {
+                windows: self.strategy.has_windows(),
+            },
             params: TransferInParams {
-                object: match turn {
-                    Turn::All => NONE,
-                    Turn::Of(object) => object,
-                },
                 capacity: self.means.capacity,
             },
         }
@@ -60,8 +60,8 @@ impl StepKernel for TransferIn {
 
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> TransferInArgs<'s> {
         TransferInArgs {
-            arriving: &s.transfers.arriving,
-            departing: &s.transfers.departing,
+            transfers: &s.transfers.transfers,
+            borders: &s.transfers.borders,
             flow: &s.transfers.flow,
             particles: &s.particles.texels,
             motions: &s.motions.texels,
@@ -75,10 +75,11 @@ impl StepKernel for TransferIn {
     fn twin(call: &Call<Self>, a: &mut Arrays) {
         let t = &mut a.transfers;
         transfer_in(
+            &call.constants,
             &call.params,
             &Ground::of(&a.setup, &a.poses),
-            &t.arriving,
-            &mut t.departing,
+            &t.transfers,
+            &mut t.borders,
             &mut t.flow[0],
             &mut a.particles,
             &mut a.motions,
@@ -97,7 +98,7 @@ impl StepKernel for TransferOut {
             motions: &s.motions.texels,
             nearest: &s.near.nearest.texels,
             strips: &s.surface.strips,
-            departing: &s.transfers.departing,
+            transfers: &s.transfers.transfers,
             flux: &s.transfers.flux,
             triangles: &s.surface.triangles,
             halfedges: &s.surface.halfedges,
@@ -138,28 +139,27 @@ impl StepKernel for TransferOut {
             &a.nearest,
             &a.setup.atlas.maps,
             &a.bias,
-            &mut t.departing,
+            &mut t.transfers,
             &mut t.flux,
         );
     }
 }
 
-/// Twin of `shaders/transfer_in.comp`. The kernel may append in another order.
+/// Twin of `shaders/transfer_in.comp`.
 pub fn transfer_in(
+    constants: &TransferInConstants,
     params: &TransferInParams,
     ground: &Ground,
-    arriving: &[Transfer],
-    departing: &mut [Transfer],
+    transfers: &[Transfer],
+    borders: &mut [Border],
     flow: &mut Flow,
     particles: &mut [Particle],
     motions: &mut [Motion],
 ) {
-    for transfer in &arriving[..flow.leaving.min(params.capacity) as usize] {
-        if params.object != NONE && params.object != transfer.target {
-            flow.passing += 1;
-            departing[flow.wanted as usize] = *transfer;
-            flow.wanted += 1;
-            continue;
+    for transfer in &transfers[..flow.leaving.min(params.capacity) as usize] {
+        if constants.windows && transfer.source != transfer.target {
+            borders[transfer.source as usize].left += 1;
+            borders[transfer.target as usize].came += 1;
         }
         flow.arrived = flow.arrived.saturating_add(1);
         let slot = transfer.particle as usize;
@@ -182,11 +182,11 @@ pub fn transfer_out(
     nearest: &[u32],
     atlas_maps: &[AtlasMap],
     bias: &[f32],
-    departing: &mut [Transfer],
+    transfers: &mut [Transfer],
     flux: &mut [u32],
 ) {
     let ground = &terrain.ground;
-    for i in flow.carried..flow.leaving.min(params.capacity) {
+    for i in 0..flow.leaving.min(params.capacity) {
         let slot = particle_indices[i as usize];
         let particle = &particles[slot as usize];
         let motion = &motions[slot as usize];
@@ -254,7 +254,7 @@ pub fn transfer_out(
             crosses = false;
         }
         flow.crossed = flow.crossed.saturating_add(u32::from(crosses));
-        departing[i as usize] = Transfer {
+        transfers[i as usize] = Transfer {
             position: flight.position,
             particle: slot,
             heading: flight.heading,

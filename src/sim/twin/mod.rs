@@ -27,7 +27,7 @@ pub use super::step::distance_tiles::distance_tiles;
 pub use super::step::exchange_seams::exchange_seams;
 pub use super::step::respawn::respawn;
 pub use super::step::scent::scent;
-pub use super::step::{ring, sort, transfer, unfold};
+pub use super::step::{limit, sort, transfer, unfold, windows};
 pub use paint::paint;
 pub use summon::summon;
 pub use tree_queries::tree_queries;
@@ -183,7 +183,7 @@ impl Simulation {
             motions: motions.clone(),
             trail: trail.clone(),
             deposits: previous_deposits.clone(),
-            transfers: transfers.state(self.course.settings.strategy()),
+            transfers: transfers.state(),
             bias: bias.clone(),
             food: FoodState {
                 remaining: meals.iter().map(|meal| meal.remaining).collect(),

@@ -20,7 +20,7 @@ pub fn summon(
         let particle = particles[i];
         let range = place_ranges[triangles[particle.triangle as usize].object as usize];
         let words = random(params.seed, particle.id, params.dab, Purpose::Paint);
-        if range.y == 0 || motions[i].in_flight() || unit(words[0]) >= params.share {
+        if range.y == 0 || unit(words[0]) >= params.share {
             continue;
         }
         let place = places[(range.x + words[1] % range.y) as usize];

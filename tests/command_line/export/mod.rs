@@ -267,7 +267,6 @@ fn arrays_hold_the_state() {
     let uvs = arrays.all::<[f32; 2]>("particle_uv", "<f4", &[n, 2]);
     let texels = arrays.all::<[f32; 2]>("particle_texel", "<f4", &[n, 2]);
     let pending = arrays.all::<f32>("particle_pending", "<f4", &[n]);
-    let in_flight = arrays.all::<u8>("particle_in_flight", "|b1", &[n]);
     let poses = run.simulation.world_from_object();
     for (particle, motion) in state.particles.iter().zip(&state.motions) {
         let i = particle.id as usize;
@@ -278,7 +277,6 @@ fn arrays_hold_the_state() {
             (uvs[i], pending[i]),
             ([particle.u, particle.v], motion.pending)
         );
-        assert_eq!(in_flight[i], u8::from(motion.in_flight()));
         let [a, b, c] = surface.corners[t].map(|v| surface.positions[v as usize]);
         let pose = poses[object as usize];
         let place = pose.transform_point3(a + particle.u * (b - a) + particle.v * (c - a));

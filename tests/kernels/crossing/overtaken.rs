@@ -37,14 +37,10 @@ fn hardly_anybody_stays_inside_objects_that_move() {
         let inside = |texel: usize| distances[texel] < 0.0;
         let texels: Vec<usize> = (0..distances.len()).filter(owned).collect();
         let covered = texels.iter().filter(|texel| inside(**texel)).count();
-        let buried = state
-            .particles
-            .iter()
-            .zip(&state.motions)
-            .filter(|(particle, motion)| {
-                let Particle { triangle, u, v, .. } = **particle;
-                !motion.in_flight() && inside(atlas.texel_of(triangle, u, v) as usize)
-            });
+        let buried = state.particles.iter().filter(|particle| {
+            let Particle { triangle, u, v, .. } = **particle;
+            inside(atlas.texel_of(triangle, u, v) as usize)
+        });
         let [covered, buried] = [
             share(covered, texels.len()),
             share(buried.count(), state.particles.len()),

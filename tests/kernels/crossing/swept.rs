@@ -72,7 +72,6 @@ fn who_was_moved_over_goes_on_from_there() {
                 painted: false,
                 paths: TexelPaths::default(),
             },
-            carried: 0,
             counted: 0,
         };
         let (departing, _, crossed) = case.by_kernel(&gpu);

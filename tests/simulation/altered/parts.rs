@@ -25,7 +25,7 @@ pub const MOTIONS: usize = 1;
 pub const TRAIL: usize = 2;
 pub const DEPOSITS: usize = 3;
 pub const WINDOWS: usize = 4;
-pub const IN_FLIGHT: usize = 5;
+const IN_FLIGHT: usize = 5;
 pub const FLOW: usize = 6;
 pub const LAST_POSES: usize = 8;
 pub const DISTANCE_POSES: usize = 9;
@@ -92,6 +92,24 @@ impl Parts {
     pub fn set(&mut self, list: usize, element: usize, word: usize, with: u32) {
         let index = element * LISTS[list].1 + word;
         self.lists[list][index] = with;
+    }
+
+    /// A particle of the first object is in flight to the second one, the first of its window. Some words of its transfer are
+    /// as they are given.
+    pub fn fly(&mut self, words: Range<usize>, with: f32) {
+        const SELECTED: usize = 11;
+        let [first, second] = [0, 2].map(|window| self.lists[WINDOWS][window]);
+        let triangle = self.lists[PARTICLES][4 * second as usize];
+        self.lists[MOTIONS][4 * first as usize + 3] |= 1;
+        self.lists[FLOW][SELECTED] += 1;
+        let [zero, one] = [0.0_f32, 1.0].map(f32::to_bits);
+        // Where from, its slot; heading, source; normal, target; triangle, what is left to walk.
+        let mut transfer = vec![
+            zero, zero, zero, first, one, zero, zero, 0, zero, one, zero, 1, triangle, zero, 0, 0,
+        ];
+        transfer[words].fill(with.to_bits());
+        self.lists[IN_FLIGHT] = transfer;
+        self.count();
     }
 
     pub fn movement(&mut self, key: &str, value: f64) {

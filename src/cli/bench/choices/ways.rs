@@ -19,7 +19,6 @@ use myxo::sim::choices::kernels::{
 use myxo::sim::choices::{sensor_places, turning_strips};
 use myxo::sim::plan::{Means, Plan};
 use myxo::sim::step::advance::Form;
-use myxo::sim::step::turn::Turn;
 use myxo::sim::types::{Motion, Particle};
 use myxo::sim::{Simulation, Snapshot};
 use myxo::{Error, Result};
@@ -169,7 +168,7 @@ impl<'a> Ways<'a> {
         let snapshot = simulation.snapshot()?;
         let means = Means::of_host(false, 1);
         let plan = Plan::new(simulation.settings(), setup, simulation.step(), means);
-        let params = plan.advance(plan.terms(), Form::All, Turn::All).params;
+        let params = plan.advance(plan.terms(), Form::All).params;
         let own = physarums(simulation.settings(), setup)[0];
         let places = sensor_places(setup, &params, &own, &snapshot.particles, &snapshot.motions);
         let place_buffer = Buffer::from_slice_in(ctx, "choices.places", &places, Domain::Texels)?;

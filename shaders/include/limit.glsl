@@ -1,0 +1,22 @@
+// limit: which selected particles leave where more are selected than the lists hold: those with the smallest keys. A key is the
+// particle's id, mixed by a bijection that is another one in each step: no two are equal, and none is always first. Twin of
+// src/sim/step/limit.rs.
+// The includer declares `params` with `salt` first.
+
+#ifndef MYXO_LIMIT
+#define MYXO_LIMIT
+
+// Bins of half a key.
+const uint BINS = 65536u;
+
+// The finalizer of MurmurHash3 (Appleby), a bijection.
+uint key_of(uint id) {
+    uint h = id + params.salt;
+    h ^= h >> 16u;
+    h *= 0x85ebca6bu;
+    h ^= h >> 13u;
+    h *= 0xc2b2ae35u;
+    return h ^ (h >> 16u);
+}
+
+#endif

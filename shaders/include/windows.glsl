@@ -1,0 +1,58 @@
+// windows: which slots a window has got when the borders moved. Twin of src/sim/step/windows.rs.
+// The includer declares `windows`, `borders` and `params` with `particle_count` and `object_count` first.
+//
+// What a window has now and had before are two runs of slots. What it has got lies in front of their common part
+// (`front` slots), or behind it.
+
+#ifndef MYXO_WINDOWS
+#define MYXO_WINDOWS
+
+#include "ring.glsl"
+
+// The slot of number i of those that a window has got.
+uint gained_slot(uint object, uint i) {
+    Window window = windows[object];
+    Border border = borders[object];
+    uint offset = i < border.front ? i : window.count - (border.gained - i);
+    return ring_slot(window.start, offset, params.particle_count);
+}
+
+// Was a slot a window's before, and is it still?
+bool has_kept(uint object, uint slot) {
+    Window window = windows[object];
+    Border border = borders[object];
+    uint offset = ring_offset(window.start, slot, params.particle_count);
+    return offset >= border.front && offset < window.count - (border.gained - border.front);
+}
+
+// The window that has got the slot of number i of all that windows have got.
+uint window_of_gained(uint i) {
+    uint low = 0u;
+    uint high = params.object_count;
+    while (high - low > 1u) {
+        uint middle = (low + high) / 2u;
+        if (borders[middle].first <= i) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+// The window whose part of the lists has entry i.
+uint window_of_entry(uint i) {
+    uint low = 0u;
+    uint high = params.object_count;
+    while (high - low > 1u) {
+        uint middle = (low + high) / 2u;
+        if (borders[middle].list <= i) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+#endif
