@@ -28,6 +28,7 @@ const VERSION: u32 = 6;
 #[derive(Serialize, Deserialize)]
 struct Header {
     step: u64,
+    /// Elements of each section.
     #[serde(flatten)]
     lengths: Lengths,
     fed_deposit: u32,
@@ -299,6 +300,7 @@ mod tests {
     use crate::sim::transfers::TransferState;
     use crate::sim::types::{Flow, Motion, Particle, Transfer, Window};
 
+    /// Every field by name and none empty, so that a field that the list of what is kept lacks is missed.
     fn checkpoint() -> Checkpoint {
         Checkpoint {
             scene: "seed = 9\n".to_owned(),

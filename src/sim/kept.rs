@@ -40,9 +40,9 @@ macro_rules! kept {
     (@elements $elements:literal) => { Some($elements) };
 }
 
-// The field of `Snapshot`; in brackets the name of its length in a checkpoint's header, with `=` if that is the length of an
-// earlier part, empty if there is always one element; the buffer; and, where the length is checked here, what messages call the
-// elements.
+// Columns: the field of `Snapshot`; the name of its length in a checkpoint's header, with `=` if an earlier part has that length,
+// too, and none if there is always one element; the buffer; and what error messages call the elements if their number is wrong,
+// where only this list checks it.
 kept! {
     particles [particles]           permanent(&buffers::PARTICLES, |state| Some(&state.particles)), "particles";
     motions [= particles]           permanent(&buffers::MOTIONS, |state| Some(&state.motions)), "motions";
@@ -65,22 +65,22 @@ kept! {
 
 /// A part, whatever its elements are.
 pub trait Part: Sync {
-    /// Writes down how long it is.
+    /// Enters its length.
     fn count(&self, snapshot: &Snapshot, lengths: &mut Lengths);
 
-    /// As it lies in memory and in a checkpoint.
+    /// Its bytes in memory, and in a checkpoint.
     fn bytes<'a>(&self, snapshot: &'a Snapshot) -> &'a [u8];
 
-    /// Takes it from the front of what is left of a checkpoint. None where that is too short.
+    /// Takes it from the front of the rest of a checkpoint; none if that is too short.
     fn read(&self, snapshot: &mut Snapshot, rest: &mut &[u8], lengths: &mut Lengths) -> Option<()>;
 
-    /// Checks that it is as long as its buffer has to be.
+    /// Compares its length with that of its buffer by the table.
     ///
     /// # Errors
-    /// Says how long it is.
+    /// When they differ.
     fn check_length(&self, snapshot: &Snapshot, counts: &Counts) -> Result<(), String>;
 
-    /// Copies it from the device, after all work submitted so far.
+    /// Copies it to the host, if it is on the device; waits for all work submitted so far.
     ///
     /// # Errors
     /// When the device is lost or its memory is full.
@@ -91,7 +91,7 @@ pub trait Part: Sync {
         snapshot: &mut Snapshot,
     ) -> Result<(), GpuError>;
 
-    /// Records such a copy. None where the device does not have it.
+    /// Records the same copy, if it is on the device.
     ///
     /// # Errors
     /// No memory.
@@ -101,7 +101,7 @@ pub trait Part: Sync {
         state: &State,
     ) -> Result<Option<Box<dyn PartCopy>>, GpuError>;
 
-    /// Uploads it, if its buffer is one that resuming does not make anew.
+    /// Uploads it, if its buffer is [permanent].
     ///
     /// # Errors
     /// When the device is lost or its memory is full.
@@ -129,10 +129,10 @@ impl Lengths {
     }
 }
 
-/// Checks the lengths of what a state of this scene has.
+/// Compares the lengths of a state with those of the buffers that the scene has.
 ///
 /// # Errors
-/// Names the first part that is longer or shorter.
+/// Names the first part that is longer or shorter than its buffer.
 pub fn check_lengths(snapshot: &Snapshot, setup: &Setup) -> Result<(), String> {
     let texels = setup.atlas.texel_count() as u64;
     let counts = Counts {
@@ -146,17 +146,17 @@ pub fn check_lengths(snapshot: &Snapshot, setup: &Setup) -> Result<(), String> {
     parts.try_for_each(|part| part.check_length(snapshot, &counts))
 }
 
-/// Copies everything that the device has into a snapshot, after all work submitted so far.
+/// Copies all parts on the device into a snapshot; waits for all work submitted so far.
 ///
 /// # Errors
 /// When the device is lost or its memory is full.
 pub fn download(ctx: &Context, state: &State, snapshot: &mut Snapshot) -> Result<(), GpuError> {
-    // From the last to the first: `Device::first`.
+    // Backwards, see `Device::first`.
     let mut parts = KEPT.iter().rev();
     parts.try_for_each(|part| part.download(ctx, state, snapshot))
 }
 
-/// Uploads everything whose buffers resuming does not make anew.
+/// Uploads all parts whose buffers are permanent.
 ///
 /// # Errors
 /// When the device is lost or its memory is full.
@@ -165,15 +165,16 @@ pub fn upload(ctx: &Context, state: &State, snapshot: &Snapshot) -> Result<(), G
     parts.try_for_each(|part| part.upload(ctx, state, snapshot))
 }
 
-/// Everything that the device has, on its way to the host.
+/// All parts on the device, on their way to the host.
 pub struct Copies(Vec<Box<dyn PartCopy>>);
 
 impl Copies {
-    /// Records them, as all that was recorded so far leaves the state.
+    /// Records the copies: of the state as all that was recorded so far leaves it.
     ///
     /// # Errors
     /// No memory.
     pub fn record(rec: &mut Recorder, state: &State) -> Result<Self, GpuError> {
+        // Backwards, as `download`.
         let parts = KEPT.iter().rev();
         let copies = parts.filter_map(|part| part.record(rec, state).transpose());
         Ok(Self(copies.collect::<Result<_, _>>()?))
@@ -259,31 +260,31 @@ impl Field for Flow {
     }
 }
 
-/// A line of the list: elements are `T` on the host and in checkpoints, and `D` on the device.
+/// A line of the list: its elements are `T` on the host and in checkpoints, and `D` on the device.
 struct Section<T: 'static, D: 'static> {
     get: fn(&Snapshot) -> &[T],
     set: fn(&mut Snapshot, Vec<T>),
-    /// None where there is always one element.
+    /// None if there is always one element.
     length: fn(&mut Lengths) -> Option<&mut u64>,
-    /// What messages about their number call them. None where other checks have more to say about it.
+    /// What messages about their number call them; none if that is checked elsewhere, where more is known about it.
     elements: Option<&'static str>,
     device: Device<T, D>,
 }
 
-/// Where the device has a part.
+/// Where a part is on the device.
 struct Device<T: 'static, D: 'static> {
-    /// None where it does not.
+    /// None if it is on the host only.
     row: Option<&'static Row<D>>,
-    /// None where the scene or its strategy does without it.
+    /// None if the scene or its strategy does not use it.
     buffer: fn(&State) -> Option<&Buffer<D>>,
-    /// How many elements are in use, if not all. Parts that follow in the list are in the snapshot by then.
+    /// How many elements are in use, if not all: by a part that follows in the list, which is why copies are taken backwards.
     first: Option<fn(&Snapshot) -> u32>,
     to_host: fn(Vec<D>) -> Vec<T>,
-    /// None where resuming makes the buffer anew, for what it is to hold.
+    /// None if the buffer is made anew on resuming.
     to_device: Option<fn(&[T]) -> &[D]>,
 }
 
-/// Not on the device.
+/// A part of the host only.
 const fn on_host<T: 'static>() -> Device<T, T> {
     Device {
         row: None,
@@ -294,7 +295,7 @@ const fn on_host<T: 'static>() -> Device<T, T> {
     }
 }
 
-/// In a buffer that is there as long as the simulation.
+/// A part in a buffer that stays as long as the simulation: resuming uploads it from here.
 const fn permanent<T>(
     row: &'static Row<T>,
     buffer: fn(&State) -> Option<&Buffer<T>>,
@@ -305,12 +306,12 @@ const fn permanent<T>(
     }
 }
 
-/// In a buffer that is there when it is needed, and that resuming makes anew.
+/// A part in a buffer that resuming makes anew with its contents, because its size depends on them or it is not always there.
 const fn remade<T>(row: &'static Row<T>, buffer: fn(&State) -> Option<&Buffer<T>>) -> Device<T, T> {
     converted(row, buffer, |elements| elements)
 }
 
-/// In such a buffer, of other elements.
+/// As [`remade`]; the host keeps other elements than the device has.
 const fn converted<T, D>(
     row: &'static Row<D>,
     buffer: fn(&State) -> Option<&Buffer<D>>,
@@ -361,6 +362,7 @@ impl<T: Pod, D: Pod + Send> Part for Section<T, D> {
         };
         let there = (self.get)(snapshot).len() as u64;
         let expected = row.len(counts);
+        // Buffers that are not permanent may be absent.
         let may_be_none = self.device.to_device.is_none();
         if there == expected || (there == 0 && may_be_none) {
             return Ok(());
@@ -406,7 +408,7 @@ impl<T: Pod, D: Pod + Send> Part for Section<T, D> {
 }
 
 impl<T, D> Section<T, D> {
-    /// Elements in use of so many.
+    /// How many of its buffer's elements are in use.
     fn used(&self, snapshot: &Snapshot, len: usize) -> usize {
         (self.device.first).map_or(len, |first| first(snapshot) as usize)
     }

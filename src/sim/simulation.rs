@@ -218,7 +218,7 @@ impl Simulation {
             .then(|| Raster::new(&self.ctx, &Counts::of(self.setup(), settings), self.setup()))
             .transpose()?;
         if rearranges && settings.objects.len() > 1 {
-            self.upload(self.snapshot()?, settings)?;
+            self.upload_state(self.snapshot()?, settings)?;
         }
         if let Some(pipelines) = pipelines {
             self.pipelines = pipelines;
@@ -335,7 +335,7 @@ impl Simulation {
         self.state.near.reach = 0.0;
         self.course = course;
         self.upload_poses()?;
-        self.upload(snapshot.into_owned(), &self.settings().clone())
+        self.upload_state(snapshot.into_owned(), &self.settings().clone())
     }
 }
 
@@ -357,7 +357,7 @@ fn pipelines_of(ctx: &Arc<Context>, step: &Step) -> Result<Pipelines, GpuError> 
 
 impl Simulation {
     /// Uploads a state in the order that the settings' strategy needs.
-    fn upload(&mut self, snapshot: Snapshot, settings: &Settings) -> Result<()> {
+    fn upload_state(&mut self, snapshot: Snapshot, settings: &Settings) -> Result<()> {
         let (setup, strategy) = (self.setup(), settings.strategy());
         let state = arranged(snapshot, setup, self.course.poses(), strategy);
         let counts = Counts::of(setup, settings);

@@ -407,22 +407,23 @@ impl Transfers {
         self.is_swapped
     }
 
-    /// What snapshots have of the windows: none where the strategy does without.
+    /// The windows; none if the strategy has none.
     pub(super) fn kept_windows(&self) -> Option<&Buffer<Window>> {
-        (self.strategy.has_windows()).then_some(&self.windows)
+        self.strategy.has_windows().then_some(&self.windows)
     }
 
-    /// Where transfers lie between steps, the first `leaving` of the flow: none without turns, where all particles have landed.
+    /// Transfers in flight between steps: the first ones, as many as `leaving` counts. None without turns, because all
+    /// particles have landed.
     pub(super) fn kept_arriving(&self) -> Option<&Buffer<Transfer>> {
-        (self.strategy.has_turns()).then_some(&self.arriving)
+        self.strategy.has_turns().then_some(&self.arriving)
     }
 
-    /// What is counted where there are several objects.
+    /// The counters; none with a single object.
     pub(super) fn kept_flow(&self) -> Option<&Buffer<Flow>> {
         self.has_several_objects().then_some(&self.flow)
     }
 
-    /// What is counted of each pair of them.
+    /// The flux; none with a single object.
     pub(super) fn kept_flux(&self) -> Option<&Buffer<u32>> {
         self.has_several_objects().then_some(&self.flux)
     }
