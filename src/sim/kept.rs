@@ -281,8 +281,11 @@ struct Device<T: 'static, D: 'static> {
     first: Option<fn(&Snapshot) -> u32>,
     to_host: fn(Vec<D>) -> Vec<T>,
     /// None if the buffer is made anew on resuming.
-    to_device: Option<fn(&[T]) -> &[D]>,
+    to_device: Option<ToDevice<T, D>>,
 }
+
+/// Elements of the host, as the device has them.
+type ToDevice<T, D> = fn(&[T]) -> &[D];
 
 /// A part of the host only.
 const fn on_host<T: 'static>() -> Device<T, T> {
