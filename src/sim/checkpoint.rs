@@ -1,7 +1,8 @@
 //! Checkpoints: the whole state in one file, so that an interrupted run goes on and ends in the same hash.
 //!
 //! Layout, little-endian: the magic `MYXOCKPT`, a version (u32), the length of the header (u32), the header (JSON),
-//! then what is [kept](super::kept::KEPT), part after part as it lies in memory, then the CRC-32 of all that precedes it (u32).
+//! then the parts that `src/sim/kept.rs` lists, in that order and as they lie in memory, then the CRC-32 of all that precedes
+//! it (u32).
 
 use std::io::{BufWriter, Read as _, Write};
 use std::path::Path;
