@@ -315,6 +315,7 @@ pub struct Transfers {
     pub area_shares: Buffer<u32>,
     /// One an object, see [`object_triangles`].
     pub object_triangles: Buffer<UVec2>,
+    strategy: Strategy,
     capacity: u32,
     /// Was arriving departing at first?
     is_swapped: bool,
@@ -379,6 +380,7 @@ impl Transfers {
             flux: buffers::FLUX.of(ctx, counts, flux)?,
             area_shares: buffers::AREA_SHARES.of(ctx, counts, &shares)?,
             object_triangles: buffers::OBJECT_TRIANGLES.of(ctx, counts, &ranges)?,
+            strategy: settings.strategy(),
             capacity,
             is_swapped: false,
         })
@@ -405,35 +407,28 @@ impl Transfers {
         self.is_swapped
     }
 
-    /// Copies everything to the host. Waits for all that was submitted.
-    ///
-    /// # Errors
-    /// When the device is lost or its memory is full.
-    pub fn download(
-        &self,
-        ctx: &Context,
-        strategy: Strategy,
-        objects: usize,
-    ) -> Result<TransferState, GpuError> {
-        if objects < 2 {
-            return Ok(TransferState::default());
-        }
-        let flow = ctx.download(&self.flow)?[0];
-        // Without turns everybody has landed.
-        let in_flight = if strategy.has_turns() {
-            flow.leaving as usize
-        } else {
-            0
-        };
-        Ok(TransferState {
-            windows: if strategy.has_windows() {
-                ctx.download(&self.windows)?
-            } else {
-                Vec::new()
-            },
-            in_flight: ctx.download_range(&self.arriving, 0..in_flight)?,
-            flow,
-            flux: ctx.download(&self.flux)?,
-        })
+    /// The windows; none if the strategy has none.
+    pub(super) fn kept_windows(&self) -> Option<&Buffer<Window>> {
+        self.strategy.has_windows().then_some(&self.windows)
+    }
+
+    /// Transfers in flight between steps: the first ones, as many as `leaving` counts. None without turns, because all
+    /// particles have landed.
+    pub(super) fn kept_arriving(&self) -> Option<&Buffer<Transfer>> {
+        self.strategy.has_turns().then_some(&self.arriving)
+    }
+
+    /// The counters; none with a single object.
+    pub(super) fn kept_flow(&self) -> Option<&Buffer<Flow>> {
+        self.has_several_objects().then_some(&self.flow)
+    }
+
+    /// The flux; none with a single object.
+    pub(super) fn kept_flux(&self) -> Option<&Buffer<u32>> {
+        self.has_several_objects().then_some(&self.flux)
+    }
+
+    fn has_several_objects(&self) -> bool {
+        self.flux.len() > 1
     }
 }
