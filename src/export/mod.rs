@@ -240,9 +240,8 @@ impl ExportOnTheWay {
     /// # Errors
     /// No memory.
     pub fn record(scene: &Scene, simulation: &Simulation, rec: &mut Recorder) -> Result<Self> {
-        let nothing = Cow::Owned(Snapshot::nothing());
         Ok(Self {
-            export: Export::build(scene, simulation, nothing),
+            export: Export::build(scene, simulation, Cow::Owned(Snapshot::default())),
             copy: simulation.record_snapshot(rec)?,
             ctx: Arc::clone(rec.ctx()),
         })

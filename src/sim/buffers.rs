@@ -115,6 +115,13 @@ pub struct Row<T> {
     element: PhantomData<fn() -> T>,
 }
 
+impl<T> Row<T> {
+    /// Elements of the buffer.
+    pub(super) fn len(&self, counts: &Counts) -> u64 {
+        (self.count)(counts)
+    }
+}
+
 impl<T: Pod> Row<T> {
     /// The buffer, with zeros.
     ///
@@ -125,7 +132,7 @@ impl<T: Pod> Row<T> {
         ctx: &Arc<Context>,
         counts: &Counts,
     ) -> Result<Buffer<T>, GpuError> {
-        let len = (self.count)(counts) as usize;
+        let len = self.len(counts) as usize;
         Buffer::zeroed_in(ctx, self.name, len, self.domain)
     }
 
@@ -142,7 +149,7 @@ impl<T: Pod> Row<T> {
         counts: &Counts,
         elements: &[T],
     ) -> Result<Buffer<T>, GpuError> {
-        let count = (self.count)(counts);
+        let count = self.len(counts);
         assert_eq!(elements.len() as u64, count, "elements of `{}`", self.name);
         Buffer::from_slice_in(ctx, self.name, elements, self.domain)
     }
@@ -197,7 +204,7 @@ impl<T> AnyRow for Row<T> {
     }
 
     fn bytes(&self, counts: &Counts) -> u64 {
-        (self.count)(counts) * size_of::<T>() as u64
+        self.len(counts) * size_of::<T>() as u64
     }
 }
 

@@ -1,22 +1,19 @@
 //! Checkpoints: the whole state in one file, so that an interrupted run goes on and ends in the same hash.
 //!
 //! Layout, little-endian: the magic `MYXOCKPT`, a version (u32), the length of the header (u32), the header (JSON),
-//! then particles, motions, trail, deposits, windows, transfers in flight, their counters and their flux, the poses of
-//! the last step and those that distances were last taken with, the pairs of objects that were taken with others, the bias
-//! that was painted, if any was, and what is left of each food, as they lie in memory, then the CRC-32 of all that precedes
+//! then the parts that `src/sim/kept.rs` lists, in that order and as they lie in memory, then the CRC-32 of all that precedes
 //! it (u32).
 
 use std::io::{BufWriter, Read as _, Write};
 use std::path::Path;
 
-use bytemuck::Pod;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::kept::{KEPT, Lengths};
 use super::movement::SavedMovement;
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
-use super::transfers::TransferState;
 use crate::error::{Error, Result};
 use crate::plain_text::Shown as _;
 use crate::regular_file;
@@ -32,16 +29,9 @@ const VERSION: u32 = 6;
 #[derive(Serialize, Deserialize)]
 struct Header {
     step: u64,
-    particles: u64,
-    texels: u64,
-    windows: u64,
-    in_flight: u64,
-    flux: u64,
-    last_poses: u64,
-    distance_poses: u64,
-    kept_pairs: u64,
-    bias: u64,
-    foods: u64,
+    /// Elements of each section.
+    #[serde(flatten)]
+    lengths: Lengths,
     fed_deposit: u32,
     /// Bits of doubles; older versions counted everything from zero.
     #[serde(default)]
@@ -147,38 +137,19 @@ impl Checkpoint {
 
     /// Writes what is in the file.
     pub(crate) fn write_to(&self, file: &mut impl Write) -> std::io::Result<()> {
-        let Snapshot {
-            step,
-            movement,
-            last_poses,
-            origin,
-            distance_poses,
-            kept_pairs,
-            particles,
-            motions,
-            trail,
-            deposits,
-            transfers,
-            bias,
-            food,
-        } = &self.snapshot;
+        let Self {
+            scene,
+            layout,
+            snapshot,
+        } = self;
         let header = serde_json::to_vec(&Header {
-            step: *step,
-            particles: particles.len() as u64,
-            texels: trail.len() as u64,
-            windows: transfers.windows.len() as u64,
-            in_flight: transfers.in_flight.len() as u64,
-            flux: transfers.flux.len() as u64,
-            last_poses: last_poses.len() as u64,
-            distance_poses: distance_poses.len() as u64,
-            kept_pairs: kept_pairs.len() as u64,
-            bias: bias.len() as u64,
-            foods: food.remaining.len() as u64,
-            fed_deposit: food.fed_deposit,
-            origin: origin.to_array().map(f64::to_bits),
-            scene: self.scene.clone(),
-            layout: self.layout,
-            movement: movement.clone(),
+            step: snapshot.step,
+            lengths: Lengths::of(snapshot),
+            fed_deposit: snapshot.food.fed_deposit,
+            origin: snapshot.origin.to_array().map(f64::to_bits),
+            scene: scene.clone(),
+            layout: *layout,
+            movement: snapshot.movement.clone(),
         })?;
         let mut out = Checked {
             inner: BufWriter::new(file),
@@ -188,19 +159,9 @@ impl Checkpoint {
         out.put(&VERSION.to_le_bytes())?;
         out.put(&(header.len() as u32).to_le_bytes())?;
         out.put(&header)?;
-        out.put(bytemuck::cast_slice(particles))?;
-        out.put(bytemuck::cast_slice(motions))?;
-        out.put(bytemuck::cast_slice(trail))?;
-        out.put(bytemuck::cast_slice(deposits))?;
-        out.put(bytemuck::cast_slice(&transfers.windows))?;
-        out.put(bytemuck::cast_slice(&transfers.in_flight))?;
-        out.put(bytemuck::bytes_of(&transfers.flow))?;
-        out.put(bytemuck::cast_slice(&transfers.flux))?;
-        out.put(bytemuck::cast_slice(last_poses))?;
-        out.put(bytemuck::cast_slice(distance_poses))?;
-        out.put(bytemuck::cast_slice(kept_pairs))?;
-        out.put(bytemuck::cast_slice(bias))?;
-        out.put(bytemuck::cast_slice(&food.remaining))?;
+        for part in KEPT {
+            out.put(part.bytes(snapshot))?;
+        }
         let crc = out.crc.finalize();
         out.inner.write_all(&crc.to_le_bytes())?;
         out.inner.flush()
@@ -277,40 +238,31 @@ impl Checkpoint {
         if crc32fast::hash(body) != u32::from_le_bytes(*crc) {
             return Err("its checksum is wrong: the file is damaged or cut short".to_owned());
         }
-        let header: Header =
+        let mut header: Header =
             serde_json::from_slice(header).map_err(|e| format!("its header is damaged: {e}"))?;
-        let mut checkpoint = Self {
-            scene: header.scene,
-            layout: header.layout,
-            snapshot: Snapshot {
-                step: header.step,
-                movement: header.movement,
-                particles: array(&mut rest, header.particles).ok_or_else(cut_short)?,
-                motions: array(&mut rest, header.particles).ok_or_else(cut_short)?,
-                trail: array(&mut rest, header.texels).ok_or_else(cut_short)?,
-                deposits: array(&mut rest, header.texels).ok_or_else(cut_short)?,
-                transfers: TransferState {
-                    windows: array(&mut rest, header.windows).ok_or_else(cut_short)?,
-                    in_flight: array(&mut rest, header.in_flight).ok_or_else(cut_short)?,
-                    flow: array(&mut rest, 1).ok_or_else(cut_short)?[0],
-                    flux: array(&mut rest, header.flux).ok_or_else(cut_short)?,
-                },
-                last_poses: array(&mut rest, header.last_poses).ok_or_else(cut_short)?,
-                origin: DVec3::from_array(header.origin.map(f64::from_bits)),
-                distance_poses: array(&mut rest, header.distance_poses).ok_or_else(cut_short)?,
-                kept_pairs: array(&mut rest, header.kept_pairs).ok_or_else(cut_short)?,
-                bias: array(&mut rest, header.bias).ok_or_else(cut_short)?,
-                food: FoodState {
-                    remaining: array(&mut rest, header.foods).ok_or_else(cut_short)?,
-                    fed_deposit: header.fed_deposit.max(1),
-                },
+        let mut snapshot = Snapshot {
+            step: header.step,
+            movement: header.movement,
+            origin: DVec3::from_array(header.origin.map(f64::from_bits)),
+            food: FoodState {
+                fed_deposit: header.fed_deposit.max(1),
+                ..FoodState::default()
             },
+            ..Snapshot::default()
         };
+        for part in KEPT {
+            part.read(&mut snapshot, &mut rest, &mut header.lengths)
+                .ok_or_else(cut_short)?;
+        }
         if !rest.is_empty() {
             return Err(format!("it has {} bytes too many", rest.len()));
         }
-        checkpoint.snapshot.forget_turns();
-        Ok(checkpoint)
+        snapshot.forget_turns();
+        Ok(Self {
+            scene: header.scene,
+            layout: header.layout,
+            snapshot,
+        })
     }
 }
 
@@ -341,19 +293,16 @@ fn take<'a>(rest: &mut &'a [u8], length: usize) -> Option<&'a [u8]> {
     Some(head)
 }
 
-fn array<T: Pod>(rest: &mut &[u8], length: u64) -> Option<Vec<T>> {
-    let bytes = usize::try_from(length).ok()?.checked_mul(size_of::<T>())?;
-    Some(bytemuck::pod_collect_to_vec(take(rest, bytes)?))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::Affine3A;
 
     use crate::sim::distance::KeptPair;
+    use crate::sim::transfers::TransferState;
     use crate::sim::types::{Flow, Motion, Particle, Transfer, Window};
 
+    /// Every field by name and none empty, so that a field that the list of what is kept lacks is missed.
     fn checkpoint() -> Checkpoint {
         Checkpoint {
             scene: "seed = 9\n".to_owned(),

@@ -225,7 +225,7 @@ impl Course {
                 remaining: Vec::new(),
                 fed_deposit: self.fed_deposit,
             },
-            ..Snapshot::nothing()
+            ..Snapshot::default()
         }
     }
 

@@ -8,6 +8,7 @@ pub(crate) mod advice;
 mod counts;
 mod direction;
 mod exact;
+mod kept;
 mod moved;
 mod patience;
 mod samples;

@@ -14,13 +14,14 @@ use super::arranged::arranged;
 use super::brute;
 use super::buffers::Counts;
 use super::course::Course;
+use super::kept;
 use super::memory;
 use super::patience::for_distances;
 use super::pipelines::Pipelines;
 use super::plan::Means;
 use super::raster::{self, Raster};
 use super::setup::Setup;
-use super::snapshot::{Distances, FoodState, Snapshot};
+use super::snapshot::{Distances, Snapshot};
 use super::state::{Bias, State};
 use super::texel_paths::TexelPaths;
 use super::transfers::Transfers;
@@ -217,8 +218,7 @@ impl Simulation {
             .then(|| Raster::new(&self.ctx, &Counts::of(self.setup(), settings), self.setup()))
             .transpose()?;
         if rearranges && settings.objects.len() > 1 {
-            let snapshot = self.snapshot()?;
-            self.upload_particles(&snapshot, settings)?;
+            self.upload_state(self.snapshot()?, settings)?;
         }
         if let Some(pipelines) = pipelines {
             self.pipelines = pipelines;
@@ -286,25 +286,9 @@ impl Simulation {
     /// # Errors
     /// When the device is lost or its memory is full.
     pub fn snapshot(&self) -> Result<Snapshot> {
-        let host = self.course.snapshot();
-        Ok(Snapshot {
-            particles: self.ctx.download(&self.state.particles)?,
-            motions: self.ctx.download(&self.state.motions)?,
-            trail: self.ctx.download(&self.state.trail.front)?,
-            // The counts of the last step are at the back, for decrowding.
-            deposits: self.ctx.download(&self.state.deposits.back)?,
-            transfers: self.state.transfers.download(
-                &self.ctx,
-                self.settings().strategy(),
-                self.setup().poses.len(),
-            )?,
-            bias: self.areas()?,
-            food: FoodState {
-                remaining: self.remaining()?,
-                ..host.food
-            },
-            ..host
-        })
+        let mut snapshot = self.course.snapshot();
+        kept::download(&self.ctx, &self.state, &mut snapshot)?;
+        Ok(snapshot)
     }
 
     /// The signed distances to other objects, copied to the host like [`snapshot`](Self::snapshot). None where there is
@@ -339,22 +323,19 @@ impl Simulation {
                 there.0, there.1, here.0, here.1
             )));
         }
-        let snapshot = &*snapshot.counted_from(self.setup().origin());
+        let snapshot = snapshot.counted_from(self.setup().origin());
         let mut course = self.course.clone();
-        course.restore(snapshot).map_err(Error::Invalid)?;
+        course.restore(&snapshot).map_err(Error::Invalid)?;
         let foods = self.setup().pantry.places.len();
         snapshot.check_food(foods).map_err(Error::Invalid)?;
         let food = self.restored_food(&snapshot.food)?;
         self.take_bias(Bias::of(&self.ctx, &snapshot.bias)?)?;
         self.state.food = food;
-        self.ctx.upload(&self.state.trail.front, &snapshot.trail)?;
-        self.ctx
-            .upload(&self.state.deposits.back, &snapshot.deposits)?;
         self.ctx.fill(&self.state.deposits.front, 0)?;
         self.state.near.reach = 0.0;
         self.course = course;
         self.upload_poses()?;
-        self.upload_particles(snapshot, &self.settings().clone())
+        self.upload_state(snapshot.into_owned(), &self.settings().clone())
     }
 }
 
@@ -375,22 +356,15 @@ fn pipelines_of(ctx: &Arc<Context>, step: &Step) -> Result<Pipelines, GpuError> 
 }
 
 impl Simulation {
-    /// Uploads particles, and what is in flight, in the order that the settings' strategy needs.
-    fn upload_particles(&mut self, snapshot: &Snapshot, settings: &Settings) -> Result<()> {
-        let state = arranged(
-            snapshot.clone(),
-            self.setup(),
-            self.course.poses(),
-            settings.strategy(),
-        );
-        let counts = Counts::of(self.setup(), settings);
+    /// Uploads a state in the order that the settings' strategy needs.
+    fn upload_state(&mut self, snapshot: Snapshot, settings: &Settings) -> Result<()> {
+        let (setup, strategy) = (self.setup(), settings.strategy());
+        let state = arranged(snapshot, setup, self.course.poses(), strategy);
+        let counts = Counts::of(setup, settings);
         // Particles under way are found by the slots of this order: there is no memory for it, or all of it changes.
-        let transfers =
-            Transfers::new(&self.ctx, &counts, settings, self.setup(), &state.transfers)?;
-        self.ctx.upload(&self.state.particles, &state.particles)?;
-        self.ctx.upload(&self.state.motions, &state.motions)?;
-        self.state.transfers = transfers;
-        Ok(())
+        self.state.transfers =
+            Transfers::new(&self.ctx, &counts, settings, setup, &state.transfers)?;
+        Ok(kept::upload(&self.ctx, &self.state, &state)?)
     }
 }
 

@@ -1,19 +1,20 @@
 //! The whole state of a simulation on the host: what is hashed, checked, written to checkpoints and exported.
 
+mod checks;
+
 use std::borrow::Cow;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::distance::KeptPair;
-use super::movement::{FARTHEST, MOST_STEPS, Movement, SavedMovement, is_rigid};
-use super::paint::{GREATEST, NO_GO};
+use super::movement::SavedMovement;
 use super::setup::Setup;
 use super::transfers::TransferState;
 use super::types::{Motion, Particle, Pose, Transfer};
 
-/// The state after some step.
-#[derive(Clone, Debug, PartialEq)]
+/// The state after some step. The default is that of no scene.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
     /// Steps done.
     pub step: u64,
@@ -85,28 +86,20 @@ impl Snapshot {
     #[must_use]
     pub fn start(setup: &Setup) -> Self {
         let texels = setup.atlas.density.len();
+        let meals = setup.pantry.meals(None);
         Self {
-            step: 0,
+            last_poses: setup.poses.clone(),
             particles: setup.particles.clone(),
             motions: setup.motions.clone(),
+            origin: setup.origin(),
             trail: vec![0.0; texels],
             deposits: vec![0; texels],
-            transfers: TransferState::default(),
-            movement: SavedMovement::default(),
-            last_poses: setup.poses.clone(),
-            origin: setup.origin(),
-            distance_poses: Vec::new(),
-            kept_pairs: Vec::new(),
             bias: setup.bias.clone(),
             food: FoodState {
-                remaining: setup
-                    .pantry
-                    .meals(None)
-                    .iter()
-                    .map(|m| m.remaining)
-                    .collect(),
+                remaining: meals.iter().map(|meal| meal.remaining).collect(),
                 ..FoodState::default()
             },
+            ..Self::default()
         }
     }
 
@@ -139,72 +132,6 @@ impl Snapshot {
             motion.flags &= !STAMP;
         }
         self.transfers.flow = self.transfers.flow.between_steps();
-    }
-
-    /// Of no scene: what stands for a state that is on its way.
-    #[must_use]
-    pub fn nothing() -> Self {
-        Self {
-            step: 0,
-            movement: SavedMovement::default(),
-            last_poses: Vec::new(),
-            origin: DVec3::ZERO,
-            distance_poses: Vec::new(),
-            kept_pairs: Vec::new(),
-            particles: Vec::new(),
-            motions: Vec::new(),
-            trail: Vec::new(),
-            deposits: Vec::new(),
-            transfers: TransferState::default(),
-            bias: Vec::new(),
-            food: FoodState::default(),
-        }
-    }
-
-    /// How the objects of a scene with so many of them move on from here.
-    ///
-    /// # Errors
-    /// When poses are damaged, or are those of another number of objects.
-    pub fn movement_of(&self, objects: usize) -> Result<Movement, String> {
-        let movement = self.movement.restore(self.step);
-        let there = self.movement.object_count();
-        let last = &self.last_poses;
-        let are_sound = [there, last.len()] == [objects; 2] && last.iter().all(is_rigid);
-        let movement = movement.filter(|_| are_sound).ok_or_else(|| {
-            format!(
-                "the checkpoint has the poses of {there} objects, or they are damaged; the scene has {objects}"
-            )
-        })?;
-        let there = self.distance_poses.len();
-        let is_sound = |pair: &KeptPair| {
-            let objects = objects as u32;
-            pair.object < objects && pair.other < objects && is_rigid(&pair.other_from_object)
-        };
-        if ![0, objects].contains(&there)
-            || !self.distance_poses.iter().all(is_rigid)
-            || !self.kept_pairs.iter().all(is_sound)
-        {
-            return Err(format!(
-                "the checkpoint has distances taken with the poses of {there} objects, or these are damaged; \
-                 the scene has {objects}"
-            ));
-        }
-        Ok(movement)
-    }
-
-    /// Does it know what is left of so many foods and markers? One without any is of a scene that had none.
-    ///
-    /// # Errors
-    /// When it knows it of another number of them.
-    pub fn check_food(&self, here: usize) -> Result<(), String> {
-        let there = self.food.remaining.len();
-        if there == here {
-            return Ok(());
-        }
-        Err(format!(
-            "the checkpoint has {there} foods and markers, and the scene has {here}: \
-             resume with the scene that it was written with"
-        ))
     }
 
     /// A hash of everything that particles carry and of the trail's bits. The order of particles does not enter, so
@@ -277,143 +204,6 @@ impl Snapshot {
             .sum()
     }
 
-    /// Checks everything that must hold after every step.
-    ///
-    /// # Errors
-    /// Names the first particle or texel that breaks a rule, and the rule.
-    pub fn validate(&self, setup: &Setup) -> Result<(), String> {
-        let count = setup.particles.len();
-        if self.particles.len() != count || self.motions.len() != count {
-            return Err(format!(
-                "there are {} particles, not {count}",
-                self.particles.len()
-            ));
-        }
-        self.validate_counts(setup)?;
-        let census = self.census();
-        if census != Census::default() {
-            return Err(format!(
-                "{} particles are lost and {} doubled",
-                census.lost, census.doubled
-            ));
-        }
-        for (particle, motion) in self.particles.iter().zip(&self.motions) {
-            let Particle { triangle, u, v, id } = *particle;
-            if triangle as usize >= setup.surface.triangles.len() {
-                return Err(format!(
-                    "particle {id} is on triangle {triangle}, which does not exist"
-                ));
-            }
-            if !(u >= 0.0 && v >= 0.0 && u + v <= 1.0) {
-                return Err(format!(
-                    "particle {id} is outside its triangle {triangle}: u = {u}, v = {v}"
-                ));
-            }
-            let length = motion.heading_p.hypot(motion.heading_h);
-            let is_unit = (length - 1.0).abs() < 1e-5;
-            if !is_unit {
-                return Err(format!("the heading of particle {id} has length {length}"));
-            }
-            if !(motion.pending >= 0.0 && motion.pending.is_finite()) {
-                return Err(format!("particle {id} has {} pending", motion.pending));
-            }
-        }
-        self.transfers
-            .validate(&self.particles, &self.motions, setup)?;
-        // On texels that nobody owns and that are no gutter, deposits would be lost.
-        let in_gutters = setup.atlas.seams.iter();
-        let mut deposited: u64 = in_gutters
-            .map(|seam| u64::from(self.deposits[seam.texel as usize]))
-            .sum();
-        for (texel, (&value, &deposits)) in self.trail.iter().zip(&self.deposits).enumerate() {
-            if !(0.0..=MOST_TRAIL).contains(&value) {
-                return Err(format!("the trail is {value} at texel {texel}"));
-            }
-            if setup.atlas.density[texel] > 0.0 {
-                deposited += u64::from(deposits);
-            }
-        }
-        if let Some(texel) = self.bias.iter().position(|value| !value.is_finite()) {
-            return Err(format!("the bias is {} at texel {texel}", self.bias[texel]));
-        }
-        let expected = if self.step == 0 {
-            0
-        } else {
-            self.deposit_count()
-        };
-        if deposited != expected {
-            return Err(format!(
-                "{deposited} deposits on owned and gutter texels in the last step, not {expected}"
-            ));
-        }
-        Ok(())
-    }
-
-    /// Every list is as long as the scene's texels, objects and foods make it.
-    fn validate_counts(&self, setup: &Setup) -> Result<(), String> {
-        let texels = setup.atlas.density.len();
-        let pairs = setup.poses.len() * setup.poses.len();
-        for (what, there, expected) in [
-            ("texels of trail", self.trail.len(), texels),
-            ("texels of deposits", self.deposits.len(), texels),
-        ] {
-            if there != expected {
-                return Err(format!("there are {there} {what}, not {expected}"));
-            }
-        }
-        for (what, there, expected) in [
-            ("texels of bias", self.bias.len(), texels),
-            ("counts of flux", self.transfers.flux.len(), pairs),
-        ] {
-            if ![0, expected].contains(&there) {
-                return Err(format!("there are {there} {what}, not {expected}"));
-            }
-        }
-        if self.step > MOST_STEPS {
-            return Err(format!(
-                "it is at step {}, and {MOST_STEPS} is the last",
-                self.step
-            ));
-        }
-        Ok(())
-    }
-
-    /// Checks that steps can go on from here: no number is so large that arithmetic with it leaves single precision. Every
-    /// state that a simulation has come to is far from that, but a checkpoint may hold any numbers. What
-    /// [`validate`](Self::validate) checks holds.
-    ///
-    /// # Errors
-    /// Names the first number that is out of its range.
-    pub fn check_ranges(&self, setup: &Setup) -> Result<(), String> {
-        let away = self.origin - setup.origin();
-        if !away.is_finite() || away.abs().max_element() > FARTHEST {
-            return Err("its origin is too far from the scene's".to_owned());
-        }
-        // A walk leaves no more than a step's length, and a step is 10 scene radii at most.
-        let most_pending = MOST_PENDING * setup.radius;
-        let mut both = self.particles.iter().zip(&self.motions);
-        if let Some((particle, motion)) = both.find(|(_, motion)| motion.pending > most_pending) {
-            return Err(format!(
-                "particle {} has {} pending, and at most {most_pending} is possible",
-                particle.id, motion.pending
-            ));
-        }
-        let mut trail = self.trail.iter().enumerate();
-        if let Some((texel, value)) = trail.find(|(_, value)| **value > MOST_LOADED_TRAIL) {
-            return Err(format!(
-                "the trail is {value} at texel {texel}, and at most {MOST_LOADED_TRAIL:e} can be gone on from"
-            ));
-        }
-        let mut bias = self.bias.iter().enumerate();
-        let possible = NO_GO * BLENDED..=GREATEST * BLENDED;
-        if let Some((texel, value)) = bias.find(|(_, value)| !possible.contains(*value)) {
-            return Err(format!(
-                "the bias is {value} at texel {texel}, and {NO_GO:e} to {GREATEST:e} is possible"
-            ));
-        }
-        self.transfers.check_ranges(&self.particles, most_pending)
-    }
-
     /// What all particles have deposited in the last step: each one, fed ones more.
     #[must_use]
     pub fn deposit_count(&self) -> u64 {
@@ -422,18 +212,6 @@ impl Snapshot {
         self.motions.len() as u64 + more * fed.count() as u64
     }
 }
-
-/// No trail grows so dense; sums over texels stay finite below it.
-const MOST_TRAIL: f32 = 1e30;
-
-/// Trail that can be gone on from: rounding in later steps stays below [`MOST_TRAIL`].
-const MOST_LOADED_TRAIL: f32 = 0.1 * MOST_TRAIL;
-
-/// Scene radii. Changes of speeds and sizes while it runs have room below.
-const MOST_PENDING: f32 = 1e9;
-
-/// Gutters hold weighted sums of other texels, whose weights are 1 in sum but for rounding.
-const BLENDED: f32 = 1.001;
 
 /// Tells a texel's bias from its trail.
 const BIAS: u32 = 0xb1a5;
@@ -494,18 +272,11 @@ mod tests {
             .collect();
         Snapshot {
             step: 3,
-            last_poses: Vec::new(),
-            origin: DVec3::ZERO,
-            distance_poses: Vec::new(),
-            kept_pairs: Vec::new(),
             particles,
             motions,
             trail: vec![0.5, 0.25, 0.0, 1.0],
             deposits: vec![0; 4],
-            transfers: TransferState::default(),
-            movement: SavedMovement::default(),
-            bias: Vec::new(),
-            food: FoodState::default(),
+            ..Snapshot::default()
         }
     }
 

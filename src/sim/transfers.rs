@@ -272,6 +272,7 @@ pub struct Transfers {
     /// One an object, see [`object_triangles`].
     pub object_triangles: Buffer<UVec2>,
     capacity: u32,
+    strategy: Strategy,
 }
 
 impl Transfers {
@@ -325,6 +326,7 @@ impl Transfers {
             area_shares: buffers::AREA_SHARES.of(ctx, counts, &shares)?,
             object_triangles: buffers::OBJECT_TRIANGLES.of(ctx, counts, &ranges)?,
             capacity,
+            strategy: settings.strategy(),
         })
     }
 
@@ -339,28 +341,22 @@ impl Transfers {
         counters.record(rec, &self.flow, step);
     }
 
-    /// Copies everything to the host. Waits for all that was submitted.
-    ///
-    /// # Errors
-    /// When the device is lost or its memory is full.
-    pub fn download(
-        &self,
-        ctx: &Context,
-        strategy: Strategy,
-        objects: usize,
-    ) -> Result<TransferState, GpuError> {
-        if objects < 2 {
-            return Ok(TransferState::default());
-        }
-        Ok(TransferState {
-            windows: if strategy.has_windows() {
-                ctx.download(&self.windows)?
-            } else {
-                Vec::new()
-            },
-            in_flight: Vec::new(),
-            flow: ctx.download(&self.flow)?[0].between_steps(),
-            flux: ctx.download(&self.flux)?,
-        })
+    /// The windows; none if the strategy has none.
+    pub(super) fn kept_windows(&self) -> Option<&Buffer<Window>> {
+        self.strategy.has_windows().then_some(&self.windows)
+    }
+
+    /// The counters; none with a single object.
+    pub(super) fn kept_flow(&self) -> Option<&Buffer<Flow>> {
+        self.has_several_objects().then_some(&self.flow)
+    }
+
+    /// The flux; none with a single object.
+    pub(super) fn kept_flux(&self) -> Option<&Buffer<u32>> {
+        self.has_several_objects().then_some(&self.flux)
+    }
+
+    fn has_several_objects(&self) -> bool {
+        self.flux.len() > 1
     }
 }

@@ -217,7 +217,7 @@ pub struct Flow {
 impl Flow {
     /// What is counted from step to step, without what is of one step.
     #[must_use]
-    pub fn between_steps(self) -> Self {
+    pub fn between_steps(&self) -> Self {
         Self {
             mismatches: self.mismatches,
             most_wanted: self.most_wanted,

@@ -173,7 +173,7 @@ pub fn gone_on(bytes: &[u8]) -> bool {
         }
     };
     let (scene, setup) = trial();
-    let own = Checkpoint::new(scene, setup, Snapshot::nothing());
+    let own = Checkpoint::new(scene, setup, Snapshot::default());
     let checkpoint = Checkpoint {
         snapshot: read.snapshot,
         ..own

@@ -1,0 +1,176 @@
+//! What must hold of a state, wherever it comes from.
+
+use super::super::distance::KeptPair;
+use super::super::kept::check_lengths;
+use super::super::movement::{FARTHEST, MOST_STEPS, Movement, is_rigid};
+use super::super::paint::{GREATEST, NO_GO};
+use super::super::setup::Setup;
+use super::super::types::Particle;
+use super::{Census, Snapshot};
+
+/// No trail grows so dense; sums over texels stay finite below it.
+const MOST_TRAIL: f32 = 1e30;
+
+/// Trail that can be gone on from: rounding in later steps stays below [`MOST_TRAIL`].
+const MOST_LOADED_TRAIL: f32 = 0.1 * MOST_TRAIL;
+
+/// Scene radii. Changes of speeds and sizes while it runs have room below.
+const MOST_PENDING: f32 = 1e9;
+
+/// Gutters hold weighted sums of other texels, whose weights are 1 in sum but for rounding.
+const BLENDED: f32 = 1.001;
+
+impl Snapshot {
+    /// Checks everything that must hold after every step.
+    ///
+    /// # Errors
+    /// Names the first particle or texel that breaks a rule, and the rule.
+    pub fn validate(&self, setup: &Setup) -> Result<(), String> {
+        check_lengths(self, setup)?;
+        if self.step > MOST_STEPS {
+            return Err(format!(
+                "it is at step {}, and {MOST_STEPS} is the last",
+                self.step
+            ));
+        }
+        let census = self.census();
+        if census != Census::default() {
+            return Err(format!(
+                "{} particles are lost and {} doubled",
+                census.lost, census.doubled
+            ));
+        }
+        for (particle, motion) in self.particles.iter().zip(&self.motions) {
+            let Particle { triangle, u, v, id } = *particle;
+            if triangle as usize >= setup.surface.triangles.len() {
+                return Err(format!(
+                    "particle {id} is on triangle {triangle}, which does not exist"
+                ));
+            }
+            if !(u >= 0.0 && v >= 0.0 && u + v <= 1.0) {
+                return Err(format!(
+                    "particle {id} is outside its triangle {triangle}: u = {u}, v = {v}"
+                ));
+            }
+            let length = motion.heading_p.hypot(motion.heading_h);
+            let is_unit = (length - 1.0).abs() < 1e-5;
+            if !is_unit {
+                return Err(format!("the heading of particle {id} has length {length}"));
+            }
+            if !(motion.pending >= 0.0 && motion.pending.is_finite()) {
+                return Err(format!("particle {id} has {} pending", motion.pending));
+            }
+        }
+        self.transfers
+            .validate(&self.particles, &self.motions, setup)?;
+        // On texels that nobody owns and that are no gutter, deposits would be lost.
+        let in_gutters = setup.atlas.seams.iter();
+        let mut deposited: u64 = in_gutters
+            .map(|seam| u64::from(self.deposits[seam.texel as usize]))
+            .sum();
+        for (texel, (&value, &deposits)) in self.trail.iter().zip(&self.deposits).enumerate() {
+            if !(0.0..=MOST_TRAIL).contains(&value) {
+                return Err(format!("the trail is {value} at texel {texel}"));
+            }
+            if setup.atlas.density[texel] > 0.0 {
+                deposited += u64::from(deposits);
+            }
+        }
+        if let Some(texel) = self.bias.iter().position(|value| !value.is_finite()) {
+            return Err(format!("the bias is {} at texel {texel}", self.bias[texel]));
+        }
+        let expected = if self.step == 0 {
+            0
+        } else {
+            self.deposit_count()
+        };
+        if deposited != expected {
+            return Err(format!(
+                "{deposited} deposits on owned and gutter texels in the last step, not {expected}"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Checks that steps can go on from here: no number is so large that arithmetic with it leaves single precision. Every
+    /// state that a simulation has come to is far from that, but a checkpoint may hold any numbers. What
+    /// [`validate`](Self::validate) checks holds.
+    ///
+    /// # Errors
+    /// Names the first number that is out of its range.
+    pub fn check_ranges(&self, setup: &Setup) -> Result<(), String> {
+        let away = self.origin - setup.origin();
+        if !away.is_finite() || away.abs().max_element() > FARTHEST {
+            return Err("its origin is too far from the scene's".to_owned());
+        }
+        // A walk leaves no more than a step's length, and a step is 10 scene radii at most.
+        let most_pending = MOST_PENDING * setup.radius;
+        let mut both = self.particles.iter().zip(&self.motions);
+        if let Some((particle, motion)) = both.find(|(_, motion)| motion.pending > most_pending) {
+            return Err(format!(
+                "particle {} has {} pending, and at most {most_pending} is possible",
+                particle.id, motion.pending
+            ));
+        }
+        let mut trail = self.trail.iter().enumerate();
+        if let Some((texel, value)) = trail.find(|(_, value)| **value > MOST_LOADED_TRAIL) {
+            return Err(format!(
+                "the trail is {value} at texel {texel}, and at most {MOST_LOADED_TRAIL:e} can be gone on from"
+            ));
+        }
+        let mut bias = self.bias.iter().enumerate();
+        let possible = NO_GO * BLENDED..=GREATEST * BLENDED;
+        if let Some((texel, value)) = bias.find(|(_, value)| !possible.contains(*value)) {
+            return Err(format!(
+                "the bias is {value} at texel {texel}, and {NO_GO:e} to {GREATEST:e} is possible"
+            ));
+        }
+        self.transfers.check_ranges(&self.particles, most_pending)
+    }
+
+    /// How the objects of a scene with so many of them move on from here.
+    ///
+    /// # Errors
+    /// When poses are damaged, or are those of another number of objects.
+    pub fn movement_of(&self, objects: usize) -> Result<Movement, String> {
+        let movement = self.movement.restore(self.step);
+        let there = self.movement.object_count();
+        let last = &self.last_poses;
+        let are_sound = [there, last.len()] == [objects; 2] && last.iter().all(is_rigid);
+        let movement = movement.filter(|_| are_sound).ok_or_else(|| {
+            format!(
+                "the checkpoint has the poses of {there} objects, or they are damaged; the scene has {objects}"
+            )
+        })?;
+        let there = self.distance_poses.len();
+        let is_sound = |pair: &KeptPair| {
+            let objects = objects as u32;
+            pair.object < objects && pair.other < objects && is_rigid(&pair.other_from_object)
+        };
+        if ![0, objects].contains(&there)
+            || !self.distance_poses.iter().all(is_rigid)
+            || !self.kept_pairs.iter().all(is_sound)
+        {
+            return Err(format!(
+                "the checkpoint has distances taken with the poses of {there} objects, or these are damaged; \
+                 the scene has {objects}"
+            ));
+        }
+        Ok(movement)
+    }
+
+    /// Does it know what is left of so many foods and markers? One without any is of a scene that had none.
+    ///
+    /// # Errors
+    /// When it knows it of another number of them.
+    pub fn check_food(&self, here: usize) -> Result<(), String> {
+        let there = self.food.remaining.len();
+        if there == here {
+            return Ok(());
+        }
+        Err(format!(
+            "the checkpoint has {there} foods and markers, and the scene has {here}: \
+             resume with the scene that it was written with"
+        ))
+    }
+}
