@@ -94,7 +94,7 @@ impl Simulation {
                 })
                 .transpose()?,
             bias: (state.bias.as_ref())
-                .map(|bias| Part::record(rec, &bias.field))
+                .map(|bias| Part::record(rec, bias))
                 .transpose()?,
             meals: (state.food.as_ref())
                 .map(|food| Part::record(rec, &food.meals))
