@@ -10,9 +10,9 @@ use myxo::sim::kernels::{
     ExchangeSeamsConstants, ExchangeSeamsParams,
 };
 use myxo::sim::texel_paths::TexelPaths;
-use myxo::sim::texture::Texture;
 use myxo::sim::types::{ExchangeEntry, ExchangeRow, Seam};
-use myxo::sim::{TINY_TRAIL, twin};
+use myxo::sim::{TINY_TRAIL, Texture, twin};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffer<T> {
@@ -186,6 +186,38 @@ fn diffuse_agrees_with_its_twin() {
         }
     }
     gpu.finish();
+}
+
+/// Catches a trail that would be read where it is written.
+#[test]
+fn what_is_read_is_not_the_texture_that_is_written() {
+    let Some(gpu) = gpu() else { return };
+    let trail = texture(&gpu.ctx, "trail", &[0.0; 16], TexelPaths::default());
+    let deposits = ["deposits", "previous_deposits"]
+        .map(|name| texture(&gpu.ctx, name, &[0_u32; 16], TexelPaths::default()));
+    let pipeline = Pipeline::<Diffuse>::new(&gpu.ctx, &DiffuseConstants::default()).unwrap();
+    let density = texture(&gpu.ctx, "density", &[1.0; 16], TexelPaths::default());
+    let blocks = Texels::new(&buffer(&gpu.ctx, "blocks", &[0_u32]), 1).unwrap();
+    let refusal = catch_unwind(AssertUnwindSafe(|| {
+        gpu.run(|rec| {
+            let args = DiffuseArgs {
+                blocks: &blocks,
+                trail: &trail,
+                deposits: &deposits[0],
+                density: &density,
+                next_trail: &trail,
+                previous_deposits: &deposits[1],
+            };
+            rec.dispatch(&pipeline, Threads(1), args, DiffuseParams::default());
+        });
+    }));
+    let refusal = refusal.expect_err("the trail is bound twice");
+    assert_eq!(
+        refusal.downcast_ref::<String>().map(String::as_str),
+        Some(
+            "`diffuse` binds the buffer `trail` twice, as trail_quads and as next_trail_block, and writes it"
+        )
+    );
 }
 
 #[test]

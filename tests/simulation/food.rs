@@ -19,9 +19,8 @@ use myxo::sim::kernels::{
     Digest, DigestArgs, DigestParams, Scent, ScentArgs, ScentConstants, ScentParams,
 };
 use myxo::sim::texel_paths::TexelPaths;
-use myxo::sim::texture::Texture;
 use myxo::sim::types::Meal;
-use myxo::sim::{Setup, Simulation, Snapshot, twin};
+use myxo::sim::{Setup, Simulation, Snapshot, Texture, twin};
 
 fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffer<T> {
     let buffer = Buffer::new(ctx, name, data.len().max(1), Domain::Device).unwrap();

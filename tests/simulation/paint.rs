@@ -13,9 +13,8 @@ use myxo::sim::kernels::{
 };
 use myxo::sim::paint::{Brush, Dab, GREATEST, NO_GO, NO_GO_BELOW, Painted};
 use myxo::sim::texel_paths::TexelPaths;
-use myxo::sim::texture::Texture;
 use myxo::sim::types::{Motion, Particle, Triangle};
-use myxo::sim::{Setup, Simulation, Snapshot, twin};
+use myxo::sim::{Setup, Simulation, Snapshot, Texture, twin};
 
 fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffer<T> {
     let buffer = Buffer::new(ctx, name, data.len().max(1), Domain::Device).unwrap();
