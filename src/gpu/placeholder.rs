@@ -14,34 +14,26 @@ use super::texels::Texels;
 /// Larger than any element.
 const WORDS: usize = 64;
 
-/// Zeros.
+/// Zeros. No invocation gets to them, so nothing ever waits for them.
 pub(crate) struct Placeholder {
     floats: Texels<f32>,
     words: Texels<u32>,
-    read: Buffer<u32>,
-    /// Of its own: the validation layer takes a block for written that the shader would write with other constants. So this
-    /// one has barriers as every buffer has, and what is only read needs none.
-    written: Buffer<u32>,
+    block: Buffer<u32>,
 }
 
 impl Placeholder {
     pub(crate) fn new(ctx: &Arc<Context>) -> GpuResult<Self> {
-        let read = Buffer::<u32>::zeroed(ctx, "placeholder.read", WORDS)?;
+        let block = Buffer::<u32>::zeroed(ctx, "placeholder", WORDS)?;
         Ok(Self {
-            floats: Texels::new(&read, 1)?,
-            words: Texels::new(&read, 1)?,
-            read,
-            written: Buffer::zeroed(ctx, "placeholder.written", WORDS)?,
+            floats: Texels::new(&block, 1)?,
+            words: Texels::new(&block, 1)?,
+            block,
         })
     }
 
     /// In place of a storage block.
-    pub(crate) fn block(&self, is_written: bool) -> &BufferCore {
-        if is_written {
-            self.written.core()
-        } else {
-            self.read.core()
-        }
+    pub(crate) fn block(&self) -> &BufferCore {
+        self.block.core()
     }
 
     /// In place of a texel buffer; null for what is none.

@@ -36,17 +36,12 @@ impl Recorder {
         );
         let resources = I::resources(args);
         self.check_arguments::<I>(pipeline.name, &resources);
-        let frame = Arc::clone(&self.frame);
         let mut touches: Vec<Touch<'_>> = Vec::with_capacity(resources.len() + 1);
         for (resource, binding) in resources.iter().zip(I::BINDINGS) {
-            let writes = binding.access != BindingAccess::Read;
-            let core = match resource {
-                Resource::Absent(_) if writes => Some(frame.placeholder.block(true)),
-                _ => resource.core(),
-            };
-            let Some(core) = core else {
+            let Some(core) = resource.core() else {
                 continue;
             };
+            let writes = binding.access != BindingAccess::Read;
             match touches
                 .iter_mut()
                 .find(|other| other.core.raw() == core.raw())
@@ -95,12 +90,9 @@ impl Recorder {
         let placeholder = &self.frame.placeholder;
         let buffers: Vec<_> = resources
             .iter()
-            .zip(I::BINDINGS)
-            .map(|(r, binding)| {
+            .map(|r| {
                 let core = match r {
-                    Resource::Absent(_) => {
-                        Some(placeholder.block(binding.access != BindingAccess::Read))
-                    }
+                    Resource::Absent(_) => Some(placeholder.block()),
                     _ => r.core(),
                 };
                 let range = match r {
