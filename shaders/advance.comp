@@ -85,9 +85,9 @@ layout(rgba32ui, set = 0, binding = 1) uniform writeonly uimageBuffer motions;  
 layout(set = 0, binding = 21) uniform usamplerBuffer particles_before;  // one an invocation
 layout(set = 0, binding = 22) uniform usamplerBuffer motions_before;  // one an invocation
 layout(set = 0, binding = 2) uniform usamplerBuffer strips;
-layout(set = 0, binding = 5) uniform samplerBuffer trail;
-layout(set = 0, binding = 6) uniform usamplerBuffer previous_deposits;
-layout(std430, set = 0, binding = 7) buffer Deposits { uint deposits[]; };
+layout(set = 0, binding = 5) uniform samplerBuffer trail_texels;
+layout(set = 0, binding = 6) uniform usamplerBuffer previous_deposits_texels;
+layout(std430, set = 0, binding = 7) buffer Deposits { uint deposits_block[]; };
 layout(set = 0, binding = 8) uniform usamplerBuffer corners;
 layout(set = 0, binding = 9) uniform usamplerBuffer vertices;
 layout(set = 0, binding = 10) uniform samplerBuffer poses;
@@ -101,17 +101,17 @@ layout(set = 0, binding = 17) uniform usamplerBuffer across_triangles;
 // The slots of particles whose sensors must walk, of those that are near other objects, and of those that are both; how many
 // there are of each.
 layout(r32ui, set = 0, binding = 19) uniform uimageBuffer walkers;
-layout(std430, set = 0, binding = 20) buffer WalkerGroups { DispatchGroups walker_groups[]; };
+layout(std430, set = 0, binding = 20) buffer WalkerGroups { DispatchGroups walker_groups[]; };  // may be absent
 layout(std430, set = 0, binding = 23) buffer WalkerCount { uint walker_count[]; };
-layout(r32ui, set = 0, binding = 24) uniform uimageBuffer low_deposits;
-layout(r32ui, set = 0, binding = 25) uniform uimageBuffer high_deposits;
+layout(r32ui, set = 0, binding = 24) uniform uimageBuffer deposits_low;
+layout(r32ui, set = 0, binding = 25) uniform uimageBuffer deposits_high;
 // Trail units that sensors read more; far below zero where nobody may go.
-layout(set = 0, binding = 26) uniform samplerBuffer bias;
+layout(set = 0, binding = 26) uniform samplerBuffer bias_texels;  // may be absent
 // Trail units that sensors read more for food and markers.
-layout(set = 0, binding = 27) uniform samplerBuffer scent;
+layout(set = 0, binding = 27) uniform samplerBuffer scent_texels;  // may be absent
 // The food that is eaten at a texel, counted from 1; 0 for none.
-layout(set = 0, binding = 28) uniform usamplerBuffer plates;
-layout(std430, set = 0, binding = 29) buffer Meals { Meal meals[]; };
+layout(set = 0, binding = 28) uniform usamplerBuffer plates_texels;  // may be absent
+layout(std430, set = 0, binding = 29) buffer Meals { Meal meals[]; };  // may be absent
 // Four texels in two words.
 layout(set = 0, binding = 18) uniform usamplerBuffer surroundings;
 
@@ -121,14 +121,6 @@ layout(set = 0, binding = 18) uniform usamplerBuffer surroundings;
 
 // What rounding may make of a distance.
 const float ROUNDING = 1.0e-6;
-
-void deposit_at(uint texel, uint count) {
-    if (OUTGROWS_BLOCK) {
-        add_to_texel(low_deposits, high_deposits, texel, count)
-    } else {
-        atomicAdd(deposits[texel], count);
-    }
-}
 
 // For how many steps a particle is fed that was so for `fed` and has come to a texel. Whoever is hungry eats where there is
 // food, also if more come to it in one step than it feeds: then their order cannot matter.
@@ -253,7 +245,8 @@ void main() {
         fed = fed_at(texel, fed);
         flags |= fed << FED_SHIFT;
     }
-    deposit_at(texel, fed == 0u ? 1u : params.fed_deposit);
+    uint deposit = fed == 0u ? 1u : params.fed_deposit;
+    add_to_texel(deposits, texel, deposit)
     // Who is not near other objects does not get into one. In two lines, because !, && and || of constants alone are more than
     // the reflection of shaders can evaluate.
     bool is_far = ACROSS;

@@ -1,6 +1,6 @@
 // atlas_view: the unwrapped atlas, flat: texels of triangles in colour, all others dark; charts as pictures of the
 // layout show them, under the trail.
-// Reads   trail, texels (src/render/charts.rs makes them), colors, exposure.
+// Reads   trail, charts (src/render/charts.rs makes them), colors, exposure.
 // Writes  the pixel, in linear light.
 // One invocation per pixel; where a pixel covers several texels it takes their mean.
 // Overflow: cannot happen; texels outside of the atlas are not read.
@@ -9,8 +9,8 @@
 #include "shading.glsl"
 #include "atlas_view.glsl"
 
-layout(set = 0, binding = 0) uniform samplerBuffer trail;
-layout(set = 0, binding = 1) uniform usamplerBuffer texels;
+layout(set = 0, binding = 0) uniform samplerBuffer trail_texels;
+layout(set = 0, binding = 1) uniform usamplerBuffer charts_texels;
 layout(set = 0, binding = 2) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 3) readonly buffer Exposure { float brightest[]; };
 
@@ -40,7 +40,7 @@ void main() {
             vec2 tap = middle + (vec2(x, y) - 0.5 * float(taps - 1)) * apart;
             uvec2 texel = uvec2(clamp(tap, vec2(0.0), vec2(params.size) - 0.5));
             uint place = texel.y * params.pitch + texel.x;
-            vec4 chart = unpackUnorm4x8(texel_of(texels, place));
+            vec4 chart = unpackUnorm4x8(texel_of(charts, place));
             if (chart.a > 0.75) {
                 sum += texel_of(trail, place);
                 owned += 1.0;

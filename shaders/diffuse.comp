@@ -29,11 +29,11 @@ layout(push_constant) uniform Params {
 } params;
 
 layout(set = 0, binding = 0) uniform usamplerBuffer blocks;  // their first quads
-layout(set = 0, binding = 1) uniform samplerBuffer trail;
-layout(set = 0, binding = 2) uniform usamplerBuffer deposits;
-layout(set = 0, binding = 3) uniform samplerBuffer density;
-layout(std430, set = 0, binding = 4) writeonly buffer NextTrail { vec4 next_trail[]; };
-layout(std430, set = 0, binding = 5) writeonly buffer PreviousDeposits { uvec4 previous_deposits[]; };
+layout(set = 0, binding = 1) uniform samplerBuffer trail_quads;
+layout(set = 0, binding = 2) uniform usamplerBuffer deposits_quads;
+layout(set = 0, binding = 3) uniform samplerBuffer density_quads;
+layout(std430, set = 0, binding = 4) writeonly buffer NextTrail { vec4 next_trail_block[]; };
+layout(std430, set = 0, binding = 5) writeonly buffer PreviousDeposits { uvec4 previous_deposits_block[]; };
 layout(rgba32f, set = 0, binding = 6) uniform writeonly imageBuffer next_trail_quads;
 layout(rgba32ui, set = 0, binding = 7) uniform writeonly uimageBuffer previous_deposits_quads;
 
@@ -55,30 +55,25 @@ vec4 from_right(vec4 here, vec4 after) {
 // The three taps in a row around each of four texels. A chart's gutter lies between it and the texture's sides, so what is
 // beyond them is never needed; the index is only kept inside the buffer.
 vec4 row_sum(uint quad, vec4 middle) {
-    vec4 before = texelFetch(trail, int(max(quad, 1u) - 1u));
-    vec4 after = texelFetch(trail, int(min(quad + 1u, params.quad_count - 1u)));
+    vec4 before = quad_of(trail, max(quad, 1u) - 1u);
+    vec4 after = quad_of(trail, min(quad + 1u, params.quad_count - 1u));
     precise vec4 sum = (from_left(before, middle) + middle) + from_right(middle, after);
     return sum;
 }
 
 void write(uint quad, vec4 here, vec4 above, vec4 beside, vec4 below) {
-    vec4 owned = texelFetch(density, int(quad));
+    vec4 owned = quad_of(density, quad);
     // What all have in common cancels to the last bit, so a constant stays constant.
     precise vec4 thrice = 3.0 * here;
     precise vec4 more = ((above - thrice) + (beside - thrice)) + (below - thrice);
     precise vec4 rate = (params.diffusion * min(owned, vec4(params.most_density))) * (1.0 / 9.0);
     precise vec4 spread = here + rate * more;
-    vec4 counted = vec4(texelFetch(deposits, int(quad)));
+    vec4 counted = vec4(quad_of(deposits, quad));
     precise vec4 value = (spread + (params.deposit * counted) * owned) * params.decay;
     bvec4 kept = bvec4(uvec4(greaterThanEqual(value, vec4(params.tiny))) & uvec4(greaterThan(owned, vec4(0.0))));
     vec4 next = mix(vec4(0.0), value, kept);
-    if (OUTGROWS_BLOCK) {
-        imageStore(next_trail_quads, int(quad), next);
-        imageStore(previous_deposits_quads, int(quad), uvec4(0u));
-    } else {
-        next_trail[quad] = next;
-        previous_deposits[quad] = uvec4(0u);
-    }
+    store_quad(next_trail, quad, next)
+    store_quad(previous_deposits, quad, uvec4(0u))
 }
 
 void main() {
@@ -88,13 +83,13 @@ void main() {
     uint reach = uint(DISTANCE) * params.quads_a_row;
     uint quad = texelFetch(blocks, int(i / 4u)).x + i % 4u;
     uint up = max(quad, reach) - reach;
-    vec4 above = row_sum(up, texelFetch(trail, int(up)));
+    vec4 above = row_sum(up, quad_of(trail, up));
     uint at = min(quad, last);
-    vec4 here = texelFetch(trail, int(at));
+    vec4 here = quad_of(trail, at);
     vec4 beside = row_sum(at, here);
     for (uint row = 0u; row < 4u; row++) {
         uint down = min(quad + reach, last);
-        vec4 next = texelFetch(trail, int(down));
+        vec4 next = quad_of(trail, down);
         vec4 below = row_sum(down, next);
         if (quad < params.quad_count) write(quad, here, above, beside, below);
         above = beside;

@@ -24,10 +24,10 @@ layout(push_constant) uniform Params {
 layout(set = 0, binding = 0) uniform usamplerBuffer rows;  // two an invocation
 // Two entries a texel: a texel and its conductance or share, twice.
 layout(set = 0, binding = 1) uniform usamplerBuffer entries;
-layout(set = 0, binding = 2) uniform samplerBuffer trail;
-layout(set = 0, binding = 3) uniform usamplerBuffer deposits;
-layout(r32f, set = 0, binding = 4) uniform writeonly imageBuffer low_next_trail;
-layout(r32f, set = 0, binding = 5) uniform writeonly imageBuffer high_next_trail;
+layout(set = 0, binding = 2) uniform samplerBuffer trail_texels;
+layout(set = 0, binding = 3) uniform usamplerBuffer deposits_texels;
+layout(r32f, set = 0, binding = 4) uniform writeonly imageBuffer next_trail_low;
+layout(r32f, set = 0, binding = 5) uniform writeonly imageBuffer next_trail_high;
 
 #include "texels.glsl"
 
@@ -91,5 +91,5 @@ void main() {
     float own = uintBitsToFloat(more.z);
     precise float spread = here + (params.diffusion * own) * (uintBitsToFloat(more.y) * inside + across);
     precise float value = (spread + (params.deposit * counted) * own) * params.decay;
-    store_texel(low_next_trail, high_next_trail, texel, vec4(value >= params.tiny ? value : 0.0))
+    store_texel(next_trail, texel, vec4(value >= params.tiny ? value : 0.0))
 }

@@ -1,6 +1,6 @@
 // exchange_seams: fills the gutter from the texels across the seams, so that no read ever sees one.
 // Reads   seams, owned texels of trail.
-// Writes  gutter texels of trail, as low_trail and high_trail; nothing reads a gutter texel here, but for those beside owned
+// Writes  gutter texels of trail; nothing reads a gutter texel here, but for those beside owned
 //         ones that are read four at once: there it is not looked at.
 // One invocation a gutter texel.
 // Overflow: cannot happen; nothing is appended.
@@ -18,9 +18,9 @@ layout(push_constant) uniform Params {
 
 // Two texels a seam: four that it is filled from; its own, and their weights.
 layout(set = 0, binding = 0) uniform usamplerBuffer seams;  // two an invocation
-layout(set = 0, binding = 1) uniform samplerBuffer trail;
-layout(r32f, set = 0, binding = 2) uniform writeonly imageBuffer low_trail;
-layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer high_trail;
+layout(set = 0, binding = 1) uniform samplerBuffer trail_texels;
+layout(r32f, set = 0, binding = 2) uniform writeonly imageBuffer trail_low;
+layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer trail_high;
 
 #include "texels.glsl"
 
@@ -35,5 +35,5 @@ void main() {
     value += float(more.z & 0xffffu) * texel_of(trail, source.z);
     value += float(more.z >> 16u) * texel_of(trail, source.w);
     precise float filled = value * (1.0 / 32768.0);
-    store_texel(low_trail, high_trail, more.x, vec4(filled))
+    store_texel(trail, more.x, vec4(filled))
 }

@@ -11,11 +11,11 @@
 
 layout(set = 0, binding = 0) uniform usamplerBuffer corners;
 layout(set = 0, binding = 1) uniform usamplerBuffer vertices;
-layout(set = 0, binding = 5) uniform samplerBuffer trail;
+layout(set = 0, binding = 5) uniform samplerBuffer trail_texels;
 layout(set = 0, binding = 6) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 7) readonly buffer Exposure { float brightest[]; };
-layout(set = 0, binding = 8) uniform usamplerBuffer deposits;
-layout(set = 0, binding = 10) uniform samplerBuffer density;
+layout(set = 0, binding = 8) uniform usamplerBuffer deposits_texels;
+layout(set = 0, binding = 10) uniform samplerBuffer density_texels;
 layout(set = 0, binding = 11) uniform samplerBuffer distances;
 layout(set = 0, binding = 12) uniform usamplerBuffer nearest;
 layout(set = 0, binding = 13) readonly buffer ObjectColors { vec4 object_colors[]; };

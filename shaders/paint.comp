@@ -1,6 +1,6 @@
 // paint: one dab of a brush on a field of the surface: the trail, or the bias that sensors read with it.
 // Reads   dab, field.
-// Writes  field, as low_field and high_field, at the texels of the dab; each texel is listed once.
+// Writes  field, at the texels of the dab; each texel is listed once.
 // One invocation a texel of the dab.
 // Overflow: cannot happen; nothing is appended.
 
@@ -22,9 +22,9 @@ layout(push_constant) uniform Params {
 
 // The texel, and the bits of its weight, 0 to 1.
 layout(std430, set = 0, binding = 0) readonly buffer Dab { uvec2 dab[]; };  // one an invocation
-layout(set = 0, binding = 1) uniform samplerBuffer field;
-layout(r32f, set = 0, binding = 2) uniform writeonly imageBuffer low_field;
-layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer high_field;
+layout(set = 0, binding = 1) uniform samplerBuffer field_texels;
+layout(r32f, set = 0, binding = 2) uniform writeonly imageBuffer field_low;
+layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer field_high;
 
 #include "texels.glsl"
 
@@ -37,5 +37,5 @@ void main() {
     precise float kept = before * (1.0 - params.fade * weight);
     bool is_freed = before < params.no_go && params.fade > 0.0;
     precise float value = (is_freed ? 0.0 : kept) + params.amount * weight;
-    store_texel(low_field, high_field, texel, vec4(clamp(value, params.lowest, params.highest)))
+    store_texel(field, texel, vec4(clamp(value, params.lowest, params.highest)))
 }

@@ -7,7 +7,7 @@
 #include "types.glsl"
 #include "painted.glsl"
 
-layout(set = 0, binding = 4) uniform samplerBuffer bias;
+layout(set = 0, binding = 4) uniform samplerBuffer bias_texels;
 
 
 #include "texels.glsl"

@@ -9,7 +9,7 @@
 #include "shading.glsl"
 #include "quick_surface.glsl"
 
-layout(set = 0, binding = 2) uniform samplerBuffer trail;
+layout(set = 0, binding = 2) uniform samplerBuffer trail_texels;
 layout(set = 0, binding = 3) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 4) readonly buffer Exposure { float brightest[]; };
 layout(set = 0, binding = 5) uniform samplerBuffer distances;

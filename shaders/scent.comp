@@ -1,6 +1,6 @@
 // scent: what sensors read more for food and markers, summed up anew from what is left of each.
 // Reads   scented, whiffs, meals.
-// Writes  the field, as low_field and high_field, at every texel that any food or marker reaches, gutters too.
+// Writes  field, at every texel that any food or marker reaches, gutters too.
 // One invocation a texel that is reached.
 // Overflow: cannot happen; nothing is appended.
 
@@ -21,8 +21,8 @@ layout(std430, set = 0, binding = 0) readonly buffer Scented { uvec2 scented[]; 
 // The food, and the bits of its falloff there: 1 where it is, 0 where it ends.
 layout(std430, set = 0, binding = 1) readonly buffer Whiffs { uvec2 whiffs[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Meals { Meal meals[]; };
-layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer low_field;
-layout(r32f, set = 0, binding = 4) uniform writeonly imageBuffer high_field;
+layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer field_low;
+layout(r32f, set = 0, binding = 4) uniform writeonly imageBuffer field_high;
 
 #include "texels.glsl"
 
@@ -36,5 +36,5 @@ void main() {
         uvec2 whiff = whiffs[k];
         sum += meals[whiff.x].scent * uintBitsToFloat(whiff.y);
     }
-    store_texel(low_field, high_field, texel, vec4(sum))
+    store_texel(field, texel, vec4(sum))
 }

@@ -12,7 +12,7 @@
 layout(set = 0, binding = 0) uniform usamplerBuffer corners;
 layout(set = 0, binding = 1) uniform usamplerBuffer vertices;
 layout(set = 0, binding = 4) uniform samplerBuffer poses;
-layout(set = 0, binding = 5) uniform samplerBuffer trail;
+layout(set = 0, binding = 5) uniform samplerBuffer trail_texels;
 layout(set = 0, binding = 6) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 7) readonly buffer Exposure { float brightest[]; };
 layout(set = 0, binding = 10) uniform samplerBuffer distances;

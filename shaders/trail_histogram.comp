@@ -10,8 +10,8 @@
 layout(local_size_x = 256) in;
 
 
-layout(set = 0, binding = 0) uniform samplerBuffer trail;
-layout(set = 0, binding = 1) uniform samplerBuffer density;
+layout(set = 0, binding = 0) uniform samplerBuffer trail_texels;
+layout(set = 0, binding = 1) uniform samplerBuffer density_texels;
 layout(set = 0, binding = 2) buffer Histogram { uint histogram[]; };
 
 layout(push_constant) uniform Params {

@@ -56,7 +56,7 @@ layout(set = 0, binding = 16) uniform usamplerBuffer faces;
 layout(set = 0, binding = 17) uniform usamplerBuffer pseudonormals;
 layout(set = 0, binding = 18) uniform usamplerBuffer dipoles;
 layout(set = 0, binding = 19) uniform samplerBuffer poses_before;
-layout(set = 0, binding = 20) uniform samplerBuffer bias;
+layout(set = 0, binding = 20) uniform samplerBuffer bias_texels;  // may be absent
 
 const bool WALK_CARRIES = false;
 #include "crossing.glsl"

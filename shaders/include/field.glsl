@@ -8,7 +8,7 @@
 #include "texels.glsl"
 
 // Bilinear over the four texels around. Gutter texels are filled, so no triangle needs its neighbours' texels.
-float field_at(samplerBuffer field, vec2 position, uint pitch) {
+float field_at(samplerBuffer field_texels, vec2 position, uint pitch) {
     Blend blend = blend_at(position, pitch);
     uint texel = blend.texel;
     vec4 values = vec4(

@@ -61,7 +61,7 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
             uv = weights_at(atlas_map_of(triangle), position);
         }
     }
-    precise float value = field_at(trail, position, params.pitch);
+    precise float value = field_at(trail_texels, position, params.pitch);
     if (FAVOURITE_DENSITY && own.favourite_density > 0.0) {
         value = -abs(value - own.favourite_density);
     }
@@ -75,11 +75,11 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
         value += own.distance_weight * distance_at(position, params.pitch);
     }
     if (PAINTED) {
-        value += field_at(bias, position, params.pitch);
+        value += field_at(bias_texels, position, params.pitch);
     }
     if (FOOD) {
         // What repels does so whoever has eaten.
-        float smelled = field_at(scent, position, params.pitch);
+        float smelled = field_at(scent_texels, position, params.pitch);
         value += smelled > 0.0 ? own_appetite * smelled : smelled;
     }
     return value;

@@ -1,5 +1,15 @@
-// texels: single texels of textures, however large. Twin: an index.
+// texels: textures, however large. Twin: an index.
 // The constants are those of src/sim/texel_paths.rs, which the host fills in for every shader that includes this.
+//
+// A binding is one way into a texture, and its name says which. The build makes one argument of all that begin alike:
+//
+//   NAME_texels  texel buffer to read          single texels; four at once where TEXELS_IN_QUADS
+//   NAME_quads   texel buffer, either kind     four texels at once
+//   NAME_low     texel buffer to write, r32    single texels below BAND
+//   NAME_high    texel buffer to write, r32    single texels from BAND on
+//   NAME_block   storage block                 either, unless OUTGROWS_BLOCK
+//
+// What follows takes the NAME and goes by the way that suits the texture; the shader declares those ways.
 
 #ifndef MYXO_TEXELS
 #define MYXO_TEXELS
@@ -11,21 +21,34 @@ layout(constant_id = 101) const uint BAND = 0xffffffffu;
 // What a storage block does not hold is written through texel buffers, which CPU drivers are slower with.
 layout(constant_id = 102) const bool OUTGROWS_BLOCK = false;
 
-float texel_of(samplerBuffer view, uint texel) {
+float texel_in(samplerBuffer view, uint texel) {
     if (TEXELS_IN_QUADS) return texelFetch(view, int(texel >> 2u))[texel & 3u];
     return texelFetch(view, int(texel)).x;
 }
 
-uint texel_of(usamplerBuffer view, uint texel) {
+uint texel_in(usamplerBuffer view, uint texel) {
     if (TEXELS_IN_QUADS) return texelFetch(view, int(texel >> 2u))[texel & 3u];
     return texelFetch(view, int(texel)).x;
 }
+
+// Reads by NAME_texels, and by NAME_quads.
+#define texel_of(name, texel) texel_in(name##_texels, texel)
+#define quad_of(name, quad) texelFetch(name##_quads, int(quad))
 
 // Macros, because what is written to has a format, which parameters cannot have. Each is a whole block.
-#define store_texel(low, high, texel, value) \
-    { if ((texel) < BAND) { imageStore(low, int(texel), value); } else { imageStore(high, int((texel) - BAND), value); } }
 
-#define add_to_texel(low, high, texel, value) \
-    { if ((texel) < BAND) { imageAtomicAdd(low, int(texel), value); } else { imageAtomicAdd(high, int((texel) - BAND), value); } }
+// By NAME_low and NAME_high.
+#define store_texel(name, texel, value) \
+    { if ((texel) < BAND) { imageStore(name##_low, int(texel), value); } else { imageStore(name##_high, int((texel) - BAND), value); } }
+
+// By NAME_block, or NAME_quads.
+#define store_quad(name, quad, value) \
+    { if (OUTGROWS_BLOCK) { imageStore(name##_quads, int(quad), value); } else { name##_block[quad] = value; } }
+
+// By NAME_block, or NAME_low and NAME_high.
+#define add_to_texel(name, texel, value) \
+    { if (OUTGROWS_BLOCK) { \
+        if ((texel) < BAND) { imageAtomicAdd(name##_low, int(texel), value); } else { imageAtomicAdd(name##_high, int((texel) - BAND), value); } \
+    } else { atomicAdd(name##_block[texel], value); } }
 
 #endif

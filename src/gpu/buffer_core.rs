@@ -159,6 +159,16 @@ impl BufferCore {
         );
     }
 
+    /// Bytes from its beginning that one storage-buffer binding holds, of whole groups of four words.
+    pub(crate) fn first_part(&self) -> u64 {
+        let limit = self.ctx.info().max_storage_buffer_range;
+        if self.size <= limit {
+            vk::WHOLE_SIZE
+        } else {
+            limit / 16 * 16
+        }
+    }
+
     /// Adds to a barrier what a use has to wait for; see [`History::wait_for`].
     pub(crate) fn wait_for(
         &self,

@@ -9,6 +9,7 @@ use super::crumbs::Crumbs;
 use super::debug_list::DebugList;
 use super::error::{Check, GpuResult};
 use super::graveyard::Corpse;
+use super::placeholder::Placeholder;
 
 /// What one frame records into.
 pub(crate) struct FrameResources {
@@ -19,6 +20,8 @@ pub(crate) struct FrameResources {
     pub(crate) queries: vk::QueryPool,
     pub(crate) query_capacity: u32,
     pub(crate) crumbs: Option<Mutex<Crumbs>>,
+    /// What is bound for arguments that are absent.
+    pub(crate) placeholder: Placeholder,
     debug: OnceLock<DebugList>,
     /// Command buffers of slices, made as they are needed.
     slices: Mutex<Vec<vk::CommandBuffer>>,
@@ -39,6 +42,7 @@ impl FrameResources {
             } else {
                 None
             },
+            placeholder: Placeholder::new(ctx)?,
             debug: OnceLock::new(),
             slices: Mutex::new(Vec::new()),
         };

@@ -48,8 +48,10 @@ pub enum BindingKind {
 pub struct Binding {
     /// Number in the shader.
     pub number: u32,
-    /// Name in the shader and of the host's field.
+    /// Name in the shader.
     pub name: &'static str,
+    /// Name of the host's field. Bindings of one field are ways into one buffer.
+    pub argument: &'static str,
     /// From `readonly` and `writeonly`.
     pub access: BindingAccess,
     /// Storage block, texel buffer or image.
@@ -65,19 +67,34 @@ pub struct Binding {
 pub enum Resource<'a> {
     /// A whole buffer.
     Buffer(&'a dyn AnyBuffer),
+    /// As much of a buffer, from its beginning, as a storage block holds. Where that is not all, the shader goes another way.
+    FirstPart(&'a dyn AnyBuffer),
     /// A texel view.
     Texels(&'a TexelsCore),
     /// An image.
     Sampled(&'a Sampled),
+    /// Nothing: the shader does not get there with these constants.
+    Absent(Absent),
+}
+
+/// What an absent buffer would be bound as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Absent {
+    /// A storage block.
+    Block,
+    /// A texel buffer of floats.
+    Floats,
+    /// A texel buffer of words.
+    Words,
 }
 
 impl<'a> Resource<'a> {
-    /// The buffer, unless it is an image; images that are sampled only change when they are filled.
+    /// The buffer, unless it is absent or an image; images that are sampled only change when they are filled.
     pub(crate) fn core(self) -> Option<&'a BufferCore> {
         match self {
-            Resource::Buffer(buffer) => Some(buffer.core()),
+            Resource::Buffer(buffer) | Resource::FirstPart(buffer) => Some(buffer.core()),
             Resource::Texels(texels) => Some(texels.core()),
-            Resource::Sampled(_) => None,
+            Resource::Sampled(_) | Resource::Absent(_) => None,
         }
     }
 }
@@ -115,7 +132,7 @@ pub trait Interface {
     const BINDINGS: &'static [Binding];
     /// Where `debug.glsl` is included: its binding.
     const DEBUG_BINDING: Option<u32>;
-    /// What is bound, a field a binding.
+    /// What is bound.
     type Args<'a>;
     /// Push constants, or `()`.
     type Params: Params;

@@ -46,6 +46,7 @@ mod options;
 mod part;
 mod pass;
 mod pipelines;
+mod placeholder;
 mod raster;
 mod readback;
 mod recorder;
@@ -78,8 +79,8 @@ pub use frame::Frames;
 pub use image::{Format, Image};
 pub use info::{DeviceInfo, DeviceKind, Heap};
 pub use kernel::{
-    Binding, BindingAccess, BindingKind, Constants, DispatchGroups, Draw, Interface, Kernel,
-    Params, Pipeline, Resource, Threads,
+    Absent, Binding, BindingAccess, BindingKind, Constants, DispatchGroups, Draw, Interface,
+    Kernel, Params, Pipeline, Resource, Threads,
 };
 pub use listing::{Listed, Reason};
 pub use module::Module;

@@ -88,19 +88,29 @@ impl Recorder {
             note_used(pipeline.replaced.into_iter().flatten());
         }
         let resources = I::resources(args);
+        let placeholder = &self.frame.placeholder;
         let buffers: Vec<_> = resources
             .iter()
             .map(|r| {
+                let core = match r {
+                    Resource::Absent(_) => Some(placeholder.block()),
+                    _ => r.core(),
+                };
+                let range = match r {
+                    Resource::FirstPart(buffer) => buffer.core().first_part(),
+                    _ => vk::WHOLE_SIZE,
+                };
                 vk::DescriptorBufferInfo::default()
-                    .buffer(r.core().map_or(vk::Buffer::null(), BufferCore::raw))
-                    .range(vk::WHOLE_SIZE)
+                    .buffer(core.map_or(vk::Buffer::null(), BufferCore::raw))
+                    .range(range)
             })
             .collect();
         let views: Vec<_> = resources
             .iter()
             .map(|r| match r {
                 Resource::Texels(texels) => texels.raw(),
-                Resource::Buffer(_) | Resource::Sampled(_) => vk::BufferView::null(),
+                Resource::Absent(absent) => placeholder.view(*absent),
+                _ => vk::BufferView::null(),
             })
             .collect();
         let images: Vec<_> = resources
@@ -188,20 +198,23 @@ impl Recorder {
                     binding.name,
                     texels.components()
                 ),
-                (Resource::Texels(_) | Resource::Sampled(_), _) => {}
+                _ => {}
             }
             let others = resources.iter().zip(I::BINDINGS).skip(i + 1);
             for (other, other_binding) in others.filter(|_| self.ctx().hazard_check) {
                 // What is read as texels beside what is written is read by the invocation that writes it, before that, or
-                // is not written here: the kernel's header says so. Parts of a buffer are written one by one.
-                let own = [(binding, other_binding), (other_binding, binding)]
-                    .iter()
-                    .any(|(written, read)| {
-                        written.access == BindingAccess::Write && read.kind == BindingKind::Texels
-                    });
-                let parts = is_written_as_texels(binding) && is_written_as_texels(other_binding);
-                let written = !own
-                    && !parts
+                // is not written here: the kernel's header says so. Of a texture that holds for the ways into one argument.
+                let are_ways = binding.argument == other_binding.argument;
+                let own = !is_way(binding)
+                    && !is_way(other_binding)
+                    && [(binding, other_binding), (other_binding, binding)]
+                        .iter()
+                        .any(|(written, read)| {
+                            written.access == BindingAccess::Write
+                                && read.kind == BindingKind::Texels
+                        });
+                let written = !are_ways
+                    && !own
                     && (binding.access != BindingAccess::Read
                         || other_binding.access != BindingAccess::Read);
                 assert!(
@@ -274,6 +287,7 @@ fn is_of(resource: &Resource<'_>, core: &BufferCore) -> bool {
     resource.core().is_some_and(|own| own.raw() == core.raw())
 }
 
-fn is_written_as_texels(binding: &Binding) -> bool {
-    matches!(binding.kind, BindingKind::StorageTexels { .. })
+/// One of the ways into what is bound.
+fn is_way(binding: &Binding) -> bool {
+    binding.name != binding.argument
 }

@@ -25,8 +25,7 @@ use super::shared_vertices::SharedVertices;
 use super::view::View;
 use crate::gpu::{
     Access, AnyBuffer, Blend, Buffer, Context, DepthTest, Domain, Format, GpuError, PassRecorder,
-    Pipeline, RasterOptions, RasterPipeline, Readback, Recorder, Targets, Texels, Threads,
-    Topology,
+    Pipeline, RasterOptions, RasterPipeline, Readback, Recorder, Targets, Threads, Topology,
 };
 use crate::scene::settings::{ColorMap, Part};
 use crate::sim::draws::{
@@ -39,6 +38,7 @@ use crate::sim::kernels::{
     TrailHistogramConstants, TrailHistogramParams,
 };
 use crate::sim::texel_paths::TexelPaths;
+use crate::sim::texture::Texture;
 use crate::sim::{Setup, State};
 use fields::Field;
 use sides::Sides;
@@ -133,7 +133,7 @@ pub struct Renderer {
     /// One an object.
     object_colors: Buffer<Vec4>,
     /// What each texel is, and in which colour its chart is shown.
-    texels: Texels<u32>,
+    texels: Texture<u32>,
     /// The colour and the seams of each triangle.
     charts: Buffer<u32>,
     colors: Buffer<Vec4>,
@@ -223,9 +223,9 @@ impl Renderer {
             normals: Buffer::from_slice(ctx, "normals", normals)?,
             openness: Buffer::from_slice(ctx, "openness", openness)?,
             object_colors: Buffer::from_slice(ctx, "object_colors", object_colors)?,
-            texels: Texels::new(
-                &Buffer::from_slice_in(ctx, "texels", texels, Domain::Texels)?,
-                if paths.in_quads { 4 } else { 1 },
+            texels: Texture::new(
+                ctx,
+                Buffer::from_slice_in(ctx, "texels", texels, Domain::Texels)?,
             )?,
             charts: Buffer::from_slice(ctx, "charts", charts)?,
             colors: Buffer::zeroed(ctx, "colors", colormap::LENGTH)?,
@@ -308,7 +308,7 @@ impl Renderer {
         ];
         // Was painted between steps, if anything was.
         if let Some(bias) = &state.bias {
-            read.push(&bias.field);
+            read.push(bias);
         }
         if let Some(food) = &state.food {
             read.push(&food.meals);
@@ -396,8 +396,8 @@ impl Renderer {
                     &self.trail_histogram,
                     Threads(sample_count),
                     TrailHistogramArgs {
-                        trail: &state.trail.front_views.texels,
-                        density: &state.atlas.spread.density_views.texels,
+                        trail: &state.trail.front,
+                        density: &state.atlas.spread.density,
                         histogram: &self.histogram,
                     },
                     TrailHistogramParams {
@@ -446,8 +446,8 @@ impl Renderer {
             3,
             1,
             AtlasViewArgs {
-                trail: &state.trail.front_views.texels,
-                texels: &self.texels,
+                trail: &state.trail.front,
+                charts: &self.texels,
                 colors: &self.colors,
                 brightest: &self.brightest,
             },

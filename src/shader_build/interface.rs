@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::arguments::{Argument, argument_of, arguments, resource};
 use super::model::{Access, Binding, Constant, Field, Resource, Shader, Struct, Ty};
 
 /// What a kernel and a draw have in common.
@@ -36,7 +37,9 @@ impl Interface<'_> {
                 self.handle
             ),
         );
-        let args = self.write_args(out, &base)?;
+        let arguments =
+            arguments(self.bindings, &self.sources).map_err(|e| format!("{}: {e}", self.stem))?;
+        let args = self.write_args(out, &base, &arguments);
         let params = self.write_params(out, &base)?;
         let constants = self.write_constants(out, &base)?;
         put(
@@ -60,9 +63,10 @@ impl Interface<'_> {
             put(
                 out,
                 format_args!(
-                    "        crate::gpu::Binding {{ number: {}, name: \"{}\", access: crate::gpu::BindingAccess::{:?}, kind: crate::gpu::BindingKind::{kind}, each: {}, element: {} }},\n",
+                    "        crate::gpu::Binding {{ number: {}, name: \"{}\", argument: \"{}\", access: crate::gpu::BindingAccess::{:?}, kind: crate::gpu::BindingKind::{kind}, each: {}, element: {} }},\n",
                     binding.number,
                     binding.name,
+                    argument_of(binding),
                     binding.access,
                     self.each(binding)?,
                     element_size(binding)?
@@ -89,20 +93,18 @@ impl Interface<'_> {
         if self.bindings.is_empty() {
             put(out, format_args!("        let () = args;\n"));
         }
-        let list: Vec<String> = self
+        let list: Result<Vec<String>, String> = self
             .bindings
             .iter()
-            .map(|b| match b.resource {
-                Resource::Storage(_) => format!("crate::gpu::Resource::Buffer(args.{})", b.name),
-                Resource::Texels(_) | Resource::StorageTexels(..) => {
-                    format!("crate::gpu::Resource::Texels(args.{}.as_dyn())", b.name)
-                }
-                Resource::Sampled => format!("crate::gpu::Resource::Sampled(args.{})", b.name),
+            .enumerate()
+            .map(|(i, binding)| {
+                let of = arguments.iter().find(|one| one.bindings.contains(&i));
+                resource(binding, of.is_some_and(|one| one.may_be_absent))
             })
             .collect();
         put(
             out,
-            format_args!("        vec![{}]\n    }}\n}}\n\n", list.join(", ")),
+            format_args!("        vec![{}]\n    }}\n}}\n\n", list?.join(", ")),
         );
         Ok(())
     }
@@ -130,9 +132,9 @@ impl Interface<'_> {
             .cloned()
     }
 
-    fn write_args(&self, out: &mut String, base: &str) -> Result<String, String> {
-        if self.bindings.is_empty() {
-            return Ok("()".to_owned());
+    fn write_args(&self, out: &mut String, base: &str, arguments: &[Argument]) -> String {
+        if arguments.is_empty() {
+            return "()".to_owned();
         }
         put(
             out,
@@ -141,34 +143,29 @@ impl Interface<'_> {
                 self.stem
             ),
         );
-        for binding in self.bindings {
-            let what = match binding.access {
+        for argument in arguments {
+            let what = match argument.access {
                 Access::Read => "Read",
                 Access::Write => "Written",
                 Access::ReadWrite => "Read and written",
             };
-            let remark = self
-                .remark(&binding.name)
+            let remark = (argument.remark.as_ref())
                 .map_or(String::new(), |r| format!(": {}", r.trim_end_matches('.')));
-            let ty = match &binding.resource {
-                Resource::Storage(element) => {
-                    format!("crate::gpu::Buffer<{}>", rust_type(element)?)
-                }
-                Resource::Texels(scalar) | Resource::StorageTexels(scalar, _) => {
-                    format!("crate::gpu::Texels<{}>", rust_type(scalar)?)
-                }
-                Resource::Sampled => "crate::gpu::Sampled".to_owned(),
+            let ty = if argument.may_be_absent {
+                format!("Option<&'a {}>", argument.ty)
+            } else {
+                format!("&'a {}", argument.ty)
             };
             put(
                 out,
                 format_args!(
-                    "    /// {what}{remark}.\n    pub {}: &'a {ty},\n",
-                    binding.name
+                    "    /// {what}{remark}.\n    pub {}: {ty},\n",
+                    argument.name
                 ),
             );
         }
         put(out, format_args!("}}\n\n"));
-        Ok(format!("{base}Args<'a>"))
+        format!("{base}Args<'a>")
     }
 
     fn write_params(&self, out: &mut String, base: &str) -> Result<String, String> {

@@ -4,6 +4,7 @@
 //! optimised one is shipped. Shaders are compiled side by side, and only those of which a file has changed (`kept`).
 //! `reflect` reads SPIR-V into a small `model` and `generate` writes the model as Rust.
 
+pub mod arguments;
 pub mod generate;
 pub mod interface;
 pub mod kept;

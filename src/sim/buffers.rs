@@ -109,7 +109,7 @@ pub struct Row<T> {
     /// In messages and capture tools.
     pub name: &'static str,
     domain: Domain,
-    /// Of its texels; 0 where kernels see it as a block alone, or by the [views](super::texture::Views) of a texture.
+    /// Of its texels; 0 where kernels see it as a block alone, or by the ways into a [texture](super::texture::Texture).
     components: usize,
     count: fn(&Counts) -> u64,
     element: PhantomData<fn() -> T>,
@@ -257,7 +257,6 @@ table! {
     WALKERS: u32 = "walkers", LARGE 1, |n| n.particles * Counts::walker_lists(n.objects);
     WALKER_COUNT: u32 = "walker_count", BLOCK 0, |_| 3;
     WALKER_GROUPS: DispatchGroups = "walker_groups", BLOCK 0, |_| 3;
-    NO_GROUPS: DispatchGroups = "no_groups", BLOCK 0, |_| 3;
 
     TRAIL_FRONT: f32 = "trail.front", LARGE 0, |n| n.texels;
     TRAIL_BACK: f32 = "trail.back", LARGE 0, |n| n.texels;
@@ -270,8 +269,6 @@ table! {
     SEAMS: Seam = "seams", LARGE 4, |n| n.seams;
     CLEARANCE: u32 = "clearance", LARGE 1, |n| n.texels.div_ceil(4);
     SURROUNDINGS: u32 = "surroundings", LARGE 2, |n| n.texels.div_ceil(2);
-    UNUSED_FLOATS: f32 = "unused.floats", BLOCK 0, |_| 4;
-    UNUSED_WORDS: u32 = "unused.words", BLOCK 0, |_| 4;
     BIAS: f32 = "bias", LARGE 0, |n| n.painted;
 
     TRIANGLES: Triangle = "triangles", LARGE 4, |n| n.triangles;
@@ -283,7 +280,7 @@ table! {
     POSES_BEFORE: Pose = "poses_before", BLOCK 4, |n| n.objects;
     PHYSARUMS: Physarum = "physarums", BLOCK 0, |n| n.objects;
 
-    DISTANCES: f32 = "distances", BLOCK 1, Counts::field;
+    DISTANCES: f32 = "distances", BLOCK 0, |n| n.field().next_multiple_of(4);
     NEAREST: u32 = "nearest", BLOCK 1, Counts::field;
     ACROSS: u32 = "across", BLOCK 1, Counts::field;
     ACROSS_TRIANGLES: u32 = "across_triangles", BLOCK 1, Counts::field;
@@ -325,7 +322,6 @@ table! {
     SCENTED: UVec2 = "scented", BLOCK 0, |n| if n.foods > 0 { n.scents.0 } else { 0 };
     WHIFFS: UVec2 = "whiffs", BLOCK 0, |n| if n.foods > 0 { n.scents.1.max(1) } else { 0 };
     SCENT_GROUPS: DispatchGroups = "scent_groups", BLOCK 0, |n| u64::from(n.foods > 0);
-    NO_MEALS: Meal = "no_meals", BLOCK 0, |_| 1;
 
     OUTLINES: Outline = "outlines", LARGE 4, |n| n.drawn(n.outlines);
     BOUNDS: Vec4 = "bounds", LARGE 4, |n| n.drawn(n.triangles);

@@ -10,7 +10,7 @@ use super::kernels::{
 use super::memory;
 use super::spread::spreading;
 use super::texel_paths::TexelPaths;
-use super::texture::{PingPong, SpreadTables, Unused};
+use super::texture::{PingPong, SpreadTables};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Frames, Pipeline, Recorder, Threads};
 use crate::mesh::atlas::{Atlas, GREATEST_DIFFUSION};
@@ -30,9 +30,6 @@ pub struct Diffusion {
     seams_params: DiffuseSeamsParams,
     tables: SpreadTables,
     deposits: PingPong<u32>,
-    /// Is the texture larger than a storage block?
-    outgrows_block: bool,
-    unused: Unused,
     /// Where the trail is, and where its next step goes.
     trail: PingPong<f32>,
 }
@@ -84,8 +81,6 @@ impl Diffusion {
                 buffers::TRAIL_FRONT.zeroed(ctx, &counts)?,
                 buffers::TRAIL_BACK.zeroed(ctx, &counts)?,
             )?,
-            outgrows_block: paths.outgrows_block,
-            unused: Unused::new(ctx)?,
             ctx: ctx.clone(),
         })
     }
@@ -130,21 +125,16 @@ impl Diffusion {
     }
 
     fn record(&self, rec: &mut Recorder) {
-        let (trail_views, deposits_views) = (&self.trail.front_views, &self.deposits.front_views);
-        let next_views = &self.trail.back_views;
-        let spread = (self.unused).spread(self.outgrows_block, &self.trail, &self.deposits);
         rec.dispatch(
             &self.diffuse,
             Threads(self.params.lane_count),
             DiffuseArgs {
                 blocks: &self.tables.blocks,
-                trail: &trail_views.quads,
-                deposits: &deposits_views.quads,
-                density: &self.tables.density_views.quads,
-                next_trail: spread.next_trail,
-                next_trail_quads: spread.next_trail_quads,
-                previous_deposits: spread.previous_deposits,
-                previous_deposits_quads: spread.previous_deposits_quads,
+                trail: &self.trail.front,
+                deposits: &self.deposits.front,
+                density: &self.tables.density,
+                next_trail: &self.trail.back,
+                previous_deposits: &self.deposits.back,
             },
             self.params,
         );
@@ -154,10 +144,9 @@ impl Diffusion {
             DiffuseSeamsArgs {
                 rows: &self.tables.rows,
                 entries: &self.tables.entries,
-                trail: &trail_views.texels,
-                deposits: &deposits_views.texels,
-                low_next_trail: &next_views.low,
-                high_next_trail: &next_views.high,
+                trail: &self.trail.front,
+                deposits: &self.deposits.front,
+                next_trail: &self.trail.back,
             },
             self.seams_params,
         );

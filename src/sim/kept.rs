@@ -59,7 +59,7 @@ kept! {
     last_poses [last_poses]         on_host();
     distance_poses [distance_poses] on_host();
     kept_pairs [kept_pairs]         on_host();
-    bias [bias]                     remade(&buffers::BIAS, |state| Some(&state.bias.as_ref()?.field)), "texels of bias";
+    bias [bias]                     remade(&buffers::BIAS, |state| state.bias.as_deref()), "texels of bias";
     food.remaining [foods]          converted(&buffers::MEALS, |state| Some(&state.food.as_ref()?.meals), |meals| {
                                         meals.iter().map(|meal| meal.remaining).collect()
                                     });

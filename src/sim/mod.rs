@@ -75,4 +75,4 @@ pub use spread::TINY_TRAIL;
 pub use state::State;
 pub use step::advance::FORMS_OF_ADVANCE;
 pub use surroundings::{COVERED, NEAR};
-pub use texture::PingPong;
+pub use texture::{PingPong, Texture};

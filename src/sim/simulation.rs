@@ -22,7 +22,7 @@ use super::plan::Means;
 use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::snapshot::{Distances, Snapshot};
-use super::state::{Bias, State};
+use super::state::{State, bias_of};
 use super::texel_paths::TexelPaths;
 use super::transfers::Transfers;
 use super::types::Pose;
@@ -329,7 +329,7 @@ impl Simulation {
         let foods = self.setup().pantry.places.len();
         snapshot.check_food(foods).map_err(Error::Invalid)?;
         let food = self.restored_food(&snapshot.food)?;
-        self.take_bias(Bias::of(&self.ctx, &snapshot.bias)?)?;
+        self.take_bias(bias_of(&self.ctx, &snapshot.bias)?)?;
         self.state.food = food;
         self.ctx.fill(&self.state.deposits.front, 0)?;
         self.state.near.reach = 0.0;

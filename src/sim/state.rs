@@ -14,51 +14,39 @@ use super::raster::Raster;
 use super::roles::Pair;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
-use super::texture::{Counted, PingPong, Spread, SpreadTables, Unused, Views};
+use super::texture::{PingPong, SpreadTables, Texture};
 use super::transfers::Transfers;
 use super::types::{
-    DistanceJob, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
+    DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
     SurfaceSample,
 };
 use crate::gpu::{Buffer, Context, DispatchGroups, GpuError, TexelScalar, Texels};
 use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
 
-/// What was painted for sensors to read.
-pub struct Bias {
-    /// One a texel, gutters filled: trail units that sensors read more.
-    pub field: Buffer<f32>,
-    /// The same, as kernels read and write it.
-    pub views: Views<f32>,
+/// A bias on so many texels of which nothing is painted.
+///
+/// # Errors
+/// No memory.
+pub fn unpainted(ctx: &Arc<Context>, texels: usize) -> Result<Texture<f32>, GpuError> {
+    let counts = Counts {
+        painted: texels as u64,
+        ..Counts::default()
+    };
+    Texture::new(ctx, buffers::BIAS.zeroed(ctx, &counts)?)
 }
 
-impl Bias {
-    /// Nothing is painted on so many texels.
-    ///
-    /// # Errors
-    /// No memory.
-    pub fn new(ctx: &Arc<Context>, texels: usize) -> Result<Self, GpuError> {
-        let counts = Counts {
-            painted: texels as u64,
-            ..Counts::default()
-        };
-        let field = buffers::BIAS.zeroed(ctx, &counts)?;
-        let views = Views::new(ctx, &field)?;
-        Ok(Self { field, views })
+/// A bias with these values, one a texel; none where there are none.
+///
+/// # Errors
+/// When the device is lost or its memory is full.
+pub fn bias_of(ctx: &Arc<Context>, values: &[f32]) -> Result<Option<Texture<f32>>, GpuError> {
+    if values.is_empty() {
+        return Ok(None);
     }
-
-    /// These values, one a texel; none where there are none.
-    ///
-    /// # Errors
-    /// When the device is lost or its memory is full.
-    pub fn of(ctx: &Arc<Context>, values: &[f32]) -> Result<Option<Self>, GpuError> {
-        if values.is_empty() {
-            return Ok(None);
-        }
-        let bias = Self::new(ctx, values.len())?;
-        ctx.upload(&bias.field, values)?;
-        Ok(Some(bias))
-    }
+    let bias = unpainted(ctx, values.len())?;
+    ctx.upload(&bias, values)?;
+    Ok(Some(bias))
 }
 
 /// Which of two buffers each have which role.
@@ -90,8 +78,6 @@ pub struct Walkers {
     pub count: Buffer<u32>,
     /// The groups of the dispatches for them.
     pub groups: Buffer<DispatchGroups>,
-    /// What is bound in their place where none is listed: no dispatch may write its own groups.
-    pub no_groups: Buffer<DispatchGroups>,
 }
 
 /// What does not change of the texture.
@@ -147,7 +133,7 @@ pub struct Objects {
 /// Distances to other objects, and what they are taken from. Fields of texels have one element where there is one object.
 pub struct Nearness {
     /// One a texel, gutters filled: signed distance to the nearest other object, world units, within reach either way.
-    pub distances: Store<f32, f32>,
+    pub distances: Texture<f32>,
     /// One a texel, of owned ones: the triangle of another object that is nearest, `NONE` beyond reach.
     pub nearest: Store<u32>,
     /// How far the distances that have been taken are known, world units; 0 while none have been.
@@ -222,14 +208,10 @@ pub struct State {
     pub across: Across,
     /// What `distance_raster` draws, and what it draws into, where that is the method.
     pub raster: Option<Raster>,
-    /// What attracts, repels or may not be entered, once any of that is painted.
-    pub bias: Option<Bias>,
+    /// One a texel, gutters filled: trail units that sensors read more, once any are painted.
+    pub bias: Option<Texture<f32>>,
     /// Food and markers, where there are any.
     pub food: Option<FoodBuffers>,
-    /// What is bound where there are none.
-    pub no_meals: Buffer<Meal>,
-    /// What is bound in the place of textures that are written another way.
-    unused: Unused,
 }
 
 /// Makes the buffers of a scene.
@@ -297,7 +279,6 @@ impl State {
                 slots: make.store_of_zeros(&buffers::WALKERS)?,
                 count: make.zeros(&buffers::WALKER_COUNT)?,
                 groups: make.zeros(&buffers::WALKER_GROUPS)?,
-                no_groups: make.zeros(&buffers::NO_GROUPS)?,
             },
             transfers,
             trail: PingPong::of(
@@ -330,20 +311,11 @@ impl State {
             raster: (settings.uses_raster())
                 .then(|| Raster::new(ctx, &counts, setup))
                 .transpose()?,
-            bias: Bias::of(ctx, &setup.bias)?,
+            bias: bias_of(ctx, &setup.bias)?,
             food: (!setup.pantry.is_empty())
                 .then(|| FoodBuffers::new(ctx, &setup.pantry, &setup.pantry.meals(None)))
                 .transpose()?,
-            no_meals: make.zeros(&buffers::NO_MEALS)?,
-            unused: Unused::new(ctx)?,
         })
-    }
-
-    /// What was painted; where nothing is, what is there instead is read by nothing.
-    #[must_use]
-    pub fn bias_texels(&self) -> &Texels<f32> {
-        let bias = self.bias.as_ref();
-        bias.map_or(&self.trail.front_views.texels, |bias| &bias.views.texels)
     }
 
     /// Food and markers.
@@ -362,23 +334,6 @@ impl State {
     #[must_use]
     pub fn raster(&self) -> &Raster {
         self.raster.as_ref().expect("the method draws")
-    }
-
-    /// What is bound in the place of textures that are written another way.
-    pub(super) fn unused_words(&self) -> &Buffer<u32> {
-        self.unused.words()
-    }
-
-    /// Where diffusion writes to.
-    #[must_use]
-    pub fn spread(&self, outgrows_block: bool) -> Spread<'_> {
-        (self.unused).spread(outgrows_block, &self.trail, &self.deposits)
-    }
-
-    /// Where deposits are counted.
-    #[must_use]
-    pub fn counted(&self, outgrows_block: bool) -> Counted<'_> {
-        self.unused.counted(outgrows_block, &self.deposits)
     }
 
     /// From now on the objects are here, once everything recorded has taken place.
@@ -452,7 +407,7 @@ fn nearness(make: &Maker<'_>, setup: &Setup) -> Result<Nearness, GpuError> {
     let distance = &setup.distance;
     let field = make.counts.field() as usize;
     Ok(Nearness {
-        distances: make.store_of_zeros(&buffers::DISTANCES)?,
+        distances: Texture::new(make.ctx, make.zeros(&buffers::DISTANCES)?)?,
         nearest: make.store(&buffers::NEAREST, &vec![NONE; field])?,
         reach: 0.0,
         samples: make.store(&buffers::SAMPLES, &distance.samples)?,

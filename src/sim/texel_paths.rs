@@ -51,6 +51,6 @@ impl TexelPaths {
 }
 
 /// Texels of a part: parts begin where every device lets views begin.
-pub(super) fn band(device: &DeviceInfo) -> u64 {
+fn band(device: &DeviceInfo) -> u64 {
     u64::from(device.max_texel_buffer_elements) / PART * PART
 }

@@ -6,6 +6,7 @@ use myxo::mesh::surface::NONE;
 use myxo::render::draw_order;
 use myxo::render::exposure::{self, BIN_COUNT};
 use myxo::rng::{Purpose, random, unit};
+use myxo::sim::Texture;
 use myxo::sim::kernels::{
     DrawOrder, DrawOrderArgs, DrawOrderParams, Expose, ExposeArgs, ExposeParams, TrailHistogram,
     TrailHistogramArgs, TrailHistogramConstants, TrailHistogramParams,
@@ -62,7 +63,7 @@ fn exposure_kernels_agree_with_their_twins() {
     let expose_pipeline = Pipeline::<Expose>::new(&gpu.ctx, &()).unwrap();
     for sample_count in awkward_sizes(256).into_iter().filter(|&count| count > 0) {
         for stride in [1, 3] {
-            let texel_count = (sample_count - 1) * stride + 1;
+            let texel_count = ((sample_count - 1) * stride + 1).next_multiple_of(4);
             let words = |i: u32| random(sample_count, i, 0, Purpose::Start);
             let trail: Vec<f32> = (0..texel_count)
                 .map(|i| 2_f32.powf(40.0 * unit(words(i)[0]) - 20.0))
@@ -74,14 +75,17 @@ fn exposure_kernels_agree_with_their_twins() {
             let mut twin_histogram = vec![0; 2 * bins];
             twin_histogram[bins + 40] = 12;
             let mut twin_brightest = [3.0, 5.0];
-            let trail_buffer = Buffer::from_slice(&gpu.ctx, "trail", &trail).unwrap();
-            let density_buffer = Buffer::from_slice(&gpu.ctx, "density", &density).unwrap();
+            let [trail_texture, density_texture] =
+                [("trail", &trail), ("density", &density)].map(|(name, values)| {
+                    let buffer = Buffer::from_slice(&gpu.ctx, name, values).unwrap();
+                    Texture::new(&gpu.ctx, buffer).unwrap()
+                });
             let histogram = Buffer::from_slice(&gpu.ctx, "histogram", &twin_histogram).unwrap();
             let brightest = Buffer::from_slice(&gpu.ctx, "brightest", &twin_brightest).unwrap();
             gpu.run(|rec| {
                 let args = TrailHistogramArgs {
-                    trail: &Texels::new(&trail_buffer, 1).unwrap(),
-                    density: &Texels::new(&density_buffer, 1).unwrap(),
+                    trail: &trail_texture,
+                    density: &density_texture,
                     histogram: &histogram,
                 };
                 rec.dispatch(

@@ -1,8 +1,7 @@
 //! The kernels of the trail against their twins, by every way to its texels: equal within a stated bound, at awkward sizes.
 
 use crate::common::{awkward_sizes, gpu};
-use glam::{UVec4, Vec4};
-use myxo::gpu::{Buffer, Context, Domain, Pipeline, Texels, Threads};
+use myxo::gpu::{Buffer, Context, Domain, Pipeline, TexelScalar, Texels, Threads};
 use myxo::mesh::atlas::{BLOCK_QUADS, BLOCK_ROWS, Exchange};
 use myxo::rng::{Purpose, random, unit};
 use myxo::sim::kernels::{
@@ -12,7 +11,8 @@ use myxo::sim::kernels::{
 };
 use myxo::sim::texel_paths::TexelPaths;
 use myxo::sim::types::{ExchangeEntry, ExchangeRow, Seam};
-use myxo::sim::{TINY_TRAIL, twin};
+use myxo::sim::{TINY_TRAIL, Texture, twin};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffer<T> {
@@ -21,7 +21,6 @@ fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffe
     buffer
 }
 
-/// Both views that texels are written through: of a part each, or of everything.
 /// The ways to a texture whose first part has so many texels, or that has one part.
 fn in_parts(in_quads: bool, band: u32) -> TexelPaths {
     TexelPaths {
@@ -31,14 +30,13 @@ fn in_parts(in_quads: bool, band: u32) -> TexelPaths {
     }
 }
 
-fn parts(buffer: &Buffer<f32>, in_parts: bool, band: u32) -> [Texels<f32>; 2] {
-    let (band, texels) = (u64::from(band), buffer.len() as u64);
-    let parts = if in_parts {
-        [0..band, band..texels]
-    } else {
-        [0..texels, 0..texels]
-    };
-    parts.map(|part| Texels::of_part(buffer, 1, part).unwrap())
+fn texture<T: TexelScalar>(
+    ctx: &Arc<Context>,
+    name: &str,
+    data: &[T],
+    paths: TexelPaths,
+) -> Texture<T> {
+    Texture::by_paths(paths, buffer(ctx, name, data)).unwrap()
 }
 
 /// Random values in [0, 1), the nasty ones planted first: zero, the largest, a denormal, values about the threshold.
@@ -140,46 +138,34 @@ fn diffuse_agrees_with_its_twin() {
                 &mut twin_previous,
             );
 
-            let trail = buffer(&gpu.ctx, "trail", &trail);
-            let deposits = buffer(&gpu.ctx, "deposits", &deposits);
-            let density = buffer(&gpu.ctx, "density", &density);
+            let paths = TexelPaths::default();
+            let trail = texture(&gpu.ctx, "trail", &trail, paths);
+            let deposits = texture(&gpu.ctx, "deposits", &deposits, paths);
+            let density = texture(&gpu.ctx, "density", &density, paths);
             let blocks = buffer(&gpu.ctx, "blocks", &blocks);
             // To storage blocks, and to texel buffers.
             for outgrows_block in [false, true] {
                 let constants = DiffuseConstants {
                     paths: TexelPaths {
                         outgrows_block,
-                        ..TexelPaths::default()
+                        ..paths
                     },
                     ..constants
                 };
                 let pipeline = Pipeline::<Diffuse>::new(&gpu.ctx, &constants).unwrap();
-                let next_trail = buffer(&gpu.ctx, "next_trail", &untouched);
-                let previous = buffer(&gpu.ctx, "previous_deposits", &previous);
-                let unused = [0_u32, 1].map(|_| buffer(&gpu.ctx, "unused", &[0_u32; 4]));
-                let blocks_of: [Buffer<u32>; 2] = if outgrows_block {
-                    [unused[0].cast(), unused[1].cast()]
-                } else {
-                    [next_trail.cast(), previous.cast()]
-                };
-                let quads_of: [Buffer<u32>; 2] = if outgrows_block {
-                    [next_trail.cast(), previous.cast()]
-                } else {
-                    [unused[0].cast(), unused[1].cast()]
-                };
+                let next_trail = texture(&gpu.ctx, "next_trail", &untouched, paths);
+                let previous = texture(&gpu.ctx, "previous_deposits", &previous, paths);
                 gpu.run(|rec| {
                     rec.dispatch(
                         &pipeline,
                         Threads(params.lane_count),
                         DiffuseArgs {
                             blocks: &Texels::new(&blocks, 1).unwrap(),
-                            trail: &Texels::new(&trail, 4).unwrap(),
-                            deposits: &Texels::new(&deposits, 4).unwrap(),
-                            density: &Texels::new(&density, 4).unwrap(),
-                            next_trail: &blocks_of[0].cast::<Vec4>(),
-                            previous_deposits: &blocks_of[1].cast::<UVec4>(),
-                            next_trail_quads: &Texels::new(&quads_of[0], 4).unwrap(),
-                            previous_deposits_quads: &Texels::new(&quads_of[1], 4).unwrap(),
+                            trail: &trail,
+                            deposits: &deposits,
+                            density: &density,
+                            next_trail: &next_trail,
+                            previous_deposits: &previous,
                         },
                         params,
                     );
@@ -200,6 +186,38 @@ fn diffuse_agrees_with_its_twin() {
         }
     }
     gpu.finish();
+}
+
+/// Catches a trail that would be read where it is written.
+#[test]
+fn what_is_read_is_not_the_texture_that_is_written() {
+    let Some(gpu) = gpu() else { return };
+    let trail = texture(&gpu.ctx, "trail", &[0.0; 16], TexelPaths::default());
+    let deposits = ["deposits", "previous_deposits"]
+        .map(|name| texture(&gpu.ctx, name, &[0_u32; 16], TexelPaths::default()));
+    let pipeline = Pipeline::<Diffuse>::new(&gpu.ctx, &DiffuseConstants::default()).unwrap();
+    let density = texture(&gpu.ctx, "density", &[1.0; 16], TexelPaths::default());
+    let blocks = Texels::new(&buffer(&gpu.ctx, "blocks", &[0_u32]), 1).unwrap();
+    let refusal = catch_unwind(AssertUnwindSafe(|| {
+        gpu.run(|rec| {
+            let args = DiffuseArgs {
+                blocks: &blocks,
+                trail: &trail,
+                deposits: &deposits[0],
+                density: &density,
+                next_trail: &trail,
+                previous_deposits: &deposits[1],
+            };
+            rec.dispatch(&pipeline, Threads(1), args, DiffuseParams::default());
+        });
+    }));
+    let refusal = refusal.expect_err("the trail is bound twice");
+    assert_eq!(
+        refusal.downcast_ref::<String>().map(String::as_str),
+        Some(
+            "`diffuse` binds the buffer `trail` twice, as trail_quads and as next_trail_block, and writes it"
+        )
+    );
 }
 
 #[test]
@@ -277,16 +295,11 @@ fn diffuse_seams_agrees_with_its_twin() {
         let packed = Exchange { rows, entries }.packed(&density);
         let rows = buffer(&gpu.ctx, "rows", &packed.rows);
         let entries = buffer(&gpu.ctx, "entries", &packed.entries);
-        let trail = buffer(&gpu.ctx, "trail", &trail);
-        let deposits = buffer(&gpu.ctx, "deposits", &deposits);
         for in_quads in [false, true] {
-            let constants = DiffuseSeamsConstants {
-                paths: in_parts(in_quads, band),
-            };
+            let paths = in_parts(in_quads, band);
+            let constants = DiffuseSeamsConstants { paths };
             let pipeline = Pipeline::<DiffuseSeams>::new(&gpu.ctx, &constants).unwrap();
-            let next_trail = buffer(&gpu.ctx, "next_trail", &untouched);
-            let [low, high] = parts(&next_trail, in_quads, band);
-            let components = if in_quads { 4 } else { 1 };
+            let next_trail = texture(&gpu.ctx, "next_trail", &untouched, paths);
             gpu.run(|rec| {
                 rec.dispatch(
                     &pipeline,
@@ -294,10 +307,9 @@ fn diffuse_seams_agrees_with_its_twin() {
                     DiffuseSeamsArgs {
                         rows: &Texels::new(&rows, 4).unwrap(),
                         entries: &Texels::new(&entries, 4).unwrap(),
-                        trail: &Texels::new(&trail, components).unwrap(),
-                        deposits: &Texels::new(&deposits, components).unwrap(),
-                        low_next_trail: &low,
-                        high_next_trail: &high,
+                        trail: &texture(&gpu.ctx, "trail", &trail, paths),
+                        deposits: &texture(&gpu.ctx, "deposits", &deposits, paths),
+                        next_trail: &next_trail,
                     },
                     params,
                 );
@@ -334,22 +346,17 @@ fn exchange_seams_agrees_with_its_twin() {
         let seams = buffer(&gpu.ctx, "seams", &seams);
         let band = 64 * (count / 64);
         for in_quads in [false, true] {
-            let constants = ExchangeSeamsConstants {
-                paths: in_parts(in_quads, band),
-            };
+            let paths = in_parts(in_quads, band);
+            let constants = ExchangeSeamsConstants { paths };
             let pipeline = Pipeline::<ExchangeSeams>::new(&gpu.ctx, &constants).unwrap();
-            let filled = buffer(&gpu.ctx, "trail", &trail);
-            let [low, high] = parts(&filled, in_quads, band);
-            let components = if in_quads { 4 } else { 1 };
+            let filled = texture(&gpu.ctx, "trail", &trail, paths);
             gpu.run(|rec| {
                 rec.dispatch(
                     &pipeline,
                     Threads(count),
                     ExchangeSeamsArgs {
                         seams: &Texels::new(&seams, 4).unwrap(),
-                        trail: &Texels::new(&filled, components).unwrap(),
-                        low_trail: &low,
-                        high_trail: &high,
+                        trail: &filled,
                     },
                     ExchangeSeamsParams { seam_count: count },
                 );

@@ -104,8 +104,8 @@ void main() { total.count = uint(values[params.first].x * params.weight.x + LIMI
         "/// sum_up: adds.",
         "/// Read: What is added.\n    pub values: &'a crate::gpu::Buffer<glam::Vec4>,",
         "/// Read and written.\n    pub total: &'a crate::gpu::Buffer<u32>,",
-        "number: 2, name: \"values\", access: crate::gpu::BindingAccess::Read,",
-        "number: 5, name: \"total\", access: crate::gpu::BindingAccess::ReadWrite,",
+        "number: 2, name: \"values\", argument: \"values\", access: crate::gpu::BindingAccess::Read,",
+        "number: 5, name: \"total\", argument: \"total\", access: crate::gpu::BindingAccess::ReadWrite,",
         "bytes[8..8 + size_of::<glam::Vec2>()]",
         "bytes[16..16 + size_of::<[f32; 3]>()]",
         "const SIZE: usize = 28;",
@@ -167,6 +167,60 @@ fn mistakes_are_refused_with_what_to_do() {
     let flat = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nvoid main() {}\n";
     let text = build(&[("flat.comp", flat)]).unwrap_err();
     assert!(text.contains("one-dimensional"), "{text}");
+}
+
+#[test]
+fn ways_into_a_texture_are_one_argument() {
+    let declarations = "layout(binding = 3) uniform samplerBuffer trail_texels;
+layout(binding = 1, r32f) uniform writeonly imageBuffer trail_low;
+layout(binding = 2, r32f) uniform writeonly imageBuffer trail_high;
+layout(binding = 4, rgba32ui) uniform writeonly uimageBuffer counts_quads;
+layout(binding = 5) writeonly buffer Counts { uvec4 counts_block[]; };
+layout(binding = 6) uniform samplerBuffer bias_texels;  // may be absent
+layout(binding = 7) readonly buffer Meals { uint meals[]; };  // may be absent";
+    let body = "imageStore(trail_low, 0, texelFetch(trail_texels, 0));";
+    let text = build(&[("spread.comp", &kernel(declarations, body))]).unwrap();
+    let expected = [
+        "    /// Read and written.\n    pub trail: &'a crate::sim::texture::Texture<f32>,\n",
+        "    /// Written.\n    pub counts: &'a crate::sim::texture::Texture<u32>,\n",
+        "    pub bias: Option<&'a crate::sim::texture::Texture<f32>>,\n",
+        "    pub meals: Option<&'a crate::gpu::Buffer<u32>>,\n",
+        "number: 2, name: \"trail_high\", argument: \"trail\",",
+        "Texels(args.trail.low.as_dyn())",
+        "FirstPart(args.counts)",
+        "args.meals.map_or(crate::gpu::Resource::Absent(crate::gpu::Absent::Block)",
+    ];
+    for part in expected {
+        assert!(text.contains(part), "{part:?} is not in:\n{text}");
+    }
+    assert_eq!(text.matches("    pub trail: ").count(), 1, "{text}");
+}
+
+#[test]
+fn what_is_no_way_into_a_texture_is_not_called_one() {
+    let cases = [
+        (
+            "layout(binding = 0) uniform samplerBuffer trail_low;",
+            "trail_low: what ends in _low is a way into a texture",
+        ),
+        (
+            "layout(binding = 0) buffer A { uvec2 trail_block[]; };",
+            "trail_block: what ends in _block is a way into a texture",
+        ),
+        (
+            "layout(binding = 0) uniform samplerBuffer trail_texels;
+layout(binding = 1, r32ui) uniform uimageBuffer trail_low;",
+            "trail_low: what begins with trail is a crate::sim::texture::Texture<f32> elsewhere",
+        ),
+        (
+            "layout(binding = 0, r32ui) uniform uimageBuffer list;  // may be absent",
+            "list: storage blocks and texel buffers of floats or uints that are read may be absent",
+        ),
+    ];
+    for (declarations, expected) in cases {
+        let text = error_of(declarations, "");
+        assert!(text.contains(expected), "{expected:?} is not in: {text}");
+    }
 }
 
 #[test]

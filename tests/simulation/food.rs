@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::common::{Gpu, TRIO, awkward_sizes, gpu, scene, scene_of_several};
 use glam::{DVec2, UVec2, Vec3};
-use myxo::gpu::{Buffer, Context, DispatchGroups, Domain, Frames, Pipeline, Texels, Threads};
+use myxo::gpu::{Buffer, Context, DispatchGroups, Domain, Frames, Pipeline, Threads};
 use myxo::mesh::atlas::Control;
 use myxo::mesh::surface_distance::SurfaceDistance;
 use myxo::mesh::walk::{BorderRule, walk};
@@ -20,7 +20,7 @@ use myxo::sim::kernels::{
 };
 use myxo::sim::texel_paths::TexelPaths;
 use myxo::sim::types::Meal;
-use myxo::sim::{Setup, Simulation, Snapshot, twin};
+use myxo::sim::{Setup, Simulation, Snapshot, Texture, twin};
 
 fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffer<T> {
     let buffer = Buffer::new(ctx, name, data.len().max(1), Domain::Device).unwrap();
@@ -135,21 +135,14 @@ fn scent_agrees_with_its_twin() {
                 },
             };
             let field = buffer(&gpu.ctx, "field", &start);
-            let all = texels as u64;
-            let parts = if in_parts {
-                [0..64, 64..all]
-            } else {
-                [0..all, 0..all]
-            };
-            let [low, high] = parts.map(|part| Texels::of_part(&field, 1, part).unwrap());
+            let field = Texture::by_paths(constants.paths, field).unwrap();
             let pipeline = Pipeline::<Scent>::new(&gpu.ctx, &constants).unwrap();
             gpu.run(|rec| {
                 let args = ScentArgs {
                     scented: &buffer(&gpu.ctx, "scented", &scented),
                     whiffs: &buffer(&gpu.ctx, "whiffs", &whiffs),
                     meals: &buffer(&gpu.ctx, "meals", &meals),
-                    low_field: &low,
-                    high_field: &high,
+                    field: &field,
                 };
                 rec.dispatch(&pipeline, Threads(count), args, params);
             });

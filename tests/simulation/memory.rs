@@ -149,7 +149,7 @@ fn what_is_painted_takes_memory() {
     snapshot.bias = vec![1.0; snapshot.trail.len()];
     simulation.restore(&snapshot).unwrap();
     let painted = simulation.state().bias.as_ref().unwrap();
-    let size = painted.field.size_in_bytes();
+    let size = painted.size_in_bytes();
     assert_eq!(memory::needed_for_painted(&scene), size);
     assert_eq!(
         memory::painted_bytes(simulation.setup().atlas.texel_count() as u64),

@@ -14,7 +14,7 @@ use myxo::sim::kernels::{
 use myxo::sim::paint::{Brush, Dab, GREATEST, NO_GO, NO_GO_BELOW, Painted};
 use myxo::sim::texel_paths::TexelPaths;
 use myxo::sim::types::{Motion, Particle, Triangle};
-use myxo::sim::{Setup, Simulation, Snapshot, twin};
+use myxo::sim::{Setup, Simulation, Snapshot, Texture, twin};
 
 fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffer<T> {
     let buffer = Buffer::new(ctx, name, data.len().max(1), Domain::Device).unwrap();
@@ -71,14 +71,7 @@ fn paint_agrees_with_its_twin() {
             });
             for constants in constants.into_iter().take(1 + usize::from(in_parts)) {
                 let field = buffer(&gpu.ctx, "field", &start);
-                let components = if constants.paths.in_quads { 4 } else { 1 };
-                let all = texels as u64;
-                let parts = if constants.paths.in_quads {
-                    [0..64, 64..all]
-                } else {
-                    [0..all, 0..all]
-                };
-                let [low, high] = parts.map(|part| Texels::of_part(&field, 1, part).unwrap());
+                let field = Texture::by_paths(constants.paths, field).unwrap();
                 let pipeline = Pipeline::<Paint>::new(&gpu.ctx, &constants).unwrap();
                 gpu.run(|rec| {
                     rec.dispatch(
@@ -86,9 +79,7 @@ fn paint_agrees_with_its_twin() {
                         Threads(count),
                         PaintArgs {
                             dab: &buffer(&gpu.ctx, "dab", &dab),
-                            field: &Texels::new(&field, components).unwrap(),
-                            low_field: &low,
-                            high_field: &high,
+                            field: &field,
                         },
                         params,
                     );

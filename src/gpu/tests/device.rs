@@ -1,5 +1,7 @@
 //! Choosing a device, its limits, its memory, and what is kept on disk.
 
+use ash::vk;
+
 use super::selftest::*;
 use super::*;
 
@@ -62,6 +64,30 @@ fn a_buffer_past_a_limit_is_an_error_that_says_what_fits() {
         "{error}"
     );
     assert_silent(&ctx);
+}
+
+/// Of what outgrows a binding, whole groups of four words are bound.
+#[test]
+fn the_first_part_of_a_buffer_fits_a_binding() {
+    let limits = Limits {
+        storage_buffer_range: 1000,
+        texel_buffer_elements: 4096,
+    };
+    let Some(ctx) = context_with(ContextOptions {
+        limits: Some(limits),
+        ..ContextOptions::default()
+    }) else {
+        return;
+    };
+    for (words, part) in [
+        (4, vk::WHOLE_SIZE),
+        (250, vk::WHOLE_SIZE),
+        (252, 992),
+        (4096, 992),
+    ] {
+        let buffer = Buffer::<u32>::new(&ctx, "texture", words, Domain::Texels).unwrap();
+        assert_eq!(buffer.core().first_part(), part, "{words} words");
+    }
 }
 
 #[test]

@@ -351,6 +351,55 @@ fn one_buffer_is_not_bound_twice_to_be_written() {
     );
 }
 
+/// What is absent is bound as zeros. Catches a barrier for them, which nothing needs, and a layer that takes them for written.
+#[test]
+fn arguments_may_be_absent() {
+    let Some(mut s) = Setup::new() else { return };
+    let buffer = |name| Buffer::from_slice(&s.ctx, name, &[1_u32; 64]).unwrap();
+    let [source, a, b, words, more, sums] =
+        ["source", "a", "b", "words", "more", "sums"].map(buffer);
+    let floats = Buffer::from_slice(&s.ctx, "floats", &[2_f32; 64]).unwrap();
+    let (float_texels, word_texels) = (
+        Texels::new(&floats, 1).unwrap(),
+        Texels::new(&words, 1).unwrap(),
+    );
+    let pipeline = |reads, adds| {
+        Pipeline::<Optional>::new(&s.ctx, &OptionalConstants { reads, adds }).unwrap()
+    };
+    let [copy, reads, all] =
+        [(false, false), (true, false), (true, true)].map(|(reads, adds)| pipeline(reads, adds));
+    let params = OptionalParams { count: 64 };
+    let absent = |target| OptionalArgs {
+        source: &source,
+        target,
+        floats: None,
+        words: None,
+        more: None,
+        sums: None,
+    };
+    let with_reads = |target| OptionalArgs {
+        floats: Some(&float_texels),
+        words: Some(&word_texels),
+        more: Some(&more),
+        ..absent(target)
+    };
+    let listed = s.listed(|_, rec| {
+        rec.dispatch(&copy, Threads(64), absent(&a), params);
+        rec.dispatch(&copy, Threads(64), absent(&b), params);
+    });
+    assert_eq!(listed, ["optional", "optional"]);
+    assert_eq!(s.ctx.download(&b).unwrap(), [1; 64]);
+    s.listed(|_, rec| rec.dispatch(&reads, Threads(64), with_reads(&a), params));
+    assert_eq!(s.ctx.download(&a).unwrap(), [5; 64]);
+    let args = OptionalArgs {
+        sums: Some(&sums),
+        ..with_reads(&a)
+    };
+    s.listed(|_, rec| rec.dispatch(&all, Threads(64), args, params));
+    assert_eq!(s.ctx.download(&sums).unwrap(), [6; 64]);
+    assert_silent(&s.ctx);
+}
+
 #[test]
 fn a_slice_that_the_host_holds_does_not_change() {
     let Some(mut s) = Setup::new() else { return };

@@ -108,7 +108,7 @@ impl Probe {
         } else {
             &state.trail.front
         });
-        sources.extend(state.bias.as_ref().map(|bias| &bias.field));
+        sources.extend(&state.bias);
         for (i, source) in sources.into_iter().enumerate() {
             rec.copy_range(source, texel..texel + 1, &self.values, i);
         }

@@ -46,7 +46,7 @@ impl Renderer {
                 vertices: &state.surface.vertices,
                 strips: &state.surface.strips,
                 poses: &state.objects.poses.texels,
-                bias: &bias.views.texels,
+                bias,
             },
             PaintedParams {
                 clip_from_world: shot.view.camera.clip_from_world(shot.size),

@@ -77,7 +77,7 @@ impl Renderer {
                 QuickSurfaceArgs {
                     shared_vertices: &shared.vertices,
                     poses: &state.objects.poses.texels,
-                    trail: &state.trail.front_views.texels,
+                    trail: &state.trail.front,
                     colors: &self.colors,
                     brightest: &self.brightest,
                     distances: &state.near.distances.texels,
@@ -114,7 +114,7 @@ impl Renderer {
                 openness: &self.openness,
                 strips: &state.surface.strips,
                 poses: &state.objects.poses.texels,
-                trail: &state.trail.front_views.texels,
+                trail: &state.trail.front,
                 colors: &self.colors,
                 brightest: &self.brightest,
                 charts: &self.charts,

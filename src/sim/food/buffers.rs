@@ -7,7 +7,7 @@ use glam::UVec2;
 use super::{Pantry, scent_of};
 use crate::gpu::{Buffer, Context, DispatchGroups, GpuError};
 use crate::sim::buffers::{self, Counts};
-use crate::sim::texture::Views;
+use crate::sim::texture::Texture;
 use crate::sim::types::{Mark, Meal};
 
 /// What kernels read and write about food and markers.
@@ -17,13 +17,9 @@ pub struct FoodBuffers {
     /// Where they are drawn.
     pub marks: Buffer<Mark>,
     /// One a texel, gutters filled: trail units that sensors read more.
-    pub scent: Buffer<f32>,
-    /// The same, as kernels read and write it.
-    pub scent_views: Views<f32>,
+    pub scent: Texture<f32>,
     /// One a texel, gutters filled: the food that is eaten there, counted from 1, or 0.
-    pub plates: Buffer<u32>,
-    /// The same, as kernels read it.
-    pub plate_views: Views<u32>,
+    pub plates: Texture<u32>,
     /// As [`Pantry::scented`].
     pub scented: Buffer<UVec2>,
     /// As [`Pantry::whiffs`].
@@ -57,10 +53,8 @@ impl FoodBuffers {
         Ok(Self {
             meals: buffers::MEALS.of(ctx, counts, meals)?,
             marks: buffers::MARKS.of(ctx, counts, &pantry.marks)?,
-            scent_views: Views::new(ctx, &scent)?,
-            scent,
-            plate_views: Views::new(ctx, &plates)?,
-            plates,
+            scent: Texture::new(ctx, scent)?,
+            plates: Texture::new(ctx, plates)?,
             scented: buffers::SCENTED.of(ctx, counts, &pantry.scented)?,
             whiffs: buffers::WHIFFS.of(ctx, counts, whiffs)?,
             groups: buffers::SCENT_GROUPS.zeroed(ctx, counts)?,

@@ -11,8 +11,8 @@ use super::super::paint::{
     Brush, Dab, DabTexel, GREATEST, MOST_TEXELS, NO_GO, NO_GO_BELOW, Painted, Places, Repainted,
 };
 use super::super::plan::Means;
-use super::super::state::Bias;
-use super::super::texture::Views;
+use super::super::state::{bias_of, unpainted};
+use super::super::texture::Texture;
 use super::super::types::Particle;
 use super::painter::Painter;
 use super::{Simulation, pipelines_of};
@@ -85,10 +85,10 @@ impl Simulation {
             let state = &self.state;
             if let Some(params) = of_trail {
                 let trail = &state.trail;
-                self.paint_field(rec, &entries, &trail.front_views, params);
+                self.paint_field(rec, &entries, &trail.front, params);
             }
             if let (Some(params), Some(bias)) = (of_bias, &state.bias) {
-                self.paint_field(rec, &entries, &bias.views, params);
+                self.paint_field(rec, &entries, bias, params);
             }
         }
         self.summon(rec, dab, &texels)?;
@@ -107,12 +107,12 @@ impl Simulation {
         if self.state.bias.is_some() {
             return Ok(());
         }
-        let bias = Bias::new(&self.ctx, self.setup().atlas.density.len())?;
+        let bias = unpainted(&self.ctx, self.setup().atlas.density.len())?;
         self.take_bias(Some(bias))
     }
 
     /// Sensors read this from now on, or nothing.
-    pub(super) fn take_bias(&mut self, bias: Option<Bias>) -> Result<()> {
+    pub(super) fn take_bias(&mut self, bias: Option<Texture<f32>>) -> Result<()> {
         if bias.is_some() != self.state.bias.is_some() {
             let means = Means {
                 painted: bias.is_some(),
@@ -141,7 +141,7 @@ impl Simulation {
         &self,
         rec: &mut Recorder,
         dab: &Buffer<UVec2>,
-        views: &Views<f32>,
+        field: &Texture<f32>,
         params: PaintParams,
     ) {
         let Some(painter) = &self.painter else {
@@ -150,12 +150,7 @@ impl Simulation {
         rec.dispatch(
             &painter.paint,
             Threads(params.texel_count),
-            PaintArgs {
-                dab,
-                field: &views.texels,
-                low_field: &views.low,
-                high_field: &views.high,
-            },
+            PaintArgs { dab, field },
             params,
         );
         rec.dispatch(
@@ -163,9 +158,7 @@ impl Simulation {
             Threads(self.setup().atlas.seams.len() as u32),
             ExchangeSeamsArgs {
                 seams: &self.state.atlas.seams,
-                trail: &views.texels,
-                low_trail: &views.low,
-                high_trail: &views.high,
+                trail: field,
             },
             ExchangeSeamsParams {
                 seam_count: self.setup().atlas.seams.len() as u32,
@@ -216,7 +209,7 @@ impl Simulation {
     /// # Errors
     /// When the device has no memory left.
     pub fn record_areas(&self, rec: &mut Recorder) -> Result<Areas> {
-        let Some(Bias { field, .. }) = &self.state.bias else {
+        let Some(field) = &self.state.bias else {
             return Ok(Areas { field: None });
         };
         let copy = Buffer::new(&self.ctx, "bias.before", field.len(), Domain::Device)?;
@@ -237,7 +230,7 @@ impl Simulation {
         for first in span.clone().step_by(COMPARED_AT_ONCE as usize) {
             let end = first.saturating_add(COMPARED_AT_ONCE).min(span.end);
             let part = first as usize..end as usize;
-            let after = self.ctx.download_range(&bias.field, part.clone())?;
+            let after = self.ctx.download_range(bias, part.clone())?;
             let before = match &before.field {
                 Some(field) => self.ctx.download_range(field, part)?,
                 None => vec![0.0; after.len()],
@@ -286,7 +279,7 @@ impl Simulation {
         rec: &mut Recorder,
         (texel_count, ones, values): (u32, Buffer<UVec2>, Buffer<UVec2>),
     ) {
-        let Some(Bias { views, .. }) = &self.state.bias else {
+        let Some(field) = &self.state.bias else {
             return;
         };
         // All of it is taken away; then as many units come as the weight says.
@@ -298,13 +291,13 @@ impl Simulation {
             highest: GREATEST,
             no_go: NO_GO_BELOW,
         };
-        self.paint_field(rec, &ones, views, params);
+        self.paint_field(rec, &ones, field, params);
         let params = PaintParams {
             fade: 0.0,
             amount: 1.0,
             ..params
         };
-        self.paint_field(rec, &values, views, params);
+        self.paint_field(rec, &values, field, params);
     }
 
     /// What attracts, repels and forbids now: one a texel, gutters filled; empty where nothing was ever painted. Waits for
@@ -314,7 +307,7 @@ impl Simulation {
     /// When the device is lost or its memory is full.
     pub fn areas(&self) -> Result<Vec<f32>> {
         match &self.state.bias {
-            Some(bias) => Ok(self.ctx.download(&bias.field)?),
+            Some(bias) => Ok(self.ctx.download(bias)?),
             None => Ok(Vec::new()),
         }
     }
@@ -331,7 +324,7 @@ impl Simulation {
                 bias.len()
             )));
         }
-        self.take_bias(Bias::of(&self.ctx, bias)?)
+        self.take_bias(bias_of(&self.ctx, bias)?)
     }
 
     /// Nothing attracts, repels or forbids any more, as before the first brush that did.

@@ -173,9 +173,6 @@ pub fn shared_by_forms(s: &State) -> Vec<&dyn AnyBuffer> {
         &s.deposits.front,
         &s.walkers.slots,
         &s.walkers.count,
-        &s.walkers.no_groups,
-        &s.no_meals,
-        s.unused_words(),
         &s.transfers.flow,
         &s.transfers.particle_indices,
     ];
@@ -191,17 +188,14 @@ impl StepKernel for Advance {
     }
 
     fn args<'s>(call: &Call<Self>, s: &'s State) -> AdvanceArgs<'s> {
-        let deposits = s.counted(call.constants.paths.outgrows_block);
         let food = s.food.as_ref();
         AdvanceArgs {
             particles: &s.particles.texels,
             motions: &s.motions.texels,
             strips: &s.surface.strips,
-            trail: &s.trail.front_views.texels,
-            previous_deposits: &s.deposits.back_views.texels,
-            deposits: deposits.block,
-            low_deposits: deposits.low,
-            high_deposits: deposits.high,
+            trail: &s.trail.front,
+            previous_deposits: &s.deposits.back,
+            deposits: &s.deposits.front,
             corners: &s.surface.corners,
             vertices: &s.surface.vertices,
             poses: &s.objects.poses.texels,
@@ -218,15 +212,13 @@ impl StepKernel for Advance {
             walker_count: &s.walkers.count,
             // Those that were listed list no others: no dispatch may write the groups that it runs in.
             walker_groups: match call.on {
-                Form::All => &s.walkers.groups,
-                _ => &s.walkers.no_groups,
+                Form::All => Some(&s.walkers.groups),
+                _ => None,
             },
-            bias: s.bias_texels(),
-            scent: food.map_or(&s.trail.front_views.texels, |food| &food.scent_views.texels),
-            plates: food.map_or(&s.deposits.back_views.texels, |food| {
-                &food.plate_views.texels
-            }),
-            meals: food.map_or(&s.no_meals, |food| &food.meals),
+            bias: s.bias.as_ref(),
+            scent: food.map(|food| &food.scent),
+            plates: food.map(|food| &food.plates),
+            meals: food.map(|food| &food.meals),
         }
     }
 

@@ -35,17 +35,14 @@ impl Plan<'_> {
 impl StepKernel for Diffuse {
     type On = ();
 
-    fn args<'s>(call: &Call<Self>, s: &'s State) -> DiffuseArgs<'s> {
-        let spread = s.spread(call.constants.paths.outgrows_block);
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> DiffuseArgs<'s> {
         DiffuseArgs {
             blocks: &s.atlas.spread.blocks,
-            trail: &s.trail.front_views.quads,
-            deposits: &s.deposits.front_views.quads,
-            density: &s.atlas.spread.density_views.quads,
-            next_trail: spread.next_trail,
-            next_trail_quads: spread.next_trail_quads,
-            previous_deposits: spread.previous_deposits,
-            previous_deposits_quads: spread.previous_deposits_quads,
+            trail: &s.trail.front,
+            deposits: &s.deposits.front,
+            density: &s.atlas.spread.density,
+            next_trail: &s.trail.back,
+            previous_deposits: &s.deposits.back,
         }
     }
 

@@ -36,10 +36,9 @@ impl StepKernel for DiffuseSeams {
         DiffuseSeamsArgs {
             rows: &s.atlas.spread.rows,
             entries: &s.atlas.spread.entries,
-            trail: &s.trail.front_views.texels,
-            deposits: &s.deposits.front_views.texels,
-            low_next_trail: &s.trail.back_views.low,
-            high_next_trail: &s.trail.back_views.high,
+            trail: &s.trail.front,
+            deposits: &s.deposits.front,
+            next_trail: &s.trail.back,
         }
     }
 

@@ -38,24 +38,12 @@ impl StepKernel for ExchangeSeams {
     type On = Field;
 
     fn args<'s>(call: &Call<Self>, s: &'s State) -> ExchangeSeamsArgs<'s> {
-        let field = match call.on {
-            Field::Trail => &s.trail.back_views,
-            Field::Distances => {
-                // They are never too large for one view.
-                let distances = &s.near.distances.texels;
-                return ExchangeSeamsArgs {
-                    seams: &s.atlas.seams,
-                    trail: distances,
-                    low_trail: distances,
-                    high_trail: distances,
-                };
-            }
-        };
         ExchangeSeamsArgs {
             seams: &s.atlas.seams,
-            trail: &field.texels,
-            low_trail: &field.low,
-            high_trail: &field.high,
+            trail: match call.on {
+                Field::Trail => &s.trail.back,
+                Field::Distances => &s.near.distances,
+            },
         }
     }
 

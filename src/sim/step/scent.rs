@@ -36,8 +36,7 @@ impl StepKernel for Scent {
             scented: &food.scented,
             whiffs: &food.whiffs,
             meals: &food.meals,
-            low_field: &food.scent_views.low,
-            high_field: &food.scent_views.high,
+            field: &food.scent,
         }
     }
 

@@ -112,7 +112,7 @@ impl StepKernel for TransferOut {
             pseudonormals: &s.trees.pseudonormals,
             dipoles: &s.trees.dipoles,
             poses_before: &s.objects.poses_before.texels,
-            bias: s.bias_texels(),
+            bias: s.bias.as_ref(),
         }
     }
 

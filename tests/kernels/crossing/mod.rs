@@ -22,7 +22,7 @@ use myxo::sim::paint::NO_GO;
 use myxo::sim::texel_paths::TexelPaths;
 use myxo::sim::twin::transfer::transfer_out;
 use myxo::sim::types::{Flow, Motion, Particle, Physarum, Pose, Transfer};
-use myxo::sim::{Setup, twin};
+use myxo::sim::{Setup, Texture, twin};
 
 /// Objects that reach into one another, an open one among them.
 fn scene(meshes: &[(&str, [f32; 3])], change: impl FnOnce(&mut Settings)) -> Scene {
@@ -113,8 +113,11 @@ impl Case<'_> {
             Buffer::from_slice(ctx, "physarums", self.physarums).unwrap(),
             Buffer::from_slice(ctx, "roots", &self.setup.distance.roots()).unwrap(),
             poses("poses_before", self.poses_before),
-            Texels::new(&Buffer::from_slice(ctx, "bias", self.bias).unwrap(), 1).unwrap(),
         );
+        let bias = (!self.bias.is_empty()).then(|| {
+            let buffer = Buffer::from_slice(ctx, "bias", self.bias).unwrap();
+            Texture::new(ctx, buffer).unwrap()
+        });
         gpu.run(|rec| {
             let args = TransferOutArgs {
                 flow: &uploaded.0,
@@ -137,7 +140,7 @@ impl Case<'_> {
                 pseudonormals: &texels("pseudonormals", bytemuck::cast_slice(&trees.pseudonormals)),
                 dipoles: &texels("dipoles", bytemuck::cast_slice(&trees.dipoles)),
                 poses_before: &uploaded.11,
-                bias: &uploaded.12,
+                bias: bias.as_ref(),
             };
             rec.dispatch(&pipeline, Threads(params.capacity), args, params);
         });
@@ -366,7 +369,7 @@ fn particles_go_on_as_the_fold_says() {
             particles: &on_first,
             motions: &motions,
             physarums: &physarums,
-            bias: &[0.0],
+            bias: &[],
             constants: TransferOutConstants {
                 border_reflects: true,
                 sign_rule: 0,
@@ -443,7 +446,7 @@ fn who_has_met_nothing_goes_to_the_nearest_point() {
             particles: &particles,
             motions: &motions,
             physarums: &[of_speed(0.1); 2],
-            bias: &[0.0],
+            bias: &[],
             constants: TransferOutConstants {
                 border_reflects: true,
                 sign_rule: 0,

@@ -64,7 +64,7 @@ fn who_was_moved_over_goes_on_from_there() {
             particles: &particles,
             motions: &motions,
             physarums: &[of_speed(speed as f32); 2],
-            bias: &[0.0],
+            bias: &[],
             constants: TransferOutConstants {
                 border_reflects: true,
                 sign_rule: 0,

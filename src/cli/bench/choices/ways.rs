@@ -399,7 +399,7 @@ impl<'a> Ways<'a> {
                 ReadTexelsArgs {
                     places,
                     values,
-                    trail: &trail.front_views.texels,
+                    trail: &trail.front.texels,
                 },
                 ReadTexelsParams {
                     particle_count,
@@ -425,7 +425,7 @@ impl<'a> Ways<'a> {
                 ReadStorageTexelsArgs {
                     places,
                     values,
-                    trail: &trail.front_views.low,
+                    trail: &trail.front.low,
                 },
                 ReadStorageTexelsParams {
                     particle_count,

@@ -1,0 +1,47 @@
+//! What is bound where a kernel is given nothing.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::buffer::{AnyBuffer, Buffer};
+use super::buffer_core::BufferCore;
+use super::context::Context;
+use super::error::GpuResult;
+use super::kernel::Absent;
+use super::texels::Texels;
+
+/// Larger than any element.
+const WORDS: usize = 64;
+
+/// Zeros. No invocation gets to them, so nothing ever waits for them.
+pub(crate) struct Placeholder {
+    floats: Texels<f32>,
+    words: Texels<u32>,
+    block: Buffer<u32>,
+}
+
+impl Placeholder {
+    pub(crate) fn new(ctx: &Arc<Context>) -> GpuResult<Self> {
+        let block = Buffer::<u32>::zeroed(ctx, "placeholder", WORDS)?;
+        Ok(Self {
+            floats: Texels::new(&block, 1)?,
+            words: Texels::new(&block, 1)?,
+            block,
+        })
+    }
+
+    /// In place of a storage block.
+    pub(crate) fn block(&self) -> &BufferCore {
+        self.block.core()
+    }
+
+    /// In place of a texel buffer; null for what is none.
+    pub(crate) fn view(&self, absent: Absent) -> vk::BufferView {
+        match absent {
+            Absent::Block => vk::BufferView::null(),
+            Absent::Floats => self.floats.as_dyn().raw(),
+            Absent::Words => self.words.as_dyn().raw(),
+        }
+    }
+}
