@@ -50,16 +50,15 @@
 //! their order; `docs/code.md` goes through it kernel by kernel. Its parts:
 //!
 //! 1. Where objects have moved, texels learn their signed distance to the other objects, and where sensors go on there.
-//! 2. For each object in turn, or once for all: those that were under way to it land; every particle walks what is pending,
-//!    senses, turns, walks, deposits, and is selected if it has gone into another object; for those selected it is found where
-//!    they go on there; and the particle buffer is put in order again.
+//! 2. Every particle walks what is pending, senses, turns, walks, deposits, and is selected if it has gone into another object. For
+//!    those selected it is found where they go on there, they land, and the particle buffer is put in order again.
 //! 3. Where there is food, what was eaten is taken away, and what sensors read of food is summed up anew.
 //! 4. The trail spreads, takes up the deposits and decays: inside charts, then over seams; then the gutters are filled, so that
 //!    reads never see a seam.
 //! 5. Every so many steps particles are sorted by their place in the texture.
 //!
 //! What a scene has no use for is not recorded: with one object there are no distances and no transfers. Which of the
-//! kernels of a turn run is the strategy ([`scene::settings::Strategy`]); all counts stay on the GPU, and dispatches over
+//! kernels for transfers run is the strategy ([`scene::settings::Strategy`]); all counts stay on the GPU, and dispatches over
 //! them are indirect.
 //!
 //! Everything of all objects is pooled: one vertex array, one triangle array, one half-edge array
@@ -96,16 +95,14 @@
 //!   places is **selected**: it leaves its object and lands on the other one, which is a **transfer**.
 //! - **crossing**: where a walk meets another object. The walk is **folded** about the line in which the two surfaces meet.
 //! - **window**: the part of the particle buffer that holds one object's particles; windows follow each other in a **ring**.
-//! - **in flight**: selected and not yet landed; such a particle waits.
 //! - **scene radius**: the unit of lengths in scene files.
 //!
 //! # Promises
 //!
 //! **Invariant:** on one device, driver and build, the same scene and seed give the same bits. Random streams are
 //! keyed by (seed, particle id, step, purpose), never by a slot ([`rng`]); deposits are integer counts; the state
-//! hash ([`sim::Snapshot::hash`]) does not see the order of particles. There is one exception: in a run in which the
-//! transfer buffer overflows (`Flow::refused` above 0), the order of atomic additions decides who finds it full and stays.
-//! Then particles are still conserved, but the bits are not the same in every run.
+//! hash ([`sim::Snapshot::hash`]) does not see the order of particles; and which particles stay where the transfer buffer is
+//! full is decided by keys, not by the order of atomic additions.
 //!
 //! **Invariant:** no particle is lost or doubled, and every one counts once a step on an owned or a gutter texel
 //! ([`sim::Snapshot::validate`]).

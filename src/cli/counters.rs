@@ -30,11 +30,7 @@ pub struct Counters {
     /// round at a no-go area.
     #[serde(default)]
     pub crossed: u64,
-    /// Particles under way from one object to another.
-    #[serde(default)]
-    pub in_flight: u64,
-    /// Particles that found the transfer buffer full and stayed on their object. Above 0 the state is not the same in
-    /// every run: the order of atomic additions decides who finds it full.
+    /// How many times a particle stayed on its object because the transfer buffer was full.
     #[serde(default)]
     pub transfer_overflow: u64,
     /// The transfer buffer size that would have done so far.
@@ -82,7 +78,6 @@ impl Counters {
             transferred: flow.arrived.into(),
             returned: returned.map(|&count| u64::from(count)).sum(),
             crossed: flow.crossed.into(),
-            in_flight: transfers.in_flight.len() as u64,
             transfer_overflow: flow.refused.into(),
             transfer_buffer_wanted: flow.most_wanted.into(),
             flux: pairs.filter(changed).map(flux).collect(),
@@ -99,8 +94,7 @@ impl Counters {
         } = *self;
         (transfer_overflow > 0).then(|| {
             format!(
-                "transfers overflowed: {} times a particle found the transfer buffer full and stayed on its object, \
-                 not the same ones in every run; \
+                "transfers overflowed: {} times a particle found the transfer buffer full and stayed on its object; \
                  raise transfer.buffer_size from {} to {}",
                 told(transfer_overflow),
                 grouped(buffer_size.into()),

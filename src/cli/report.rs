@@ -539,7 +539,6 @@ mod tests {
             "selected",
             "transferred",
             "returned",
-            "in_flight",
             "transfer_overflow",
             "transfer_buffer_wanted",
         ] {

@@ -477,8 +477,8 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
         let text = format!("{refused} found the transfer buffer full: {advice}");
         ui.label(RichText::new(text).color(theme::pending(ui)))
             .on_hover_text(format!(
-                "They stayed on their object. Who they are is not the same in every run. The transfer buffer has room for {} under \
-                 way, and {} would have done so far.",
+                "They stayed on their objects, by chance and the same ones in every run. The transfer buffer has room for {} that \
+                 change in a step, and {} would have done so far.",
                 grouped(buffer_size.into()),
                 grouped(most_wanted.into())
             ));

@@ -210,7 +210,7 @@ pub struct TransferSettings {
     pub strategy: Strategy,
     /// Places with a smaller signed distance to other objects are covered, in scene radii.
     pub threshold: f32,
-    /// How many particles may be under way from one object to another at once.
+    /// How many particles may change objects in a step.
     pub buffer_size: u32,
 }
 

@@ -31,7 +31,7 @@ pub struct TileLooks {
     pub listed: Vec<ListedTile>,
 }
 
-/// Particles under way between objects, and the windows that objects have of the particles.
+/// Particles that change objects, and the windows that objects have of the particles.
 #[derive(Clone, Debug)]
 pub struct TransferArrays {
     /// One an object, where there are windows.
@@ -157,7 +157,7 @@ pub struct Arrays {
     pub looks: TileLooks,
     /// One a texel: the slot of the face that was drawn there, and 1.
     pub winners: Vec<u32>,
-    /// What is under way between objects.
+    /// What changes objects.
     pub transfers: TransferArrays,
     /// Particles that come in each form of `advance` in this step; zeros where all sensors walk.
     pub forms: [usize; 4],

@@ -37,7 +37,7 @@ pub struct Snapshot {
     pub trail: Vec<f32>,
     /// The last step's deposits, one a texel.
     pub deposits: Vec<u32>,
-    /// Particles under way between objects, and the objects' windows.
+    /// What was counted of transfers, and the objects' windows.
     pub transfers: TransferState,
     /// What was painted for sensors to read, one a texel, gutters filled; empty where nobody has.
     pub bias: Vec<f32>,

@@ -188,7 +188,7 @@ pub struct State {
     pub sorting: Sorting,
     /// Those that are listed.
     pub walkers: Walkers,
-    /// Particles under way between objects, and the objects' windows.
+    /// Particles that change objects, and the objects' windows.
     pub transfers: Transfers,
     /// One a texel. The front has filled gutters.
     pub trail: PingPong<f32>,

@@ -1,4 +1,4 @@
-//! Particles under way between objects, and the windows that objects have of the particle buffer: on the host, as
+//! Particles that change objects, and the windows that objects have of the particle buffer: on the host, as
 //! snapshots hold them, and on the device.
 
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use crate::scene::settings::{Settings, Strategy};
 pub struct TransferState {
     /// One an object, where the strategy has windows; else none.
     pub windows: Vec<Window>,
-    /// Particles that have left their object and not arrived.
+    /// Particles that have left their object and not arrived, in checkpoints of earlier versions; else none.
     pub in_flight: Vec<Transfer>,
     /// What was counted.
     pub flow: Flow,
@@ -130,7 +130,7 @@ impl TransferState {
         }
     }
 
-    /// Whoever was selected was refused, has arrived or is under way, as long as so many are counted.
+    /// All that were selected were refused, have arrived or are in flight, as long as so many are counted.
     fn validate_counts(&self) -> Result<(), String> {
         let Flow {
             selected,

@@ -5,7 +5,7 @@ use myxo::gpu::Recorder;
 use myxo::scene::Scene;
 use myxo::scene::settings::{DistanceMethod, Strategy};
 use myxo::sim::distance::UNKNOWN_MOVE;
-use myxo::sim::types::{Flow, Motion, Particle, Window};
+use myxo::sim::types::{Border, Flow, Motion, Particle, Window};
 use myxo::sim::{FORMS_OF_ADVANCE, Simulation};
 
 fn trio(strategy: Strategy, method: DistanceMethod) -> Scene {
@@ -27,8 +27,9 @@ struct Everything {
     flow: Vec<Flow>,
     windows: Vec<Window>,
     flux: Vec<u32>,
-    lists: [Vec<u32>; 2],
-    transfers: [Vec<u32>; 2],
+    borders: Vec<Border>,
+    list: Vec<u32>,
+    transfers: Vec<u32>,
     trails: [Vec<f32>; 2],
     deposits: [Vec<u32>; 2],
     distances: Vec<f32>,
@@ -45,16 +46,15 @@ fn everything(gpu: &Gpu, simulation: &Simulation) -> Everything {
         list
     };
     let t = &s.transfers;
-    let words = |transfers| bytemuck::cast_slice(&ctx.download(transfers).unwrap()).to_vec();
     Everything {
         particles: ctx.download(&s.particles).unwrap(),
         motions: ctx.download(&s.motions).unwrap(),
         flow: ctx.download(&t.flow).unwrap(),
         windows: ctx.download(&t.windows).unwrap(),
         flux: ctx.download(&t.flux).unwrap(),
-        lists: [&t.particle_indices, &t.transfer_indices]
-            .map(|list| sorted(ctx.download(list).unwrap())),
-        transfers: [&t.arriving, &t.departing].map(words),
+        borders: ctx.download(&t.borders).unwrap(),
+        list: sorted(ctx.download(&t.particle_indices).unwrap()),
+        transfers: bytemuck::cast_slice(&ctx.download(&t.transfers).unwrap()).to_vec(),
         trails: [&s.trail.front, &s.trail.back].map(|buffer| ctx.download(buffer).unwrap()),
         deposits: [&s.deposits.front, &s.deposits.back].map(|buffer| ctx.download(buffer).unwrap()),
         distances: ctx.download(&s.near.distances).unwrap(),
@@ -65,7 +65,7 @@ fn everything(gpu: &Gpu, simulation: &Simulation) -> Everything {
     }
 }
 
-/// Repeated as they are, `advance` would find everybody stamped, and what appends would append twice.
+/// Repeated as they are, what advances would advance twice, and what appends would append twice.
 #[test]
 fn kernels_do_the_same_each_time_they_run_alone() {
     let Some(gpu) = gpu() else { return };
@@ -115,10 +115,11 @@ fn kernels_do_the_same_each_time_they_run_alone() {
     }
     let others = [
         "transfer_in",
-        "move_border",
+        "close_list",
         "transfer_out",
+        "move_borders",
         "defragment_scan",
-        "defragment_sequential",
+        "defragment_swap",
         "respawn",
         "diffuse",
     ];

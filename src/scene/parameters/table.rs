@@ -267,7 +267,7 @@ const AFTER: &[Parameter] = &[
         key: "transfer.buffer_size",
         name: "Transfer buffer size",
         unit: "particles",
-        help: "How many particles may be under way between objects at once. Those that find it full stay on their object, and are counted; who they are is not the same in every run. It is never less than are under way when it is changed.",
+        help: "How many particles may change objects in a step. If more want to, some stay on their objects, by chance and the same ones in every run, and are counted.",
         effect: Effect::Live,
         kind: whole!(transfer.buffer_size: u32, (1.0, 2_097_152.0), (1_024.0, 1_048_576.0), Logarithmic),
     },

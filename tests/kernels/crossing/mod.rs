@@ -97,8 +97,8 @@ impl Case<'_> {
             Texels::new(&Buffer::from_slice(ctx, name, poses).unwrap(), 4).unwrap()
         };
         let params = self.params();
-        let departing =
-            Buffer::<Transfer>::zeroed(ctx, "departing", params.capacity as usize).unwrap();
+        let transfers =
+            Buffer::<Transfer>::zeroed(ctx, "transfers", params.capacity as usize).unwrap();
         let flux = Buffer::from_slice(ctx, "flux", &self.flux()).unwrap();
         let uploaded = (
             Buffer::from_slice(ctx, "flow", &[self.flow()]).unwrap(),
@@ -126,7 +126,7 @@ impl Case<'_> {
                 motions: &uploaded.3,
                 nearest: &uploaded.4,
                 strips: &uploaded.5,
-                departing: &departing,
+                transfers: &transfers,
                 flux: &flux,
                 triangles: &texels("triangles", bytemuck::cast_slice(&surface.triangles)),
                 halfedges: &texels("halfedges", bytemuck::cast_slice(&surface.halfedges)),
@@ -145,7 +145,7 @@ impl Case<'_> {
             rec.dispatch(&pipeline, Threads(params.capacity), args, params);
         });
         (
-            ctx.download(&departing).unwrap(),
+            ctx.download(&transfers).unwrap(),
             ctx.download(&flux).unwrap(),
             ctx.download(&uploaded.0).unwrap()[0].crossed,
         )
@@ -154,7 +154,7 @@ impl Case<'_> {
     fn by_twin(&self) -> (Vec<Transfer>, Vec<u32>, u32) {
         let mut flow = self.flow();
         let params = self.params();
-        let mut departing = vec![Transfer::default(); params.capacity as usize];
+        let mut transfers = vec![Transfer::default(); params.capacity as usize];
         let mut flux = self.flux();
         let roots = self.setup.distance.roots();
         let constants = &self.constants;
@@ -177,10 +177,10 @@ impl Case<'_> {
             self.nearest,
             &self.setup.atlas.maps,
             self.bias,
-            &mut departing,
+            &mut transfers,
             &mut flux,
         );
-        (departing, flux, flow.crossed)
+        (transfers, flux, flow.crossed)
     }
 }
 
@@ -379,10 +379,10 @@ fn particles_go_on_as_the_fold_says() {
             },
             counted: 0,
         };
-        let (departing, flux, crossed) = case.by_kernel(&gpu);
+        let (transfers, flux, crossed) = case.by_kernel(&gpu);
         assert_eq!(flux, [0, on_first.len() as u32, 0, 0]);
         let mut folded = 0;
-        for transfer in &departing[..on_first.len()] {
+        for transfer in &transfers[..on_first.len()] {
             let slot = transfer.particle as usize;
             let start = ground.flight(&on_first[slot], &motions[slot]);
             let (place, way) = (start.position.as_dvec3(), start.heading.as_dvec3());
@@ -456,7 +456,7 @@ fn who_has_met_nothing_goes_to_the_nearest_point() {
             },
             counted: 0,
         };
-        let (departing, flux, crossed) = case.by_kernel(&gpu);
+        let (transfers, flux, crossed) = case.by_kernel(&gpu);
         assert_eq!(crossed, 0);
         let ground = Ground::of(&setup, &poses);
         let count = particles.len() as u32;
@@ -468,7 +468,7 @@ fn who_has_met_nothing_goes_to_the_nearest_point() {
                 [count, 0, 0, 0]
             }
         );
-        for transfer in &departing[..particles.len()] {
+        for transfer in &transfers[..particles.len()] {
             let slot = transfer.particle as usize;
             let start = ground.flight(&particles[slot], &motions[slot]);
             assert!(transfer.position.distance(start.position) < 1e-6);

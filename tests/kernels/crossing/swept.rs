@@ -74,9 +74,9 @@ fn who_was_moved_over_goes_on_from_there() {
             },
             counted: 0,
         };
-        let (departing, _, crossed) = case.by_kernel(&gpu);
+        let (transfers, _, crossed) = case.by_kernel(&gpu);
         let mut swept = 0;
-        for transfer in &departing[..particles.len()] {
+        for transfer in &transfers[..particles.len()] {
             let slot = transfer.particle as usize;
             let flight = ground.flight(&particles[slot], &motions[slot]);
             let place = anywhere
