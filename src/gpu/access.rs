@@ -277,6 +277,16 @@ impl Order {
     }
 }
 
+/// Kernels that wait for what comes before them, and not for each other.
+#[derive(Debug)]
+pub(crate) struct Unordered {
+    pub(crate) reason: &'static str,
+    /// The buffers that more than one of them may write.
+    pub(crate) shared: Vec<vk::Buffer>,
+    /// What was recorded last before the first of them.
+    pub(crate) since: u64,
+}
+
 /// What is known of one buffer.
 #[derive(Debug, Default)]
 pub(crate) struct History {
@@ -324,9 +334,17 @@ impl History {
     }
 
     /// Of what was recorded after `since`, the work that a use would have to wait for, whatever barriers stand between, and
-    /// whether it wrote.
-    pub(crate) fn conflict(&self, writes: bool, since: u64) -> Option<(&'static str, bool)> {
-        let of = |earlier: &Use, wrote| (earlier.at > since).then_some((earlier.work, wrote));
+    /// whether it wrote. Uses by the access that is shared are none.
+    pub(crate) fn conflict(
+        &self,
+        writes: bool,
+        since: u64,
+        shared: Option<Access>,
+    ) -> Option<(&'static str, bool)> {
+        let of = |earlier: &Use, wrote| {
+            let counts = earlier.at > since && Some(earlier.access) != shared;
+            counts.then_some((earlier.work, wrote))
+        };
         let write = self.write.as_ref().and_then(|write| of(write, true));
         let mut reads = self.reads.iter().filter(|_| writes);
         write.or_else(|| reads.find_map(|read| of(read, false)))
@@ -361,6 +379,8 @@ mod tests {
             buffer: usize,
             access: Access,
             writes: bool,
+            /// The number of the unordered group that shares the buffer, if it is used so.
+            group: Option<u64>,
         },
         Barrier(Wait),
     }
@@ -387,14 +407,19 @@ mod tests {
         [has(over), has(visible)]
     }
 
-    /// Is there a use before that this one must wait for, and does not?
-    fn has_hazard(events: &[Event], (buffer, access, writes): (usize, Access, bool)) -> bool {
+    /// Is there a use before that this one must wait for, and does not? Uses of a shared buffer by one group need no order.
+    fn has_hazard(
+        events: &[Event],
+        (buffer, access, writes): (usize, Access, bool),
+        group: Option<u64>,
+    ) -> bool {
         (0..events.len()).any(|i| match events[i] {
             Event::Use {
                 buffer: other,
                 access: from,
                 writes: wrote,
-            } if other == buffer && (wrote || writes) => {
+                group: of,
+            } if other == buffer && (wrote || writes) && (of.is_none() || of != group) => {
                 let [over, visible] = is_over(&events[i + 1..], from, access);
                 !(if wrote { visible } else { over })
             }
@@ -418,34 +443,66 @@ mod tests {
             let mut order = Order::default();
             let mut histories: [History; 4] = Default::default();
             let mut events: Vec<Event> = Vec::new();
+            // The last one before an unordered group, which shares the first buffers.
+            let mut group: Option<u64> = None;
             for at in 1..=30 {
-                let access = Access::ALL[random(5) as usize];
+                group = match group {
+                    None if random(6) == 0 => Some(at - 1),
+                    Some(_) if random(4) == 0 => None,
+                    same => same,
+                };
+                let access = match group {
+                    None => Access::ALL[random(5) as usize],
+                    Some(_) => Access::Kernel,
+                };
                 let can_write = matches!(access, Access::Copy | Access::Kernel);
+                let shared = |buffer| group.filter(|_| buffer < 2);
                 let mut uses = Vec::new();
                 for buffer in 0..histories.len() {
                     if random(3) == 0 {
                         uses.push((buffer, access, can_write && random(2) == 0));
                     }
                 }
+                // What is not shared is refused where another work of the group has to come before.
+                let is_refused = |&(buffer, _, writes): &(usize, Access, bool)| {
+                    let conflict = |since| histories[buffer].conflict(writes, since, None);
+                    shared(buffer).is_none() && group.and_then(conflict).is_some()
+                };
+                if uses.iter().any(is_refused) {
+                    continue;
+                }
                 let mut wait = Wait::default();
                 for &(buffer, access, writes) in &uses {
+                    let (writes, up_to) = match shared(buffer) {
+                        None => (writes, u64::MAX),
+                        Some(since) => (true, since),
+                    };
                     let history = &histories[buffer];
-                    history.wait_for(&order, (access, writes), at, &mut wait, |_, _| ());
+                    history.wait_for(&order, (access, writes), up_to, &mut wait, |_, _| ());
                 }
-                let is_needed = uses.iter().any(|&one| has_hazard(&events, one));
-                assert_eq!(!wait.before.is_empty(), is_needed, "work {at}");
-                if is_needed {
+                let hazard = |&one: &(usize, Access, bool)| has_hazard(&events, one, shared(one.0));
+                let is_needed = uses.iter().any(hazard);
+                let waits = !wait.before.is_empty();
+                // A kernel of a group waits as if it wrote what is shared.
+                assert!(
+                    waits == is_needed || (waits && group.is_some()),
+                    "work {at}"
+                );
+                if waits {
                     order.wait(&wait, at - 1);
                     events.push(Event::Barrier(wait));
                     barriers += 1;
                 }
                 for &(buffer, access, writes) in &uses {
-                    assert!(!has_hazard(&events, (buffer, access, writes)), "work {at}");
+                    let group = shared(buffer);
+                    let one = (buffer, access, writes);
+                    assert!(!has_hazard(&events, one, group), "work {at}");
                     histories[buffer].note("a work", access, at, writes);
                     let event = Event::Use {
                         buffer,
                         access,
                         writes,
+                        group,
                     };
                     events.push(event);
                 }

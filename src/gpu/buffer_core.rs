@@ -182,8 +182,13 @@ impl BufferCore {
     }
 
     /// What a use would have to wait for; see [`History::conflict`].
-    pub(crate) fn conflict(&self, writes: bool, since: u64) -> Option<(&'static str, bool)> {
-        self.lock().history.conflict(writes, since)
+    pub(crate) fn conflict(
+        &self,
+        writes: bool,
+        since: u64,
+        shared: Option<Access>,
+    ) -> Option<(&'static str, bool)> {
+        self.lock().history.conflict(writes, since, shared)
     }
 
     /// Notes a use in the frame `ticket`.

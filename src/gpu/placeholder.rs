@@ -1,11 +1,11 @@
-//! What is bound where a kernel is given nothing.
+//! Placeholders for arguments that are absent.
 
 use std::sync::Arc;
 
 use ash::vk;
 
 use super::buffer::{AnyBuffer, Buffer};
-use super::buffer_core::BufferCore;
+use super::buffer_core::{BufferCore, Domain};
 use super::context::Context;
 use super::error::GpuResult;
 use super::kernel::Absent;
@@ -14,7 +14,8 @@ use super::texels::Texels;
 /// Larger than any element.
 const WORDS: usize = 64;
 
-/// Zeros. No invocation gets to them, so nothing ever waits for them.
+/// Anything: no invocation gets to it, so nothing ever waits for it. It belongs to a frame, because a context that owned a buffer
+/// would own itself.
 pub(crate) struct Placeholder {
     floats: Texels<f32>,
     words: Texels<u32>,
@@ -23,7 +24,7 @@ pub(crate) struct Placeholder {
 
 impl Placeholder {
     pub(crate) fn new(ctx: &Arc<Context>) -> GpuResult<Self> {
-        let block = Buffer::<u32>::zeroed(ctx, "placeholder", WORDS)?;
+        let block = Buffer::<u32>::new(ctx, "placeholder", WORDS, Domain::Texels)?;
         Ok(Self {
             floats: Texels::new(&block, 1)?,
             words: Texels::new(&block, 1)?,
@@ -36,7 +37,7 @@ impl Placeholder {
         self.block.core()
     }
 
-    /// In place of a texel buffer; null for what is none.
+    /// In place of a texel buffer; null for a block.
     pub(crate) fn view(&self, absent: Absent) -> vk::BufferView {
         match absent {
             Absent::Block => vk::BufferView::null(),

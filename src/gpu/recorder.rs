@@ -5,14 +5,13 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::access::Recording;
+use super::access::{Recording, Unordered};
 use super::context::Context;
 use super::frame_resources::FrameResources;
 use super::listing::Listed;
 use super::part::Part;
 use super::slices::Slices;
 use super::timer::SpanKind;
-use super::waits::Unordered;
 
 /// A frame in the making; [`Frames::begin`](super::Frames::begin) makes one and
 /// [`Frames::submit`](super::Frames::submit) takes it.

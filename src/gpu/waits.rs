@@ -3,7 +3,7 @@
 
 use ash::vk;
 
-use super::access::{Access, Use, Wait};
+use super::access::{Access, Unordered, Use, Wait};
 use super::buffer::AnyBuffer;
 use super::buffer_core::BufferCore;
 use super::listing::{Listed, Reason};
@@ -17,27 +17,17 @@ pub(crate) struct Touch<'a> {
     pub(crate) writes: bool,
 }
 
-/// Kernels that wait for what comes before them, and not for each other.
-#[derive(Debug)]
-pub(crate) struct Unordered {
-    reason: &'static str,
-    /// The buffers that more than one of them may write.
-    shared: Vec<vk::Buffer>,
-    /// What was recorded last before the first of them.
-    since: u64,
-}
-
 impl Recorder {
-    /// From here to [`end_unordered`](Self::end_unordered), kernels do not wait for each other, so that they may overlap. Of the
-    /// buffers in `shared` more than one of them may write something, for the reason that is given: their elements are each one
-    /// kernel's alone, or change by atomic operations whose order does not matter. No other buffer may be written by one of
-    /// them and used by another.
+    /// From here to [`end_unordered`](Self::end_unordered), kernels do not wait for each other, so that they may overlap. Several of
+    /// them may write the buffers in `shared`, for the reason that is given: each element belongs to one kernel, or changes by
+    /// atomic operations whose order does not matter. No other buffer may be written by one of them and used by another.
     ///
     /// The validation layer sees buffers and not their elements, so where it watches, they wait for each other all the same.
+    /// Other recordings that are open use none of the shared buffers.
     ///
     /// # Panics
-    /// Within another group. What is recorded in the group panics if it writes what another kernel of it uses, or uses what
-    /// another one writes, and that is not shared.
+    /// Within another group. What is recorded in the group panics if it writes what another work of it uses, or uses what
+    /// another one writes, unless both are kernels and that is shared.
     pub fn begin_unordered(&mut self, reason: &'static str, shared: &[&dyn AnyBuffer]) {
         assert!(
             self.unordered.is_none(),
@@ -58,23 +48,17 @@ impl Recorder {
         self.list_entry(|| Listed::Ordered);
     }
 
-    /// Up to which work a work waits for what has used a buffer.
+    /// Whether a work waits for what has used a buffer as if it wrote it, and up to which work.
     ///
     /// # Panics
-    /// If it depends on another one of its group in what the group does not share.
-    fn waits_up_to(&self, work: &'static str, touch: &Touch<'_>) -> u64 {
+    /// If it depends on another one of its group in what the two do not share.
+    fn waits_as(&self, work: &'static str, touch: &Touch<'_>) -> (bool, u64) {
         let Some(group) = &self.unordered else {
-            return u64::MAX;
+            return (touch.writes, u64::MAX);
         };
         let is_shared = touch.access == Access::Kernel && group.shared.contains(&touch.core.raw());
-        if is_shared {
-            return if self.ctx().orders_groups {
-                u64::MAX
-            } else {
-                group.since
-            };
-        }
-        if let Some((other, wrote)) = touch.core.conflict(touch.writes, group.since) {
+        let shared = is_shared.then_some(Access::Kernel);
+        if let Some((other, wrote)) = (touch.core).conflict(touch.writes, group.since, shared) {
             panic!(
                 "`{work}` {} `{}`, which `{other}` {}, and the two are in no order: {}",
                 if touch.writes { "writes" } else { "reads" },
@@ -83,7 +67,12 @@ impl Recorder {
                 group.reason
             );
         }
-        u64::MAX
+        match is_shared {
+            false => (touch.writes, u64::MAX),
+            true if self.ctx().orders_groups => (touch.writes, u64::MAX),
+            // The first one waits for all that comes before the group: it is not waited for by those after it, which may write.
+            true => (true, group.since),
+        }
     }
 
     /// Records the barrier that a work needs, if it needs one, and notes what it uses.
@@ -107,7 +96,7 @@ impl Recorder {
         let lists = self.list.is_some();
         self.settle_order();
         for touch in touches {
-            let up_to = self.waits_up_to(work, touch);
+            let (writes, up_to) = self.waits_as(work, touch);
             let reason = |earlier: &Use, wrote: bool| {
                 if lists || self.is_in_pass {
                     reasons.push(Reason {
@@ -119,7 +108,7 @@ impl Recorder {
                     });
                 }
             };
-            let (order, to) = (&self.recording.order, (touch.access, touch.writes));
+            let (order, to) = (&self.recording.order, (touch.access, writes));
             (touch.core).wait_for(order, to, up_to, &mut wait, reason);
         }
         if separates && !self.is_in_pass {

@@ -7,6 +7,7 @@ use super::food::FoodPlace;
 use super::paint::{GREATEST, NO_GO, NO_GO_BELOW};
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
+use super::transfers::TransferState;
 use super::types::{Motion, Particle};
 
 /// The state of `old` on the surface of `new`; `from` says for each object of `new` which of `old` it was, if any. Particles
@@ -97,16 +98,19 @@ pub fn carried(
             .map(|(from, pose)| from.map_or(*pose, |was| snapshot.last_poses[was]))
             .collect(),
         origin: new.origin(),
+        // Each field by name, so that none that is added is forgotten here.
+        distance_poses: Vec::new(),
+        kept_pairs: Vec::new(),
         particles,
         motions,
         trail,
         deposits,
+        transfers: TransferState::default(),
         bias: carried_bias(&snapshot.bias, old, new, from)?,
         food: FoodState {
             remaining: left_of(snapshot, old, new, from),
             ..snapshot.food
         },
-        ..Snapshot::default()
     })
 }
 

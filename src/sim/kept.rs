@@ -131,7 +131,8 @@ impl Lengths {
     }
 }
 
-/// Compares the lengths of a state with those of the buffers that the scene has.
+/// Compares the lengths of a state with those of the buffers that the scene has. The counts are those that the rows of parts use
+/// whose elements have a name in the list.
 ///
 /// # Errors
 /// Names the first part that is longer or shorter than its buffer.

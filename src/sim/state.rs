@@ -14,6 +14,7 @@ use super::raster::Raster;
 use super::roles::Pair;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
+use super::texel_paths::TexelPaths;
 use super::texture::{PingPong, SpreadTables, Texture};
 use super::transfers::Transfers;
 use super::types::{
@@ -407,7 +408,8 @@ fn nearness(make: &Maker<'_>, setup: &Setup) -> Result<Nearness, GpuError> {
     let distance = &setup.distance;
     let field = make.counts.field() as usize;
     Ok(Nearness {
-        distances: Texture::new(make.ctx, make.zeros(&buffers::DISTANCES)?)?,
+        // Several kernels fetch single texels: an atlas of several objects is never too large for one view.
+        distances: Texture::by_paths(TexelPaths::default(), make.zeros(&buffers::DISTANCES)?)?,
         nearest: make.store(&buffers::NEAREST, &vec![NONE; field])?,
         reach: 0.0,
         samples: make.store(&buffers::SAMPLES, &distance.samples)?,

@@ -469,3 +469,30 @@ fn throughput_counts_every_particle_once() {
         assert!((count - 2000.0).abs() < 1.0, "{strategy}: {count}");
     }
 }
+
+/// Catches a barrier between kernels that need no order, and none where what they have written is used. Where the validation layer
+/// watches, as in most tests, barriers stand there all the same.
+#[test]
+fn the_list_of_barriers_has_the_kernels_that_may_overlap() {
+    if no_device() {
+        return;
+    }
+    let small = ["--set", "particles.count=2000", "--set", "atlas.size=128"];
+    let command = ["profile", "trio", "--barriers", "--warmup", "1"];
+    let output = myxo(&[&command[..], &small].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let list = text(&output.stdout);
+    let lines: Vec<&str> = list.lines().collect();
+    let begins = lines
+        .iter()
+        .position(|line| line.starts_with("    in no order: each has particles of its own"))
+        .expect(&list);
+    let group = &lines[begins + 1..];
+    let ends = group.iter().position(|line| *line == "    in order");
+    let (group, behind) = group.split_at(ends.expect(&list));
+    let kernels: Vec<&&str> = group.iter().filter(|line| !line.starts_with(' ')).collect();
+    assert_eq!(kernels, [&"walk_sensors", &"advance_near", &"walk_near"]);
+    let barriers = group.iter().filter(|line| **line == "    barrier");
+    assert_eq!((barriers.count(), group[0]), (1, "    barrier"), "{list}");
+    assert_eq!(behind[1], "    barrier", "{list}");
+}

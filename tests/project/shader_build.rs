@@ -197,7 +197,7 @@ layout(binding = 7) readonly buffer Meals { uint meals[]; };  // may be absent";
 }
 
 #[test]
-fn what_is_no_way_into_a_texture_is_not_called_one() {
+fn names_of_ways_need_their_types() {
     let cases = [
         (
             "layout(binding = 0) uniform samplerBuffer trail_low;",

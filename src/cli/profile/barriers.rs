@@ -6,8 +6,8 @@ use myxo::gpu::{Listed, Reason};
 
 use crate::cli::times::counted;
 
-/// One line a kernel or copy; one for each barrier and each pair that it separates, with the buffers; and one where a group in no
-/// order begins or ends.
+/// One line a kernel or copy; one for each barrier and each pair that it separates, with the buffers; and one where an unordered
+/// group begins or ends.
 pub fn text(scene: &str, step: u64, listed: &[Listed]) -> String {
     let count = |is_one: fn(&Listed) -> bool| listed.iter().filter(|l| is_one(l)).count();
     let barriers = count(|l| matches!(l, Listed::Barrier(_)));

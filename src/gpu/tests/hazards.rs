@@ -329,7 +329,7 @@ fn kernels_that_depend_on_each_other_are_refused_in_one_group() {
         refused(&|s, rec| s.scale(rec, &d, &s.a)),
         "`scale` writes `first`, which `scale` reads, and the two are in no order: each is said to be alone"
     );
-    // Copies write whole ranges: none of a group may write what kernels of it write.
+    // Copies write whole ranges: none of a group may write what kernels of it write, before or after them.
     assert_eq!(
         refused(&|s, rec| rec.fill(&s.c, 0)),
         "`fill` writes `third`, which `scale` writes, and the two are in no order: each is said to be alone"
@@ -338,6 +338,14 @@ fn kernels_that_depend_on_each_other_are_refused_in_one_group() {
         refused(&|_, rec| rec.begin_unordered("another one", &[])),
         "an unordered group lies within another one: another one"
     );
+    let mut rec = s.frames.begin().unwrap();
+    rec.begin_unordered("each is said to be alone", &[&s.c]);
+    rec.fill(&s.c, 0);
+    assert_eq!(
+        panic_text(|| s.scale(&mut rec, &s.a, &s.c)),
+        "`scale` writes `third`, which `fill` writes, and the two are in no order: each is said to be alone"
+    );
+    drop(rec);
 }
 
 #[test]

@@ -63,7 +63,7 @@ impl Snapshot {
         }
         self.transfers
             .validate(&self.particles, &self.motions, setup)?;
-        // On texels that nobody owns and that are no gutter, deposits would be lost.
+        // On texels that no triangle owns and that are no gutter, deposits would be lost.
         let in_gutters = setup.atlas.seams.iter();
         let mut deposited: u64 = in_gutters
             .map(|seam| u64::from(self.deposits[seam.texel as usize]))
@@ -159,10 +159,10 @@ impl Snapshot {
         Ok(movement)
     }
 
-    /// Does it know what is left of so many foods and markers? One without any is of a scene that had none.
+    /// Does it have what is left of so many foods and markers? One without any is of a scene that had none.
     ///
     /// # Errors
-    /// When it knows it of another number of them.
+    /// When it has it of another number of them.
     pub fn check_food(&self, here: usize) -> Result<(), String> {
         let there = self.food.remaining.len();
         if there == here {

@@ -165,7 +165,9 @@ impl Plan<'_> {
     }
 }
 
-/// What several forms write: of particles and motions each its own, and of the rest each what an atomic addition gives it.
+/// What the forms for listed particles share. Each writes the particles and motions of its own list, and the places of
+/// `particle_indices` that an atomic addition gives it; deposits, the flow and meals they change by atomic additions. The lists of
+/// walkers they only read: the first form writes them, by the same shader.
 pub fn shared_by_forms(s: &State) -> Vec<&dyn AnyBuffer> {
     let mut shared: Vec<&dyn AnyBuffer> = vec![
         &s.particles,
