@@ -13,7 +13,7 @@
 #include "ring.glsl"
 #include "transfer_groups.glsl"
 
-layout(local_size_x = 256) in;
+layout(local_size_x = 64) in;
 
 layout(push_constant) uniform Params {
     uint object_count;

@@ -24,7 +24,7 @@ use super::setup::Setup;
 use super::snapshot::{Distances, Snapshot};
 use super::state::{State, bias_of};
 use super::texel_paths::TexelPaths;
-use super::transfers::Transfers;
+use super::transfers::{Transfers, capacity};
 use super::types::Pose;
 use super::work::Step;
 use crate::error::{Error, Result};
@@ -205,7 +205,11 @@ impl Simulation {
         let rearranges = settings.strategy() != self.settings().strategy()
             || settings.transfer.buffer_size != self.settings().transfer.buffer_size;
         // Whatever may fail comes first, so that a failure leaves all as it was.
-        let every = self.course.of_every_kernel(settings, self.means());
+        let means = Means {
+            capacity: capacity(settings, self.setup()),
+            ..self.means()
+        };
+        let every = self.course.of_every_kernel(settings, means);
         let pipelines = (!every.is_prepared(&self.pipelines))
             .then(|| pipelines_of(&self.ctx, &every))
             .transpose()?;

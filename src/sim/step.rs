@@ -144,6 +144,9 @@ fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms) {
 /// smallest keys are listed anew; else these kernels have no groups.
 fn select(s: &mut Step, plan: &Plan<'_>) {
     s.run(Threads(1), plan.close_list());
+    if plan.lists_hold_all() {
+        return;
+    }
     for half in [KeyHalf::Upper, KeyHalf::Lower] {
         s.run(Counter::Excess, plan.limit_count(half));
         s.run(Counter::Limit, plan.limit_pick(half));

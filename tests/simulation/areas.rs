@@ -130,7 +130,7 @@ fn no_go_on(setup: &Setup, object: u32) -> Vec<f32> {
 #[test]
 fn nobody_changes_over_into_a_no_go_area() {
     let Some(gpu) = gpu() else { return };
-    // Twins of the strategies with turns do the same.
+    // Twins of the strategies that transfer do the same.
     for (strategy, by_twin) in [
         (Strategy::Parallel, true),
         (Strategy::Scattered, false),

@@ -338,7 +338,7 @@ fn run_from(gpu: &Gpu, scene: &Scene, setup: Setup, steps: u32) -> Snapshot {
 
 /// Whoever of a step comes first, the same are fed and as much is left; nobody is lost.
 #[test]
-fn food_is_eaten_alike_by_every_strategy_with_turns() {
+fn food_is_eaten_alike_by_every_strategy_that_transfers() {
     let Some(gpu) = gpu() else { return };
     let strategies = [
         Strategy::Scattered,

@@ -340,7 +340,11 @@ fn nobody_is_lost_where_the_buffer_is_full() {
         particles: FULL.particles / 4,
         ..length
     };
-    populations(&gpu.ctx, length, &IN_TURNS.map(|s| (s, &full_at_times[..])));
+    populations(
+        &gpu.ctx,
+        length,
+        &THAT_TRANSFER.map(|s| (s, &full_at_times[..])),
+    );
     gpu.finish();
 }
 
@@ -454,7 +458,7 @@ fn long_runs() {
         let started = Instant::now();
         let part = match wanted {
             "population" => populations(&ctx, LONGEST, &LONGEST_POPULATIONS),
-            "full" => populations(&ctx, FULL, &IN_TURNS.map(|s| (s, &FULL_AT_TIMES[..]))),
+            "full" => populations(&ctx, FULL, &THAT_TRANSFER.map(|s| (s, &FULL_AT_TIMES[..]))),
             "crowd" => section("crowd", CROWD, &rows(&ctx, "crowd", CROWD)),
             name => section(name, LONG, &rows(&ctx, name, LONG)),
         };

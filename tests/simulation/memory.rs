@@ -181,7 +181,7 @@ fn drawing_distances_takes_memory() {
     );
 }
 
-/// Room for those who are under way counts.
+/// Room for particles that leave counts.
 #[test]
 fn lists_of_transfers_take_memory() {
     let mut settings = common::scene("builtin:cube", |s| s.atlas.size = 131).settings;
@@ -194,5 +194,5 @@ fn lists_of_transfers_take_memory() {
         settings.transfer.buffer_size = buffer_size;
         memory::size_in_bytes(&setup, &settings)
     };
-    assert_eq!(size(3000) - size(1000), 2000 * 2 * (64 + 4));
+    assert_eq!(size(3000) - size(1000), 2000 * (64 + 4));
 }

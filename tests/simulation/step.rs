@@ -374,12 +374,13 @@ fn every_live_change_finds_its_kernels() {
     });
     let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
     type Change = fn(&mut Settings);
-    let changes: [Change; 16] = [
+    let changes: [Change; 17] = [
         |s| s.transfer.strategy = Strategy::Respawn,
         |s| s.transfer.strategy = Strategy::Direct,
         |s| s.transfer.strategy = Strategy::Scattered,
         |s| s.transfer.strategy = Strategy::Sequential,
         |s| s.transfer.strategy = Strategy::Parallel,
+        |s| s.transfer.buffer_size = 16,
         |s| s.distance.method = DistanceMethod::Brute,
         |s| s.distance.method = DistanceMethod::Raster,
         |s| s.distance.depth = DepthMapping::Logistic,

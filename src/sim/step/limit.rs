@@ -40,6 +40,12 @@ impl Plan<'_> {
         }
     }
 
+    /// Is there room in the lists for every particle?
+    #[must_use]
+    pub fn lists_hold_all(&self) -> bool {
+        self.means.capacity >= self.particle_count()
+    }
+
     /// Counts the selected particles by half of their keys.
     #[must_use]
     pub fn limit_count(&self, half: KeyHalf) -> Call<LimitCount> {

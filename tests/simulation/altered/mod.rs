@@ -376,8 +376,9 @@ fn altered_checkpoints_are_refused_or_gone_on_from() {
         return;
     };
     for (list, (key, _)) in LISTS.iter().enumerate() {
+        // Of particles in flight only earlier versions had any.
         let has_some = !trial.whole.lists[list].is_empty();
-        assert!(has_some, "{key}: the state has something of all lists");
+        assert_eq!(has_some, *key != "in_flight", "{key}");
     }
     let mut wrong = Vec::new();
     for (what, alteration, expected) in ALTERATIONS {
