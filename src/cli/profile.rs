@@ -23,7 +23,7 @@ use super::{Command, Outcome, console, interrupt, ratios};
 ///
 /// The report has mean, median, 95th percentile, standard deviation, minimum and maximum over the steps, the interval in
 /// which the median lies with 95 % confidence, throughput, and the bytes that a kernel must read and write, which are compared
-/// with what the device's own copies get through.
+/// with what copies get through.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -172,6 +172,7 @@ impl Profile {
             session.measure_bandwidth()?;
         }
         let begin = |session: &mut Session, measured: &mut Measured| {
+            session.keep_busy()?;
             measured.watch.begin();
             session.begin_measuring(self.steps as usize, self.trace.is_some())
         };

@@ -8,6 +8,7 @@ use myxo::gpu::{CopyBandwidth, Statistics};
 use myxo::plain_text::Shown as _;
 use myxo::scene::motion::in_decimals;
 use myxo::scene::settings::ObjectSettings;
+use myxo::sim::yardstick::{self, CopiedBy};
 use myxo::sim::{Setup, Snapshot};
 use myxo::{Error, Result, regular_file};
 use serde::{Deserialize, Serialize};
@@ -79,9 +80,12 @@ pub struct Report {
     /// The kernel that `--kernel` ran alone: then the times of `kernels` are of its runs, and none are of steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub alone: Option<String>,
-    /// What the device's own copies get through, which bytes of kernels are compared with.
+    /// How fast the device copies, which bytes of kernels are compared with.
     #[serde(default)]
     pub copy_bandwidth: Option<Bandwidth>,
+    /// How long a graphics card was kept busy before times were taken, by `profile`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kept_busy: Option<KeptBusy>,
     /// Each repetition of the measurement by itself, where `--repeat` asked for several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub repetitions: Vec<Repetition>,
@@ -281,7 +285,7 @@ pub struct KernelTime {
     /// As many of them in a second, in units of 10^9.
     #[serde(default)]
     pub gigabytes_per_second: Option<f64>,
-    /// The same as part of what the device's own copies get through.
+    /// The same as part of what copies get through.
     #[serde(default)]
     pub of_copy_bandwidth: Option<f64>,
 }
@@ -308,7 +312,25 @@ pub struct Throughput {
     pub per_second: f64,
 }
 
-/// What the device's own copies get through.
+/// How long a graphics card was kept busy, so that its clock had risen when times were taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct KeptBusy {
+    /// Seconds.
+    pub seconds: f64,
+    /// Were its times steady then?
+    pub is_steady: bool,
+}
+
+impl From<yardstick::KeptBusy> for KeptBusy {
+    fn from(of: yardstick::KeptBusy) -> Self {
+        Self {
+            seconds: of.seconds,
+            is_steady: of.is_steady,
+        }
+    }
+}
+
+/// How fast the device copies: by its own copies or by a kernel, whichever is faster.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bandwidth {
     /// Bytes read and bytes written in a second, together, in units of 10^9, by the median.
@@ -321,11 +343,15 @@ pub struct Bandwidth {
     pub median_ms: f64,
     /// Standard deviation.
     pub std_ms: f64,
+    /// Did a kernel copy? Else the device's own copies were as fast.
+    #[serde(default)]
+    pub by_kernel: bool,
 }
 
-impl From<&CopyBandwidth> for Bandwidth {
-    fn from(of: &CopyBandwidth) -> Self {
+impl From<&(CopyBandwidth, CopiedBy)> for Bandwidth {
+    fn from((of, by): &(CopyBandwidth, CopiedBy)) -> Self {
         Self {
+            by_kernel: *by == CopiedBy::Kernel,
             gigabytes_per_second: of.bytes_per_second() * 1e-9,
             size_in_bytes: of.size_in_bytes,
             runs: of.runs,

@@ -7,13 +7,13 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myxo::gpu::{
-    Context, ContextOptions, CopyBandwidth, Frames, GpuError, Listed, Recorder, Timings,
-    default_cache_folder,
+    Context, ContextOptions, Frames, GpuError, Listed, Recorder, Timings, default_cache_folder,
 };
 use myxo::plain_text::{Shown as _, escaped};
 use myxo::scene::Scene;
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::network::Network;
+use myxo::sim::yardstick::{copy_bandwidth, keep_busy};
 use myxo::sim::{FORMS_OF_ADVANCE, KernelAlone, Simulation, Snapshot, memory};
 use myxo::{Error, Result};
 
@@ -24,7 +24,7 @@ use super::measures::Measure;
 use super::options::{CommonOptions, DeviceOptions};
 use super::progress::{Progress, SettingUp, atlas_cache};
 use super::report::{
-    Bandwidth, FoodLeft, HostTimes, KernelTime, Report, StateHash, Times, hash_text,
+    Bandwidth, FoodLeft, HostTimes, KeptBusy, KernelTime, Report, StateHash, Times, hash_text,
 };
 use super::{damaged, room, settings, times};
 use tracing::{Tracing, spanned};
@@ -61,8 +61,9 @@ pub struct Session {
     pub separates: bool,
     /// Does one of them run alone?
     is_alone: bool,
-    /// What the device's own copies get through, once it was measured.
+    /// How fast the device copies, once it was measured.
     bandwidth: Option<Bandwidth>,
+    kept_busy: Option<KeptBusy>,
     /// While it is measured: what the host has taken for each frame, milliseconds, to begin it, to record it and to submit it.
     host_ms: Option<Vec<[f64; 3]>>,
     /// Who else uses the host while times are taken.
@@ -157,6 +158,7 @@ impl Session {
             separates: false,
             is_alone: false,
             bandwidth: None,
+            kept_busy: None,
             progress: Progress::new(steps, &scene.name),
             first_step: simulation.step(),
             ctx: ctx.clone(),
@@ -262,19 +264,26 @@ impl Session {
         Ok(())
     }
 
-    /// Measures what the device's own copies get through. Where there is no memory for that, the report goes without.
+    /// Measures how fast the device copies. Where there is no memory for that, the report goes without.
     pub fn measure_bandwidth(&mut self) -> Result<()> {
         self.frames.wait_idle()?;
-        self.bandwidth = match CopyBandwidth::measure(&self.ctx, COPIES) {
+        self.bandwidth = match copy_bandwidth(&self.ctx, COPIES) {
             Ok(measured) => measured.as_ref().map(Bandwidth::from),
             Err(error @ GpuError::OutOfMemory { .. }) => {
                 let error = Error::Gpu(error);
-                let text = format!("the device's own copies are not measured: {error}");
+                let text = format!("how fast the device copies is not measured: {error}");
                 self.progress.say(&text);
                 None
             }
             Err(error) => return Err(error.into()),
         };
+        Ok(())
+    }
+
+    /// Lets a graphics card come to the speed at which it stays, before times are taken.
+    pub fn keep_busy(&mut self) -> Result<()> {
+        self.frames.wait_idle()?;
+        self.kept_busy = keep_busy(&self.ctx)?.map(Into::into);
         Ok(())
     }
 
@@ -448,6 +457,7 @@ impl Session {
             },
             gpu_ms_between_kernels: (!times.is_empty()).then(|| times::between_kernels(&times)),
             copy_bandwidth: self.bandwidth,
+            kept_busy: self.kept_busy,
             host_step: self.host_ms.as_deref().and_then(HostTimes::of),
             wall_ms_per_step: Some(ending.wall.as_secs_f64() * 1e3 / ending.steps.max(1) as f64),
             kernels: self.kernel_times(),
@@ -484,6 +494,7 @@ impl Session {
             setup: self.simulation.setup(),
             advancing: self.advancing(),
             bandwidth: self.bandwidth,
+            kept_busy: self.kept_busy,
         }
     }
 

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use myxo::gpu;
 use myxo::sim::{FORMS_OF_ADVANCE, Setup};
 
-use super::report::{Bandwidth, KernelTime, Throughput, Times};
+use super::report::{Bandwidth, KeptBusy, KernelTime, Throughput, Times};
 use super::table::{aligned, short};
 use super::work::work_of;
 
@@ -16,8 +16,10 @@ pub struct Of<'a> {
     pub setup: &'a Setup,
     /// How many particles advance in what was measured, if that is known.
     pub advancing: Option<u64>,
-    /// Of the device's own copies, if it was measured.
+    /// Of copies, if it was measured.
     pub bandwidth: Option<Bandwidth>,
+    /// How long the device was kept busy first, if it was.
+    pub kept_busy: Option<KeptBusy>,
 }
 
 /// The rows of the report.
@@ -148,15 +150,32 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
     } else {
         ""
     };
-    let copies = of.bandwidth.map_or(String::new(), |copy| {
+    let mut copies = of.bandwidth.map_or(String::new(), |copy| {
         format!(
-            "GB/s: bytes that must be read and written; copy: as part of what the device's own copies get through, \
-             which is\n{:.1} GB/s (copies of {} MiB, median of {}).\n",
+            "GB/s: bytes that must be read and written; copy: as part of what copies get through, which is\n\
+             {:.1} GB/s (copies of {} MiB by {}, median of {}).\n",
             copy.gigabytes_per_second,
             copy.size_in_bytes >> 20,
+            if copy.by_kernel {
+                "a kernel"
+            } else {
+                "the device"
+            },
             copy.runs
         )
     });
+    if let Some(kept) = of.kept_busy {
+        let _ = writeln!(
+            copies,
+            "The device was kept busy for {:.1} s first{}.",
+            kept.seconds,
+            if kept.is_steady {
+                ", until its times were steady"
+            } else {
+                ", and its times were not steady then: they may be those of a low clock"
+            }
+        );
+    }
     if run == Run::Kernel {
         let mut text = aligned(&cells, None);
         let _ = writeln!(

@@ -9,6 +9,7 @@ use super::context::Context;
 use super::error::GpuResult;
 use super::frame::Frames;
 use super::info::DeviceKind;
+use super::recorder::Recorder;
 use super::report::Statistics;
 
 /// Copied at once: far more than caches of processors hold.
@@ -30,12 +31,16 @@ pub struct CopyBandwidth {
 }
 
 impl CopyBandwidth {
-    /// Copies between two buffers of the device so many times. `None` where it has no timestamps, or ones too
-    /// coarse to tell.
+    /// Copies between two buffers of the device so many times, as `copy` records it; the words are a multiple of four. `None`
+    /// where it has no timestamps, or ones too coarse to tell.
     ///
     /// # Errors
     /// When the device has no memory left, or is lost.
-    pub fn measure(ctx: &Arc<Context>, runs: usize) -> GpuResult<Option<Self>> {
+    pub fn measure(
+        ctx: &Arc<Context>,
+        runs: usize,
+        copy: impl Fn(&mut Recorder, &Buffer<u32>, &Buffer<u32>),
+    ) -> GpuResult<Option<Self>> {
         let info = ctx.info();
         if !info.has_timestamps() {
             return Ok(None);
@@ -47,7 +52,7 @@ impl CopyBandwidth {
         let most = info
             .max_storage_buffer_range
             .min(info.max_memory_allocation_size);
-        let words = (wanted.min(most) / 4) as usize;
+        let words = (wanted.min(most) / 16 * 4) as usize;
         let buffer = |name| Buffer::<u32>::new(ctx, name, words, Domain::Device);
         let (source, target) = (buffer("bandwidth.source")?, buffer("bandwidth.target")?);
         // Memory that nobody has written yet may all be one page of zeros, which is quick to read.
@@ -55,7 +60,7 @@ impl CopyBandwidth {
         let mut frames = Frames::new(ctx, 1)?;
         for _ in 0..WARMUP + runs {
             let mut rec = frames.begin()?;
-            rec.scope("copy", |rec| rec.copy(&source, &target));
+            rec.scope("copy", |rec| copy(rec, &source, &target));
             frames.submit(rec)?;
         }
         frames.wait_idle()?;

@@ -65,6 +65,7 @@ pub mod twin;
 pub mod types;
 pub mod walker;
 pub mod work;
+pub mod yardstick;
 
 pub use behaviour::deposit_factor;
 pub use plan::{Means, Plan};

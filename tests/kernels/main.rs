@@ -16,3 +16,4 @@ mod strips;
 mod trail_kernels;
 mod walk;
 mod windows;
+mod yardstick;

@@ -4,12 +4,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use myxo::gpu::{
-    Context, ContextOptions, CopyBandwidth, Frames, GpuError, Timings, default_cache_folder,
-};
+use myxo::gpu::{Context, ContextOptions, Frames, GpuError, Timings, default_cache_folder};
 use myxo::mesh::atlas::{AtlasError, Control};
 use myxo::scene::Scene;
 use myxo::sim::sorting::SORT_INTERVAL;
+use myxo::sim::yardstick::{copy_bandwidth, keep_busy};
 use myxo::sim::{Simulation, memory};
 use myxo::{Error, Result};
 
@@ -123,7 +122,7 @@ impl Rig {
                 ctx.info().name
             )));
         }
-        let bandwidth = CopyBandwidth::measure(&ctx, COPIES)?;
+        let bandwidth = copy_bandwidth(&ctx, COPIES)?;
         Ok(Self {
             bandwidth: bandwidth.as_ref().map(Bandwidth::from),
             cache: atlas_cache(),
@@ -212,6 +211,8 @@ impl Rig {
         };
         let warmup = steps(budget.warmup, 0, budget.warmup_time, &mut frames)?;
         frames.timings_mut().clear();
+        // What was set up on the host has left the device idle.
+        keep_busy(&self.ctx)?;
         watch.begin();
         let done = steps(budget.steps, SORT_INTERVAL as u32, budget.time, &mut frames);
         watch.end();
@@ -243,6 +244,7 @@ impl Rig {
                 setup,
                 advancing: Some(setup.particles.len() as u64),
                 bandwidth: self.bandwidth,
+                kept_busy: None,
             },
         );
         let mut time = Times::from(&report.step);

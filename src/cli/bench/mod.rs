@@ -373,7 +373,8 @@ fn method(work: &Work, runs: u32, budget: &Budget) -> String {
         );
     }
     format!(
-        "{runs}, each from the beginning: {} steps to warm up (fewer after {:.0} s), then {} by the device's timestamps (fewer \
+        "{runs}, each from the beginning: {} steps to warm up (fewer after {:.0} s; a graphics card is kept busy until its times \
+         are steady), then {} by the device's timestamps (fewer \
          after {:.1} s, but {SORT_INTERVAL} up to {:.1} s, at all places between two sorts, and {} at least)\n\
          medians of all runs' steps; intervals hold the true median with 95 % where there are 6 steps or more, and at least the \
          median of every run\n\

@@ -218,6 +218,7 @@ impl Both {
     fn measure(&mut self, profile: &Profile, watch: &mut Watch) -> Result<bool> {
         let warm = repeat(profile.warmup, || self.step())?;
         for session in &mut self.sessions {
+            session.keep_busy()?;
             session.begin_measuring(profile.steps as usize, false)?;
         }
         self.wall = [Duration::ZERO; 2];

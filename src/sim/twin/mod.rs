@@ -5,6 +5,7 @@
 //! uses a twin.
 
 pub mod choices;
+mod copy_words;
 mod paint;
 mod painting;
 mod summon;
@@ -28,6 +29,7 @@ pub use super::step::exchange_seams::exchange_seams;
 pub use super::step::respawn::respawn;
 pub use super::step::scent::scent;
 pub use super::step::{limit, sort, transfer, unfold, windows};
+pub use copy_words::copy_words;
 pub use paint::paint;
 pub use summon::summon;
 pub use tree_queries::tree_queries;
