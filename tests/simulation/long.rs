@@ -443,8 +443,8 @@ fn long_runs() {
     let head = format!(
         "# Strategies\n\n\
          `make long` makes this file anew, or parts of it (`MYXO_PARTS=crowd,full make long`). {} particles; atlas {} for the\n\
-         hashes, {} for the population. `scattered`, `sequential` and `parallel` must end in the same hash, and so must all runs\n\
-         of one strategy.\n",
+         hashes, {} for the population. `scattered`, `sequential`, `parallel` and `direct` must end in the same hash, and so must\n\
+         all runs of one strategy.\n",
         LONG.particles, LONG.atlas, LONGEST.atlas
     );
     let file = std::env::var_os("MYXO_TABLE");
