@@ -24,7 +24,7 @@ layout(std430, set = 0, binding = 0) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer Groups { DispatchGroups groups[]; };
 
 void main() {
-    if (invocation_index() > 0u) return;
+    if (invocation_index() >= gl_WorkGroupSize.x) return;
     Flow now = flow[0];
     uint leaving = min(now.wanted, params.capacity);
     bool is_full = now.wanted > leaving;

@@ -49,15 +49,14 @@ void look_at(uint slot, uint object) {
 }
 
 void main() {
-    uint leaving = flow[0].leaving;
-    uint all = leaving + flow[0].gained;
     uint i = invocation_index();
     if (SEQUENTIAL) {
         if (i > 0u) return;
         i = params.first;
     }
-    if (i >= all) return;
-    uint end = min(i + params.count, all);
+    uint leaving = flow[0].leaving;
+    if (i >= flow[0].gained + leaving) return;
+    uint end = min(i + params.count, flow[0].gained + leaving);
     uint object = window_of_gained(max(i, leaving) - leaving);
     while (i < end) {
         if (i < leaving) {

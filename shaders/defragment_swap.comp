@@ -33,14 +33,13 @@ layout(rgba32ui, set = 0, binding = 7) uniform writeonly uimageBuffer motions;
 #include "windows.glsl"
 
 void main() {
-    uint all = flow[0].entries;
     uint i = invocation_index();
     if (SEQUENTIAL) {
         if (i > 0u) return;
         i = params.first;
     }
-    if (i >= all) return;
-    uint end = min(i + params.count, all);
+    if (i >= flow[0].entries) return;
+    uint end = min(i + params.count, flow[0].entries);
     uint object = window_of_entry(i);
     while (i < end) {
         while (object + 1u < params.object_count && borders[object + 1u].list <= i) object += 1u;

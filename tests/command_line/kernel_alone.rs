@@ -125,19 +125,19 @@ fn every_kernel_of_a_step_runs_alone() {
         (
             "parallel",
             "bvh",
-            "transfer_in advance move_border transfer_out defragment_scan defragment_swap",
+            "transfer_in advance close_list move_borders transfer_out defragment_scan defragment_swap",
         ),
         (
             "sequential",
             "brute",
-            "distance_brute defragment_sequential",
+            "distance_brute defragment_scan defragment_swap",
         ),
         (
             "direct",
             "raster",
             "distance_raster distance_merge transfer_in",
         ),
-        ("respawn", "bvh", "advance move_border respawn"),
+        ("respawn", "bvh", "advance close_list respawn"),
     ] {
         let settings = [
             format!("transfer.strategy={strategy}"),
@@ -149,7 +149,7 @@ fn every_kernel_of_a_step_runs_alone() {
             assert!(kernels.iter().any(|k| k == kernel), "{kernel}: {kernels:?}");
         }
         if strategy == "parallel" {
-            let names = by_trees.iter().chain(&["transfer_in", "advance"]);
+            let names = by_trees.iter().chain(&["advance", "walk_sensors"]);
             assert!(names.eq(&kernels[..6]), "in their order: {kernels:?}");
         }
         // Each alone; those that all strategies share, once.
