@@ -189,8 +189,7 @@ fn transfer_in_agrees_with_its_twin() {
             &landing,
             &mut borders,
             &mut flow,
-            &mut twin,
-            &mut twin_motions,
+            (&mut twin, &mut twin_motions),
         );
         let what = format!("{count} transfers, windows {windows}");
         assert_eq!(ctx.download(&flow_buffer).unwrap(), [flow], "{what}");

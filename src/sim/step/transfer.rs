@@ -81,8 +81,7 @@ impl StepKernel for TransferIn {
             &t.transfers,
             &mut t.borders,
             &mut t.flow[0],
-            &mut a.particles,
-            &mut a.motions,
+            (&mut a.particles, &mut a.motions),
         );
     }
 }
@@ -153,8 +152,7 @@ pub fn transfer_in(
     transfers: &[Transfer],
     borders: &mut [Border],
     flow: &mut Flow,
-    particles: &mut [Particle],
-    motions: &mut [Motion],
+    (particles, motions): (&mut [Particle], &mut [Motion]),
 ) {
     for transfer in &transfers[..flow.leaving.min(params.capacity) as usize] {
         if constants.windows && transfer.source != transfer.target {
