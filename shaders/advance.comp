@@ -247,7 +247,7 @@ void main() {
     }
     uint deposit = fed == 0u ? 1u : params.fed_deposit;
     add_to_texel(deposits, texel, deposit)
-    // Who is not near other objects does not get into one. In two lines, because !, && and || of constants alone are more than
+    // A particle that is not near other objects does not get into one. In two lines, because !, && and || of constants alone are more than
     // the reflection of shaders can evaluate.
     bool is_far = ACROSS;
     is_far = is_far && !sees_others();

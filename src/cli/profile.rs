@@ -61,7 +61,7 @@ pub struct Profile {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeat: u32,
     /// Measures this kernel alone: after the warm-up it runs --steps times on what it finds when it comes for the first
-    /// time in the next step (with turns: in the first object's), with no other kernel between; what it changes is
+    /// time in the next step, with no other kernel between; what it changes is
     /// brought back before each run, which is not measured. Every kernel of the scene's step can be named, those that
     /// take distances among them: they use what is known from the step before, or, where nothing has moved since, take all
     /// distances as the first step does. The state hash and --checkpoint are those of the warm-up's end

@@ -143,10 +143,13 @@ pub fn doubts_text(a: &Report, b: &Report) -> String {
     text
 }
 
-/// What copies got through, where that tells that the machine was faster when one of the two was measured.
+/// What copies got through, where that shows that the machine was faster when one of the two was measured: both by the same way.
 fn speeds_apart(a: &Report, b: &Report) -> Option<(f64, f64)> {
-    let [a, b] = [a, b].map(|of| of.copy_bandwidth.map(|copy| copy.gigabytes_per_second));
-    let (a, b) = a.zip(b)?;
+    let (a, b) = a.copy_bandwidth.zip(b.copy_bandwidth)?;
+    if a.by_kernel != b.by_kernel {
+        return None;
+    }
+    let [a, b] = [a, b].map(|copy| copy.gigabytes_per_second);
     (a.max(b) > APART * a.min(b)).then_some((a, b))
 }
 

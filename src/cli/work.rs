@@ -25,8 +25,8 @@ pub struct Work {
     pub bytes: f64,
 }
 
-/// The work of a kernel in a step in which it is dispatched so often. Each particle advances once, however many turns
-/// objects have; `advancing` of them were measured, if that is known. `None` where only the device knows.
+/// The work of a kernel in a step in which it is dispatched so often. Each particle advances once;
+/// `advancing` of them were measured, if that is known. `None` where only the device knows.
 pub fn work_of(
     kernel: &str,
     dispatches: f64,
@@ -43,7 +43,6 @@ pub fn work_of(
         "advance" => {
             let count = advancing?;
             let each = 2 * RECORD + SENSORS * TEXEL + 2 * TEXEL;
-            // Not a multiple of its turns: in each of them others advance.
             return Some(Work {
                 count: count as f64,
                 of: "particles",

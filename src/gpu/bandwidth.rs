@@ -32,7 +32,7 @@ pub struct CopyBandwidth {
 
 impl CopyBandwidth {
     /// Copies between two buffers of the device so many times, as `copy` records it; the words are a multiple of four. `None`
-    /// where it has no timestamps, or ones too coarse to tell.
+    /// where it has no timestamps, or ones that are too coarse.
     ///
     /// # Errors
     /// When the device has no memory left, or is lost.
@@ -55,7 +55,7 @@ impl CopyBandwidth {
         let words = (wanted.min(most) / 16 * 4) as usize;
         let buffer = |name| Buffer::<u32>::new(ctx, name, words, Domain::Device);
         let (source, target) = (buffer("bandwidth.source")?, buffer("bandwidth.target")?);
-        // Memory that nobody has written yet may all be one page of zeros, which is quick to read.
+        // Memory that was not written yet may all be one page of zeros, which is quick to read.
         ctx.fill(&source, 0x5eed_5eed)?;
         let mut frames = Frames::new(ctx, 1)?;
         for _ in 0..WARMUP + runs {

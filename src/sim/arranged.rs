@@ -32,7 +32,7 @@ pub fn arranged(
     state
 }
 
-/// Everybody in flight arrives.
+/// All that are in flight arrive.
 fn land_all(state: &mut Snapshot, setup: &Setup, poses: &[Pose]) {
     let ground = Ground::of(setup, poses);
     for transfer in std::mem::take(&mut state.transfers.in_flight) {

@@ -362,6 +362,34 @@ mod tests {
         }
     }
 
+    /// Catches marks and counts of one step that go on from a checkpoint of an earlier version.
+    #[test]
+    fn what_earlier_versions_kept_of_turns_is_forgotten() {
+        let mut earlier = checkpoint();
+        earlier.snapshot.motions[7].flags = 3 << Motion::FED_SHIFT | 0x1234;
+        earlier.snapshot.motions[8].flags = Motion::SELECTED | 0x40;
+        earlier.snapshot.transfers.flow = Flow {
+            wanted: 3,
+            leaving: 5,
+            listed: 7,
+            pad0: 9,
+            selected: 11,
+            refused: 2,
+            ..Flow::default()
+        };
+        let mut bytes = Vec::new();
+        earlier.write_to(&mut bytes).unwrap();
+        let read = Checkpoint::from_bytes(&bytes).unwrap().snapshot;
+        let flags = [7, 8].map(|i: usize| read.motions[i].flags);
+        assert_eq!(flags, [3 << Motion::FED_SHIFT, Motion::SELECTED]);
+        let expected = Flow {
+            selected: 11,
+            refused: 2,
+            ..Flow::default()
+        };
+        assert_eq!(read.transfers.flow, expected);
+    }
+
     #[test]
     fn what_is_written_is_read() {
         let folder = tempfile::tempdir().unwrap();

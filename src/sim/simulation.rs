@@ -365,7 +365,7 @@ impl Simulation {
         let (setup, strategy) = (self.setup(), settings.strategy());
         let state = arranged(snapshot, setup, self.course.poses(), strategy);
         let counts = Counts::of(setup, settings);
-        // Particles under way are found by the slots of this order: there is no memory for it, or all of it changes.
+        // Windows are those of this order: there is no memory for it, or all of it changes.
         self.state.transfers =
             Transfers::new(&self.ctx, &counts, settings, setup, &state.transfers)?;
         Ok(kept::upload(&self.ctx, &self.state, &state)?)

@@ -1,8 +1,7 @@
 //! Particles in the order in which they lie together in the atlas, every so often: what a group of them reads and counts
 //! then lies together too. No result depends on the order, because ids go along.
 //!
-//! With windows each object's particles stay in its window, and those in flight where they are; particles that change
-//! objects in place are not sorted, because transfers know their slots.
+//! With windows each object's particles stay in its window. By one strategy each particle keeps its slot for good.
 
 use crate::mesh::atlas::Atlas;
 

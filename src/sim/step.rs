@@ -166,7 +166,7 @@ fn defragment(s: &mut Step, plan: &Plan<'_>) {
         for first in plan.runs(plan.most_candidates()) {
             s.run(Threads(1), plan.defragment_scan(first));
         }
-        for first in plan.runs(plan.particle_count()) {
+        for first in plan.runs(plan.most_entries()) {
             s.run(Threads(1), plan.defragment_swap(first));
         }
     } else {

@@ -28,8 +28,9 @@ pub struct TransferState {
 }
 
 impl TransferState {
-    /// Checks what must hold after every step: windows share all slots, in the order of objects; every particle lies in
-    /// its object's window, or is in flight, has a transfer and lies in front of the first window.
+    /// Checks what must hold after every step: windows share all slots, in the order of objects, and every particle lies in
+    /// its object's window. In checkpoints of earlier versions some are in flight instead, have a transfer and lie in front of the
+    /// first window.
     ///
     /// # Errors
     /// Names the first thing that breaks a rule, and the rule.

@@ -8,7 +8,7 @@ use glam::UVec4;
 
 use super::kernels::{CopyWords, CopyWordsArgs, CopyWordsParams};
 use crate::gpu::{
-    Buffer, Context, CopyBandwidth, DeviceKind, Domain, Frames, GpuError, Pipeline, Recorder, Span,
+    Buffer, Context, CopyBandwidth, DeviceKind, Domain, Frames, GpuError, Pipeline, Recorder,
     Threads,
 };
 
@@ -21,8 +21,8 @@ pub enum CopiedBy {
     Kernel,
 }
 
-/// How fast the device copies from buffer to buffer by the faster way, so many times. `None` where it has no timestamps, or ones
-/// too coarse to tell.
+/// How fast the device copies from buffer to buffer by the faster way, measured so many times, once it is
+/// [busy](keep_busy). `None` where it has no timestamps, or ones that are too coarse.
 ///
 /// # Errors
 /// When the device has no memory left, or is lost.
@@ -30,14 +30,22 @@ pub fn copy_bandwidth(
     ctx: &Arc<Context>,
     runs: usize,
 ) -> Result<Option<(CopyBandwidth, CopiedBy)>, GpuError> {
+    keep_busy(ctx)?;
     let copies = CopyBandwidth::measure(ctx, runs, Recorder::copy)?;
     let pipeline = Pipeline::new(ctx, &())?;
     let by_kernel = CopyBandwidth::measure(ctx, runs, |rec, source, target| {
         copy_by_kernel(&pipeline, rec, source, target);
     })?;
+    Ok(faster(copies, by_kernel))
+}
+
+fn faster(
+    copies: Option<CopyBandwidth>,
+    by_kernel: Option<CopyBandwidth>,
+) -> Option<(CopyBandwidth, CopiedBy)> {
     let both = [(copies, CopiedBy::Copies), (by_kernel, CopiedBy::Kernel)];
     let measured = both.into_iter().filter_map(|(of, by)| Some((of?, by)));
-    Ok(measured.max_by(|(a, _), (b, _)| a.bytes_per_second().total_cmp(&b.bytes_per_second())))
+    measured.max_by(|(a, _), (b, _)| a.bytes_per_second().total_cmp(&b.bytes_per_second()))
 }
 
 fn copy_by_kernel(
@@ -67,24 +75,29 @@ pub struct KeptBusy {
 /// A graphics card's clock rises once it has something to do, which takes longer than a few short steps.
 const LONGEST: Duration = Duration::from_secs(3);
 const SHORTEST: Duration = Duration::from_millis(100);
-/// Words that a copy copies, and copies in a round.
-const WORDS: usize = 4 << 20;
-const COPIES: usize = 64;
-/// Rounds whose medians are to agree, and how well: the slowest takes so many times as long as the fastest.
-const ROUNDS: usize = 4;
+/// Words that a copy copies: more than caches hold.
+const WORDS: usize = 16 << 20;
+/// How long a round of copies takes, about.
+const ROUND_MS: f64 = 25.0;
+const MOST_COPIES: usize = 1000;
+/// Rounds that are to agree, and how well: the slowest takes no more than so many times as long as the fastest.
+const ROUNDS: usize = 8;
 const AGREEMENT: f64 = 1.02;
 
-/// Keeps a graphics card busy until its times are steady, for 3 seconds at the most. `None` where that means nothing: for drivers
-/// that run on processors, and devices without timestamps.
+/// Keeps a graphics card busy until its times are steady, for 3 seconds at the most. `None` where that means nothing, for drivers
+/// that run on processors and devices without timestamps, and where there is no memory for it.
 ///
 /// # Errors
-/// When the device has no memory left, or is lost.
+/// When the device is lost.
 pub fn keep_busy(ctx: &Arc<Context>) -> Result<Option<KeptBusy>, GpuError> {
     let info = ctx.info();
     if info.kind == DeviceKind::Cpu || !info.has_timestamps() {
         return Ok(None);
     }
-    keep_busy_for(ctx, SHORTEST..LONGEST).map(Some)
+    match keep_busy_for(ctx, SHORTEST..LONGEST) {
+        Err(GpuError::OutOfMemory { .. }) => Ok(None),
+        kept => kept.map(Some),
+    }
 }
 
 /// The same on any device, for so long at least and at the most.
@@ -101,11 +114,12 @@ pub fn keep_busy_for(
     ctx.fill(&source, 0x5eed_5eed)?;
     let mut frames = Frames::new(ctx, 2)?;
     let mut rounds: Vec<f64> = Vec::new();
+    let mut copies = 1;
     let begun = Instant::now();
     loop {
         let mut rec = frames.begin()?;
         rec.scope("round", |rec| {
-            for _ in 0..COPIES {
+            for _ in 0..copies {
                 copy_by_kernel(&pipeline, rec, &source, &target);
             }
         });
@@ -113,7 +127,11 @@ pub fn keep_busy_for(
         frames.wait_idle()?;
         let spans = frames.timings().frames().last();
         let round = spans.and_then(|spans| spans.iter().find(|span| span.name == "round"));
-        rounds.extend(round.map(Span::ms));
+        // What a copy takes.
+        rounds.extend(round.map(|round| round.ms() / copies as f64));
+        copies = rounds.last().map_or(1, |&ms| {
+            ((ROUND_MS / ms.max(1e-6)) as usize).clamp(1, MOST_COPIES)
+        });
         let elapsed = begun.elapsed();
         let is_steady = is_steady(&rounds);
         if elapsed >= time.end || (elapsed >= time.start && is_steady) {
@@ -143,13 +161,32 @@ mod tests {
     /// Catches a device that is taken for steady while its clock still rises, and one that is never steady.
     #[test]
     fn a_device_is_steady_once_its_rounds_agree() {
-        assert!(!is_steady(&[1.0, 1.0, 1.0]));
-        assert!(is_steady(&[9.0, 1.0, 1.01, 1.0, 1.02]));
-        assert!(!is_steady(&[1.0, 1.0, 1.0, 1.0, 1.03]));
-        let rises: Vec<f64> = (0..40)
-            .map(|round| 1.0 + 2.0 * 0.8_f64.powi(round))
-            .collect();
+        assert!(!is_steady(&[1.0; 7]));
+        let mut rounds = vec![9.0, 1.0, 1.01, 1.0, 1.02, 1.0, 1.0, 1.01, 1.0];
+        assert!(is_steady(&rounds));
+        rounds.push(1.03);
+        assert!(!is_steady(&rounds));
+        let rises: Vec<f64> = (0..60).map(|k| 1.0 + 2.0 * 0.8_f64.powi(k)).collect();
         let steady = (0..rises.len()).find(|&end| is_steady(&rises[..end]));
-        assert!(steady.is_some_and(|end| rises[end] < 1.05), "{steady:?}");
+        assert!(steady.is_some_and(|end| rises[end] < 1.02), "{steady:?}");
+        let slowly: Vec<f64> = (0..60).map(|k| 0.997_f64.powi(k)).collect();
+        assert!((0..slowly.len()).all(|end| !is_steady(&slowly[..end])));
+    }
+
+    /// Catches a yardstick that is the slower one of the two ways.
+    #[test]
+    fn the_faster_way_to_copy_counts() {
+        let of = |ms: f64| {
+            Some(CopyBandwidth {
+                size_in_bytes: 1 << 20,
+                runs: 1,
+                time: crate::gpu::Statistics::of(vec![ms]),
+            })
+        };
+        let by = |copies, kernel| faster(copies, kernel).map(|(_, by)| by);
+        assert_eq!(by(of(1.0), of(2.0)), Some(CopiedBy::Copies));
+        assert_eq!(by(of(2.0), of(1.0)), Some(CopiedBy::Kernel));
+        assert_eq!(by(None, of(1.0)), Some(CopiedBy::Kernel));
+        assert_eq!(by(None, None), None);
     }
 }

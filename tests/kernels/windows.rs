@@ -12,13 +12,10 @@ use myxo::sim::kernels::{
     DefragmentSwap, DefragmentSwapArgs, DefragmentSwapConstants, DefragmentSwapParams, MoveBorders,
     MoveBordersArgs, MoveBordersParams,
 };
-use myxo::sim::twin::windows::{defragment_scan, defragment_swap, move_borders};
+use myxo::sim::twin::windows::{self, defragment_scan, defragment_swap, move_borders};
 use myxo::sim::types::{Border, Flow, Motion, Particle, Transfer, Window};
 
 use crate::common::{Gpu, gpu};
-
-/// Entries that one invocation takes in these tests; a run ends within lists of any length.
-const RUN: u32 = 50;
 
 /// What an experiment begins with.
 #[derive(Clone, Copy, Debug)]
@@ -163,9 +160,15 @@ impl Ring {
 
     /// The runs of one invocation, or one for all.
     fn runs(&self, sequential: bool, entries: u32) -> Vec<(u32, u32)> {
-        let runs = (0..entries + 1).step_by(RUN as usize);
+        // Runs that end within short lists, too.
+        let run = if self.case.particles > 10_000 {
+            windows::RUN
+        } else {
+            50
+        };
+        let runs = (0..entries + 1).step_by(run as usize);
         if sequential {
-            runs.map(|first| (first, RUN)).collect()
+            runs.map(|first| (first, run)).collect()
         } else {
             vec![(0, 1)]
         }
@@ -354,7 +357,7 @@ fn texels<T: bytemuck::Pod>(buffer: &Buffer<T>, components: usize) -> Texels<u32
 #[test]
 fn the_kernels_of_windows_agree_with_their_twins() {
     let Some(gpu) = gpu() else { return };
-    // More rounds of one invocation than a loop has on lavapipe, at the end.
+    // As many candidates as several runs of one invocation take.
     let large = Case {
         particles: 90_001,
         objects: 5,
@@ -366,9 +369,6 @@ fn the_kernels_of_windows_agree_with_their_twins() {
     let some = cases().into_iter().filter(|case| case.share > 0.0);
     for (k, case) in some.step_by(5).chain([large]).enumerate() {
         for sequential in [false, true] {
-            if sequential && case.particles > 10_000 {
-                continue;
-            }
             let mut ring = Ring::new(case);
             for step in 0..2 {
                 ring.change_objects(step);
@@ -377,6 +377,105 @@ fn the_kernels_of_windows_agree_with_their_twins() {
             }
         }
         assert!(k < 60, "these take a while");
+    }
+    gpu.finish();
+}
+
+/// One particle goes half round the ring, with lists of 16: each border between moves, and lists of particles that are displaced
+/// have room for more than transfers.
+#[test]
+fn a_transfer_between_far_objects_displaces_one_particle_at_each_border() {
+    let Some(gpu) = gpu() else { return };
+    let case = Case {
+        particles: 6400,
+        objects: 64,
+        share: 0.0,
+        all_on: None,
+        all_to: None,
+        seed: 3,
+    };
+    for sequential in [false, true] {
+        let mut ring = Ring::new(case);
+        ring.particle_indices.truncate(16);
+        ring.transfers.truncate(16);
+        let slot = ring.windows[0].start;
+        ring.particles[slot as usize].triangle = 32;
+        ring.particle_indices[0] = slot;
+        ring.transfers[0] = Transfer {
+            particle: slot,
+            source: 0,
+            target: 32,
+            ..Transfer::default()
+        };
+        ring.flow.leaving = 1;
+        ring.borders[0].left = 1;
+        ring.borders[32].came = 1;
+        step_by_kernels(&gpu, &mut ring, sequential);
+        ring.check();
+        let strays: u32 = ring.borders.iter().map(|border| border.strays).sum();
+        assert_eq!(strays, 33);
+    }
+    gpu.finish();
+}
+
+/// Catches sums that leave 32 bits: with as many particles as any device could hold, and more objects than a group has invocations.
+#[test]
+fn borders_of_the_largest_rings_move_as_those_of_the_twin() {
+    let Some(gpu) = gpu() else { return };
+    let ctx = &gpu.ctx;
+    let pipeline = Pipeline::<MoveBorders>::new(ctx, &()).unwrap();
+    let ring = 1_u32 << 30;
+    for objects in [2, 3, 64, 1000] {
+        for (seed, most) in [(1, 5), (2, ring / objects), (3, ring / objects)] {
+            let draw = |i: u32, k: usize| random(seed, i, objects, Purpose::Start)[k];
+            let each = ring / objects;
+            let mut windows: Vec<Window> = (0..objects)
+                .map(|i| Window {
+                    start: 0,
+                    count: each + u32::from(i < ring % objects),
+                })
+                .collect();
+            let mut start = ring - 7;
+            for window in &mut windows {
+                window.start = start;
+                start = Window::slot(start, window.count, ring);
+            }
+            let mut borders = vec![Border::default(); objects as usize];
+            // As many come as leave.
+            for i in 0..objects {
+                let left = draw(i, 0) % (most + 1);
+                borders[i as usize].left = left;
+                borders[(draw(i, 1) % objects) as usize].came += left;
+            }
+            let mut flow = Flow::default();
+            let mut groups = vec![DispatchGroups::of(0, 64); 5];
+            let params = MoveBordersParams {
+                object_count: objects,
+                particle_count: ring,
+                scan_group: 64,
+                swap_group: 64,
+            };
+            let flow_buffer = buffer(ctx, "flow", &[flow]);
+            let windows_buffer = buffer(ctx, "windows", &windows);
+            let borders_buffer = buffer(ctx, "borders", &borders);
+            let groups_buffer = buffer(ctx, "groups", &groups);
+            gpu.run(|rec| {
+                let args = MoveBordersArgs {
+                    flow: &flow_buffer,
+                    windows: &windows_buffer,
+                    borders: &borders_buffer,
+                    groups: &groups_buffer,
+                };
+                rec.dispatch(&pipeline, Threads(1), args, params);
+            });
+            move_borders(&params, &mut flow, &mut windows, &mut borders, &mut groups);
+            let what = format!("{objects} objects, seed {seed}");
+            assert_eq!(ctx.download(&flow_buffer).unwrap(), [flow], "{what}");
+            assert_eq!(ctx.download(&windows_buffer).unwrap(), windows, "{what}");
+            assert_eq!(ctx.download(&borders_buffer).unwrap(), borders, "{what}");
+            let all: u64 = windows.iter().map(|w| u64::from(w.count)).sum();
+            assert_eq!(all, u64::from(ring), "{what}");
+        }
     }
     gpu.finish();
 }

@@ -36,7 +36,7 @@ fn copy_words_agrees_with_its_twin() {
     gpu.finish();
 }
 
-/// Catches a yardstick that is the slower one of the two ways, and a device that is kept busy for ever.
+/// Catches copies that are not measured, and a device that is kept busy for ever.
 #[test]
 fn copies_are_measured_and_the_device_is_kept_busy_for_a_time() {
     let Some(gpu) = gpu() else { return };

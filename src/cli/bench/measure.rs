@@ -212,7 +212,12 @@ impl Rig {
         let warmup = steps(budget.warmup, 0, budget.warmup_time, &mut frames)?;
         frames.timings_mut().clear();
         // What was set up on the host has left the device idle.
-        keep_busy(&self.ctx)?;
+        if keep_busy(&self.ctx)?.is_some_and(|kept| !kept.is_steady) {
+            let name = measured.case.name();
+            progress.say(&format!(
+                "{name}: the times of the card were not steady after 3 s; those of this case may be of a low clock"
+            ));
+        }
         watch.begin();
         let done = steps(budget.steps, SORT_INTERVAL as u32, budget.time, &mut frames);
         watch.end();

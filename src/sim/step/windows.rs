@@ -20,8 +20,8 @@ use crate::sim::state::State;
 use crate::sim::types::{Border, Flow, Motion, Particle, Transfer, Window};
 use crate::sim::work::{Call, StepKernel};
 
-/// Entries that one invocation takes: beside them it goes through the windows once.
-const RUN: u32 = ROUNDS / 2;
+/// Entries that one invocation takes, each by a round of a loop and one of a loop in it; as many rounds are left for windows.
+pub const RUN: u32 = ROUNDS / 4;
 
 impl Plan<'_> {
     /// Gives each window as many slots as its object has particles now.
@@ -78,10 +78,23 @@ impl Plan<'_> {
         (0..entries).step_by(RUN as usize)
     }
 
+    /// Slots that windows get, at the most: no border goes farther than all that leave, but for rounding.
+    fn most_gained(&self) -> u32 {
+        let of_each = 2 * (u64::from(self.means.capacity) + 1);
+        let of_all = of_each * u64::from(self.object_count());
+        of_all.min(self.particle_count().into()) as u32
+    }
+
     /// Slots that may hold a particle of another object than their window's, at the most.
     #[must_use]
     pub fn most_candidates(&self) -> u32 {
-        self.particle_count().saturating_add(self.means.capacity)
+        self.most_gained().saturating_add(self.means.capacity)
+    }
+
+    /// Entries of the lists of slots that do, at the most.
+    #[must_use]
+    pub fn most_entries(&self) -> u32 {
+        self.most_candidates().min(self.particle_count())
     }
 
     fn entries_each(&self) -> u32 {
