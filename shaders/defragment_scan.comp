@@ -57,7 +57,7 @@ void main() {
     uint leaving = flow[0].leaving;
     if (i >= flow[0].gained + leaving) return;
     uint end = min(i + params.count, flow[0].gained + leaving);
-    uint object = window_of_gained(max(i, leaving) - leaving);
+    uint object = window_of(max(i, leaving) - leaving, false);
     while (i < end) {
         if (i < leaving) {
             uint slot = particle_indices[i];

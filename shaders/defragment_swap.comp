@@ -40,7 +40,7 @@ void main() {
     }
     if (i >= flow[0].entries) return;
     uint end = min(i + params.count, flow[0].entries);
-    uint object = window_of_entry(i);
+    uint object = window_of(i, true);
     while (i < end) {
         while (object + 1u < params.object_count && borders[object + 1u].list <= i) object += 1u;
         Border border = borders[object];

@@ -30,7 +30,7 @@ void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
     if ((texelFetch(motions, int(i)).w & SELECTED) == 0u) return;
-    uint key = key_of(texelFetch(particles, int(i)).w);
+    uint key = key_of(texelFetch(particles, int(i)).w, params.salt);
     if (params.is_low == 0u) {
         atomicAdd(bins[key / BINS], 1u);
     } else if (key / BINS == flow[0].limit / BINS) {

@@ -30,7 +30,7 @@ void main() {
     if (i >= params.particle_count) return;
     uvec4 motion = imageLoad(motions, int(i));
     if ((motion.w & SELECTED) == 0u) return;
-    if (key_of(texelFetch(particles, int(i)).w) <= flow[0].limit) {
+    if (key_of(texelFetch(particles, int(i)).w, params.salt) <= flow[0].limit) {
         uint place = atomicAdd(flow[0].listed, 1u);
         if (place < params.capacity) particle_indices[place] = i;
     } else {

@@ -13,7 +13,6 @@ layout(local_size_x = 256) in;
 
 layout(push_constant) uniform Params {
     uint capacity;
-    uint salt;
     uint is_low;
 } params;
 

@@ -1,7 +1,6 @@
 // limit: which selected particles leave where more are selected than the lists hold: those with the smallest keys. A key is the
 // particle's id, mixed by a bijection that is another one in each step: no two are equal, and none is always first. Twin of
 // src/sim/step/limit.rs.
-// The includer declares `params` with `salt` first.
 
 #ifndef MYXO_LIMIT
 #define MYXO_LIMIT
@@ -9,9 +8,9 @@
 // Bins of half a key.
 const uint BINS = 65536u;
 
-// The finalizer of MurmurHash3 (Appleby), a bijection.
-uint key_of(uint id) {
-    uint h = id + params.salt;
+// The finalizer of MurmurHash3 (Appleby), a bijection. The salt is that of the step.
+uint key_of(uint id, uint salt) {
+    uint h = id + salt;
     h ^= h >> 16u;
     h *= 0x85ebca6bu;
     h ^= h >> 13u;

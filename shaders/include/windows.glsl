@@ -25,28 +25,14 @@ bool has_kept(uint object, uint slot) {
     return offset >= border.front && offset < window.count - (border.gained - border.front);
 }
 
-// The window that has got the slot of number i of all that windows have got.
-uint window_of_gained(uint i) {
+// The window that has got the slot of number i of all that windows have got, or whose part of the lists has entry i.
+uint window_of(uint i, bool of_lists) {
     uint low = 0u;
     uint high = params.object_count;
     while (high - low > 1u) {
         uint middle = (low + high) / 2u;
-        if (borders[middle].first <= i) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
-}
-
-// The window whose part of the lists has entry i.
-uint window_of_entry(uint i) {
-    uint low = 0u;
-    uint high = params.object_count;
-    while (high - low > 1u) {
-        uint middle = (low + high) / 2u;
-        if (borders[middle].list <= i) {
+        uint begins = of_lists ? borders[middle].list : borders[middle].first;
+        if (begins <= i) {
             low = middle;
         } else {
             high = middle;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::UVec2;
 
 use super::behaviour::physarums;
+use super::buffers::LIMIT_BINS_COUNT;
 use super::food::scent_of;
 use super::roles::Pair;
 use super::setup::Setup;
@@ -70,7 +71,7 @@ impl TransferArrays {
             groups: [DispatchGroups::of(0, 1); 5],
             particle_indices: vec![0; lists],
             transfers: vec![Transfer::default(); lists],
-            limit_bins: vec![0; 1 << 16],
+            limit_bins: vec![0; LIMIT_BINS_COUNT as usize],
             holes: vec![0; setup.particles.len()],
             flux: state.flux.clone(),
             area_shares: area_shares(&setup.surface),

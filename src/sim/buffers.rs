@@ -239,8 +239,8 @@ macro_rules! table {
     };
 }
 
-/// Halves of the keys by which it is decided which particles leave.
-const LIMIT_BINS_COUNT: u64 = 1 << 16;
+/// Bins of half a key, of those by which it is decided which particles leave.
+pub const LIMIT_BINS_COUNT: u32 = 1 << 16;
 
 /// No larger than a storage block.
 const BLOCK: Domain = Domain::Device;
@@ -310,7 +310,7 @@ table! {
     GROUPS: DispatchGroups = "transfers.groups", BLOCK 0, |_| 5;
     PARTICLE_INDICES: u32 = "particle_indices", BLOCK 0, |n| n.transfers;
     TRANSFERS: Transfer = "transfers", BLOCK 0, |n| n.transfers;
-    LIMIT_BINS: u32 = "limit_bins", BLOCK 0, |n| if n.objects > 1 { LIMIT_BINS_COUNT } else { 1 };
+    LIMIT_BINS: u32 = "limit_bins", BLOCK 0, |n| if n.objects > 1 { LIMIT_BINS_COUNT.into() } else { 1 };
     FLUX: u32 = "flux", BLOCK 0, |n| if n.objects > 1 { n.objects * n.objects } else { 1 };
     AREA_SHARES: u32 = "area_shares", BLOCK 0, |n| n.respawn.0;
     OBJECT_TRIANGLES: UVec2 = "object_triangles", BLOCK 0, |n| n.respawn.1;

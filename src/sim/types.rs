@@ -199,7 +199,7 @@ pub struct Flow {
     pub mismatches: u32,
     /// Entries of the lists of slots and particles that are exchanged.
     pub entries: u32,
-    /// Unused.
+    /// Unused: the layout is that of checkpoints.
     pub pad0: u32,
     /// The capacity that would have done: the most particles that were selected in a step.
     pub most_wanted: u32,

@@ -45,11 +45,7 @@ fn by_twins(
             is_low,
         };
         limit_count(&count, particles, motions, flow, &mut bins);
-        let pick = LimitPickParams {
-            capacity,
-            salt,
-            is_low,
-        };
+        let pick = LimitPickParams { capacity, is_low };
         limit_pick(&pick, flow, &mut bins);
         assert!(bins.iter().all(|&bin| bin == 0));
     }
@@ -130,11 +126,7 @@ fn the_kernels_of_the_limit_agree_with_their_twins() {
                     flow: &flow_buffer,
                     bins: &bins,
                 };
-                let params = LimitPickParams {
-                    capacity,
-                    salt,
-                    is_low,
-                };
+                let params = LimitPickParams { capacity, is_low };
                 rec.dispatch(&pick_pipeline, Threads(1), args, params);
             }
             let args = LimitListArgs {

@@ -31,6 +31,16 @@ struct Case {
     seed: u32,
 }
 
+/// Many objects, of which one particle changes to another.
+const ONE_OF_MANY: Case = Case {
+    particles: 6400,
+    objects: 64,
+    share: 0.0,
+    all_on: None,
+    all_to: None,
+    seed: 3,
+};
+
 /// Particles on objects of one triangle each, and all that keeps them in windows.
 #[derive(Clone)]
 struct Ring {
@@ -135,6 +145,22 @@ impl Ring {
             }
             self.flow.leaving += 1;
         }
+    }
+
+    /// One particle changes objects.
+    fn change_one(&mut self, source: u32, target: u32) {
+        let slot = self.windows[source as usize].start;
+        self.particles[slot as usize].triangle = target;
+        self.particle_indices[0] = slot;
+        self.transfers[0] = Transfer {
+            particle: slot,
+            source,
+            target,
+            ..Transfer::default()
+        };
+        self.flow.leaving = 1;
+        self.borders[source as usize].left = 1;
+        self.borders[target as usize].came = 1;
     }
 
     fn border_params(&self) -> MoveBordersParams {
@@ -315,28 +341,9 @@ fn every_particle_ends_in_its_window() {
 /// Catches borders that move more than they have to: the ring's beginning is free.
 #[test]
 fn borders_move_as_little_as_they_can() {
-    let case = Case {
-        particles: 6400,
-        objects: 64,
-        share: 0.0,
-        all_on: None,
-        all_to: None,
-        seed: 3,
-    };
     for (source, target, most) in [(0, 32, 32), (0, 1, 1), (63, 0, 1), (0, 63, 1), (60, 4, 8)] {
-        let mut ring = Ring::new(case);
-        let slot = ring.windows[source].start;
-        ring.particles[slot as usize].triangle = target;
-        ring.particle_indices[0] = slot;
-        ring.transfers[0] = Transfer {
-            particle: slot,
-            source: source as u32,
-            target,
-            ..Transfer::default()
-        };
-        ring.flow.leaving = 1;
-        ring.borders[source].left = 1;
-        ring.borders[target as usize].came = 1;
+        let mut ring = Ring::new(ONE_OF_MANY);
+        ring.change_one(source, target);
         ring.move_borders();
         assert_eq!(ring.flow.gained, most, "{source} to {target}");
         ring.scan(false);
@@ -386,30 +393,11 @@ fn the_kernels_of_windows_agree_with_their_twins() {
 #[test]
 fn a_transfer_between_far_objects_displaces_one_particle_at_each_border() {
     let Some(gpu) = gpu() else { return };
-    let case = Case {
-        particles: 6400,
-        objects: 64,
-        share: 0.0,
-        all_on: None,
-        all_to: None,
-        seed: 3,
-    };
     for sequential in [false, true] {
-        let mut ring = Ring::new(case);
+        let mut ring = Ring::new(ONE_OF_MANY);
         ring.particle_indices.truncate(16);
         ring.transfers.truncate(16);
-        let slot = ring.windows[0].start;
-        ring.particles[slot as usize].triangle = 32;
-        ring.particle_indices[0] = slot;
-        ring.transfers[0] = Transfer {
-            particle: slot,
-            source: 0,
-            target: 32,
-            ..Transfer::default()
-        };
-        ring.flow.leaving = 1;
-        ring.borders[0].left = 1;
-        ring.borders[32].came = 1;
+        ring.change_one(0, 32);
         step_by_kernels(&gpu, &mut ring, sequential);
         ring.check();
         let strays: u32 = ring.borders.iter().map(|border| border.strays).sum();

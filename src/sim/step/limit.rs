@@ -5,6 +5,7 @@
 use crate::gpu::{DispatchGroups, Kernel as _};
 use crate::rng::{Purpose, random, seed_word};
 use crate::sim::arrays::Arrays;
+use crate::sim::buffers::LIMIT_BINS_COUNT as BINS;
 use crate::sim::kernels::{
     CloseList, CloseListArgs, CloseListParams, LimitCount, LimitCountArgs, LimitCountParams,
     LimitList, LimitListArgs, LimitListParams, LimitPick, LimitPickArgs, LimitPickParams,
@@ -68,7 +69,6 @@ impl Plan<'_> {
             constants: (),
             params: LimitPickParams {
                 capacity: self.means.capacity,
-                salt: self.salt(),
                 is_low: u32::from(half == KeyHalf::Lower),
             },
         }
@@ -174,9 +174,6 @@ impl StepKernel for LimitList {
         );
     }
 }
-
-/// Bins of half a key.
-const BINS: u32 = 1 << 16;
 
 /// The finalizer of MurmurHash3 (Appleby), a bijection.
 fn key_of(salt: u32, id: u32) -> u32 {
