@@ -31,8 +31,10 @@
 #include "types.glsl"
 #include "words.glsl"
 #include "index.glsl"
+#include "tables.glsl"
 #include "rng.glsl"
 #include "ring.glsl"
+#include "append.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -80,40 +82,40 @@ layout(push_constant) uniform Params {
 // Numbers of bindings have no order: the build takes them from here, by name.
 // Each invocation writes where it alone has read before. Texel buffers are what is read: CPU drivers gather from storage
 // buffers scalar by scalar.
-layout(rgba32ui, set = 0, binding = 0) uniform writeonly uimageBuffer particles;  // one an invocation
-layout(rgba32ui, set = 0, binding = 1) uniform writeonly uimageBuffer motions;  // one an invocation
-layout(set = 0, binding = 21) uniform usamplerBuffer particles_before;  // one an invocation
-layout(set = 0, binding = 22) uniform usamplerBuffer motions_before;  // one an invocation
-layout(set = 0, binding = 2) uniform usamplerBuffer strips;
-layout(set = 0, binding = 5) uniform samplerBuffer trail_texels;
-layout(set = 0, binding = 6) uniform usamplerBuffer previous_deposits_texels;
+WRITES(uvec4, 0) particles;  // one an invocation
+WRITES(uvec4, 1) motions;  // one an invocation
+READS(uvec4, 21) particles_before;  // one an invocation
+READS(uvec4, 22) motions_before;  // one an invocation
+READS(uvec4, 2) strips;
+READS(float, 5) trail_texels;
+READS(uint, 6) previous_deposits_texels;
 layout(std430, set = 0, binding = 7) buffer Deposits { uint deposits_block[]; };
-layout(set = 0, binding = 8) uniform usamplerBuffer corners;
-layout(set = 0, binding = 9) uniform usamplerBuffer vertices;
-layout(set = 0, binding = 10) uniform samplerBuffer poses;
-layout(set = 0, binding = 11) uniform samplerBuffer distances;
+READS(uint, 8) corners;
+READS(uvec4, 9) vertices;
+READS(vec4, 10) poses;
+READS(float, 11) distances;
 layout(std430, set = 0, binding = 13) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 14) writeonly buffer ParticleIndices { uint particle_indices[]; };
 layout(std430, set = 0, binding = 15) readonly buffer Physarums { Physarum physarums[]; };
 // For each covered texel the place across.
-layout(set = 0, binding = 16) uniform usamplerBuffer across;
-layout(set = 0, binding = 17) uniform usamplerBuffer across_triangles;
+READS(uint, 16) across;
+READS(uint, 17) across_triangles;
 // The slots of particles whose sensors must walk, of those that are near other objects, and of those that are both; how many
 // there are of each.
-layout(r32ui, set = 0, binding = 19) uniform uimageBuffer walkers;
+CHANGES(uint, 19) walkers;
 layout(std430, set = 0, binding = 20) buffer WalkerGroups { DispatchGroups walker_groups[]; };  // may be absent
 layout(std430, set = 0, binding = 23) buffer WalkerCount { uint walker_count[]; };
-layout(r32ui, set = 0, binding = 24) uniform uimageBuffer deposits_low;
-layout(r32ui, set = 0, binding = 25) uniform uimageBuffer deposits_high;
+CHANGES(uint, 24) deposits_low;
+CHANGES(uint, 25) deposits_high;
 // Trail units that sensors read more; far below zero where nobody may go.
-layout(set = 0, binding = 26) uniform samplerBuffer bias_texels;  // may be absent
+READS(float, 26) bias_texels;  // may be absent
 // Trail units that sensors read more for food and markers.
-layout(set = 0, binding = 27) uniform samplerBuffer scent_texels;  // may be absent
+READS(float, 27) scent_texels;  // may be absent
 // The food that is eaten at a texel, counted from 1; 0 for none.
-layout(set = 0, binding = 28) uniform usamplerBuffer plates_texels;  // may be absent
+READS(uint, 28) plates_texels;  // may be absent
 layout(std430, set = 0, binding = 29) buffer Meals { Meal meals[]; };  // may be absent
 // Four texels in two words.
-layout(set = 0, binding = 18) uniform usamplerBuffer surroundings;
+READS(uvec2, 18) surroundings;
 
 #include "sensing.glsl"
 #include "walkers.glsl"
@@ -139,18 +141,18 @@ void main() {
     uint i = invocation_index();
     if (SENSING == SENSORS_WALK_LISTED) {
         if (i >= walker_count[WALKING]) return;
-        i = imageLoad(walkers, walker_slot(WALKING, i)).x;
+        i = load1(walkers, walker_slot(WALKING, i));
     } else if (SENSING == SENSORS_WALK_NEAR) {
         if (i >= walker_count[WALKING_NEARBY]) return;
-        i = imageLoad(walkers, walker_slot(WALKING_NEARBY, i)).x;
+        i = load1(walkers, walker_slot(WALKING_NEARBY, i));
     } else if (SENSING == SENSORS_STRAIGHT_LISTED) {
         if (i >= walker_count[NEARBY]) return;
-        i = imageLoad(walkers, walker_slot(NEARBY, i)).x;
+        i = load1(walkers, walker_slot(NEARBY, i));
     } else if (i >= params.particle_count) {
         return;
     }
-    Particle particle = particle_of(texelFetch(particles_before, int(i)));
-    Motion motion = motion_of(texelFetch(motions_before, int(i)));
+    Particle particle = particle_of(fetch4(particles_before, i));
+    Motion motion = motion_of(fetch4(motions_before, i));
     uint fed = FOOD ? motion.flags >> FED_SHIFT : 0u;
     uint flags = 0u;
     // Where no object has values of its own, all read the same row.
@@ -238,7 +240,7 @@ void main() {
         }
     }
 
-    imageStore(particles, int(i), words_of(Particle(w.triangle, w.u, w.v, particle.id)));
+    store4(particles, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
     vec2 position = walked_position(w);
     uint texel = texel_at(position, params.pitch);
     if (FOOD) {
@@ -258,10 +260,10 @@ void main() {
         // Gutters are rounded, so that what is equal beyond reach may seem to change.
         precise float less = before - ROUNDING * abs(before);
         if (now < params.transfer_threshold && now < less) {
-            uint place = atomicAdd(flow[0].wanted, 1u);
+            append_to(flow[0].wanted, place)
             if (place < params.transfer_capacity) particle_indices[place] = i;
             flags |= SELECTED;
         }
     }
-    imageStore(motions, int(i), words_of(Motion(w.heading.x, w.heading.y, min(pending, own.speed), flags)));
+    store4(motions, i, words_of(Motion(w.heading.x, w.heading.y, min(pending, own.speed), flags)));
 }

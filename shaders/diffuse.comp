@@ -11,6 +11,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "index.glsl"
+#include "tables.glsl"
 #include "texels.glsl"
 
 layout(local_size_x = 64) in;
@@ -28,14 +29,14 @@ layout(push_constant) uniform Params {
     float tiny;          // below this a value is zero: denormals are slow, and nobody sees them
 } params;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer blocks;  // their first quads
-layout(set = 0, binding = 1) uniform samplerBuffer trail_quads;
-layout(set = 0, binding = 2) uniform usamplerBuffer deposits_quads;
-layout(set = 0, binding = 3) uniform samplerBuffer density_quads;
+READS(uint, 0) blocks;  // their first quads
+READS(vec4, 1) trail_quads;
+READS(uvec4, 2) deposits_quads;
+READS(vec4, 3) density_quads;
 layout(std430, set = 0, binding = 4) writeonly buffer NextTrail { vec4 next_trail_block[]; };
 layout(std430, set = 0, binding = 5) writeonly buffer PreviousDeposits { uvec4 previous_deposits_block[]; };
-layout(rgba32f, set = 0, binding = 6) uniform writeonly imageBuffer next_trail_quads;
-layout(rgba32ui, set = 0, binding = 7) uniform writeonly uimageBuffer previous_deposits_quads;
+WRITES(vec4, 6) next_trail_quads;
+WRITES(uvec4, 7) previous_deposits_quads;
 
 // Four texels, moved by `DISTANCE` to the left and to the right, from the four before and after.
 vec4 from_left(vec4 before, vec4 here) {
@@ -81,7 +82,7 @@ void main() {
     if (i >= params.lane_count) return;
     uint last = params.quad_count - 1u;
     uint reach = uint(DISTANCE) * params.quads_a_row;
-    uint quad = texelFetch(blocks, int(i / 4u)).x + i % 4u;
+    uint quad = fetch1(blocks, i / 4u) + i % 4u;
     uint up = max(quad, reach) - reach;
     vec4 above = row_sum(up, quad_of(trail, up));
     uint at = min(quad, last);

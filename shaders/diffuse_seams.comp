@@ -7,6 +7,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "index.glsl"
+#include "tables.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -21,13 +22,13 @@ layout(push_constant) uniform Params {
 } params;
 
 // Two texels a row: the texel, its first two pairs, its first two deposits, their end; the mask, the conductance, the density.
-layout(set = 0, binding = 0) uniform usamplerBuffer rows;  // two an invocation
+READS(uvec4, 0) rows;  // two an invocation
 // Two entries a texel: a texel and its conductance or share, twice.
-layout(set = 0, binding = 1) uniform usamplerBuffer entries;
-layout(set = 0, binding = 2) uniform samplerBuffer trail_texels;
-layout(set = 0, binding = 3) uniform usamplerBuffer deposits_texels;
-layout(r32f, set = 0, binding = 4) uniform writeonly imageBuffer next_trail_low;
-layout(r32f, set = 0, binding = 5) uniform writeonly imageBuffer next_trail_high;
+READS(uvec4, 1) entries;
+READS(float, 2) trail_texels;
+READS(uint, 3) deposits_texels;
+WRITES(float, 4) next_trail_low;
+WRITES(float, 5) next_trail_high;
 
 #include "texels.glsl"
 
@@ -49,8 +50,8 @@ float more_at(uint mask, uint bit, uint neighbour, uint texel, float here) {
 void main() {
     uint i = invocation_index();
     if (i >= params.row_count) return;
-    uvec4 row = texelFetch(rows, int(2u * i));
-    uvec4 more = texelFetch(rows, int(2u * i + 1u));
+    uvec4 row = fetch4(rows, 2u * i);
+    uvec4 more = fetch4(rows, 2u * i + 1u);
     uint texel = row.x;
     float here = trail_at(texel);
     uint above = texel - params.reach_down;
@@ -70,7 +71,7 @@ void main() {
     // there; what is found by a branch is kept by those who have left, also where a device runs on for others.
     while (true) {
         if (next < row.z) {
-            uvec4 two = texelFetch(entries, int(next));
+            uvec4 two = fetch4(entries, next);
             across += uintBitsToFloat(two.y) * (trail_at(two.x) - here);
             across += uintBitsToFloat(two.w) * (trail_at(two.z) - here);
             next++;
@@ -81,7 +82,7 @@ void main() {
     precise float counted = deposits_at(texel);
     while (true) {
         if (next < row.w) {
-            uvec4 two = texelFetch(entries, int(next));
+            uvec4 two = fetch4(entries, next);
             counted += uintBitsToFloat(two.y) * deposits_at(two.x);
             counted += uintBitsToFloat(two.w) * deposits_at(two.z);
             next++;

@@ -8,6 +8,8 @@
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
 #include "index.glsl"
+#include "tables.glsl"
+#include "append.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -26,19 +28,19 @@ layout(push_constant) uniform Params {
     float sight;               // the same of which sensors that walk may get to where it is covered
 } params;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer listed;
-layout(set = 0, binding = 1) uniform usamplerBuffer pairs;
-layout(set = 0, binding = 2) uniform usamplerBuffer samples;
-layout(set = 0, binding = 3) uniform usamplerBuffer faces;
-layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
-layout(set = 0, binding = 5) uniform usamplerBuffer corners;
+READS(uvec4, 0) listed;
+READS(uvec4, 1) pairs;
+READS(uvec4, 2) samples;
+READS(uvec4, 3) faces;
+READS(uvec4, 4) pseudonormals;
+READS(uint, 5) corners;
 layout(std430, set = 0, binding = 6) writeonly buffer Distances { float distances[]; };
 layout(std430, set = 0, binding = 7) writeonly buffer Nearest { uint nearest[]; };
-layout(set = 0, binding = 8) uniform usamplerBuffer nodes;
-layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
-layout(set = 0, binding = 10) uniform usamplerBuffer hints;
+READS(uvec4, 8) nodes;
+READS(uvec4, 9) dipoles;
+READS(uint, 10) hints;
 
-layout(set = 0, binding = 11) uniform usamplerBuffer candidates;
+READS(uvec4, 11) candidates;
 layout(std430, set = 0, binding = 12) readonly buffer ListedGroups { DispatchGroups listed_groups[]; };
 // Which invocations have found covered places.
 layout(std430, set = 0, binding = 13) writeonly buffer Covered { uint covered[]; };
@@ -63,9 +65,9 @@ Found nearest_of(uint first, uint end, vec3 place) {
     Found best = Found(NONE, NONE, vec4(0.0, 0.0, FAR, 0.0));
     uvec4 four;
     for (uint k = first; k < end; k++) {
-        if (k == first || k % 4u == 0u) four = texelFetch(candidates, int(k / 4u));
+        if (k == first || k % 4u == 0u) four = fetch4(candidates, k / 4u);
         uint slot = four[k % 4u];
-        uvec4 corner = texelFetch(faces, int(3u * slot));
+        uvec4 corner = fetch4(faces, 3u * slot);
         precise vec3 way = place - uintBitsToFloat(corner.xyz);
         vec4 point = nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u));
         if (is_nearer(point.z, corner.w, best.point.z, best.triangle)) {
@@ -88,7 +90,7 @@ Found nearest_in_tree(ObjectPair pair, vec3 place, uint hint, float bound) {
 uint next_to_look_at(ListedTile tile, uint p, inout float least, inout uint triangle) {
     bool is_told = true;
     while (is_told && p < tile.pair_count) {
-        uint hint = p < tile.told ? texelFetch(hints, int(tile.tile * params.hint_count + p)).x : TILE_UNKNOWN;
+        uint hint = p < tile.told ? fetch1(hints, tile.tile * params.hint_count + p) : TILE_UNKNOWN;
         bool is_least = hint == TILE_INSIDE && -params.reach < least;
         least = is_least ? -params.reach : least;
         triangle = is_least ? NONE : triangle;
@@ -112,7 +114,7 @@ void main() {
     // at have one.
     uint p = next_to_look_at(tile, 0u, least, triangle);
     while (p < tile.pair_count) {
-        uint hint = p < tile.told ? texelFetch(hints, int(tile.tile * params.hint_count + p)).x : TILE_UNKNOWN;
+        uint hint = p < tile.told ? fetch1(hints, tile.tile * params.hint_count + p) : TILE_UNKNOWN;
         ObjectPair pair = pair_at(tile.first_pair + p);
         vec3 place = place_in_other(pair, here.position);
         // What lies in a closed object may be inside, however deep.

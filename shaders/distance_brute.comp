@@ -8,6 +8,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
 #include "index.glsl"
+#include "tables.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -23,13 +24,13 @@ layout(push_constant) uniform Params {
 layout(std430, set = 0, binding = 0) readonly buffer Jobs { DistanceJob jobs[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Pairs { ObjectPair pairs[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Samples { SurfaceSample samples[]; };
-layout(set = 0, binding = 3) uniform usamplerBuffer faces;
-layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
-layout(set = 0, binding = 5) uniform usamplerBuffer corners;
+READS(uvec4, 3) faces;
+READS(uvec4, 4) pseudonormals;
+READS(uint, 5) corners;
 layout(std430, set = 0, binding = 6) writeonly buffer Distances { float distances[]; };
 layout(std430, set = 0, binding = 7) writeonly buffer Nearest { uint nearest[]; };
-layout(set = 0, binding = 8) uniform usamplerBuffer nodes;
-layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
+READS(uvec4, 8) nodes;
+READS(uvec4, 9) dipoles;
 
 #include "candidate.glsl"
 #include "jobs.glsl"

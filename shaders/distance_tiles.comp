@@ -11,6 +11,8 @@
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
 #include "index.glsl"
+#include "tables.glsl"
+#include "append.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -26,14 +28,14 @@ layout(push_constant) uniform Params {
 } params;
 
 layout(std430, set = 0, binding = 0) readonly buffer Jobs { DistanceJob jobs[]; };
-layout(set = 0, binding = 1) uniform usamplerBuffer pairs;
+READS(uvec4, 1) pairs;
 layout(std430, set = 0, binding = 2) readonly buffer Tiles { SampleTile tiles[]; };
-layout(set = 0, binding = 3) uniform usamplerBuffer faces;
-layout(set = 0, binding = 4) uniform usamplerBuffer pseudonormals;
-layout(set = 0, binding = 5) uniform usamplerBuffer corners;
+READS(uvec4, 3) faces;
+READS(uvec4, 4) pseudonormals;
+READS(uint, 5) corners;
 layout(std430, set = 0, binding = 6) writeonly buffer Hints { uint hints[]; };
-layout(set = 0, binding = 7) uniform usamplerBuffer nodes;
-layout(set = 0, binding = 8) uniform usamplerBuffer dipoles;
+READS(uvec4, 7) nodes;
+READS(uvec4, 8) dipoles;
 layout(std430, set = 0, binding = 9) writeonly buffer Candidates { uint candidates[]; };
 layout(std430, set = 0, binding = 10) buffer TileStates { uint tile_states[]; };
 layout(std430, set = 0, binding = 11) writeonly buffer Listed { ListedTile listed[]; };
@@ -90,8 +92,8 @@ bool may_be_nearest(Ball ball, vec3 way) {
 }
 
 vec3 way_from_box(vec3 place, int node) {
-    vec3 low = uintBitsToFloat(texelFetch(nodes, 2 * node).xyz);
-    vec3 high = uintBitsToFloat(texelFetch(nodes, 2 * node + 1).xyz);
+    vec3 low = uintBitsToFloat(fetch4(nodes, 2 * node).xyz);
+    vec3 high = uintBitsToFloat(fetch4(nodes, 2 * node + 1).xyz);
     return place - clamp(place, low, high);
 }
 
@@ -101,7 +103,7 @@ uint collected(uint root, Ball ball, uint first, uint room, uint first_candidate
     uint stack[GREATEST_DEPTH];
     uint top = 0u;
     uint end = first;
-    uint link = texelFetch(nodes, int(2u * root)).w;
+    uint link = fetch4(nodes, 2u * root).w;
     bool searches = true;
     while (searches) {
         // On to a leaf, as neighbours do meanwhile: devices that run both sides of every branch look at faces together then.
@@ -109,8 +111,8 @@ uint collected(uint root, Ball ball, uint first, uint room, uint first_candidate
             while (true) {
                 bool may_be_a = may_be_nearest(ball, way_from_box(ball.middle, int(link)));
                 bool may_be_b = may_be_nearest(ball, way_from_box(ball.middle, int(link + 1u)));
-                uint link_a = texelFetch(nodes, int(2u * link)).w;
-                uint link_b = texelFetch(nodes, int(2u * link + 2u)).w;
+                uint link_a = fetch4(nodes, 2u * link).w;
+                uint link_b = fetch4(nodes, 2u * link + 2u).w;
                 if (may_be_a && may_be_b) {
                     stack[top] = link_a;
                     top++;
@@ -164,7 +166,7 @@ uint next_to_search(uint p, uint end, uint first_pair, uint first_margin, uint f
     while (stays && p < end) {
         float margin = margins[first_margin + p];
         precise float left = abs(margin) - moves[first_pair + p];
-        bool is_closed = texelFetch(pairs, int(4u * (first_pair + p) + 3u)).w == 1u;
+        bool is_closed = fetch4(pairs, 4u * (first_pair + p) + 3u).w == 1u;
         stays = are_known && left > 0.0 && decides(is_closed);
         if (stays) {
             uint hint = margin < 0.0 ? TILE_INSIDE : TILE_OUTSIDE;

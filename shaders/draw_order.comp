@@ -6,10 +6,11 @@
 // Overflow: cannot happen; ids are below the number of particles, and no two particles have the same.
 #version 460
 #include "index.glsl"
+#include "tables.glsl"
 
 layout(local_size_x = 256) in;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer particles;
+READS(uvec4, 0) particles;
 layout(set = 0, binding = 1) writeonly buffer Order { uint order[]; };
 
 layout(push_constant) uniform Params {
@@ -20,6 +21,6 @@ layout(push_constant) uniform Params {
 void main() {
     uint slot = invocation_index();
     if (slot >= params.particle_count) return;
-    uint id = texelFetch(particles, int(slot)).w;
+    uint id = fetch4(particles, slot).w;
     if (id % params.stride == 0u) order[id / params.stride] = slot;
 }

@@ -8,6 +8,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "index.glsl"
+#include "tables.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -17,10 +18,10 @@ layout(push_constant) uniform Params {
 } params;
 
 // Two texels a seam: four that it is filled from; its own, and their weights.
-layout(set = 0, binding = 0) uniform usamplerBuffer seams;  // two an invocation
-layout(set = 0, binding = 1) uniform samplerBuffer trail_texels;
-layout(r32f, set = 0, binding = 2) uniform writeonly imageBuffer trail_low;
-layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer trail_high;
+READS(uvec4, 0) seams;  // two an invocation
+READS(float, 1) trail_texels;
+WRITES(float, 2) trail_low;
+WRITES(float, 3) trail_high;
 
 #include "texels.glsl"
 
@@ -28,8 +29,8 @@ void main() {
     uint i = invocation_index();
     if (i >= params.seam_count) return;
     // Four weights of 16 bits, in units of 1 / 32768.
-    uvec4 source = texelFetch(seams, int(2u * i));
-    uvec4 more = texelFetch(seams, int(2u * i + 1u));
+    uvec4 source = fetch4(seams, 2u * i);
+    uvec4 more = fetch4(seams, 2u * i + 1u);
     precise float value = float(more.y & 0xffffu) * texel_of(trail, source.x);
     value += float(more.y >> 16u) * texel_of(trail, source.y);
     value += float(more.z & 0xffffu) * texel_of(trail, source.z);

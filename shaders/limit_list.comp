@@ -8,7 +8,9 @@
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
 #include "index.glsl"
+#include "tables.glsl"
 #include "ring.glsl"
+#include "append.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -18,8 +20,8 @@ layout(push_constant) uniform Params {
     uint salt;
 } params;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer particles;
-layout(rgba32ui, set = 0, binding = 1) uniform uimageBuffer motions;
+READS(uvec4, 0) particles;
+CHANGES(uvec4, 1) motions;
 layout(std430, set = 0, binding = 2) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 3) writeonly buffer ParticleIndices { uint particle_indices[]; };
 
@@ -28,13 +30,13 @@ layout(std430, set = 0, binding = 3) writeonly buffer ParticleIndices { uint par
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
-    uvec4 motion = imageLoad(motions, int(i));
+    uvec4 motion = load4(motions, i);
     if ((motion.w & SELECTED) == 0u) return;
-    if (key_of(texelFetch(particles, int(i)).w, params.salt) <= flow[0].limit) {
-        uint place = atomicAdd(flow[0].listed, 1u);
+    if (key_of(fetch4(particles, i).w, params.salt) <= flow[0].limit) {
+        append_to(flow[0].listed, place)
         if (place < params.capacity) particle_indices[place] = i;
     } else {
         motion.w &= ~SELECTED;
-        imageStore(motions, int(i), motion);
+        store4(motions, i, motion);
     }
 }

@@ -7,6 +7,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "index.glsl"
+#include "tables.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -22,9 +23,9 @@ layout(push_constant) uniform Params {
 
 // The texel, and the bits of its weight, 0 to 1.
 layout(std430, set = 0, binding = 0) readonly buffer Dab { uvec2 dab[]; };  // one an invocation
-layout(set = 0, binding = 1) uniform samplerBuffer field_texels;
-layout(r32f, set = 0, binding = 2) uniform writeonly imageBuffer field_low;
-layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer field_high;
+READS(float, 1) field_texels;
+WRITES(float, 2) field_low;
+WRITES(float, 3) field_high;
 
 #include "texels.glsl"
 

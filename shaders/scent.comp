@@ -8,6 +8,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
 #include "index.glsl"
+#include "tables.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -21,8 +22,8 @@ layout(std430, set = 0, binding = 0) readonly buffer Scented { uvec2 scented[]; 
 // The food, and the bits of its falloff there: 1 where it is, 0 where it ends.
 layout(std430, set = 0, binding = 1) readonly buffer Whiffs { uvec2 whiffs[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Meals { Meal meals[]; };
-layout(r32f, set = 0, binding = 3) uniform writeonly imageBuffer field_low;
-layout(r32f, set = 0, binding = 4) uniform writeonly imageBuffer field_high;
+WRITES(float, 3) field_low;
+WRITES(float, 4) field_high;
 
 #include "texels.glsl"
 

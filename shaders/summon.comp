@@ -9,6 +9,7 @@
 #include "types.glsl"
 #include "words.glsl"
 #include "index.glsl"
+#include "tables.glsl"
 #include "rng.glsl"
 
 layout(local_size_x = 64) in;
@@ -24,23 +25,23 @@ layout(push_constant) uniform Params {
 layout(std430, set = 0, binding = 0) readonly buffer Places { Particle places[]; };
 // One an object: its first place, and how many it has.
 layout(std430, set = 0, binding = 1) readonly buffer PlaceRanges { uvec2 place_ranges[]; };
-layout(set = 0, binding = 2) uniform usamplerBuffer triangles;
-layout(rgba32ui, set = 0, binding = 3) uniform uimageBuffer particles;  // one an invocation
-layout(rgba32ui, set = 0, binding = 4) uniform uimageBuffer motions;  // one an invocation
+READS(uvec4, 2) triangles;
+CHANGES(uvec4, 3) particles;  // one an invocation
+CHANGES(uvec4, 4) motions;  // one an invocation
 
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
     int slot = int(i);
-    Particle particle = particle_of(imageLoad(particles, slot));
-    uint flags = imageLoad(motions, slot).w;
-    uvec2 range = place_ranges[texelFetch(triangles, int(particle.triangle)).w];
+    Particle particle = particle_of(load4(particles, slot));
+    uint flags = load4(motions, slot).w;
+    uvec2 range = place_ranges[fetch4(triangles, particle.triangle).w];
     uvec4 words = random_words(params.seed, particle.id, params.dab, PURPOSE_PAINT);
     if (range.y == 0u || unit_float(words.x) >= params.share) return;
     Particle place = places[range.x + words.y % range.y];
     float angle = 6.28318530718 * unit_float(words.z);
     // Devices may be a little off in both.
     vec2 heading = normalize(vec2(cos(angle), sin(angle)));
-    imageStore(particles, slot, words_of(Particle(place.triangle, place.u, place.v, particle.id)));
-    imageStore(motions, slot, words_of(Motion(heading.x, heading.y, 0.0, flags)));
+    store4(particles, slot, words_of(Particle(place.triangle, place.u, place.v, particle.id)));
+    store4(motions, slot, words_of(Motion(heading.x, heading.y, 0.0, flags)));
 }

@@ -5,13 +5,14 @@
 // Overflow: cannot happen; a bin can hold every texel.
 #version 460
 #include "index.glsl"
+#include "tables.glsl"
 #include "exposure.glsl"
 
 layout(local_size_x = 256) in;
 
 
-layout(set = 0, binding = 0) uniform samplerBuffer trail_texels;
-layout(set = 0, binding = 1) uniform samplerBuffer density_texels;
+READS(float, 0) trail_texels;
+READS(float, 1) density_texels;
 layout(set = 0, binding = 2) buffer Histogram { uint histogram[]; };
 
 layout(push_constant) uniform Params {

@@ -9,6 +9,7 @@
 #include "types.glsl"
 #include "words.glsl"
 #include "index.glsl"
+#include "tables.glsl"
 #include "counted.glsl"
 #include "ring.glsl"
 
@@ -24,12 +25,12 @@ layout(push_constant) uniform Params {
 layout(std430, set = 0, binding = 0) readonly buffer Transfers { Transfer transfers[]; };
 layout(std430, set = 0, binding = 1) buffer Borders { Border borders[]; };
 layout(std430, set = 0, binding = 2) buffer FlowBlock { Flow flow[]; };
-layout(rgba32ui, set = 0, binding = 3) uniform uimageBuffer particles;
-layout(rgba32ui, set = 0, binding = 4) uniform uimageBuffer motions;
-layout(set = 0, binding = 5) uniform usamplerBuffer triangles;
-layout(set = 0, binding = 6) uniform usamplerBuffer corners;
-layout(set = 0, binding = 7) uniform usamplerBuffer vertices;
-layout(set = 0, binding = 8) uniform samplerBuffer poses;
+CHANGES(uvec4, 3) particles;
+CHANGES(uvec4, 4) motions;
+READS(uvec4, 5) triangles;
+READS(uint, 6) corners;
+READS(uvec4, 7) vertices;
+READS(vec4, 8) poses;
 
 #include "transfer.glsl"
 
@@ -43,10 +44,10 @@ void main() {
         atomicAdd(borders[transfer.target].came, 1u);
     }
     int slot = int(transfer.particle);
-    Motion motion = motion_of(imageLoad(motions, slot));
+    Motion motion = motion_of(load4(motions, slot));
     Landing landing = landing_on(transfer.triangle, Flight(transfer.position, transfer.heading, transfer.normal));
-    Particle landed = Particle(transfer.triangle, landing.u, landing.v, imageLoad(particles, slot).w);
-    imageStore(particles, slot, words_of(landed));
+    Particle landed = Particle(transfer.triangle, landing.u, landing.v, load4(particles, slot).w);
+    store4(particles, slot, words_of(landed));
     Motion goes_on = Motion(landing.heading_p, landing.heading_h, motion.pending + transfer.rest, motion.flags & ~SELECTED);
-    imageStore(motions, slot, words_of(goes_on));
+    store4(motions, slot, words_of(goes_on));
 }

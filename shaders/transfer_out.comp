@@ -16,6 +16,7 @@
 #include "types.glsl"
 #include "words.glsl"
 #include "index.glsl"
+#include "tables.glsl"
 #include "counted.glsl"
 
 layout(local_size_x = 64) in;
@@ -37,26 +38,26 @@ layout(push_constant) uniform Params {
 
 layout(std430, set = 0, binding = 0) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 1) readonly buffer ParticleIndices { uint particle_indices[]; };
-layout(set = 0, binding = 2) uniform usamplerBuffer particles;
-layout(set = 0, binding = 3) uniform usamplerBuffer motions;
-layout(set = 0, binding = 4) uniform usamplerBuffer nearest;
-layout(set = 0, binding = 5) uniform usamplerBuffer strips;
+READS(uvec4, 2) particles;
+READS(uvec4, 3) motions;
+READS(uint, 4) nearest;
+READS(uvec4, 5) strips;
 layout(std430, set = 0, binding = 6) writeonly buffer Transfers { Transfer transfers[]; };
 // From each object (rows) to each.
 layout(std430, set = 0, binding = 7) buffer Flux { uint flux[]; };
-layout(set = 0, binding = 8) uniform usamplerBuffer triangles;
-layout(set = 0, binding = 9) uniform usamplerBuffer halfedges;
-layout(set = 0, binding = 10) uniform usamplerBuffer corners;
-layout(set = 0, binding = 11) uniform usamplerBuffer vertices;
-layout(set = 0, binding = 12) uniform samplerBuffer poses;
+READS(uvec4, 8) triangles;
+READS(uvec4, 9) halfedges;
+READS(uint, 10) corners;
+READS(uvec4, 11) vertices;
+READS(vec4, 12) poses;
 layout(std430, set = 0, binding = 13) readonly buffer Physarums { Physarum physarums[]; };
 layout(std430, set = 0, binding = 14) readonly buffer Roots { uint roots[]; };
-layout(set = 0, binding = 15) uniform usamplerBuffer nodes;
-layout(set = 0, binding = 16) uniform usamplerBuffer faces;
-layout(set = 0, binding = 17) uniform usamplerBuffer pseudonormals;
-layout(set = 0, binding = 18) uniform usamplerBuffer dipoles;
-layout(set = 0, binding = 19) uniform samplerBuffer poses_before;
-layout(set = 0, binding = 20) uniform samplerBuffer bias_texels;  // may be absent
+READS(uvec4, 15) nodes;
+READS(uvec4, 16) faces;
+READS(uvec4, 17) pseudonormals;
+READS(uvec4, 18) dipoles;
+READS(vec4, 19) poses_before;
+READS(float, 20) bias_texels;  // may be absent
 
 const bool WALK_CARRIES = false;
 #include "crossing.glsl"
@@ -78,7 +79,7 @@ uint nearest_triangle(vec2 position) {
     for (uint k = 0u; k < 4u; k += 1u) {
         bool right = (k & 1u) != 0u;
         bool below = (k & 2u) != 0u;
-        uint near = texelFetch(nearest, int(texel + (right ? 1u : 0u) + (below ? params.pitch : 0u))).x;
+        uint near = fetch1(nearest, texel + (right ? 1u : 0u) + (below ? params.pitch : 0u));
         precise float weight = (right ? f.x : rest.x) * (below ? f.y : rest.y);
         bool better = near != NONE && weight > most;
         found = better ? near : found;
@@ -99,7 +100,7 @@ struct Standing { Pose source_before; Pose target_before; Pose source_now; Pose 
 // Where a walker was in the target's space, at a time of the last step: 0 is its beginning, 1 its end.
 vec3 place_at(float time, Walker w, Standing standing) {
     vec2 uv = walker_uv(w);
-    uvec4 shape = texelFetch(triangles, int(w.triangle));
+    uvec4 shape = fetch4(triangles, w.triangle);
     vec3 position = position_on(shape, frame_of(w.triangle), uv.x, uv.y);
     vec3 before = place_in(standing.target_before, standing.source_before, position);
     vec3 now = place_in(standing.target_now, standing.source_now, position);
@@ -154,12 +155,12 @@ void main() {
     uint i = invocation_index();
     if (i >= params.capacity || i >= flow[0].leaving) return;
     uint slot = particle_indices[i];
-    Particle particle = particle_of(texelFetch(particles, int(slot)));
-    Motion motion = motion_of(texelFetch(motions, int(slot)));
-    uint source = texelFetch(triangles, int(particle.triangle)).w;
+    Particle particle = particle_of(fetch4(particles, slot));
+    Motion motion = motion_of(fetch4(motions, slot));
+    uint source = fetch4(triangles, particle.triangle).w;
     uint near = nearest_triangle(atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v));
     uint triangle = near == NONE ? particle.triangle : near;
-    uint target = texelFetch(triangles, int(triangle)).w;
+    uint target = fetch4(triangles, triangle).w;
     Flight from = flight_of(particle, motion);
     Flight flight = from;
     float left = 0.0;

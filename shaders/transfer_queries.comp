@@ -12,6 +12,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
 #include "index.glsl"
+#include "tables.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -23,16 +24,16 @@ layout(push_constant) uniform Params {
     uint first_vertex_normal;  // behind those of the half-edges
 } params;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer triangles;
-layout(set = 0, binding = 1) uniform usamplerBuffer halfedges;
-layout(set = 0, binding = 2) uniform usamplerBuffer corners;
-layout(set = 0, binding = 3) uniform usamplerBuffer vertices;
-layout(set = 0, binding = 4) uniform samplerBuffer poses;
+READS(uvec4, 0) triangles;
+READS(uvec4, 1) halfedges;
+READS(uint, 2) corners;
+READS(uvec4, 3) vertices;
+READS(vec4, 4) poses;
 layout(std430, set = 0, binding = 5) readonly buffer Roots { uint roots[]; };
-layout(set = 0, binding = 6) uniform usamplerBuffer nodes;
-layout(set = 0, binding = 7) uniform usamplerBuffer faces;
-layout(set = 0, binding = 8) uniform usamplerBuffer pseudonormals;
-layout(set = 0, binding = 9) uniform usamplerBuffer dipoles;
+READS(uvec4, 6) nodes;
+READS(uvec4, 7) faces;
+READS(uvec4, 8) pseudonormals;
+READS(uvec4, 9) dipoles;
 layout(std430, set = 0, binding = 10) buffer Phases { uint phases[]; };  // one an invocation
 
 const bool WALK_CARRIES = true;

@@ -8,6 +8,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
 #include "index.glsl"
+#include "tables.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -20,11 +21,11 @@ layout(push_constant) uniform Params {
     uint first_vertex_normal;  // behind those of the half-edges
 } params;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer nodes;
-layout(set = 0, binding = 1) uniform usamplerBuffer dipoles;
-layout(set = 0, binding = 2) uniform usamplerBuffer faces;
-layout(set = 0, binding = 3) uniform usamplerBuffer pseudonormals;
-layout(set = 0, binding = 4) uniform usamplerBuffer corners;
+READS(uvec4, 0) nodes;
+READS(uvec4, 1) dipoles;
+READS(uvec4, 2) faces;
+READS(uvec4, 3) pseudonormals;
+READS(uint, 4) corners;
 layout(std430, set = 0, binding = 5) buffer Queries { TreeQuery queries[]; };  // one an invocation
 
 #include "sign.glsl"

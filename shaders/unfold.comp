@@ -9,6 +9,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
 #include "index.glsl"
+#include "tables.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -29,21 +30,21 @@ layout(push_constant) uniform Params {
 } params;
 
 layout(std430, set = 0, binding = 0) readonly buffer Jobs { DistanceJob jobs[]; };
-layout(set = 0, binding = 9) uniform usamplerBuffer pairs;
-layout(set = 0, binding = 1) uniform usamplerBuffer samples;
+READS(uvec4, 9) pairs;
+READS(uvec4, 1) samples;
 layout(std430, set = 0, binding = 2) readonly buffer Owners { uint owners[]; };
-layout(set = 0, binding = 3) uniform samplerBuffer distances;
-layout(set = 0, binding = 4) uniform usamplerBuffer nearest;
-layout(set = 0, binding = 5) uniform usamplerBuffer triangles;
-layout(set = 0, binding = 6) uniform usamplerBuffer halfedges;
-layout(set = 0, binding = 7) uniform usamplerBuffer corners;
-layout(set = 0, binding = 8) uniform usamplerBuffer vertices;
-layout(set = 0, binding = 10) uniform usamplerBuffer strips;
+READS(float, 3) distances;
+READS(uint, 4) nearest;
+READS(uvec4, 5) triangles;
+READS(uvec4, 6) halfedges;
+READS(uint, 7) corners;
+READS(uvec4, 8) vertices;
+READS(uvec4, 10) strips;
 layout(std430, set = 0, binding = 11) writeonly buffer Across { uint across[]; };
 layout(std430, set = 0, binding = 12) writeonly buffer AcrossTriangles { uint across_triangles[]; };
-layout(set = 0, binding = 13) uniform usamplerBuffer listed;
+READS(uvec4, 13) listed;
 layout(std430, set = 0, binding = 14) readonly buffer Groups { DispatchGroups groups[]; };
-layout(set = 0, binding = 15) uniform usamplerBuffer covered;
+READS(uint, 15) covered;
 layout(std430, set = 0, binding = 16) buffer Surroundings { uint surroundings[]; };
 
 const bool WALK_CARRIES = false;
@@ -63,7 +64,7 @@ const float LEAST_SINE = 0.02;
 // Objects stand to each other as they did when their distances were taken.
 // The packed position, and the triangle that it is on.
 uvec2 place_across(ObjectPair pair, vec3 position, uint own_triangle, uint triangle) {
-    uvec4 shape = texelFetch(triangles, int(triangle));
+    uvec4 shape = fetch4(triangles, triangle);
     Frame frame = frame_of(triangle);
     vec3 place = place_in_other(pair, position) - frame.origin;
     vec3 normal = frame_of(own_triangle).normal;
@@ -97,7 +98,7 @@ void main() {
     uint sample_index;
     if (LISTED) {
         if (i >= groups[1].x) return;
-        uint which = texelFetch(covered, int(i)).x;
+        uint which = fetch1(covered, i);
         ListedTile tile = listed_tile(which / TILE_SAMPLES);
         first_pair = tile.first_pair;
         pair_count = tile.pair_count;
@@ -111,10 +112,10 @@ void main() {
         sample_index = job.first_sample + (i - job.first_thread);
     }
     SurfaceSample here = sample_at(sample_index);
-    uint triangle = texelFetch(nearest, int(here.texel)).x;
+    uint triangle = fetch1(nearest, here.texel);
     bool is_marked = LISTED;
     if (!is_marked) {
-        float distance = texelFetch(distances, int(here.texel)).x;
+        float distance = fetch1(distances, here.texel);
         uint marked = marks_at(distance, params.deepest, params.threshold, params.near, params.sight);
         MARK(surroundings, here.texel, marked)
         if ((marked & COVERED) == 0u) return;

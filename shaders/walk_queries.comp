@@ -9,6 +9,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
 #include "index.glsl"
+#include "tables.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -19,8 +20,8 @@ layout(push_constant) uniform Params {
     uint attempts;
 } params;
 
-layout(set = 0, binding = 0) uniform usamplerBuffer triangles;
-layout(set = 0, binding = 1) uniform usamplerBuffer halfedges;
+READS(uvec4, 0) triangles;
+READS(uvec4, 1) halfedges;
 
 const bool WALK_CARRIES = true;
 #include "walk.glsl"

@@ -11,6 +11,7 @@
 #ifndef MYXO_BVH
 #define MYXO_BVH
 
+#include "tables.glsl"
 #include "nearest.glsl"
 
 // As in src/mesh/trees/build.rs.
@@ -45,7 +46,7 @@ float slack_of(uvec4 root_low, uvec4 root_high) {
 }
 
 float slack_of_tree(uint root) {
-    return slack_of(texelFetch(nodes, int(2u * root)), texelFetch(nodes, int(2u * root + 1u)));
+    return slack_of(fetch4(nodes, 2u * root), fetch4(nodes, 2u * root + 1u));
 }
 
 // The square up to which boxes may hold a face that is nearer than a distance.
@@ -57,8 +58,8 @@ float limit_of(float distance, float slack) {
 
 // Does a place lie in the box round an object?
 bool is_in_box(uint root, vec3 place) {
-    vec3 low = uintBitsToFloat(texelFetch(nodes, int(2u * root)).xyz);
-    vec3 high = uintBitsToFloat(texelFetch(nodes, int(2u * root + 1u)).xyz);
+    vec3 low = uintBitsToFloat(fetch4(nodes, 2u * root).xyz);
+    vec3 high = uintBitsToFloat(fetch4(nodes, 2u * root + 1u).xyz);
     return all(greaterThanEqual(place, low)) && all(lessThanEqual(place, high));
 }
 
@@ -69,8 +70,8 @@ uint nearest_on(uint root, vec3 place, float reach) {
     float stack_square[GREATEST_DEPTH];
     uint top = 0u;
 
-    uvec4 low = texelFetch(nodes, int(2u * root));
-    uvec4 high = texelFetch(nodes, int(2u * root + 1u));
+    uvec4 low = fetch4(nodes, 2u * root);
+    uvec4 high = fetch4(nodes, 2u * root + 1u);
     float slack = slack_of(low, high);
     float limit = limit_of(reach, slack);
     float best_square = FAR;
@@ -83,10 +84,10 @@ uint nearest_on(uint root, vec3 place, float reach) {
         if (link < LEAF) {
             while (true) {
                 int child = int(2u * link);
-                uvec4 low_a = texelFetch(nodes, child);
-                uvec4 high_a = texelFetch(nodes, child + 1);
-                uvec4 low_b = texelFetch(nodes, child + 2);
-                uvec4 high_b = texelFetch(nodes, child + 3);
+                uvec4 low_a = fetch4(nodes, child);
+                uvec4 high_a = fetch4(nodes, child + 1);
+                uvec4 low_b = fetch4(nodes, child + 2);
+                uvec4 high_b = fetch4(nodes, child + 3);
                 float square_a = box_square(place, uintBitsToFloat(low_a.xyz), uintBitsToFloat(high_a.xyz));
                 float square_b = box_square(place, uintBitsToFloat(low_b.xyz), uintBitsToFloat(high_b.xyz));
                 bool a_first = square_a <= square_b;
@@ -104,7 +105,7 @@ uint nearest_on(uint root, vec3 place, float reach) {
         uint slot = link % LEAF;
         if (slot < end) {
             while (true) {
-                uvec4 first = texelFetch(faces, int(3u * slot));
+                uvec4 first = fetch4(faces, 3u * slot);
                 precise vec3 way = place - uintBitsToFloat(first.xyz);
                 float square = nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u)).z;
                 if (is_nearer(square, first.w, best_square, best_triangle)) {
@@ -169,8 +170,8 @@ Crossing first_crossing(uint root, vec3 from, vec3 to) {
     precise vec3 way = to - from;
     // Along an axis that the segment does not move on, it is in the slab or far outside.
     vec3 inverse = vec3(way.x == 0.0 ? FAR : 1.0 / way.x, way.y == 0.0 ? FAR : 1.0 / way.y, way.z == 0.0 ? FAR : 1.0 / way.z);
-    uvec4 root_low = texelFetch(nodes, int(2u * root));
-    uvec4 root_high = texelFetch(nodes, int(2u * root + 1u));
+    uvec4 root_low = fetch4(nodes, 2u * root);
+    uvec4 root_high = fetch4(nodes, 2u * root + 1u);
     vec3 slack = vec3(slack_of(root_low, root_high));
     uint link = root_low.w;
     bool searches = entry_of(from, inverse, uintBitsToFloat(root_low.xyz) - slack, uintBitsToFloat(root_high.xyz) + slack) < FAR;
@@ -178,10 +179,10 @@ Crossing first_crossing(uint root, vec3 from, vec3 to) {
         if (link < LEAF) {
             while (true) {
                 int child = int(2u * link);
-                uvec4 low_a = texelFetch(nodes, child);
-                uvec4 high_a = texelFetch(nodes, child + 1);
-                uvec4 low_b = texelFetch(nodes, child + 2);
-                uvec4 high_b = texelFetch(nodes, child + 3);
+                uvec4 low_a = fetch4(nodes, child);
+                uvec4 high_a = fetch4(nodes, child + 1);
+                uvec4 low_b = fetch4(nodes, child + 2);
+                uvec4 high_b = fetch4(nodes, child + 3);
                 float entry_a = entry_of(from, inverse, uintBitsToFloat(low_a.xyz) - slack, uintBitsToFloat(high_a.xyz) + slack);
                 float entry_b = entry_of(from, inverse, uintBitsToFloat(low_b.xyz) - slack, uintBitsToFloat(high_b.xyz) + slack);
                 bool a_first = entry_a <= entry_b;
@@ -200,7 +201,7 @@ Crossing first_crossing(uint root, vec3 from, vec3 to) {
         uint slot = link % LEAF;
         if (slot < end) {
             while (true) {
-                uvec4 first = texelFetch(faces, int(3u * slot));
+                uvec4 first = fetch4(faces, 3u * slot);
                 vec3 ab = face_word(slot, 1u);
                 vec3 ac = face_word(slot, 2u);
                 precise vec3 start = from - uintBitsToFloat(first.xyz);

@@ -5,10 +5,11 @@
 #ifndef MYXO_DISTANCES
 #define MYXO_DISTANCES
 
+#include "tables.glsl"
 #include "bilinear.glsl"
 
 float distances_of(uint texel) {
-    return texelFetch(distances, int(texel)).x;
+    return fetch1(distances, texel);
 }
 
 // Bilinear over the four texels around, gutter texels among them.

@@ -7,14 +7,16 @@
 #include "bilinear.glsl"
 #include "texels.glsl"
 
-// Bilinear over the four texels around. Gutter texels are filled, so no triangle needs its neighbours' texels.
-float field_at(samplerBuffer field_texels, vec2 position, uint pitch) {
-    Blend blend = blend_at(position, pitch);
-    uint texel = blend.texel;
-    vec4 values = vec4(
-        texel_of(field, texel), texel_of(field, texel + 1u),
-        texel_of(field, texel + pitch), texel_of(field, texel + pitch + 1u));
-    return blended(values, blend.way);
-}
+// Declares the function NAME_at, bilinear over the four texels around. Gutter texels are filled, so no triangle needs its
+// neighbours' texels.
+#define FIELD(name) \
+    float name##_at(vec2 position, uint pitch) { \
+        Blend blend = blend_at(position, pitch); \
+        uint texel = blend.texel; \
+        vec4 values = vec4( \
+            texel_of(name, texel), texel_of(name, texel + 1u), \
+            texel_of(name, texel + pitch), texel_of(name, texel + pitch + 1u)); \
+        return blended(values, blend.way); \
+    }
 
 #endif

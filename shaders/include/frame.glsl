@@ -4,14 +4,15 @@
 #ifndef MYXO_FRAME
 #define MYXO_FRAME
 
+#include "tables.glsl"
 #include "direction.glsl"
 
 // A triangle's corner A, the axes of its tangent frame and its unit normal, object space.
 struct Frame { vec3 origin; vec3 p; vec3 h; vec3 normal; };
 
 vec3 corner_position(uint triangle, uint corner) {
-    uint vertex = texelFetch(corners, int(3u * triangle + corner)).x;
-    return uintBitsToFloat(texelFetch(vertices, int(vertex)).xyz);
+    uint vertex = fetch1(corners, 3u * triangle + corner);
+    return uintBitsToFloat(fetch4(vertices, vertex).xyz);
 }
 
 Frame frame_of(uint triangle) {

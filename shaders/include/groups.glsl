@@ -1,6 +1,6 @@
 // groups: lists whose entries the kernel of an indirect dispatch works on. The first of `groups` is the dispatch, the second
 // counts entries.
-// The includer declares `groups` first, in a storage block.
+// The includer declares `groups` first, in a storage block, and includes append.glsl.
 
 #ifndef MYXO_GROUPS
 #define MYXO_GROUPS
@@ -10,7 +10,7 @@ const uint GROUPS_A_ROW = 65535u;
 
 // The place of one more entry in the list, of which a group takes `in_group`.
 uint appended(uint in_group) {
-    uint place = atomicAdd(groups[1].x, 1u);
+    append_to(groups[1].x, place)
     if (place % in_group == 0u) {
         uint group = place / in_group;
         atomicMax(groups[0].x, min(group + 1u, GROUPS_A_ROW));

@@ -5,14 +5,15 @@
 #ifndef MYXO_LISTED
 #define MYXO_LISTED
 
+#include "tables.glsl"
 ListedTile listed_tile(uint place) {
-    uvec4 first = texelFetch(listed, int(2u * place));
-    uvec4 second = texelFetch(listed, int(2u * place + 1u));
+    uvec4 first = fetch4(listed, 2u * place);
+    uvec4 second = fetch4(listed, 2u * place + 1u);
     return ListedTile(first.x, first.y, first.z, first.w, second.x, second.y, 0u, 0u);
 }
 
 SurfaceSample sample_at(uint i) {
-    uvec4 word = texelFetch(samples, int(i));
+    uvec4 word = fetch4(samples, i);
     return SurfaceSample(uintBitsToFloat(word.xyz), word.w);
 }
 

@@ -5,13 +5,14 @@
 #ifndef MYXO_LIT
 #define MYXO_LIT
 
+#include "tables.glsl"
 // The share of the sky that is left beside the nearest other object.
 float open_beside_others(vec2 texel) {
     if (params.reach == 0.0) return 1.0;
     Taps taps = taps_at(texel);
     vec4 there = vec4(
-        texelFetch(distances, int(taps.texels.x)).x, texelFetch(distances, int(taps.texels.y)).x,
-        texelFetch(distances, int(taps.texels.z)).x, texelFetch(distances, int(taps.texels.w)).x);
+        fetch1(distances, taps.texels.x), fetch1(distances, taps.texels.y),
+        fetch1(distances, taps.texels.z), fetch1(distances, taps.texels.w));
     return open_at(between(there, taps.weight), params.reach);
 }
 

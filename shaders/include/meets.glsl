@@ -5,13 +5,14 @@
 #ifndef MYXO_MEETS
 #define MYXO_MEETS
 
+#include "tables.glsl"
 #include "bvh.glsl"
 
 // May a triangle in the ball round `centre`, in the other object's space, have places whose distance to a triangle in
 // the ball `other_bound` is told? Beyond reach only places in the other's box have a side. A little more is for rounding.
 bool meet(uint root, vec3 centre, float radius, vec4 other_bound, float reach, float farthest) {
-    uvec4 low = texelFetch(nodes, int(2u * root));
-    uvec4 high = texelFetch(nodes, int(2u * root + 1u));
+    uvec4 low = fetch4(nodes, 2u * root);
+    uvec4 high = fetch4(nodes, 2u * root + 1u);
     float slack = 4.0 * slack_of(low, high);
     precise float to_box = 1.001 * radius + slack;
     bool may_be_inside = box_square(centre, uintBitsToFloat(low.xyz), uintBitsToFloat(high.xyz)) <= to_box * to_box;

@@ -4,6 +4,7 @@
 #ifndef MYXO_NEAREST
 #define MYXO_NEAREST
 
+#include "tables.glsl"
 // What of a triangle is nearest: its inside, an edge (by its first corner) or a corner.
 const uint FEATURE_FACE = 0u;
 const uint FEATURE_EDGE = 1u;
@@ -80,11 +81,11 @@ vec4 nearest_in_face(vec3 way, vec3 ab, vec3 ac) {
 }
 
 vec3 face_word(uint slot, uint k) {
-    return uintBitsToFloat(texelFetch(faces, int(3u * slot + k)).xyz);
+    return uintBitsToFloat(fetch4(faces, 3u * slot + k).xyz);
 }
 
 uint triangle_of(uint slot) {
-    return texelFetch(faces, int(3u * slot)).w;
+    return fetch4(faces, 3u * slot).w;
 }
 
 // Is a face nearer than the nearest so far? Of equally near ones it is the one with the lowest triangle, so that the

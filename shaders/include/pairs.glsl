@@ -5,12 +5,13 @@
 #ifndef MYXO_PAIRS
 #define MYXO_PAIRS
 
+#include "tables.glsl"
 ObjectPair pair_at(uint p) {
-    uvec4 rest = texelFetch(pairs, int(4u * p + 3u));
+    uvec4 rest = fetch4(pairs, 4u * p + 3u);
     return ObjectPair(
-        uintBitsToFloat(texelFetch(pairs, int(4u * p))),
-        uintBitsToFloat(texelFetch(pairs, int(4u * p + 1u))),
-        uintBitsToFloat(texelFetch(pairs, int(4u * p + 2u))),
+        uintBitsToFloat(fetch4(pairs, 4u * p)),
+        uintBitsToFloat(fetch4(pairs, 4u * p + 1u)),
+        uintBitsToFloat(fetch4(pairs, 4u * p + 2u)),
         rest.x, rest.y, rest.z, rest.w);
 }
 

@@ -5,11 +5,12 @@
 #ifndef MYXO_PLACED
 #define MYXO_PLACED
 
+#include "tables.glsl"
 #include "types.glsl"
 #include "pose_table.glsl"
 
 Vertex vertex_of(uint corner) {
-    uvec4 words = texelFetch(vertices, int(texelFetch(corners, int(corner)).x));
+    uvec4 words = fetch4(vertices, fetch1(corners, corner));
     return Vertex(uintBitsToFloat(words.xyz), words.w);
 }
 

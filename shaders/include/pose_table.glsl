@@ -1,15 +1,14 @@
-// pose_table: how objects stand, out of a texel buffer: CPU drivers gather from storage buffers scalar by scalar.
-// The includer declares `poses` first: three texels a pose.
+// pose_table: how objects stand.
+// The includer declares `poses` first, a table of vec4: three a pose.
 
 #ifndef MYXO_POSE_TABLE
 #define MYXO_POSE_TABLE
 
+#include "tables.glsl"
 #include "types.glsl"
 
-Pose pose_in(samplerBuffer table, uint object) {
-    int first = int(3u * object);
-    return Pose(texelFetch(table, first), texelFetch(table, first + 1), texelFetch(table, first + 2));
-}
+#define pose_in(table, object) \
+    Pose(fetch4(table, 3u * (object)), fetch4(table, 3u * (object) + 1u), fetch4(table, 3u * (object) + 2u))
 
 Pose pose_of(uint object) {
     return pose_in(poses, object);

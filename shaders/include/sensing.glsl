@@ -5,6 +5,7 @@
 #ifndef MYXO_SENSING
 #define MYXO_SENSING
 
+#include "tables.glsl"
 #include "strip.glsl"
 #include "field.glsl"
 #include "distances.glsl"
@@ -19,6 +20,10 @@ layout(constant_id = 51) const bool FAVOURITE_DENSITY = false;
 layout(constant_id = 52) const bool GRAVITY = false;
 layout(constant_id = 53) const bool DECROWDING = false;
 layout(constant_id = 54) const bool DISTANCE = false;
+
+FIELD(trail)
+FIELD(bias)
+FIELD(scent)
 
 // What particles do on the object that this one is on.
 Physarum own;
@@ -54,14 +59,14 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
         uint texel = texel_at(position, params.pitch);
         float distance = distances_of(texel);
         bool is_covered = from_open && params.deepest < distance && distance < params.transfer_threshold;
-        uint beyond = is_covered ? texelFetch(across, int(texel)).x : NONE;
+        uint beyond = is_covered ? fetch1(across, texel) : NONE;
         position = beyond == NONE ? position : unpacked_position(beyond, params.pitch);
         if (GRAVITY && beyond != NONE) {
-            triangle = texelFetch(across_triangles, int(texel)).x;
+            triangle = fetch1(across_triangles, texel);
             uv = weights_at(atlas_map_of(triangle), position);
         }
     }
-    precise float value = field_at(trail_texels, position, params.pitch);
+    precise float value = trail_at(position, params.pitch);
     if (FAVOURITE_DENSITY && own.favourite_density > 0.0) {
         value = -abs(value - own.favourite_density);
     }
@@ -75,11 +80,11 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
         value += own.distance_weight * distance_at(position, params.pitch);
     }
     if (PAINTED) {
-        value += field_at(bias_texels, position, params.pitch);
+        value += bias_at(position, params.pitch);
     }
     if (FOOD) {
         // What repels does so whoever has eaten.
-        float smelled = field_at(scent_texels, position, params.pitch);
+        float smelled = scent_at(position, params.pitch);
         value += smelled > 0.0 ? own_appetite * smelled : smelled;
     }
     return value;
@@ -110,7 +115,7 @@ mat2 texels_from_frame_of(uint triangle, AtlasMap map) {
 
 uint around(vec2 position) {
     uint texel = texel_at(position, params.pitch);
-    uvec2 words = texelFetch(surroundings, int(texel >> 2u)).xy;
+    uvec2 words = fetch2(surroundings, texel >> 2u);
     return surroundings_in((texel & 2u) == 0u ? words.x : words.y, texel);
 }
 

@@ -4,6 +4,7 @@
 #ifndef MYXO_SHARED_VERTEX
 #define MYXO_SHARED_VERTEX
 
+#include "tables.glsl"
 struct SharedVertex {
     vec3 position;  // object space
     uint object;
@@ -13,8 +14,8 @@ struct SharedVertex {
 };
 
 SharedVertex shared_vertex(uint i) {
-    uvec4 place = texelFetch(shared_vertices, int(2u * i));
-    uvec4 look = texelFetch(shared_vertices, int(2u * i + 1u));
+    uvec4 place = fetch4(shared_vertices, 2u * i);
+    uvec4 look = fetch4(shared_vertices, 2u * i + 1u);
     return SharedVertex(uintBitsToFloat(place.xyz), place.w, uintBitsToFloat(look.xy), look.z, uintBitsToFloat(look.w));
 }
 

@@ -8,6 +8,7 @@
 #ifndef MYXO_SIGN
 #define MYXO_SIGN
 
+#include "tables.glsl"
 #include "bvh.glsl"
 #include "loops.glsl"
 
@@ -30,10 +31,10 @@ bool outside_by_pseudonormal(uint slot, vec3 place, uint feature, uint first_ver
     way = from_b ? way - ab : from_c ? way - ac : way;
     vec3 normal = cross_of(ab, ac);
     if (feature >= FEATURE_CORNER) {
-        uint vertex = texelFetch(corners, int(3u * triangle + (feature - FEATURE_CORNER))).x;
-        normal = uintBitsToFloat(texelFetch(pseudonormals, int(first_vertex_normal + vertex)).xyz);
+        uint vertex = fetch1(corners, 3u * triangle + (feature - FEATURE_CORNER));
+        normal = uintBitsToFloat(fetch4(pseudonormals, first_vertex_normal + vertex).xyz);
     } else if (feature >= FEATURE_EDGE) {
-        normal = uintBitsToFloat(texelFetch(pseudonormals, int(3u * triangle + (feature - FEATURE_EDGE))).xyz);
+        normal = uintBitsToFloat(fetch4(pseudonormals, 3u * triangle + (feature - FEATURE_EDGE)).xyz);
     }
     return dot_of(way, normal) >= 0.0;
 }
@@ -62,13 +63,13 @@ float solid_angle_of_tree(uint root, vec3 place) {
     while (top > 0u) {
         top--;
         uint node = stack[top];
-        uvec4 centre = texelFetch(dipoles, int(2u * node));
+        uvec4 centre = fetch4(dipoles, 2u * node);
         precise vec3 way = uintBitsToFloat(centre.xyz) - place;
         float square = dot_of(way, way);
         precise float near = DIPOLE_FAR * uintBitsToFloat(centre.w);
-        uint link = texelFetch(nodes, int(2u * node)).w;
+        uint link = fetch4(nodes, 2u * node).w;
         if (square > near * near) {
-            vec3 normal = uintBitsToFloat(texelFetch(dipoles, int(2u * node + 1u)).xyz);
+            vec3 normal = uintBitsToFloat(fetch4(dipoles, 2u * node + 1u).xyz);
             precise float share = dot_of(normal, way) / (square * sqrt(square));
             sum += share;
         } else if (link < LEAF) {
@@ -96,14 +97,14 @@ bool any_nearest_faces_place(uint root, vec3 place, float distance) {
     uint stack[GREATEST_DEPTH + 1u];
     stack[0] = root;
     uint top = 1u;
-    uvec4 root_low = texelFetch(nodes, int(2u * root));
-    float limit = limit_of(distance, slack_of(root_low, texelFetch(nodes, int(2u * root + 1u))));
+    uvec4 root_low = fetch4(nodes, 2u * root);
+    float limit = limit_of(distance, slack_of(root_low, fetch4(nodes, 2u * root + 1u)));
     bool any_does = false;
     while (top > 0u && !any_does) {
         top--;
         uint node = stack[top];
-        uvec4 low = texelFetch(nodes, int(2u * node));
-        vec3 high = uintBitsToFloat(texelFetch(nodes, int(2u * node + 1u)).xyz);
+        uvec4 low = fetch4(nodes, 2u * node);
+        vec3 high = uintBitsToFloat(fetch4(nodes, 2u * node + 1u).xyz);
         bool is_far = box_square(place, uintBitsToFloat(low.xyz), high) > limit;
         if (!is_far && low.w < LEAF) {
             stack[top] = low.w;

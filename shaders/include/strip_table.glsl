@@ -5,19 +5,20 @@
 #ifndef MYXO_STRIP_TABLE
 #define MYXO_STRIP_TABLE
 
+#include "tables.glsl"
 // The words of an edge, by four times its triangle plus its corner.
 uvec4 edge_words(uint edge) {
-    return texelFetch(strips, int(6u * (edge >> 2u) + (edge & 3u)));
+    return fetch4(strips, 6u * (edge >> 2u) + (edge & 3u));
 }
 
 // The shape, as float bits, and the object.
 uvec4 shape_words(uint triangle) {
-    return texelFetch(strips, int(6u * triangle + 3u));
+    return fetch4(strips, 6u * triangle + 3u);
 }
 
 AtlasMap atlas_map_of(uint triangle) {
-    vec4 first = uintBitsToFloat(texelFetch(strips, int(6u * triangle + 4u)));
-    vec4 second = uintBitsToFloat(texelFetch(strips, int(6u * triangle + 5u)));
+    vec4 first = uintBitsToFloat(fetch4(strips, 6u * triangle + 4u));
+    vec4 second = uintBitsToFloat(fetch4(strips, 6u * triangle + 5u));
     return AtlasMap(first.xy, first.zw, second.xy);
 }
 

@@ -3,16 +3,19 @@
 //
 // A binding is one way into a texture, and its name says which. The build makes one argument of all that begin alike:
 //
-//   NAME_texels  texel buffer to read          single texels; four at once where TEXELS_IN_QUADS
-//   NAME_quads   texel buffer, either kind     four texels at once
-//   NAME_low     texel buffer to write, r32    single texels below BAND
-//   NAME_high    texel buffer to write, r32    single texels from BAND on
+//   NAME_texels  table to read                 single texels; four at once where TEXELS_IN_QUADS
+//   NAME_quads   table, either kind            four texels at once
+//   NAME_low     table to write                single texels below BAND
+//   NAME_high    table to write                single texels from BAND on
 //   NAME_block   storage block                 either, unless OUTGROWS_BLOCK
 //
-// What follows takes the NAME and goes by the way that suits the texture; the shader declares those ways.
+// What follows takes the NAME and goes by the way that suits the texture; the shader declares those ways. In the form for
+// graphics cards every way is a storage block, which holds the whole texture there.
 
 #ifndef MYXO_TEXELS
 #define MYXO_TEXELS
+
+#include "tables.glsl"
 
 // A texture with more texels than a texel buffer has elements is viewed four texels at once.
 layout(constant_id = 100) const bool TEXELS_IN_QUADS = false;
@@ -20,6 +23,16 @@ layout(constant_id = 100) const bool TEXELS_IN_QUADS = false;
 layout(constant_id = 101) const uint BAND = 0xffffffffu;
 // What a storage block does not hold is written through texel buffers, which CPU drivers are slower with.
 layout(constant_id = 102) const bool OUTGROWS_BLOCK = false;
+
+#ifdef MYXO_CARD
+
+#define texel_of(name, texel) name##_texels.at[texel]
+#define quad_of(name, quad) name##_quads.at[quad]
+#define store_texel(name, texel, value) { name##_low.at[texel] = (value).x; }
+#define store_quad(name, quad, value) { name##_block[quad] = value; }
+#define add_to_texel(name, texel, value) { atomicAdd(name##_block[texel], value); }
+
+#else
 
 float texel_in(samplerBuffer view, uint texel) {
     if (TEXELS_IN_QUADS) return texelFetch(view, int(texel >> 2u))[texel & 3u];
@@ -50,5 +63,7 @@ uint texel_in(usamplerBuffer view, uint texel) {
     { if (OUTGROWS_BLOCK) { \
         if ((texel) < BAND) { imageAtomicAdd(name##_low, int(texel), value); } else { imageAtomicAdd(name##_high, int((texel) - BAND), value); } \
     } else { atomicAdd(name##_block[texel], value); } }
+
+#endif
 
 #endif

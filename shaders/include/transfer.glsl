@@ -5,6 +5,7 @@
 #ifndef MYXO_TRANSFER
 #define MYXO_TRANSFER
 
+#include "tables.glsl"
 #include "frame.glsl"
 #include "pose_table.glsl"
 
@@ -31,7 +32,7 @@ vec3 position_on(uvec4 shape, Frame frame, float u, float v) {
 }
 
 Flight flight_of(Particle particle, Motion motion) {
-    uvec4 shape = texelFetch(triangles, int(particle.triangle));
+    uvec4 shape = fetch4(triangles, particle.triangle);
     Pose pose = pose_of(shape.w);
     Frame frame = frame_of(particle.triangle);
     vec3 position = position_on(shape, frame, particle.u, particle.v);
@@ -55,7 +56,7 @@ vec3 folded(vec3 heading, vec3 from, vec3 to) {
 struct Landing { float u; float v; float heading_p; float heading_h; };
 
 Landing landing_on(uint triangle, Flight flight) {
-    uvec4 shape = texelFetch(triangles, int(triangle));
+    uvec4 shape = fetch4(triangles, triangle);
     Pose pose = pose_of(shape.w);
     Frame frame = frame_of(triangle);
     vec3 place = turned_to_object(pose, flight.position - translation_of(pose)) - frame.origin;

@@ -10,6 +10,7 @@
 #ifndef MYXO_WALK
 #define MYXO_WALK
 
+#include "tables.glsl"
 #include "exact.glsl"
 
 const uint WALK_DONE = 0u;
@@ -108,7 +109,7 @@ vec4 turned_by(vec2 heading, vec2 carry, vec2 rotation, uint fine) {
 void walk(inout Walker w, uint attempts, bool reflects) {
     bool crosses = true;
     while (crosses) {
-        vec3 shape = uintBitsToFloat(texelFetch(triangles, int(w.triangle)).xyz);
+        vec3 shape = uintBitsToFloat(fetch4(triangles, w.triangle).xyz);
         float ab = shape.x;
         float cp = shape.y;
         float ch = shape.z;
@@ -135,7 +136,7 @@ void walk(inout Walker w, uint attempts, bool reflects) {
 
         // Where on the half-edge, measured from its start. Across, the twin's start is the end; at an open border the
         // half-edge is its own twin.
-        uvec4 edge = texelFetch(halfedges, int(3u * w.triangle + corner));
+        uvec4 edge = fetch4(halfedges, 3u * w.triangle + corner);
         uint twin = edge.x;
         vec2 rotation = uintBitsToFloat(edge.yz);
         bool at_border = twin == NONE;

@@ -268,6 +268,7 @@ fn as_json(devices: &[DeviceInfo], chosen: Option<usize>, tools: &[Tool]) -> Val
             "max_image_side": device.max_image_side,
             "max_samples": device.max_samples,
             "subgroup_size": device.subgroup_size,
+            "runs_card_forms": device.runs_card_forms,
             "most_particles": most_particles(device),
             "largest_atlas": largest_atlas(device),
         })

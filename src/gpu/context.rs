@@ -15,11 +15,23 @@ use super::debug::DebugEntries;
 use super::device::Device;
 use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::{Corpse, Graveyard};
-use super::info::{self, DeviceInfo};
+use super::info::{self, DeviceInfo, DeviceKind};
 use super::instance::Instance;
 use super::options::ContextOptions;
 use super::pipelines::Pipelines;
 use super::staging::Staging;
+
+/// Do kernels run in their form for graphics cards?
+fn runs_card_forms(info: &DeviceInfo, asked: Option<bool>) -> bool {
+    let by_environment = || match std::env::var("MYXO_CARD_FORMS").as_deref() {
+        Ok("0") => Some(false),
+        Ok("1") => Some(true),
+        _ => None,
+    };
+    // A storage block must hold everything that a texel buffer does: on most cards 2^27 texels of four words.
+    let suits = || info.kind != DeviceKind::Cpu && info.max_storage_buffer_range >= 1 << 31;
+    info.runs_card_forms && asked.or_else(by_environment).unwrap_or_else(suits)
+}
 
 /// A device, its queue, its memory, and what waits to be freed.
 pub struct Context {
@@ -29,6 +41,8 @@ pub struct Context {
     pub(crate) hazard_check: bool,
     /// Do kernels of an unordered group wait for each other all the same, because the validation layer watches?
     pub(crate) orders_groups: bool,
+    /// Kernels run in their form for graphics cards.
+    pub(crate) card_forms: bool,
     pub(crate) leave_out: Option<u32>,
     recordings: Mutex<Recordings>,
     /// How long it waits at the least.
@@ -129,6 +143,7 @@ impl Context {
             hazard_check: (options.hazard_check)
                 .unwrap_or_else(|| options.validation || std::env::var_os("MYXO_CHECK").is_some()),
             orders_groups: options.validation,
+            card_forms: runs_card_forms(&info, options.card_forms),
             leave_out: options.leave_out,
             timeout: options.timeout,
             patience: AtomicU64::new(0),

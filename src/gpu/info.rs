@@ -92,6 +92,9 @@ pub struct DeviceInfo {
     pub max_samples: u32,
     /// Invocations that run in lock-step.
     pub subgroup_size: u32,
+    /// Kernels can run in their form for graphics cards: subgroups have ballots, and as many storage buffers as a kernel has
+    /// bindings are seen by it.
+    pub runs_card_forms: bool,
     /// Memory heaps.
     pub heaps: Vec<Heap>,
     /// Pictures can be drawn (graphics queue and VK_KHR_dynamic_rendering).
@@ -232,6 +235,14 @@ impl DeviceInfo {
                 limits.framebuffer_color_sample_counts & limits.framebuffer_depth_sample_counts,
             ),
             subgroup_size: subgroup.subgroup_size,
+            runs_card_forms: limits.max_per_stage_descriptor_storage_buffers
+                >= push.max_push_descriptors
+                && subgroup
+                    .supported_stages
+                    .contains(vk::ShaderStageFlags::COMPUTE)
+                && subgroup
+                    .supported_operations
+                    .contains(vk::SubgroupFeatureFlags::BASIC | vk::SubgroupFeatureFlags::BALLOT),
             heaps: memory.memory_heaps[..memory.memory_heap_count as usize]
                 .iter()
                 .map(|h| Heap {

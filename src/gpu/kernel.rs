@@ -251,6 +251,16 @@ pub(crate) fn divides(ctx: &Context) -> bool {
     ctx.info().kind == DeviceKind::Cpu
 }
 
+/// What a binding is bound as, where texel buffers are storage blocks or are not.
+fn bound_as(kind: BindingKind, in_blocks: bool) -> BindingKind {
+    match kind {
+        BindingKind::Texels | BindingKind::StorageTexels { .. } if in_blocks => {
+            BindingKind::Storage
+        }
+        _ => kind,
+    }
+}
+
 /// A pipeline of either kind with its layouts.
 pub(crate) struct PipelineCore {
     pub(crate) ctx: Arc<Context>,
@@ -259,6 +269,8 @@ pub(crate) struct PipelineCore {
     pub(crate) layout: vk::PipelineLayout,
     /// Files of its modules that come from the folder `MYXO_SPIRV`.
     pub(crate) replaced: [Option<&'static str>; 2],
+    /// Binds storage blocks in place of texel buffers.
+    in_blocks: bool,
     set_layout: vk::DescriptorSetLayout,
     /// The context frees it, in the end.
     is_kept: bool,
@@ -275,13 +287,14 @@ impl PipelineCore {
             let missing = format!("groups of {} invocations (it has {limit})", K::GROUP_SIZE);
             return Err(unsupported::<K>(ctx, missing));
         }
+        let for_cards = K::SPIRV.for_cards.filter(|_| ctx.card_forms);
         let key = PipelineKey::new(K::NAME, K::SPIRV, constants.values(), name);
         if let Some(made) = ctx.pipelines.get(&key) {
             return Ok(Self::kept(ctx, name, made));
         }
-        let mut core = Self::layouts::<K>(ctx, vk::ShaderStageFlags::COMPUTE)?;
+        let mut core = Self::layouts::<K>(ctx, vk::ShaderStageFlags::COMPUTE, for_cards.is_some())?;
         core.name = name;
-        let module = ShaderModule::new(ctx, &K::SPIRV, name)?;
+        let module = ShaderModule::new(ctx, for_cards.unwrap_or(&K::SPIRV), name)?;
         core.replaced = [module.replaced, None];
         let specialization = Specialization::new(constants);
         let specialization = specialization.info();
@@ -330,6 +343,7 @@ impl PipelineCore {
             layout: made.layout,
             set_layout: made.set_layout,
             replaced: made.replaced,
+            in_blocks: made.in_blocks,
             is_kept: true,
         }
     }
@@ -340,19 +354,26 @@ impl PipelineCore {
             layout: self.layout,
             set_layout: self.set_layout,
             replaced: self.replaced,
+            in_blocks: self.in_blocks,
         }
+    }
+
+    /// What a binding of the shader is bound as.
+    pub(crate) fn bound_as(&self, kind: BindingKind) -> BindingKind {
+        bound_as(kind, self.in_blocks)
     }
 
     /// Set layout and pipeline layout; the pipeline itself is null yet.
     pub(crate) fn layouts<I: Interface>(
         ctx: &Arc<Context>,
         stages: vk::ShaderStageFlags,
+        in_blocks: bool,
     ) -> GpuResult<Self> {
         let info = ctx.info();
         let count = |is: fn(BindingKind) -> bool| {
             I::BINDINGS
                 .iter()
-                .filter(|binding| is(binding.kind))
+                .filter(|binding| is(bound_as(binding.kind, in_blocks)))
                 .count()
         };
         let debug_blocks = usize::from(I::DEBUG_BINDING.is_some());
@@ -386,7 +407,7 @@ impl PipelineCore {
             .map(|(number, kind)| {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(number)
-                    .descriptor_type(descriptor_type(kind))
+                    .descriptor_type(descriptor_type(bound_as(kind, in_blocks)))
                     .descriptor_count(1)
                     .stage_flags(stages)
             })
@@ -397,6 +418,7 @@ impl PipelineCore {
             pipeline: vk::Pipeline::null(),
             layout: vk::PipelineLayout::null(),
             replaced: [None; 2],
+            in_blocks,
             set_layout: vk::DescriptorSetLayout::null(),
             is_kept: false,
         };

@@ -26,6 +26,8 @@ pub struct Module {
     pub file: &'static str,
     /// What it wrote.
     pub spirv: &'static [u8],
+    /// The one for graphics cards, where there is one: it takes storage blocks for texel buffers, and subgroup ballots.
+    pub for_cards: Option<&'static Module>,
 }
 
 impl Module {
@@ -101,6 +103,7 @@ mod tests {
     const BUILT_IN: Module = Module {
         file: "some.comp.spv",
         spirv: &[1, 0, 0, 0, 2, 0, 0, 0],
+        for_cards: None,
     };
 
     #[test]

@@ -31,6 +31,10 @@ pub struct ContextOptions {
     pub debug_capacity: u32,
     /// Takes the device for a smaller one, so that tests of what is large need not be.
     pub limits: Option<Limits>,
+    /// Run kernels in their form for graphics cards, where the device can: they read tables as storage blocks, and subgroups
+    /// append to lists together. `None` does so on devices that are no CPUs, which are faster without, unless the environment
+    /// variable `MYXO_CARD_FORMS` is 0 or 1. The results are the same.
+    pub card_forms: Option<bool>,
 }
 
 /// Limits of a device that make large buffers take other ways.
@@ -55,6 +59,7 @@ impl Default for ContextOptions {
             cache_folder: None,
             debug_capacity: 65_536,
             limits: None,
+            card_forms: None,
         }
     }
 }

@@ -47,6 +47,8 @@ pub(crate) struct PipelineHandles {
     pub(crate) set_layout: vk::DescriptorSetLayout,
     /// Files of its modules that come from the folder `MYXO_SPIRV`.
     pub(crate) replaced: [Option<&'static str>; 2],
+    /// Binds storage blocks in place of texel buffers.
+    pub(crate) in_blocks: bool,
 }
 
 impl PipelineHandles {

@@ -134,7 +134,7 @@ impl<D: Draw> RasterPipeline<D> {
             });
         }
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
-        let mut core = PipelineCore::layouts::<D>(ctx, stages)?;
+        let mut core = PipelineCore::layouts::<D>(ctx, stages, false)?;
         let vertex = ShaderModule::new(ctx, &D::VERTEX, D::NAME)?;
         let fragment = ShaderModule::new(ctx, &D::FRAGMENT, D::NAME)?;
         core.replaced = [vertex.replaced, fragment.replaced];

@@ -36,7 +36,7 @@ impl Recorder {
             pipeline.name
         );
         let resources = I::resources(args);
-        self.check_arguments::<I>(pipeline.name, &resources);
+        self.check_arguments::<I>(pipeline, &resources);
         let mut touches: Vec<Touch<'_>> = Vec::with_capacity(resources.len() + 1);
         for (resource, binding) in resources.iter().zip(I::BINDINGS) {
             let Some(core) = resource.core() else {
@@ -136,7 +136,7 @@ impl Recorder {
                 vk::WriteDescriptorSet::default()
                     .dst_binding(binding.number)
                     .descriptor_count(1)
-                    .descriptor_type(descriptor_type(binding.kind))
+                    .descriptor_type(descriptor_type(pipeline.bound_as(binding.kind)))
                     .buffer_info(&buffers[i..=i])
                     .texel_buffer_view(&views[i..=i])
                     .image_info(&images[i..=i])
@@ -179,7 +179,8 @@ impl Recorder {
         }
     }
 
-    fn check_arguments<I: Interface>(&self, name: &str, resources: &[Resource<'_>]) {
+    fn check_arguments<I: Interface>(&self, pipeline: &PipelineCore, resources: &[Resource<'_>]) {
+        let name = pipeline.name;
         for (i, (resource, binding)) in resources.iter().zip(I::BINDINGS).enumerate() {
             let Some(core) = resource.core() else {
                 continue;
@@ -189,8 +190,10 @@ impl Recorder {
                 "`{}` belongs to another context",
                 core.name()
             );
-            match (resource, binding.kind) {
-                (Resource::Buffer(_), _) => core.assert_bindable(),
+            match (resource, pipeline.bound_as(binding.kind)) {
+                (Resource::Buffer(_), _) | (Resource::Texels(_), BindingKind::Storage) => {
+                    core.assert_bindable();
+                }
                 (Resource::Texels(texels), BindingKind::StorageTexels { components }) => assert!(
                     texels.components() == components,
                     "`{name}` binds `{}` as {}, whose texels have {components} components, not {}",

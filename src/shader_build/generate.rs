@@ -99,9 +99,16 @@ pub fn draws(shaders: &[Shader]) -> Result<String, String> {
 
 /// A shader's module with the name of its file.
 fn module(shader: &Shader) -> String {
-    let file = shader.spirv_file();
+    let for_cards = match &shader.for_cards {
+        None => "None".to_owned(),
+        Some(_) => format!("Some(&{})", module_of(&shader.card_file(), "None")),
+    };
+    module_of(&shader.spirv_file(), &for_cards)
+}
+
+fn module_of(file: &str, for_cards: &str) -> String {
     format!(
-        "crate::gpu::Module {{ file: \"{file}\", spirv: include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{file}\")) }}"
+        "crate::gpu::Module {{ file: \"{file}\", spirv: include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{file}\")), for_cards: {for_cards} }}"
     )
 }
 

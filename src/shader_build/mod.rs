@@ -1,7 +1,8 @@
 //! From GLSL to SPIR-V and typed Rust handles; runs inside `build.rs`, so nothing here knows Vulkan.
 //!
 //! Every shader is compiled twice: an unoptimised module is reflected, because optimising strips the names, and the
-//! optimised one is shipped. Shaders are compiled side by side, and only those of which a file has changed (`kept`).
+//! optimised one is shipped. A kernel that includes `tables.glsl` has a form for graphics cards
+//! besides, which not every device can run. Shaders are compiled side by side, and only those of which a file has changed (`kept`).
 //! `reflect` reads SPIR-V into a small `model` and `generate` writes the model as Rust.
 
 pub mod arguments;
@@ -23,6 +24,18 @@ use shaderc::{
     CompileOptions, Compiler, EnvVersion, IncludeType, OptimizationLevel, ResolvedInclude,
     ShaderKind, TargetEnv,
 };
+
+/// What a kernel includes that has a form for graphics cards.
+const TABLES: &str = "#include \"tables.glsl\"";
+
+/// For which devices a shader is compiled.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Form {
+    /// Every one.
+    Plain,
+    /// Graphics cards: tables are storage blocks, and subgroups append together.
+    Card,
+}
 
 /// Compiles everything in `shaders` and writes into `out`: `kernels.rs` (compute), `draws.rs` (pairs of vertex and
 /// fragment shaders), `choices.rs` (`shaders/choices`: other ways to do what kernels do) and `selftest.rs` (kernels of
@@ -64,6 +77,9 @@ pub fn build(shaders: &Path, out: &Path) -> Result<Vec<String>, String> {
                 &out.join(shader.spirv_file()),
                 &kept::bytes(&shader.optimized),
             )?;
+            if let Some(words) = &shader.for_cards {
+                write(&out.join(shader.card_file()), &kept::bytes(words))?;
+            }
         }
         // The self-test's handles belong to `gpu`, which does not know the simulation's structs.
         let shared = if compute_file == "kernels.rs" {
@@ -126,25 +142,44 @@ fn compile(path: &Path, include: &Path, kept: &Kept) -> Result<Shader, String> {
         .unwrap_or_default();
     let name = path.display().to_string();
     let modules = kept.get_or_make(&name, &source, include, || {
-        let (plain, warnings) = to_spirv(&source, &name, stage, include, OptimizationLevel::Zero)?;
-        let (optimized, _) = to_spirv(
-            &source,
-            &name,
-            stage,
-            include,
-            OptimizationLevel::Performance,
-        )?;
+        let spirv = |level, form| to_spirv(&source, &name, stage, include, level, form);
+        let (plain, warnings) = spirv(OptimizationLevel::Zero, Form::Plain)?;
+        let (optimized, _) = spirv(OptimizationLevel::Performance, Form::Plain)?;
+        let for_cards = if stage == Stage::Compute && source.contains(TABLES) {
+            let (words, _) = spirv(OptimizationLevel::Zero, Form::Card)?;
+            check_card_form(stem, &words, &source).map_err(|e| format!("{name}: {e}"))?;
+            spirv(OptimizationLevel::Performance, Form::Card)?.0
+        } else {
+            Vec::new()
+        };
         Ok(Modules {
             plain,
             optimized,
+            for_cards,
             warnings,
         })
     })?;
     let mut shader = reflect::reflect(stem, stage, &modules.plain, &source)
         .map_err(|e| format!("{name}: {e}"))?;
     shader.optimized = modules.optimized;
+    shader.for_cards = (!modules.for_cards.is_empty()).then_some(modules.for_cards);
     shader.warnings = modules.warnings;
     Ok(shader)
+}
+
+/// In the form for graphics cards no texel buffer is left: the host binds each as a storage block.
+fn check_card_form(stem: &str, words: &[u32], source: &str) -> Result<(), String> {
+    let shader = reflect::reflect(stem, Stage::Compute, words, source)?;
+    let texels = shader.bindings.iter().find(|binding| {
+        use model::Resource::{StorageTexels, Texels};
+        matches!(binding.resource, Texels(_) | StorageTexels(..))
+    });
+    texels.map_or(Ok(()), |binding| {
+        Err(format!(
+            "{}: a kernel that includes tables.glsl declares every texel buffer by READS, WRITES or CHANGES",
+            binding.name
+        ))
+    })
 }
 
 /// The structs of `include/types.glsl` as the compiler lays them out, by way of a shader that binds one of each.
@@ -167,6 +202,7 @@ fn shared_structs(include: &Path) -> Result<Vec<model::Struct>, String> {
         Stage::Compute,
         include,
         OptimizationLevel::Zero,
+        Form::Plain,
     )?;
     let shader = reflect::reflect("types", Stage::Compute, &words, &source)
         .map_err(|e| format!("{}: {e}", file.display()))?;
@@ -190,6 +226,7 @@ fn to_spirv(
     stage: Stage,
     include: &Path,
     level: OptimizationLevel,
+    form: Form,
 ) -> Result<(Vec<u32>, Vec<String>), String> {
     let compiler = Compiler::new().map_err(|e| format!("shaderc does not start: {e}"))?;
     let mut options = CompileOptions::new().map_err(|e| format!("shaderc does not start: {e}"))?;
@@ -212,6 +249,9 @@ fn to_spirv(
         Stage::Fragment => (ShaderKind::Fragment, "MYXO_FRAGMENT"),
     };
     options.add_macro_definition(macro_name, None);
+    if form == Form::Card {
+        options.add_macro_definition("MYXO_CARD", None);
+    }
     let artifact = compiler
         .compile_into_spirv(source, kind, name, "main", Some(&options))
         .map_err(|e| match e {

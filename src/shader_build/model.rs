@@ -41,6 +41,8 @@ pub struct Shader {
     pub remarks: BTreeMap<String, String>,
     /// The module to ship.
     pub optimized: Vec<u32>,
+    /// The module for graphics cards, where it is another one.
+    pub for_cards: Option<Vec<u32>>,
     /// What the compiler warned of.
     pub warnings: Vec<String>,
 }
@@ -54,6 +56,11 @@ impl Shader {
             Stage::Fragment => "frag",
         };
         format!("{}.{stage}.spv", self.stem)
+    }
+
+    /// The file that holds the module for graphics cards.
+    pub fn card_file(&self) -> String {
+        format!("{}.card.spv", self.stem)
     }
 }
 

@@ -31,6 +31,7 @@ pub fn reflect(stem: &str, stage: Stage, words: &[u32], text: &str) -> Result<Sh
         header: source::header(text),
         remarks: source::remarks(text),
         optimized: Vec::new(),
+        for_cards: None,
         warnings: Vec::new(),
     };
     if stage == Stage::Compute {

@@ -21,11 +21,18 @@ use myxo::sim::{Setup, Simulation, Snapshot};
 /// failed with it, lost it, or got a validation message.
 pub struct Gpu {
     pub ctx: Arc<Context>,
-    limits: Option<Limits>,
+    means: Means,
 }
 
-/// Contexts that no test has, with the limits that they were made with.
-static FREE: Mutex<Vec<(Option<Limits>, Arc<Context>)>> = Mutex::new(Vec::new());
+/// What a test may have of the device.
+#[derive(Clone, Copy, Default, PartialEq)]
+struct Means {
+    limits: Option<Limits>,
+    card_forms: Option<bool>,
+}
+
+/// Contexts that no test has, with the means that they were made with.
+static FREE: Mutex<Vec<(Means, Arc<Context>)>> = Mutex::new(Vec::new());
 
 /// The device, or `None` where there is none and `MYXO_ALLOW_NO_DEVICE=1` says that tests may then be skipped.
 ///
@@ -40,15 +47,39 @@ pub fn gpu() -> Option<Gpu> {
 /// # Panics
 /// As for [`gpu`].
 pub fn gpu_within(limits: Option<Limits>) -> Option<Gpu> {
-    if let Some(ctx) = free_context(limits) {
-        return Some(Gpu { ctx, limits });
+    gpu_by(Means {
+        limits,
+        ..Means::default()
+    })
+}
+
+/// The same with kernels in their form for graphics cards, which CPUs do not run by themselves.
+///
+/// # Panics
+/// As for [`gpu`].
+pub fn gpu_by_card_forms() -> Option<Gpu> {
+    let gpu = gpu_by(Means {
+        card_forms: Some(true),
+        ..Means::default()
+    })?;
+    if gpu.ctx.info().runs_card_forms {
+        return Some(gpu);
+    }
+    eprintln!("skipped: the device cannot run the forms for graphics cards");
+    None
+}
+
+fn gpu_by(means: Means) -> Option<Gpu> {
+    if let Some(ctx) = free_context(means) {
+        return Some(Gpu { ctx, means });
     }
     match Context::new(&ContextOptions {
         validation: true,
-        limits,
+        limits: means.limits,
+        card_forms: means.card_forms,
         ..ContextOptions::default()
     }) {
-        Ok(ctx) => Some(Gpu { ctx, limits }),
+        Ok(ctx) => Some(Gpu { ctx, means }),
         Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
             eprintln!("skipped: {error}");
             None
@@ -60,10 +91,10 @@ pub fn gpu_within(limits: Option<Limits>) -> Option<Gpu> {
 }
 
 /// One that an earlier test has left as it found it.
-fn free_context(limits: Option<Limits>) -> Option<Arc<Context>> {
+fn free_context(means: Means) -> Option<Arc<Context>> {
     let mut free = FREE.lock().unwrap_or_else(PoisonError::into_inner);
     // What a test drops after it has given a context back still has that context, and may be at work on another thread.
-    let index = (free.iter()).position(|(of, ctx)| *of == limits && Arc::strong_count(ctx) == 1)?;
+    let index = (free.iter()).position(|(of, ctx)| *of == means && Arc::strong_count(ctx) == 1)?;
     let (_, ctx) = free.swap_remove(index);
     drop(free);
     ctx.wait_idle().expect("it was not lost when it was left");
@@ -104,7 +135,7 @@ impl Drop for Gpu {
         );
         if !self.ctx.is_lost() {
             let mut free = FREE.lock().unwrap_or_else(PoisonError::into_inner);
-            free.push((self.limits, Arc::clone(&self.ctx)));
+            free.push((self.means, Arc::clone(&self.ctx)));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What outgrows a storage block or a texel buffer takes other ways, and ends in the same bits. Limits are lowered for
 //! that, so that small scenes are large ones.
 
-use crate::common::{TRIO, gpu_within, scene, scene_of_several};
+use crate::common::{Gpu, TRIO, gpu_by_card_forms, gpu_within, scene, scene_of_several};
 use glam::Vec2;
 use image::RgbaImage;
 use myxo::gpu::{Frames, Limits};
@@ -15,7 +15,10 @@ use myxo::sim::{Setup, Simulation, atlas_options, memory};
 
 /// The hash after some steps on a device with such limits, and pictures of the state. The invariants hold.
 fn run(limits: Option<Limits>, scene: &Scene, steps: u32) -> Option<(u64, Vec<RgbaImage>)> {
-    let gpu = gpu_within(limits)?;
+    Some(run_on(gpu_within(limits)?, scene, steps))
+}
+
+fn run_on(gpu: Gpu, scene: &Scene, steps: u32) -> (u64, Vec<RgbaImage>) {
     let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
     let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
     for _ in 0..steps {
@@ -51,7 +54,20 @@ fn run(limits: Option<Limits>, scene: &Scene, steps: u32) -> Option<(u64, Vec<Rg
     assert_eq!(simulation.snapshot().unwrap().hash(), snapshot.hash());
     drop((renderer, simulation, frames));
     gpu.finish();
-    Some((snapshot.hash(), pictures.to_vec()))
+    (snapshot.hash(), pictures.to_vec())
+}
+
+/// In their form for graphics cards kernels list things in another order, and nothing else is another.
+#[test]
+fn forms_for_graphics_cards_end_in_the_same_bits() {
+    // Lists of walkers, of those near others, of transfers, of more transfers than there is room for, and of tiles.
+    let scene = scene_of_several(&TRIO, |settings| {
+        settings.transfer.buffer_size = 16;
+    });
+    let (Some(expected), Some(gpu)) = (run(None, &scene, 20), gpu_by_card_forms()) else {
+        return;
+    };
+    assert_eq!(run_on(gpu, &scene, 20).0, expected.0);
 }
 
 /// A cube whose particles and texels are more than 64 KiB, and whose seams are short.

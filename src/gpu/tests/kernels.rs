@@ -156,6 +156,52 @@ fn groups_made_on_the_device_run_every_invocation() {
     assert_silent(&ctx);
 }
 
+/// In both forms: in branches, in groups that are not full, and past one group.
+#[test]
+fn what_is_appended_is_listed_once() {
+    for for_cards in [false, true] {
+        let Some(ctx) = context_with(ContextOptions {
+            validation: true,
+            card_forms: Some(for_cards),
+            ..ContextOptions::default()
+        }) else {
+            return;
+        };
+        if for_cards && !ctx.info().runs_card_forms {
+            eprintln!("skipped: the device cannot run the forms for graphics cards");
+            continue;
+        }
+        let append = Pipeline::<Append>::new(&ctx, &()).unwrap();
+        let factors = Buffer::from_slice(&ctx, "factors", &[7_u32]).unwrap();
+        let factors = Texels::<u32>::new(&factors, 1).unwrap();
+        let mut frames = Frames::new(&ctx, 1).unwrap();
+        for count in [1_u32, 7, 8, 63, 64, 65, 100_003] {
+            let counts = Buffer::<u32>::zeroed(&ctx, "counts", 2).unwrap();
+            let listed = Buffer::<u32>::zeroed(&ctx, "listed", 2 * count as usize).unwrap();
+            let mut rec = frames.begin().unwrap();
+            let args = AppendArgs {
+                factors: &factors,
+                counts: &counts,
+                listed: &listed,
+            };
+            rec.dispatch(&append, Threads(count), args, AppendParams { count });
+            frames.submit(rec).unwrap();
+            let (counts, listed) = (
+                ctx.download(&counts).unwrap(),
+                ctx.download(&listed).unwrap(),
+            );
+            for (odd, list) in (0..).zip(listed.chunks(count as usize)) {
+                let expected: Vec<u32> =
+                    (0..count).filter(|i| i % 7 != 0 && i % 2 == odd).collect();
+                let mut found = list[..counts[odd as usize] as usize].to_vec();
+                found.sort_unstable();
+                assert_eq!(found, expected, "{count} numbers, for cards: {for_cards}");
+            }
+        }
+        assert_silent(&ctx);
+    }
+}
+
 #[test]
 fn texel_buffers_are_read() {
     let Some(ctx) = context() else { return };

@@ -1,0 +1,28 @@
+// append: places in lists that many invocations append to. An atomic counter counts the entries. In the form for graphics
+// cards one invocation of a subgroup counts for all that append together: many atomic additions to one word take turns.
+// No twin: the twins push in a loop.
+
+#ifndef MYXO_APPEND
+#define MYXO_APPEND
+
+#ifdef MYXO_CARD
+
+#extension GL_KHR_shader_subgroup_ballot : require
+
+// Declares `place`, that of this invocation's entry. Every invocation that gets here together must name one counter. A macro,
+// because counters lie in buffers.
+#define append_to(counter, place) \
+    uint place = 0u; \
+    { \
+        uvec4 together = subgroupBallot(true); \
+        if (subgroupElect()) place = atomicAdd(counter, subgroupBallotBitCount(together)); \
+        place = subgroupBroadcastFirst(place) + subgroupBallotExclusiveBitCount(together); \
+    }
+
+#else
+
+#define append_to(counter, place) uint place = atomicAdd(counter, 1u);
+
+#endif
+
+#endif

@@ -1,0 +1,29 @@
+// append: lists numbers, the even and the odd ones apart, but for multiples of a factor.
+// Reads   factors.
+// Writes  listed (appended); counts.
+// One invocation a number.
+// Overflow: none; each list has room for all numbers.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "index.glsl"
+#include "tables.glsl"
+#include "append.glsl"
+
+layout(local_size_x = 64) in;
+layout(push_constant) uniform Params { uint count; } params;
+READS(uint, 2) factors;
+layout(std430, binding = 0) buffer Counts { uint counts[]; };
+layout(std430, binding = 1) writeonly buffer Listed { uint listed[]; };
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.count || i % fetch1(factors, 0u) == 0u) return;
+    // Neighbours append to different lists: in a branch those appear that append together.
+    if (i % 2u == 0u) {
+        append_to(counts[0], place)
+        listed[place] = i;
+    } else {
+        append_to(counts[1], place)
+        listed[params.count + place] = i;
+    }
+}
