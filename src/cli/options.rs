@@ -58,6 +58,9 @@ pub struct DeviceOptions {
     /// slower
     #[arg(long)]
     pub validate: bool,
+    /// Asks the driver what it has compiled.
+    #[arg(skip)]
+    pub compiler_reports: bool,
 }
 
 /// What is kept of a run, and what it goes on from.

@@ -1,6 +1,7 @@
 //! `myxo profile`: the GPU time of every kernel.
 
 mod barriers;
+mod compiled;
 mod turns;
 
 use std::path::PathBuf;
@@ -32,6 +33,7 @@ Examples:
   myxo profile cube --kernel advance            one kernel alone
   myxo profile trio --kernel transfer_out       any that a step of the scene has
   myxo profile trio --barriers                  what a step records, and why each barrier is there
+  myxo profile torus --compiled                 what the driver's compiler says of each kernel
   myxo profile cube --trace cube.trace.json     for ui.perfetto.dev
   myxo profile torus --repeat 3 --report a.json
   myxo profile --compare a.json b.json          was there a change, and is it one?
@@ -75,6 +77,10 @@ pub struct Profile {
     /// is measured
     #[arg(long, conflicts_with_all = ["kernel", "against", "trace", "report", "repeat", "steps", "checkpoint", "json", "overlap"])]
     barriers: bool,
+    /// Lists what the driver says of each kernel of a step as it has compiled it, such as registers, spilled ones and how many
+    /// subgroups run side by side. Drivers without VK_KHR_pipeline_executable_properties say nothing. Nothing is measured
+    #[arg(long, conflicts_with_all = ["kernel", "against", "trace", "report", "repeat", "steps", "checkpoint", "overlap", "barriers"])]
+    compiled: bool,
     /// Measures this against the scene: another scene, or the same with a key that is set otherwise; may be repeated, once
     /// with a scene. The two take their steps in turn, so that whatever slows the machine slows both, and the ratio of
     /// each pair of steps counts. What else is given holds for both
@@ -118,6 +124,9 @@ impl Command for Profile {
         if self.barriers {
             return self.list(scene);
         }
+        if self.compiled {
+            return self.list_compiled(scene);
+        }
         if let Some(other) = other {
             return turns::run(self, &[scene, other], report_sink);
         }
@@ -149,6 +158,30 @@ impl Profile {
         session.progress.finish();
         let step = session.simulation.step();
         console::print(barriers::text(&escaped(&session.scene.name), step, &listed))?;
+        Ok(Outcome::Done)
+    }
+
+    /// Lists what the driver says of the kernels of the first steps.
+    fn list_compiled(&self, scene: Scene) -> Result<Outcome> {
+        let mut common = self.common.clone();
+        common.device.compiler_reports = true;
+        let mut session = Session::open(scene, &common, u64::from(self.warmup))?;
+        if !repeat(self.warmup, || session.step())? {
+            return Ok(Outcome::Interrupted);
+        }
+        session.check_messages()?;
+        session.progress.finish();
+        let kernels = session.kernels();
+        let driver = compiled::driver(session.ctx.info());
+        let Some(mut all) = session.ctx.compiled() else {
+            return Err(Error::Invalid(compiled::says_nothing(&driver)));
+        };
+        all.retain(|one| kernels.iter().any(|(kernel, _)| kernel == one.kernel));
+        console::print(if self.json {
+            compiled::json(&driver, &all)
+        } else {
+            compiled::text(&escaped(&session.scene.name), &driver, &all)
+        })?;
         Ok(Outcome::Done)
     }
 

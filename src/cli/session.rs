@@ -545,6 +545,7 @@ pub fn device(options: &DeviceOptions, scenes: &[Scene]) -> Result<Arc<Context>>
         device: options.device.clone(),
         validation: options.validate,
         cache_folder: default_cache_folder(),
+        compiler_reports: options.compiler_reports,
         // A step of a large scene takes long.
         timeout: ContextOptions::default().timeout + (needed >> 30) as u32 * SECONDS_A_GIB,
         ..ContextOptions::default()

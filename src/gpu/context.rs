@@ -2,7 +2,7 @@
 
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use ash::vk;
@@ -11,6 +11,7 @@ use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
 use super::access::Recordings;
 use super::borrowed::BorrowedDevice;
 use super::cache::PipelineCache;
+use super::compiled::Compiled;
 use super::debug::DebugEntries;
 use super::device::Device;
 use super::error::{Check, GpuError, GpuResult};
@@ -60,6 +61,8 @@ pub struct Context {
     pub(crate) debug: Mutex<DebugEntries>,
     pipeline_cache: PipelineCache,
     pub(crate) pipelines: Pipelines,
+    /// What the driver has said of them, where it was asked.
+    pub(crate) compiled: Mutex<Vec<Compiled>>,
     info: DeviceInfo,
     queue: Mutex<vk::Queue>,
     /// Freed by `drop` before the device goes.
@@ -90,7 +93,7 @@ impl Context {
         if let Some(limits) = options.limits {
             info.lower(limits);
         }
-        let device = Device::new(instance, &info, options.window.is_some())?;
+        let device = Device::new(instance, &info, options)?;
         // SAFETY: the family has one queue, which `Device::new` asked for.
         let queue = unsafe { device.raw.get_device_queue(info.queue_family, 0) };
         Self::on(device, info, queue, options)
@@ -114,6 +117,21 @@ impl Context {
             info.lower(limits);
         }
         Self::on(device, info, queue, options)
+    }
+
+    /// What the driver says of every kernel that was compiled so far, in the order in which they were compiled; `None` where
+    /// it says nothing, or was not to be asked: see [`ContextOptions::compiler_reports`].
+    #[must_use]
+    pub fn compiled(&self) -> Option<Vec<Compiled>> {
+        self.device.executables.as_ref()?;
+        let compiled = self.compiled.lock();
+        Some(compiled.unwrap_or_else(PoisonError::into_inner).clone())
+    }
+
+    /// Adds to that.
+    pub(crate) fn note_compiled(&self, more: Vec<Compiled>) {
+        let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        compiled.extend(more);
     }
 
     /// The rest of a context.
@@ -159,6 +177,7 @@ impl Context {
                 options.cache_folder.as_deref(),
             ),
             pipelines: Pipelines::default(),
+            compiled: Mutex::default(),
             info,
             queue: Mutex::new(queue),
             allocator: ManuallyDrop::new(Arc::new(Mutex::new(allocator))),

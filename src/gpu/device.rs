@@ -7,6 +7,7 @@ use ash::{ext, khr, vk};
 use super::error::{Check, GpuResult};
 use super::info::DeviceInfo;
 use super::instance::Instance;
+use super::options::ContextOptions;
 
 /// Owns the device and, through it, the instance.
 pub(crate) struct Device {
@@ -15,12 +16,18 @@ pub(crate) struct Device {
     pub(crate) dynamic_rendering: Option<khr::dynamic_rendering::Device>,
     pub(crate) debug_utils: Option<ext::debug_utils::Device>,
     pub(crate) calibrated: Option<ext::calibrated_timestamps::Device>,
+    /// Where the driver is asked what it has compiled.
+    pub(crate) executables: Option<khr::pipeline_executable_properties::Device>,
     pub(crate) features: vk::PhysicalDeviceFeatures,
     pub(crate) instance: Instance,
 }
 
 impl Device {
-    pub(crate) fn new(instance: Instance, info: &DeviceInfo, window: bool) -> GpuResult<Self> {
+    pub(crate) fn new(
+        instance: Instance,
+        info: &DeviceInfo,
+        options: &ContextOptions,
+    ) -> GpuResult<Self> {
         let mut extensions = vec![khr::push_descriptor::NAME];
         let mut optional = vec![
             ext::calibrated_timestamps::NAME,
@@ -29,8 +36,11 @@ impl Device {
         if info.has_dynamic_rendering {
             optional.push(khr::dynamic_rendering::NAME);
         }
-        if window {
+        if options.window.is_some() {
             optional.push(khr::swapchain::NAME);
+        }
+        if options.compiler_reports {
+            optional.push(khr::pipeline_executable_properties::NAME);
         }
         extensions.extend(optional.into_iter().filter(|name| info.has_extension(name)));
         let names: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
@@ -61,11 +71,22 @@ impl Device {
         if info.has_dynamic_rendering {
             create = create.push_next(&mut rendering);
         }
+        let mut executable_info =
+            vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default()
+                .pipeline_executable_info(true);
+        let reports = extensions.contains(&khr::pipeline_executable_properties::NAME);
+        if reports {
+            create = create.push_next(&mut executable_info);
+        }
         // SAFETY: every pointer in `create` outlives the call; extensions and features were found on the device.
         let raw = unsafe { instance.raw.create_device(info.physical, &create, None) }
             .check("vkCreateDevice", &info.name)?;
         let calibrated = extensions.contains(&ext::calibrated_timestamps::NAME);
-        Ok(Self::of(instance, raw, info, features, calibrated))
+        let mut device = Self::of(instance, raw, info, features, calibrated);
+        device.executables = reports.then(|| {
+            khr::pipeline_executable_properties::Device::new(&device.instance.raw, &device.raw)
+        });
+        Ok(device)
     }
 
     /// One that is there already; `info` says what of it may be used.
@@ -86,6 +107,7 @@ impl Device {
                 .then(|| ext::debug_utils::Device::new(&instance.raw, &raw)),
             calibrated: calibrated
                 .then(|| ext::calibrated_timestamps::Device::new(&instance.raw, &raw)),
+            executables: None,
             features,
             raw,
             instance,

@@ -8,6 +8,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::buffer::AnyBuffer;
 use super::buffer_core::BufferCore;
+use super::compiled;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
 use super::info::DeviceKind;
@@ -303,11 +304,13 @@ impl PipelineCore {
             .module(module.raw)
             .name(c"main")
             .specialization_info(&specialization);
-        let flags = if divides(ctx) {
-            vk::PipelineCreateFlags::DISPATCH_BASE
-        } else {
-            vk::PipelineCreateFlags::empty()
-        };
+        let mut flags = vk::PipelineCreateFlags::empty();
+        if divides(ctx) {
+            flags |= vk::PipelineCreateFlags::DISPATCH_BASE;
+        }
+        if ctx.device.executables.is_some() {
+            flags |= vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR;
+        }
         let info = [vk::ComputePipelineCreateInfo::default()
             .flags(flags)
             .stage(stage)
@@ -323,6 +326,14 @@ impl PipelineCore {
             .check("vkCreateComputePipelines", name)?;
         core.pipeline = made[0];
         ctx.device.set_name(core.pipeline, name);
+        if let Some(executables) = &ctx.device.executables {
+            ctx.note_compiled(compiled::ask(
+                executables,
+                core.pipeline,
+                name,
+                &constants.values(),
+            ));
+        }
         Ok(core.keep(key))
     }
 

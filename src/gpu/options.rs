@@ -35,6 +35,9 @@ pub struct ContextOptions {
     /// append to lists together. `None` does so on devices that are no CPUs, which are faster without, unless the environment
     /// variable `MYXO_CARD_FORMS` is 0 or 1. The results are the same.
     pub card_forms: Option<bool>,
+    /// Asks the driver what it has compiled, for [`Context::compiled`](super::Context::compiled). Where it has not the extension
+    /// for that, nothing is asked.
+    pub compiler_reports: bool,
 }
 
 /// Limits of a device that make large buffers take other ways.
@@ -60,6 +63,7 @@ impl Default for ContextOptions {
             debug_capacity: 65_536,
             limits: None,
             card_forms: None,
+            compiler_reports: false,
         }
     }
 }
