@@ -37,12 +37,19 @@ pub fn step(plan: &Plan<'_>) -> Step {
     let s = &mut step;
     bring_changes(s, plan);
     take_distances(s, plan);
-    walk_and_change_objects(s, plan);
-    feed(s, plan);
-    spread(s, plan);
-    if plan.sorts {
-        sort(s, plan);
-    }
+    advance(s, plan, plan.terms());
+    s.side_by_side(
+        |s| {
+            change_objects(s, plan);
+            if plan.sorts {
+                sort(s, plan);
+            }
+        },
+        |s| {
+            feed(s, plan);
+            spread(s, plan);
+        },
+    );
     step
 }
 
@@ -94,9 +101,8 @@ fn take_distances(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Every particle advances once. Those that go into another object change to it, or begin anew, as the strategy says.
-fn walk_and_change_objects(s: &mut Step, plan: &Plan<'_>) {
-    advance(s, plan, plan.terms());
+/// Particles that go into another object change to it, or begin anew, as the strategy says.
+fn change_objects(s: &mut Step, plan: &Plan<'_>) {
     match plan.strategy {
         Strategy::None => {}
         Strategy::Respawn => {
@@ -116,7 +122,7 @@ fn walk_and_change_objects(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Where sensors read straight ahead in the atlas, those particles come in a second dispatch whose sensors must walk; those
+/// Every particle advances once. Where sensors read straight ahead in the atlas, those particles come in a second dispatch whose sensors must walk; those
 /// that may have to do with another object come in a third, or in a fourth, if their sensors must walk, too.
 fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms) {
     let forms = plan.forms_of_advance(terms);

@@ -213,6 +213,20 @@ impl Step {
         });
     }
 
+    /// Does two things of which neither needs what the other writes. Their works take turns, so that both wait at one barrier
+    /// and a device has kernels of both to run at once.
+    pub fn side_by_side(&mut self, one: impl FnOnce(&mut Self), other: impl FnOnce(&mut Self)) {
+        let (mut first, mut second) = (Self::default(), Self::default());
+        one(&mut first);
+        other(&mut second);
+        let mut rest = second.works.into_iter();
+        for work in first.works {
+            self.works.push(work);
+            self.works.extend(rest.next());
+        }
+        self.works.extend(rest);
+    }
+
     /// Lets two buffers change roles.
     pub fn swap(&mut self, pair: Pair) {
         self.add(Swap(pair));
