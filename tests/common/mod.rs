@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::time::UNIX_EPOCH;
 
+use crate::places;
 use myxo::gpu::{Context, ContextOptions, Frames, Limits, Recorder};
 use myxo::mesh::Mesh;
 use myxo::mesh::atlas::Control;
@@ -15,9 +16,7 @@ use myxo::scene::settings::{ObjectSettings, Settings};
 use myxo::sim::types::{Motion, Particle};
 use myxo::sim::{Setup, Simulation, Snapshot};
 
-pub mod places;
-
-/// A device with the validation layers on, unless `MYXO_WITHOUT_LAYERS` is set, which a test has for itself. Call [`Gpu::finish`] at the end of the test.
+/// A device with the validation layers on, which a test has for itself. Call [`Gpu::finish`] at the end of the test.
 ///
 /// Opening one takes longer than many a test, so the next test takes it over, with its pipelines. A context is reused unless a test
 /// failed with it, lost it, or got a validation message.
@@ -46,7 +45,7 @@ pub fn gpu_within(limits: Option<Limits>) -> Option<Gpu> {
         return Some(Gpu { ctx, limits });
     }
     match Context::new(&ContextOptions {
-        // Machines of others may have no layer that works; the archive of `make bundle` brings one.
+        // The archive of `make bundle` also runs where no layer works.
         validation: std::env::var_os("MYXO_WITHOUT_LAYERS").is_none(),
         limits,
         ..ContextOptions::default()

@@ -8,8 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-#[path = "../common/places.rs"]
-mod places;
+use crate::places;
 
 const BUILT: &str = env!("CARGO_BIN_EXE_myxo");
 

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::common::places::root;
 use crate::common::{Gpu, by_id, gpu, set_up};
+use crate::places::root;
 use glam::{Affine3A, DAffine3, DQuat, DVec3, Vec3};
 use myxo::gpu::Frames;
 use myxo::scene::settings::{ObjectSettings, Settings};

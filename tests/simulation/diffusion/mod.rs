@@ -4,8 +4,8 @@ mod reference;
 
 use std::sync::LazyLock;
 
-use crate::common::places::root;
 use crate::common::{Gpu, gpu, scene_of};
+use crate::places::root;
 use glam::DVec3;
 use myxo::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions};
 use myxo::mesh::surface::{NONE, Surface};
