@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test long fuzz mutants power-cut bench atlases gallery pictures guide window window-times notices advisories clean
+.PHONY: help demo test long fuzz mutants power-cut bench atlases gallery pictures guide window window-times notices bundle advisories clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -130,6 +130,10 @@ window-times: ## time the window: its start, keys, a large picture and a film; t
 
 notices: ## write the licences of all that a binary contains to target/notices/ (needs cargo-about; minutes)
 	@.ci/notices
+
+bundle: ## pack program and tests into one archive in target/bundle/, for a machine with a card but no toolchain (minutes)
+	@.ci/setup test
+	@.ci/bundle
 
 advisories: ## look for dependencies with known faults and for those that nobody keeps up (needs cargo-deny and the network)
 	@command -v cargo-deny >/dev/null || \

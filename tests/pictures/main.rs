@@ -2,6 +2,8 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../common/places.rs"]
+mod places;
 
 mod chart_pictures;
 mod pictures;

@@ -8,6 +8,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::places;
+
+const BUILT: &str = env!("CARGO_BIN_EXE_myxo");
+
 /// A scene that takes a tenth of a second.
 pub const TINY: [&str; 5] = [
     "cube",
@@ -19,7 +23,7 @@ pub const TINY: [&str; 5] = [
 
 /// The program, to be given arguments.
 pub fn program() -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_myxo"));
+    let mut command = Command::new(places::program(BUILT));
     command.env_remove("RUST_LOG").stdin(Stdio::null());
     // What it records is checked, also without validation layers.
     command.env("MYXO_CHECK", "1");
@@ -39,7 +43,8 @@ pub fn myxo(arguments: &[impl AsRef<OsStr>]) -> Output {
 pub fn with_files_up_to(blocks: u32, arguments: &[impl AsRef<OsStr>]) -> Output {
     let limited = format!("ulimit -f {blocks}; exec \"$@\"");
     Command::new("sh")
-        .args(["-c", &limited, "sh", env!("CARGO_BIN_EXE_myxo")])
+        .args(["-c", &limited, "sh"])
+        .arg(places::program(BUILT))
         .args(arguments)
         .env("MYXO_CHECK", "1")
         .stdin(Stdio::null())

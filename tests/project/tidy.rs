@@ -189,6 +189,51 @@ fn tests_belong_to_one_of_the_few_programs() {
     }
 }
 
+/// A list of words in a shell script: `NAME=(WORD WORD)`.
+fn list_of(script: &str, name: &str) -> Vec<String> {
+    let begin = format!("\n{name}=(");
+    let rest = script.split(&begin).nth(1).expect(name);
+    let words = rest.split(')').next().unwrap_or_default();
+    words.split_whitespace().map(str::to_owned).collect()
+}
+
+/// Elsewhere a test would look for its files in a folder that is not there, and fail as if the device were at fault.
+#[test]
+fn tests_that_are_packed_find_what_is_packed_with_them() {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join(".ci/bundle");
+    let script = fs::read_to_string(script).unwrap();
+    let (programs, packed) = (list_of(&script, "programs"), list_of(&script, "files"));
+    let mut sources = files("src/gpu", &["rs"]);
+    for folder in programs
+        .iter()
+        .map(String::as_str)
+        .chain(["common", "program"])
+    {
+        sources.extend(files(&format!("tests/{folder}"), &["rs"]));
+    }
+    let mut named = 0;
+    for (path, text) in sources {
+        for (number, line) in (1..).zip(text.lines()) {
+            let place = format!("{}:{number}", path.display());
+            let may = path.ends_with("common/places.rs") || line.starts_with("const BUILT: ");
+            assert!(
+                may || !line.contains("env!(\"CARGO"),
+                "{place}: use tests/common/places.rs, which also finds the files of an unpacked archive"
+            );
+            let Some(rest) = line.split("root().join(\"").nth(1) else {
+                continue;
+            };
+            let file = rest.split('"').next().unwrap_or_default().to_owned();
+            assert!(
+                packed.contains(&file),
+                "{place}: .ci/bundle does not pack {file}"
+            );
+            named += 1;
+        }
+    }
+    assert!(named >= 2, "files that tests read are found");
+}
+
 /// Lines that sleep for a fixed time: in no loop, which could look at what is waited for.
 fn fixed_sleeps(text: &str) -> Vec<usize> {
     let call = ["sl", "eep("].concat();

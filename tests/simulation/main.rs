@@ -2,6 +2,8 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+#[path = "../common/places.rs"]
+mod places;
 #[path = "../program/mod.rs"]
 mod program;
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::common::{Gpu, by_id, gpu, set_up};
+use crate::places::root;
 use glam::{Affine3A, DAffine3, DQuat, DVec3, Vec3};
 use myxo::gpu::Frames;
 use myxo::scene::settings::{ObjectSettings, Settings};
@@ -573,7 +574,8 @@ fn objects_follow_their_models_animation() {
 fn animations_that_are_not_rigid_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let scaling = ",{\"sampler\":2,\"target\":{\"node\":1,\"path\":\"scale\"}}";
-    let hand = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/hand_animated.glb");
+    let hand = root().join("assets/hand_animated.glb");
+    let hand = hand.to_str().expect("folders of tests are Unicode");
     for (text, mesh, words) in [
         (
             model(folder.path(), scaling, "", "0"),

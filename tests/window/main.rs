@@ -19,6 +19,8 @@ mod objects;
 mod opening;
 mod out;
 mod parameters;
+#[path = "../common/places.rs"]
+mod places;
 mod presets;
 #[path = "../program/mod.rs"]
 mod program;

@@ -5,6 +5,7 @@ mod reference;
 use std::sync::LazyLock;
 
 use crate::common::{Gpu, gpu, scene_of};
+use crate::places::root;
 use glam::DVec3;
 use myxo::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions};
 use myxo::mesh::surface::{NONE, Surface};
@@ -182,11 +183,7 @@ fn builtin(name: &str) -> Mesh {
 }
 
 fn hand() -> Mesh {
-    Mesh::load(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/assets/hand_animated.glb"
-    ))
-    .unwrap()
+    Mesh::load(root().join("assets/hand_animated.glb")).unwrap()
 }
 
 /// A single texel's deposit.
