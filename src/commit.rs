@@ -1,7 +1,8 @@
 //! The commit of the checkout that the program was built in, for reports and exports.
 //!
 //! It is read when it is asked for, so that a new commit builds nothing: in a checkout from Git's own files, as the checkout
-//! is now; in an unpacked archive from `commit.txt`, where `git archive` has put it.
+//! is now; in an unpacked archive from `commit.txt`, where `git archive` has put it. Where there is neither, the environment variable
+//! `MYXO_COMMIT` says it, as in the archive of `make bundle`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,6 +18,7 @@ const DIGITS: usize = 12;
 pub fn commit() -> Option<String> {
     of_archive(include_str!("commit.txt"))
         .or_else(|| of_checkout(Path::new(env!("CARGO_MANIFEST_DIR"))))
+        .or_else(|| short(&std::env::var("MYXO_COMMIT").ok()?))
 }
 
 /// The commit that `git archive` has written in place of its mark.
