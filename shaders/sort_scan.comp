@@ -17,7 +17,7 @@ layout(push_constant) uniform Params {
 layout(std430, set = 0, binding = 0) buffer Bins { uint bins[]; };
 
 // Bins that an invocation takes in a round.
-const uint RUN = 8u;
+const uint RUN = 16u;
 
 shared uint sums[gl_WorkGroupSize.x];
 

@@ -36,7 +36,13 @@ pub fn rows(report: &gpu::Report, of: Of<'_>) -> Vec<KernelTime> {
         }
     };
     let row = |row: &gpu::Row| {
-        let work = work_of(&row.name, row.dispatches_per_step, of);
+        let work = work_of(
+            &row.name,
+            row.dispatches_per_step,
+            of.setup,
+            of.slices,
+            of.advancing,
+        );
         let mut ms = of_a_step(row);
         if row.name == "advance" {
             // All together advance all particles: those that the first lists are left to the others.

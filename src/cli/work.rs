@@ -6,7 +6,8 @@
 //! are not counted, nor texels that only bilinear reads touch. So the rate says how much of the memory's speed is put to
 //! use, and not what the memory is kept busy with.
 
-use super::times::Of;
+use myxo::sim::Setup;
+use myxo::sim::sorting::Slices;
 use myxo::sim::types::{ExchangeEntry, ExchangeRow, Motion, Particle, Seam};
 
 /// A texel of trail, a count, a density.
@@ -25,19 +26,25 @@ pub struct Work {
     pub bytes: f64,
 }
 
-/// The work of a kernel in a step in which it is dispatched so often. Each particle advances once, of those that are advancing.
-/// `None` where only the device knows.
-pub fn work_of(kernel: &str, dispatches: f64, of: Of<'_>) -> Option<Work> {
-    let atlas = &of.setup.atlas;
+/// The work of a kernel in a step in which it is dispatched so often. Each particle advances once;
+/// `advancing` of them were measured, if that is known. `None` where only the device knows.
+pub fn work_of(
+    kernel: &str,
+    dispatches: f64,
+    setup: &Setup,
+    slices: Slices,
+    advancing: Option<u64>,
+) -> Option<Work> {
+    let atlas = &setup.atlas;
     // Of a slice, in the mean.
-    let sorted = of.setup.particles.len() as u64 / u64::from(of.slices.count());
+    let sorted = setup.particles.len() as u64 / u64::from(slices.count());
     let rows = atlas.exchange.rows.len() as u64;
     let entries = atlas.exchange.entries.len() as u64;
     let gutters = atlas.seams.len() as u64;
     let texels = u64::from(atlas.owned_count);
     let (count, of, bytes) = match kernel {
         "advance" => {
-            let count = of.advancing?;
+            let count = advancing?;
             let each = 2 * RECORD + SENSORS * TEXEL + 2 * TEXEL;
             return Some(Work {
                 count: count as f64,

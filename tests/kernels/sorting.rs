@@ -96,7 +96,12 @@ impl Case {
     }
 
     fn plan(&self) -> Plan<'_> {
-        Plan::new(&self.scene.settings, &self.setup, 0, Means::of_host(false, 1))
+        Plan::new(
+            &self.scene.settings,
+            &self.setup,
+            0,
+            Means::of_host(false, 1),
+        )
     }
 
     fn by_kernels(&self, gpu: &Gpu, slice: Slice) -> Sorted {
@@ -212,7 +217,10 @@ impl Case {
         ids.sort_unstable();
         assert!(ids.into_iter().eq(0..ring), "none is lost: {what}");
         for (particle, motion) in particles.iter().zip(motions) {
-            assert_eq!(motion.pending, particle.id as f32, "motions go along: {what}");
+            assert_eq!(
+                motion.pending, particle.id as f32,
+                "motions go along: {what}"
+            );
         }
         for (object, window) in (0..).zip(&self.windows) {
             for i in 0..window.count {
@@ -257,7 +265,7 @@ fn any_number_of_bins_is_added_up() {
     let Some(gpu) = gpu() else { return };
     let ctx = &gpu.ctx;
     let scan = Pipeline::<SortScan>::new(ctx, &()).unwrap();
-    for count in [1, 7, 8, 9, 1023, 1024, 1025, 5000, 65_536] {
+    for count in [1, 15, 16, 17, 2047, 2048, 2049, 5000, 65_536] {
         let mut counts: Vec<u32> = (0..count).map(|i: u32| i * 7919 % 13).collect();
         let bins = Buffer::from_slice(ctx, "bins", &counts).unwrap();
         gpu.run(|rec| {
@@ -289,7 +297,8 @@ fn slices_of_a_round_share_all_particles() {
                 assert_eq!(end, particles, "{particles} in {count}");
                 due
             });
-            let is_large = particles >= 2 * count;
+            // Fewer end before the last slice begins, because half a slice is rounded up.
+            let is_large = particles > 4 * count * count;
             if count == 1 {
                 assert_eq!(rounds[0], rounds[1]);
             } else if is_large {
@@ -378,7 +387,8 @@ fn steps_sort_every_so_often() {
 /// from a checkpoint in the middle of a round.
 #[test]
 fn slices_keep_all_in_order() {
-    let scene = trio(150_000, 512, Strategy::Parallel);
+    let mut scene = trio(150_000, 512, Strategy::Parallel);
+    scene.settings.physarum.speed = 0.001;
     let mut simulation = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings.clone());
     assert!(Slices::of(150_000, true).count() > 4);
     assert_eq!(order(simulation.setup(), &simulation.snapshot()), 1.0);
@@ -393,7 +403,8 @@ fn slices_keep_all_in_order() {
         least = least.min(order(simulation.setup(), &state));
     }
     simulation.snapshot().validate(simulation.setup()).unwrap();
-    assert!(least > 0.7, "{least}");
+    // In no order it would be half.
+    assert!(least > 0.8, "{least}");
 }
 
 /// Few bins where triangles are small, never more than can be added up, those of an object one after the other; and every particle
@@ -403,7 +414,7 @@ fn bins_are_few_and_those_of_objects_lie_together() {
     let large = scene("builtin:plane?columns=1&rows=1", |s| s.atlas.size = 1024);
     let fine = scene("builtin:torus?major=200&minor=100", |s| s.atlas.size = 1024);
     let several = trio(10, 203, Strategy::Parallel);
-    for (scene, least, most) in [(large, 200, 1024), (fine, 1000, 1024), (several, 40, 300)] {
+    for (scene, least, most) in [(large, 200, 1024), (fine, 500, 1024), (several, 40, 1024)] {
         let setup = Setup::new(&scene).unwrap();
         let Bins { tile_shift, count } = setup.bins;
         assert!((least..=most).contains(&count), "{:?}", setup.bins);
@@ -423,14 +434,20 @@ fn bins_are_few_and_those_of_objects_lie_together() {
                 *range = (range.0.min(bin), range.1.max(bin));
             }
         }
-        assert!(ranges.windows(2).all(|pair| pair[0].1 < pair[1].0), "{ranges:?}");
+        assert!(
+            ranges.windows(2).all(|pair| pair[0].1 < pair[1].0),
+            "{ranges:?}"
+        );
         assert!(ranges.iter().all(|range| range.0 <= range.1), "{ranges:?}");
     }
     // More particles are sorted more finely.
     let mut setup = Setup::new(&trio(10, 1024, Strategy::Direct)).unwrap();
     let few = setup.bins;
     let many = Bins::number(&mut setup.strips, 1_000_000);
-    assert!(many.count > 2 * few.count && many.tile_shift == 4, "{few:?}, {many:?}");
+    assert!(
+        many.count > 2 * few.count && many.tile_shift < few.tile_shift,
+        "{few:?}, {many:?}"
+    );
     let most = Bins::number(&mut setup.strips, 1 << 30);
     assert!(most.count <= 1 << 16);
 }

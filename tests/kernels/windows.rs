@@ -281,7 +281,10 @@ impl Ring {
             entries,
             ..
         } = self.flow;
-        assert!(u64::from(gained) <= most_gained(leaving, case.objects), "{case:?}");
+        assert!(
+            u64::from(gained) <= most_gained(leaving, case.objects),
+            "{case:?}"
+        );
         let most = most_displaced(leaving, case.objects, case.particles.into());
         assert!(u64::from(entries) <= most, "{case:?}");
     }
@@ -474,7 +477,10 @@ fn borders_of_the_largest_rings_move_as_those_of_the_twin() {
             assert_eq!(ctx.download(&flow_buffer).unwrap(), [flow], "{what}");
             assert_eq!(ctx.download(&windows_buffer).unwrap(), windows, "{what}");
             assert_eq!(ctx.download(&borders_buffer).unwrap(), borders, "{what}");
-            assert!(u64::from(flow.gained) <= most_gained(leaving, objects), "{what}");
+            assert!(
+                u64::from(flow.gained) <= most_gained(leaving, objects),
+                "{what}"
+            );
             let all: u64 = windows.iter().map(|w| u64::from(w.count)).sum();
             assert_eq!(all, u64::from(ring), "{what}");
         }
