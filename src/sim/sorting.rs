@@ -15,11 +15,13 @@ use crate::mesh::strip::{StripTriangle, TileBins};
 /// last sort makes `advance` 0.3 to 0.5 ms dearer and a sort of all takes 42 ms, which is least together at 13 to 17 steps.
 pub const SORT_INTERVAL: u64 = 16;
 
-/// A slice has at least so many particles, on devices that are CPUs: to sort them takes about 0.35 ms, and the kernels take 0.15 ms
-/// however few there are. So slices cost a hundredth of a step, and one is a tenth.
+/// On devices that are CPUs there are up to so many slices, of so many particles at least. To sort all there takes half a step: so
+/// with four slices, steps that sort one take an eighth longer. With 16, `torus` takes 5 % more time of the processors: more small
+/// kernels, and particles that go over a seam need longer to come to their place.
+const SLICES_ON_CPU: u32 = 4;
 const SMALLEST_ON_CPU: u32 = 1 << 14;
 
-/// The same on others: the kernels of a sort take 20 to 30 microseconds to begin, and a step of so many particles 70 to 100.
+/// A slice has at least so many particles on others: the kernels of a sort take 20 to 30 microseconds to begin, and a step of so many particles 70 to 100.
 const SMALLEST: u32 = 1 << 19;
 
 /// Tiles have at least this side, as a power of two, in texels.
@@ -60,8 +62,11 @@ impl Slices {
     /// For so many particles: as many slices as there may be that are not too small for the fixed cost of the kernels.
     #[must_use]
     pub fn of(particles: u32, on_cpu: bool) -> Self {
-        let smallest = if on_cpu { SMALLEST_ON_CPU } else { SMALLEST };
-        let count = (particles / smallest).clamp(1, SORT_INTERVAL as u32);
+        let most = SORT_INTERVAL as u32;
+        let mut count = (particles / SMALLEST).clamp(1, most);
+        if on_cpu {
+            count = count.max((particles / SMALLEST_ON_CPU).min(SLICES_ON_CPU));
+        }
         Self::new(particles, 1 << count.ilog2())
     }
 
@@ -165,8 +170,9 @@ impl Bins {
 /// What a triangle has of the bins.
 struct Share {
     object: u32,
-    /// The tile of its middle, by a number that neighbours have near each other.
-    middle: u32,
+    /// The tile of its middle: row and column. A particle that goes to the next tile is then no farther from its place than a row of
+    /// tiles is long, which is less than half a slice.
+    middle: [u32; 2],
     /// Of a large one: its first tile, and how many it has side by side and one above the other.
     own: Option<([u32; 2], [u32; 2])>,
     triangle: u32,
@@ -190,7 +196,7 @@ impl Share {
         });
         Self {
             object: strip.shape.object,
-            middle: interleaved(tile(middle.x)) | interleaved(tile(middle.y)) << 1,
+            middle: [tile(middle.y), tile(middle.x)],
             own,
             triangle,
         }
@@ -244,13 +250,4 @@ fn hand_out(strips: &mut [StripTriangle], shares: &[Share]) {
         }
         bins = bins.wrapping_add(sharing[0].bins() as u32);
     }
-}
-
-/// The lower 16 bits, each with a zero before it.
-fn interleaved(x: u32) -> u32 {
-    let spread = |x: u32, by: u32, mask: u32| (x | x << by) & mask;
-    let x = spread(x & 0xffff, 8, 0x00ff_00ff);
-    let x = spread(x, 4, 0x0f0f_0f0f);
-    let x = spread(x, 2, 0x3333_3333);
-    spread(x, 1, 0x5555_5555)
 }
