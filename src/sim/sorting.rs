@@ -32,7 +32,7 @@ const LARGEST_SHIFT: u32 = 16;
 
 /// A bin is made for at least so many particles, in the mean of all: each slice goes through all bins, and that is to take less
 /// than what it does to its particles.
-const PARTICLES_A_BIN: usize = 64;
+const PARTICLES_A_BIN: usize = 16;
 
 /// Bins that are few enough to be added up in no time, however few particles there are, and however many.
 const FEW_BINS: usize = 1 << 10;
@@ -171,7 +171,7 @@ impl Bins {
 struct Share {
     object: u32,
     /// The tile of its middle: row and column. A particle that goes to the next tile is then no farther from its place than a row of
-    /// tiles is long, which is less than half a slice.
+    /// tiles is long.
     middle: [u32; 2],
     /// Of a large one: its first tile, and how many it has side by side and one above the other.
     own: Option<([u32; 2], [u32; 2])>,
