@@ -1,7 +1,7 @@
 // sort_scan: from how many particles each bin has to how many lie before it.
 // Reads   bins.
 // Writes  bins.
-// One group: each invocation adds up a run of bins, then all add up the runs before theirs.
+// One group, which takes the bins in rounds: each invocation adds up a few side by side, then all add up those before theirs.
 // Overflow: cannot happen; the sum is that of all particles.
 
 #version 460
@@ -16,23 +16,35 @@ layout(push_constant) uniform Params {
 
 layout(std430, set = 0, binding = 0) buffer Bins { uint bins[]; };
 
+// Bins that an invocation takes in a round.
+const uint RUN = 16u;
+
 shared uint sums[gl_WorkGroupSize.x];
 
 void main() {
-    if (invocation_index() >= gl_WorkGroupSize.x) return;
-    uint run = (params.bin_count + gl_WorkGroupSize.x - 1u) / gl_WorkGroupSize.x;
     uint me = invocation_index();
-    uint first = min(me * run, params.bin_count);
-    uint end = min(first + run, params.bin_count);
-    uint sum = 0u;
-    for (uint i = first; i < end; i += 1u) sum += bins[i];
-    sums[me] = sum;
-    barrier();
-    uint before = 0u;
-    for (uint i = 0u; i < me; i += 1u) before += sums[i];
-    for (uint i = first; i < end; i += 1u) {
-        uint count = bins[i];
-        bins[i] = before;
-        before += count;
+    if (me >= gl_WorkGroupSize.x) return;
+    uint before_round = 0u;
+    for (uint round = 0u; round < params.bin_count; round += RUN * gl_WorkGroupSize.x) {
+        uint first = round + RUN * me;
+        uint counts[RUN];
+        uint sum = 0u;
+        for (uint k = 0u; k < RUN; k += 1u) {
+            counts[k] = first + k < params.bin_count ? bins[first + k] : 0u;
+            sum += counts[k];
+        }
+        sums[me] = sum;
+        barrier();
+        uint before = before_round;
+        for (uint i = 0u; i < gl_WorkGroupSize.x; i += 1u) {
+            before += i < me ? sums[i] : 0u;
+            before_round += sums[i];
+        }
+        for (uint k = 0u; k < RUN; k += 1u) {
+            if (first + k < params.bin_count) bins[first + k] = before;
+            before += counts[k];
+        }
+        // The next round's sums come where these have been read.
+        barrier();
     }
 }

@@ -55,7 +55,7 @@
 //! 3. Where there is food, what was eaten is taken away, and what sensors read of food is summed up anew.
 //! 4. The trail spreads, takes up the deposits and decays: inside charts, then over seams; then the gutters are filled, so that
 //!    reads never see a seam.
-//! 5. Every so many steps particles are sorted by their place in the texture.
+//! 5. A part of the particles is sorted by place in the texture, so that all are once in so many steps.
 //!
 //! What a scene has no use for is not recorded: with one object there are no distances and no transfers. Which of the
 //! kernels for transfers run is the strategy ([`scene::settings::Strategy`]); all counts stay on the GPU, and dispatches over

@@ -1,20 +1,25 @@
-// sort: where particles come in the order in which they lie together in the atlas. Twin of src/sim/step/sort.rs.
-// The includer declares `particles` (texel buffer), `strips` (strip_table.glsl) and `params` first.
+// sort: where particles come in the order in which they lie together in the atlas. Twin of src/sim/sorting.rs and
+// src/sim/step/sort.rs.
+// The includer declares `strips` (strip_table.glsl), `windows` and `params` with `particle_count`, `first` and `tile_shift` first.
 
 #ifndef MYXO_SORT
 #define MYXO_SORT
 
 #include "atlas.glsl"
+#include "ring.glsl"
 #include "strip_table.glsl"
 
-// With windows, objects come one after the other; else tiles of the atlas alone count.
 uint bin_of(uvec4 particle) {
-    uint triangle = particle.x;
-    AtlasMap map = atlas_map_of(triangle);
+    AtlasMap map = atlas_map_of(particle.x);
+    uvec2 bins_of_tiles = tile_bins_of(particle.x);
     uvec2 texel = uvec2(atlas_position(map, uintBitsToFloat(particle.y), uintBitsToFloat(particle.z)));
-    uint tile = (texel.y >> params.tile_shift) * params.tiles_a_row + (texel.x >> params.tile_shift);
-    uint object = WINDOWS ? shape_words(triangle).w : 0u;
-    return object * params.tile_count + tile;
+    uvec2 tile = texel >> params.tile_shift;
+    return bins_of_tiles.x + tile.x * (bins_of_tiles.y & 0xffffu) + tile.y * (bins_of_tiles.y >> 16u);
+}
+
+// The slot of number i of the slice. Without windows there is one that begins at slot 0.
+uint slot_of(uint i) {
+    return ring_slot(windows[0].start, params.first + i, params.particle_count);
 }
 
 #endif

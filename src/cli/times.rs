@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use myxo::gpu;
+use myxo::sim::sorting::Slices;
 use myxo::sim::{FORMS_OF_ADVANCE, Setup};
 
 use super::report::{Bandwidth, KeptBusy, KernelTime, Throughput, Times};
@@ -14,6 +15,8 @@ use super::work::work_of;
 pub struct Of<'a> {
     /// Of the scene.
     pub setup: &'a Setup,
+    /// How particles are cut into slices, of which a step sorts one.
+    pub slices: Slices,
     /// How many particles advance in what was measured, if that is known.
     pub advancing: Option<u64>,
     /// Of copies, if it was measured.
@@ -33,7 +36,13 @@ pub fn rows(report: &gpu::Report, of: Of<'_>) -> Vec<KernelTime> {
         }
     };
     let row = |row: &gpu::Row| {
-        let work = work_of(&row.name, row.dispatches_per_step, of.setup, of.advancing);
+        let work = work_of(
+            &row.name,
+            row.dispatches_per_step,
+            of.setup,
+            of.slices,
+            of.advancing,
+        );
         let mut ms = of_a_step(row);
         if row.name == "advance" {
             // All together advance all particles: those that the first lists are left to the others.

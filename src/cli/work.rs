@@ -7,6 +7,7 @@
 //! use, and not what the memory is kept busy with.
 
 use myxo::sim::Setup;
+use myxo::sim::sorting::Slices;
 use myxo::sim::types::{ExchangeEntry, ExchangeRow, Motion, Particle, Seam};
 
 /// A texel of trail, a count, a density.
@@ -31,10 +32,12 @@ pub fn work_of(
     kernel: &str,
     dispatches: f64,
     setup: &Setup,
+    slices: Slices,
     advancing: Option<u64>,
 ) -> Option<Work> {
     let atlas = &setup.atlas;
-    let particles = setup.particles.len() as u64;
+    // Of a slice, in the mean.
+    let sorted = setup.particles.len() as u64 / u64::from(slices.count());
     let rows = atlas.exchange.rows.len() as u64;
     let entries = atlas.exchange.entries.len() as u64;
     let gutters = atlas.seams.len() as u64;
@@ -64,13 +67,8 @@ pub fn work_of(
             "gutter texels",
             gutters * (size_of::<Seam>() as u64 + 2 * TEXEL),
         ),
-        // A particle is read, and its tile's count is read and written.
-        "sort_count" => (
-            particles,
-            "particles",
-            particles * (size_of::<Particle>() as u64 + 2 * TEXEL),
-        ),
-        "sort_scatter" => (particles, "particles", particles * (2 * RECORD + 2 * TEXEL)),
+        // Particles are copied, and their bins' counts are read and written.
+        "sort_count" | "sort_scatter" => (sorted, "particles", sorted * (2 * RECORD + 2 * TEXEL)),
         _ => return None,
     };
     Some(Work {

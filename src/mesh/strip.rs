@@ -33,8 +33,30 @@ pub struct StripTriangle {
     pub shape: Triangle,
     /// Its place in the atlas.
     pub map: AtlasMap,
-    /// Always 0.
-    pub pad: [f32; 2],
+    /// Which bins particles on it come to when they are sorted; zeros until bins are numbered.
+    pub bins: TileBins,
+}
+
+/// Which bin each tile of the atlas has, for the particles of a triangle.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct TileBins {
+    /// The bin of the tile in the atlas's corner, if that had one; sums wrap round.
+    pub base: u32,
+    /// How many bins on the next tile of the row is, and in the upper half that of the column; 0 where all tiles have one bin.
+    pub strides: u32,
+}
+
+impl TileBins {
+    /// The bin of a tile, by its column and row.
+    #[must_use]
+    pub fn of_tile(self, [x, y]: [u32; 2]) -> u32 {
+        let [of_row, of_column] = [self.strides & 0xffff, self.strides >> 16];
+        let way = x
+            .wrapping_mul(of_row)
+            .wrapping_add(y.wrapping_mul(of_column));
+        self.base.wrapping_add(way)
+    }
 }
 
 impl Surface {
@@ -64,7 +86,7 @@ impl Surface {
                 }),
                 shape,
                 map,
-                pad: [0.0; 2],
+                bins: TileBins::default(),
             })
             .collect()
     }

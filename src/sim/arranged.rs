@@ -1,13 +1,17 @@
 //! A state in the order that a strategy needs.
 
+use rayon::prelude::*;
+
 use super::ground::Ground;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
-use super::types::{Motion, Particle, Pose, Window};
+use super::sorting::Bins;
+use super::types::{Pose, Window};
 use crate::scene::settings::Strategy;
 
-/// Puts a state in the order that a strategy needs: with windows, each object's particles together. Particles in flight, which
-/// checkpoints of earlier versions have, land where objects stand now. A state that is in order stays as it is.
+/// Puts a state in the order that a strategy needs: with windows, each object's particles together; and at the start, those together
+/// that lie together in the atlas, which steps keep so. Particles in flight, which checkpoints of earlier versions have, land where
+/// objects stand now. A state that is in order stays as it is.
 #[must_use]
 pub fn arranged(
     mut state: Snapshot,
@@ -26,8 +30,12 @@ pub fn arranged(
     }
     if !strategy.has_windows() {
         state.transfers.windows.clear();
+        if state.step == 0 && strategy.may_sort() {
+            sort(&mut state, setup);
+        }
     } else if state.transfers.windows.len() != objects {
-        into_windows(&mut state, setup);
+        sort(&mut state, setup);
+        state.transfers.windows = windows(&state, setup);
     }
     state
 }
@@ -47,33 +55,41 @@ fn land_all(state: &mut Snapshot, setup: &Setup, poses: &[Pose]) {
     }
 }
 
-/// Sorts particles by object.
-fn into_windows(state: &mut Snapshot, setup: &Setup) {
-    let objects = setup.poses.len();
-    let object = |slot: usize| {
-        let triangle = state.particles[slot].triangle;
-        setup.surface.triangles[triangle as usize].object as usize
-    };
-    let mut counts = vec![0; objects];
-    (0..state.particles.len()).for_each(|slot| counts[object(slot)] += 1);
-    let mut order: Vec<usize> = (0..state.particles.len()).collect();
-    order.sort_by_key(|&slot| object(slot));
-    let particles: Vec<Particle> = order.iter().map(|&slot| state.particles[slot]).collect();
-    let motions: Vec<Motion> = order.iter().map(|&slot| state.motions[slot]).collect();
-    (state.particles, state.motions) = (particles, motions);
-    let mut start = 0;
-    state.transfers.windows.clear();
-    for count in counts {
-        state.transfers.windows.push(Window { start, count });
-        start += count;
+/// Puts particles in the order of their bins, which objects have one after the other.
+fn sort(state: &mut Snapshot, setup: &Setup) {
+    let Bins { tile_shift, count } = setup.bins;
+    let bins = state.particles.par_iter();
+    let bins = bins.map(|particle| Bins::of(tile_shift, &setup.strips, particle) as usize);
+    let bins: Vec<usize> = bins.collect();
+    let mut places = vec![0_usize; count as usize + 1];
+    bins.iter().for_each(|&bin| places[bin + 1] += 1);
+    for bin in 0..count as usize {
+        places[bin + 1] += places[bin];
     }
-    let ring = order.len() as u32;
-    for window in &mut state.transfers.windows {
-        // The window behind the last slot begins at the first one.
-        window.start = if window.start == ring {
-            0
-        } else {
-            window.start
+    let (particles, motions) = (state.particles.clone(), state.motions.clone());
+    for (bin, (particle, motion)) in bins.iter().zip(particles.iter().zip(&motions)) {
+        let place = places[*bin];
+        places[*bin] += 1;
+        state.particles[place] = *particle;
+        state.motions[place] = *motion;
+    }
+}
+
+/// The windows of particles that lie in the order of objects.
+fn windows(state: &Snapshot, setup: &Setup) -> Vec<Window> {
+    let mut counts = vec![0; setup.poses.len()];
+    for particle in &state.particles {
+        counts[setup.strips[particle.triangle as usize].shape.object as usize] += 1;
+    }
+    let ring = state.particles.len() as u32;
+    let windows = counts.into_iter().scan(0, |start, count| {
+        let window = Window {
+            // The window behind the last slot begins at the first one.
+            start: if *start == ring { 0 } else { *start },
+            count,
         };
-    }
+        *start += count;
+        Some(window)
+    });
+    windows.collect()
 }

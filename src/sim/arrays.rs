@@ -3,15 +3,15 @@
 
 use std::sync::Arc;
 
+use bytemuck::Zeroable;
 use glam::UVec2;
 
 use super::behaviour::physarums;
-use super::buffers::LIMIT_BINS_COUNT;
+use super::buffers::{Counts, LIMIT_BINS_COUNT};
 use super::food::scent_of;
 use super::roles::Pair;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
-use super::sorting;
 use super::transfers::{TransferState, area_shares, capacity, object_triangles};
 use super::types::{
     Border, DistanceJob, Flow, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum, Pose,
@@ -106,11 +106,11 @@ pub struct Arrays {
     pub particles: Vec<Particle>,
     /// One a particle: where it is going.
     pub motions: Vec<Motion>,
-    /// What particles become where they are sorted.
-    pub sorted_particles: Vec<Particle>,
-    /// What motions become.
-    pub sorted_motions: Vec<Motion>,
-    /// One a tile, and with windows one for each object: how many particles are there, then how many lie before.
+    /// Particles that are put in order.
+    pub slice_particles: Vec<Particle>,
+    /// Their motions.
+    pub slice_motions: Vec<Motion>,
+    /// How many particles of a slice are in each, then how many lie before.
     pub bins: Vec<u32>,
     /// One a texel, gutters filled.
     pub trail: Vec<f32>,
@@ -175,11 +175,11 @@ impl Arrays {
         let particles = start.particles.len();
         let mut arrays = Self {
             transfers: TransferArrays::new(settings, setup, &start.transfers),
-            sorted_particles: start.particles.clone(),
-            sorted_motions: start.motions.clone(),
+            slice_particles: Vec::new(),
+            slice_motions: Vec::new(),
             particles: start.particles,
             motions: start.motions,
-            bins: vec![0; sorting::bins(&setup.atlas, setup.poses.len())],
+            bins: vec![0; setup.bins.count as usize],
             trail: vec![0.0; texels],
             next_trail: vec![0.0; texels],
             deposits: vec![0; texels],
@@ -208,7 +208,15 @@ impl Arrays {
             setup: Arc::clone(setup),
         };
         arrays.serve(None);
+        arrays.make_room(settings);
         arrays
+    }
+
+    /// Has room for as many particles that are put in order as the settings' strategy needs.
+    pub fn make_room(&mut self, settings: &Settings) {
+        let room = Counts::of(&self.setup, settings).slice as usize;
+        self.slice_particles.resize(room, Particle::zeroed());
+        self.slice_motions.resize(room, Motion::zeroed());
     }
 
     /// Of each food there is so much from now on, or all of it.
@@ -222,10 +230,6 @@ impl Arrays {
         match pair {
             Pair::Trail => std::mem::swap(&mut self.trail, &mut self.next_trail),
             Pair::Deposits => std::mem::swap(&mut self.deposits, &mut self.previous_deposits),
-            Pair::Particles => {
-                std::mem::swap(&mut self.particles, &mut self.sorted_particles);
-                std::mem::swap(&mut self.motions, &mut self.sorted_motions);
-            }
         }
     }
 }

@@ -4,8 +4,8 @@
 use super::buffers::Counts;
 use super::distance::{GROUP, MOST_HINTS, TILE_SAMPLES};
 use super::setup::Setup;
-use super::sorting;
-use super::transfers::capacity;
+use super::sorting::Slices;
+use super::transfers::{capacity, most_displaced};
 use crate::mesh::surface::NONE;
 use crate::scene::Scene;
 use crate::scene::settings::Settings;
@@ -28,7 +28,8 @@ impl Counts {
             entries: count(atlas.exchange.packed_entries()),
             triangles,
             vertices: count(setup.vertices.len()),
-            bins: count(sorting::bins(atlas, setup.poses.len())),
+            slice: slice(settings, count(setup.particles.len()), objects),
+            bins: setup.bins.count.into(),
             windows: if settings.strategy().has_windows() {
                 objects
             } else {
@@ -70,6 +71,7 @@ impl Counts {
         let tiles = samples / u64::from(TILE_SAMPLES);
         Self {
             particles: settings.particles.count.into(),
+            slice: slice(settings, settings.particles.count.into(), objects),
             objects,
             texels,
             triangles,
@@ -91,6 +93,23 @@ impl Counts {
             ..Self::default()
         }
     }
+}
+
+/// Room for particles that are put in order: for the longest slice, as a graphics card has it, and with windows for all that
+/// a step can displace.
+fn slice(settings: &Settings, particles: u64, objects: u64) -> u64 {
+    let strategy = settings.strategy();
+    let sorted = if strategy.may_sort() {
+        Slices::of(particles as u32, false).longest().into()
+    } else {
+        1
+    };
+    let displaced = if strategy.has_windows() {
+        most_displaced(settings.transfer.buffer_size, objects as u32, particles)
+    } else {
+        1
+    };
+    sorted.max(displaced)
 }
 
 /// Texels of a texture of so many along its side: rows are padded to whole quads.

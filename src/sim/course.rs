@@ -12,12 +12,14 @@ use super::movement::Movement;
 use super::plan::{Changes, Means, Plan};
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
-use super::sorting::is_due;
 use super::step::step;
 use super::types::{DistanceJob, Physarum, Pose};
 use super::work::Step;
 use crate::error::Result;
 use crate::scene::settings::Settings;
+
+/// The number of a step in which distances are due, and a sort: both are in steps whose numbers are multiples of something.
+const DUE: u64 = 0;
 
 /// A simulation without its buffers.
 #[derive(Clone, Debug)]
@@ -77,7 +79,7 @@ impl Course {
         let mut plan = Plan::new(&self.settings, &self.setup, self.step, means);
         plan.changes = changes;
         plan.update_distances(&mut self.planner, self.step, &self.poses);
-        plan.sorts = is_due(self.step) && self.settings.strategy().may_sort();
+        plan.sort_as_in(self.step);
         let step = step(&plan);
         self.step += 1;
         self.fed_deposit = self.settings.feeding.fed_deposit;
@@ -92,7 +94,7 @@ impl Course {
         if !self.setup.distance.is_empty() {
             plan.distances.jobs = vec![DistanceJob::zeroed()];
         }
-        plan.sorts = settings.strategy().may_sort();
+        plan.sort_as_in(DUE);
         step(&plan)
     }
 
@@ -100,8 +102,6 @@ impl Course {
     /// since they were last taken no step takes any, and they come as in the first one. Nothing counts as done.
     #[must_use]
     pub fn with_everything(&self, means: Means, changes: Changes) -> (Step, DistanceUpdate) {
-        // Of all steps those that are a multiple of the interval take distances; the first one always does.
-        const DUE: u64 = 0;
         let mut plan = Plan::new(&self.settings, &self.setup, self.step, means);
         plan.changes = changes;
         for mut planner in [self.planner.clone(), DistancePlanner::default()] {
@@ -110,7 +110,7 @@ impl Course {
                 break;
             }
         }
-        plan.sorts = self.settings.strategy().may_sort();
+        plan.sort_as_in(DUE);
         (step(&plan), plan.distances)
     }
 

@@ -4,6 +4,7 @@
 use super::behaviour::deposit_factor;
 use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate};
 use super::setup::Setup;
+use super::sorting::{Slice, Slices};
 use super::texel_paths::TexelPaths;
 use super::types::{Physarum, Pose};
 use crate::gpu::Threads;
@@ -21,6 +22,8 @@ pub struct Means {
     pub painted: bool,
     /// How many transfers the lists hold.
     pub capacity: u32,
+    /// Is it a CPU?
+    pub is_cpu: bool,
 }
 
 impl Means {
@@ -32,6 +35,7 @@ impl Means {
             paths,
             painted,
             capacity,
+            is_cpu: true,
         }
     }
 }
@@ -116,8 +120,8 @@ pub struct Plan<'a> {
     pub changes: Changes,
     /// Which distances are taken anew; none at first.
     pub distances: DistanceUpdate,
-    /// Are particles sorted at the end?
-    pub sorts: bool,
+    /// The particles that are sorted at the end, if any are.
+    pub slice: Option<Slice>,
 }
 
 impl<'a> Plan<'a> {
@@ -135,7 +139,7 @@ impl<'a> Plan<'a> {
             deposit_factor: deposit_factor(settings, setup),
             changes: Changes::default(),
             distances: DistanceUpdate::default(),
-            sorts: false,
+            slice: None,
         }
     }
 
@@ -159,6 +163,13 @@ impl<'a> Plan<'a> {
         };
         let is_due = step.is_multiple_of(u64::from(self.settings.distance.interval.max(1)));
         self.distances = planner.update(&self.setup.distance, poses, rules, is_due);
+    }
+
+    /// Lets the step sort the slice that is due in the one of this number, if any is.
+    pub fn sort_as_in(&mut self, step: u64) {
+        if self.strategy.may_sort() {
+            self.slice = Slices::of(self.particle_count(), self.means.is_cpu).due(step);
+        }
     }
 
     /// Do walks go on from open borders, in the direction of a mirror?

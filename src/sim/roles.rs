@@ -7,6 +7,4 @@ pub enum Pair {
     Trail,
     /// This step's deposits and those of the last one.
     Deposits,
-    /// Particles and what they are sorted into.
-    Particles,
 }

@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::areas::AreaMap;
 use super::distance::DistanceSetup;
 use super::food::{Pantry, places};
+use super::sorting::Bins;
 use super::start::{self, Masks, Starts};
 use super::surroundings::surroundings;
 use super::types::{Motion, Particle, Pose, Vertex};
@@ -37,8 +38,10 @@ pub struct Setup {
     pub surroundings: Vec<u16>,
     /// Side of a texel, world units, on the object that has the largest, on average.
     pub texel_side: f32,
-    /// What walks ask for, triangle by triangle.
+    /// What walks ask for, triangle by triangle; and the bins that particles there are sorted into.
     pub strips: Vec<StripTriangle>,
+    /// How many bins there are, and of what tiles.
+    pub bins: Bins,
     /// Three vertex indices a triangle.
     pub corners: Vec<u32>,
     /// Object space.
@@ -107,13 +110,16 @@ impl Setup {
         let bias = map
             .map(|map| map.bias(&atlas, areas.strength))
             .transpose()?;
+        let mut strips = scene.surface.strips(&atlas.maps);
+        let bins = Bins::number(&mut strips, particles.len());
         let distance = DistanceSetup::new(&scene.surface, &atlas, others(settings));
         Ok(Self {
             clearance,
             surroundings,
             bias: bias.unwrap_or_default(),
             texel_side: texel_side(&atlas, &distance),
-            strips: scene.surface.strips(&atlas.maps),
+            strips,
+            bins,
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: Vertex::of(&scene.surface),
             pantry: Pantry::new(&scene.surface, &atlas, foods, None, control)?,

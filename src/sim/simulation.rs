@@ -22,13 +22,14 @@ use super::plan::Means;
 use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::snapshot::{Distances, Snapshot};
+use super::sorting::Slices;
 use super::state::{State, bias_of};
 use super::texel_paths::TexelPaths;
 use super::transfers::{Transfers, capacity};
 use super::types::Pose;
 use super::work::Step;
 use crate::error::{Error, Result};
-use crate::gpu::{Context, DeviceInfo, GpuError, Patience, Recorder};
+use crate::gpu::{Context, DeviceInfo, DeviceKind, GpuError, Patience, Recorder};
 use crate::mesh::atlas::Control;
 use crate::scene::Scene;
 use crate::scene::parameters::{out_of_range, restarting};
@@ -279,6 +280,12 @@ impl Simulation {
         Arc::clone(&self.course.setup)
     }
 
+    /// How particles are cut into slices, of which a step sorts one.
+    #[must_use]
+    pub fn slices(&self) -> Slices {
+        Slices::of(self.setup().particles.len() as u32, self.means().is_cpu)
+    }
+
     /// Every buffer, as the last step recorded leaves it.
     #[must_use]
     pub fn state(&self) -> &State {
@@ -349,6 +356,7 @@ fn means(ctx: &Context, course: &Course, state: &State) -> Means {
         paths: TexelPaths::of(ctx.info(), course.setup.atlas.texel_count() as u64),
         painted: state.bias.is_some(),
         capacity: state.transfers.capacity(),
+        is_cpu: ctx.info().kind == DeviceKind::Cpu,
     }
 }
 
@@ -368,6 +376,7 @@ impl Simulation {
         // Windows are those of this order: there is no memory for it, or all of it changes.
         self.state.transfers =
             Transfers::new(&self.ctx, &counts, settings, setup, &state.transfers)?;
+        self.state.sorting.fit(&self.ctx, &counts)?;
         Ok(kept::upload(&self.ctx, &self.state, &state)?)
     }
 }

@@ -1,59 +1,253 @@
-//! Particles in the order in which they lie together in the atlas, every so often: what a group of them reads and counts
-//! then lies together too. No result depends on the order, because ids go along.
+//! Particles in the order in which they lie together in the atlas: what a group of them reads and counts then lies together
+//! too. No result depends on the order, because ids go along. By one strategy each particle keeps its slot for good.
 //!
-//! With windows each object's particles stay in its window. By one strategy each particle keeps its slot for good.
+//! Particles begin in order, and a step keeps a [slice](Slices) of them so: it takes room and time for one slice, not for all
+//! particles. The order is that of [bins](Bins), which are numbered object by object: so each object's particles stay in its
+//! window, where there are windows.
 
-use crate::mesh::atlas::Atlas;
+use rayon::prelude::*;
 
-/// Steps from one sort to the next: a particle takes about twice as many to leave a tile. On `trio` each step since the last
-/// sort makes `advance` 0.3 to 0.5 ms dearer and a sort takes 42 ms, which is least together at 13 to 17 steps.
+use super::field::atlas_position;
+use super::types::Particle;
+use crate::mesh::strip::{StripTriangle, TileBins};
+
+/// Steps in which each slice is sorted once: a particle takes about twice as many to leave a tile. On `trio` each step since the
+/// last sort makes `advance` 0.3 to 0.5 ms dearer and a sort of all takes 42 ms, which is least together at 13 to 17 steps.
 pub const SORT_INTERVAL: u64 = 16;
+
+/// On devices that are CPUs there are up to so many slices, of so many particles at least. To sort all there takes half a step: so
+/// with four slices, steps that sort one take an eighth longer. With 16, `torus` takes 5 % more time of the processors: more small
+/// kernels, and particles that go over a seam need longer to come to their place.
+const SLICES_ON_CPU: u32 = 4;
+const SMALLEST_ON_CPU: u32 = 1 << 14;
+
+/// A slice has at least so many particles on others: the kernels of a sort take 20 to 30 microseconds to begin, and a step of so many particles 70 to 100.
+const SMALLEST: u32 = 1 << 19;
 
 /// Tiles have at least this side, as a power of two, in texels.
 const SMALLEST_SHIFT: u32 = 4;
 
-/// Bins that are few enough to be added up in no time.
-const MOST_BINS: u32 = 1 << 18;
+/// No tile is larger than the atlas.
+const LARGEST_SHIFT: u32 = 16;
 
-/// Tiles of the atlas.
+/// A bin is made for at least so many particles, in the mean of all: each slice goes through all bins, and that is to take less
+/// than what it does to its particles.
+const PARTICLES_A_BIN: usize = 16;
+
+/// Bins that are few enough to be added up in no time, however few particles there are, and however many.
+const FEW_BINS: usize = 1 << 10;
+const MOST_BINS: usize = 1 << 16;
+
+/// Neighbours in the buffer that a step sorts, by how far behind the first slot, or the ring's beginning, they lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Tiles {
-    /// log2 of a tile's side, texels.
-    pub shift: u32,
-    /// Tiles side by side.
-    pub a_row: u32,
-    /// All of them.
+pub struct Slice {
+    /// The first particle.
+    pub first: u32,
+    /// How many there are.
     pub count: u32,
 }
 
-impl Tiles {
-    /// The smallest that are few enough where so many windows each have all of them.
+/// How particles are cut into slices: so many of the same length, but for half a slice at one end. In turn that is the last one
+/// and the first one: so each slice overlaps half of either neighbour of the round before, and a particle whose place is in
+/// another slice comes to it by half a slice a round. All together are in order after as many rounds as there are halves, and
+/// stay so, as far as particles move little in a round.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Slices {
+    particles: u32,
+    /// A power of two, up to [`SORT_INTERVAL`].
+    count: u32,
+}
+
+impl Slices {
+    /// For so many particles: as many slices as there may be that are not too small for the fixed cost of the kernels.
     #[must_use]
-    pub fn of(atlas: &Atlas, windows: usize) -> Self {
-        let most = (MOST_BINS / windows as u32).max(1);
-        let tiles = |shift: u32| {
-            let a_row = atlas.size.div_ceil(1 << shift);
-            Self {
-                shift,
-                a_row,
-                count: a_row * a_row,
-            }
-        };
-        let mut shifts = SMALLEST_SHIFT..=16;
-        shifts
-            .find(|&shift| tiles(shift).count <= most)
-            .map_or(tiles(16), tiles)
+    pub fn of(particles: u32, on_cpu: bool) -> Self {
+        let most = SORT_INTERVAL as u32;
+        let mut count = (particles / SMALLEST).clamp(1, most);
+        if on_cpu {
+            count = count.max((particles / SMALLEST_ON_CPU).min(SLICES_ON_CPU));
+        }
+        Self::new(particles, 1 << count.ilog2())
+    }
+
+    /// So many slices: a power of two, no more than there are steps in which each is sorted once.
+    ///
+    /// # Panics
+    /// If it is another number.
+    #[must_use]
+    pub fn new(particles: u32, count: u32) -> Self {
+        let fits = count.is_power_of_two() && u64::from(count) <= SORT_INTERVAL;
+        assert!(fits, "{count} slices");
+        Self { particles, count }
+    }
+
+    /// How many slices there are.
+    #[must_use]
+    pub fn count(self) -> u32 {
+        self.count
+    }
+
+    /// Particles in half a slice.
+    fn half(self) -> u64 {
+        u64::from(self.particles).div_ceil(2 * u64::from(self.count) - 1)
+    }
+
+    /// Particles in the longest slice.
+    #[must_use]
+    pub fn longest(self) -> u32 {
+        (2 * self.half()).min(self.particles.into()) as u32
+    }
+
+    /// The slice that is sorted at the end of a step, if any is.
+    #[must_use]
+    pub fn due(self, step: u64) -> Option<Slice> {
+        let interval = SORT_INTERVAL / u64::from(self.count);
+        if !step.is_multiple_of(interval) {
+            return None;
+        }
+        let (round, number) = (
+            step / SORT_INTERVAL,
+            step / interval % u64::from(self.count),
+        );
+        Some(self.slice(round, number)).filter(|slice| slice.count > 0)
+    }
+
+    /// The slice of this number in a round.
+    fn slice(self, round: u64, number: u64) -> Slice {
+        let shift = round % 2;
+        let border = |halves: u64| (halves * self.half()).min(self.particles.into()) as u32;
+        let first = border((2 * number).saturating_sub(shift));
+        Slice {
+            first,
+            count: border(2 * number + 2 - shift) - first,
+        }
     }
 }
 
-/// Are particles sorted at the end of a step? Starts have no order, so they are after the first one.
-#[must_use]
-pub fn is_due(step: u64) -> bool {
-    step.is_multiple_of(SORT_INTERVAL)
+/// The bins that particles are sorted into. Triangles that are hardly larger than a tile of the atlas and whose middles lie in
+/// one share a bin; a larger one has bins of its own, one for each tile that it may have a part of. Those of an object come one
+/// after the other, and as far as that goes, bins of neighbouring tiles do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bins {
+    /// log2 of a tile's side, texels.
+    pub tile_shift: u32,
+    /// How many bins there are.
+    pub count: u32,
 }
 
-/// How many bins there are, by the strategy that has most: it may change while the simulation runs.
-pub(super) fn bins(atlas: &Atlas, objects: usize) -> usize {
-    let bins = |windows: usize| Tiles::of(atlas, windows).count as usize * windows;
-    bins(1).max(bins(objects))
+impl Bins {
+    /// Numbers them, in tiles that are the smallest with which there are not too many for so many particles.
+    #[must_use]
+    pub fn number(strips: &mut [StripTriangle], particles: usize) -> Self {
+        let most = (particles / PARTICLES_A_BIN).clamp(FEW_BINS, MOST_BINS);
+        let mut shift = SMALLEST_SHIFT;
+        loop {
+            let shares = shares(strips, shift);
+            let count: u64 = shares
+                .chunk_by(Share::is_shared)
+                .map(|own| own[0].bins())
+                .sum();
+            if count <= most as u64 || shift == LARGEST_SHIFT {
+                hand_out(strips, &shares);
+                return Self {
+                    tile_shift: shift,
+                    count: count as u32,
+                };
+            }
+            shift += 1;
+        }
+    }
+
+    /// The bin of a particle.
+    #[must_use]
+    pub fn of(tile_shift: u32, strips: &[StripTriangle], particle: &Particle) -> u32 {
+        let StripTriangle { map, bins, .. } = &strips[particle.triangle as usize];
+        let place = atlas_position(map, particle.u, particle.v);
+        bins.of_tile(place.map(|x| x as u32 >> tile_shift))
+    }
+}
+
+/// What a triangle has of the bins.
+struct Share {
+    object: u32,
+    /// The tile of its middle: row and column. A particle that goes to the next tile is then no farther from its place than a row of
+    /// tiles is long.
+    middle: [u32; 2],
+    /// Of a large one: its first tile, and how many it has side by side and one above the other.
+    own: Option<([u32; 2], [u32; 2])>,
+    triangle: u32,
+}
+
+impl Share {
+    fn of(triangle: u32, strip: &StripTriangle, shift: u32) -> Self {
+        let map = &strip.map;
+        let corners = [map.origin, map.origin + map.du, map.origin + map.dv];
+        let low = corners[0].min(corners[1]).min(corners[2]);
+        let high = corners[0].max(corners[1]).max(corners[2]);
+        let tile = |x: f32| x as u32 >> shift;
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        // Two tiles: smaller ones would take several bins for a part of each.
+        let is_large = (high - low).max_element() > (2 << shift) as f32;
+        let own = is_large.then(|| {
+            // A texel more, for what rounding puts outside.
+            let first = [tile(low.x - 1.0), tile(low.y - 1.0)];
+            let last = [tile(high.x + 1.0), tile(high.y + 1.0)];
+            (first, [0, 1].map(|k| last[k] - first[k] + 1))
+        });
+        Self {
+            object: strip.shape.object,
+            middle: [tile(middle.y), tile(middle.x)],
+            own,
+            triangle,
+        }
+    }
+
+    fn bins(&self) -> u64 {
+        self.own
+            .map_or(1, |(_, [a_row, rows])| u64::from(a_row) * u64::from(rows))
+    }
+
+    /// Has another one the same bin?
+    fn is_shared(&self, other: &Self) -> bool {
+        let is_small = self.own.is_none() && other.own.is_none();
+        is_small && (self.object, self.middle) == (other.object, other.middle)
+    }
+}
+
+/// Those of all triangles, in the order of their bins.
+fn shares(strips: &[StripTriangle], shift: u32) -> Vec<Share> {
+    let triangles = (0..strips.len() as u32).into_par_iter().zip(strips);
+    let mut shares: Vec<Share> = triangles
+        .map(|(triangle, strip)| Share::of(triangle, strip, shift))
+        .collect();
+    shares.par_sort_unstable_by_key(|share| {
+        (
+            share.object,
+            share.middle,
+            share.own.is_some(),
+            share.triangle,
+        )
+    });
+    shares
+}
+
+/// Writes into the table of triangles where their bins are.
+fn hand_out(strips: &mut [StripTriangle], shares: &[Share]) {
+    let mut bins = 0_u32;
+    for sharing in shares.chunk_by(Share::is_shared) {
+        let tile_bins = match sharing[0].own {
+            None => TileBins {
+                base: bins,
+                strides: 0,
+            },
+            Some(([x, y], [a_row, _])) => TileBins {
+                base: bins.wrapping_sub(y.wrapping_mul(a_row)).wrapping_sub(x),
+                strides: a_row << 16 | 1,
+            },
+        };
+        for share in sharing {
+            strips[share.triangle as usize].bins = tile_bins;
+        }
+        bins = bins.wrapping_add(sharing[0].bins() as u32);
+    }
 }

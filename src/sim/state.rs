@@ -55,19 +55,41 @@ pub fn bias_of(ctx: &Arc<Context>, values: &[f32]) -> Result<Option<Texture<f32>
 pub struct Roles {
     trail: bool,
     deposits: bool,
-    particles: bool,
 }
 
-/// Room for particles in another order.
+/// Room for particles that are put in order: for those of a slice, or those that lie outside of their objects' windows.
 pub struct Sorting {
-    /// What particles become.
+    /// Where they are.
     pub particles: Store<Particle>,
-    /// What motions become.
+    /// Where they are going.
     pub motions: Store<Motion>,
-    /// One a tile, and with windows one for each object: how many particles are there, then how many lie before.
+    /// How many particles of a slice are in each, then how many lie before.
     pub bins: Buffer<u32>,
-    /// Are these the buffers that were the first?
-    is_swapped: bool,
+}
+
+impl Sorting {
+    fn new(ctx: &Arc<Context>, counts: &Counts) -> Result<Self, GpuError> {
+        let make = &Maker {
+            ctx,
+            counts: *counts,
+        };
+        Ok(Self {
+            particles: make.store_of_zeros(&buffers::SLICE_PARTICLES)?,
+            motions: make.store_of_zeros(&buffers::SLICE_MOTIONS)?,
+            bins: make.zeros(&buffers::BINS)?,
+        })
+    }
+
+    /// Takes other memory where there is to be room for another number.
+    ///
+    /// # Errors
+    /// No memory.
+    pub(super) fn fit(&mut self, ctx: &Arc<Context>, counts: &Counts) -> Result<(), GpuError> {
+        if self.particles.len() as u64 != buffers::SLICE_PARTICLES.len(counts) {
+            *self = Self::new(ctx, counts)?;
+        }
+        Ok(())
+    }
 }
 
 /// Particles that `advance` lists for its other forms.
@@ -185,7 +207,7 @@ pub struct State {
     pub particles: Store<Particle>,
     /// One a particle: where it is going.
     pub motions: Store<Motion>,
-    /// Room for both in another order.
+    /// Room for some of them.
     pub sorting: Sorting,
     /// Those that are listed.
     pub walkers: Walkers,
@@ -270,12 +292,7 @@ impl State {
         Ok(Self {
             particles,
             motions,
-            sorting: Sorting {
-                particles: make.store_of_zeros(&buffers::SORTED_PARTICLES)?,
-                motions: make.store_of_zeros(&buffers::SORTED_MOTIONS)?,
-                bins: make.zeros(&buffers::BINS)?,
-                is_swapped: false,
-            },
+            sorting: Sorting::new(ctx, &counts)?,
             walkers: Walkers {
                 slots: make.store_of_zeros(&buffers::WALKERS)?,
                 count: make.zeros(&buffers::WALKER_COUNT)?,
@@ -349,12 +366,6 @@ impl State {
         match pair {
             Pair::Trail => self.trail.swap(),
             Pair::Deposits => self.deposits.swap(),
-            Pair::Particles => {
-                let sorting = &mut self.sorting;
-                std::mem::swap(&mut self.particles, &mut sorting.particles);
-                std::mem::swap(&mut self.motions, &mut sorting.motions);
-                sorting.is_swapped = !sorting.is_swapped;
-            }
         }
     }
 
@@ -364,7 +375,6 @@ impl State {
         Roles {
             trail: self.trail.is_swapped,
             deposits: self.deposits.is_swapped,
-            particles: self.sorting.is_swapped,
         }
     }
 
@@ -374,7 +384,6 @@ impl State {
         for (pair, differs) in [
             (Pair::Trail, now.trail != roles.trail),
             (Pair::Deposits, now.deposits != roles.deposits),
-            (Pair::Particles, now.particles != roles.particles),
         ] {
             if differs {
                 self.swap(pair);

@@ -22,6 +22,7 @@ pub mod windows;
 use super::distance::TILE_SAMPLES;
 use super::plan::Plan;
 use super::roles::Pair;
+use super::sorting::Slice;
 use super::spread::{Half, in_halves};
 use super::work::{Counter, Step};
 use crate::gpu::{DispatchGroups, Threads};
@@ -41,8 +42,8 @@ pub fn step(plan: &Plan<'_>) -> Step {
     s.side_by_side(
         |s| {
             change_objects(s, plan);
-            if plan.sorts {
-                sort(s, plan);
+            if let Some(slice) = plan.slice {
+                sort(s, plan, slice);
             }
         },
         |s| {
@@ -213,14 +214,13 @@ fn diffuse(s: &mut Step, plan: &Plan<'_>, half: Half) {
     s.run(Threads(rows.params.row_count), rows);
 }
 
-/// Particles lie in other buffers afterwards.
-fn sort(s: &mut Step, plan: &Plan<'_>) {
-    let particles = Threads(plan.particle_count());
+/// A slice of the particles is put in order.
+fn sort(s: &mut Step, plan: &Plan<'_>, slice: Slice) {
+    let particles = Threads(slice.count);
     s.clear(|s| &s.sorting.bins, |a| &mut a.bins);
-    s.run(particles, plan.sort_count());
+    s.run(particles, plan.sort_count(slice));
     s.run(Threads(1), plan.sort_scan());
-    s.run(particles, plan.sort_scatter());
-    s.swap(Pair::Particles);
+    s.run(particles, plan.sort_scatter(slice));
 }
 
 /// Groups of the kernel that works on a list, and how many entries it has, while none is listed.

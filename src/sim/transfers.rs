@@ -220,6 +220,20 @@ pub fn capacity(settings: &Settings, setup: &Setup) -> u32 {
     settings.transfer.buffer_size.min(particles).max(1)
 }
 
+/// Slots that windows get in a step in which so many particles leave, at the most. Borders would go between 0 and so many slots
+/// one way, or the other, if the ring's beginning stayed. It moves by their mean, and from that they are half as far off in the
+/// mean, but for rounding; each border gives slots to one window.
+#[must_use]
+pub fn most_gained(leaving: u32, objects: u32) -> u64 {
+    u64::from(objects) * (u64::from(leaving / 2) + 2)
+}
+
+/// Particles outside of their objects' windows then, at the most: of slots that windows have got, and of those that leave.
+#[must_use]
+pub fn most_displaced(leaving: u32, objects: u32, particles: u64) -> u64 {
+    (most_gained(leaving, objects) + u64::from(leaving)).min(particles)
+}
+
 /// For each triangle, the share of its object's area that it and those before it have, in units of 2^-32; the last ends
 /// at the end.
 #[must_use]

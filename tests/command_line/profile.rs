@@ -83,8 +83,12 @@ fn kernels_account_for_the_step() {
     );
     // With the list of those whose sensors walk, which begins anew in each step, two lines about copies, and the host's.
     assert!(of("between kernels ").ends_with(" %"), "{table}");
-    assert_eq!(lines.len(), 15, "{table}");
-    assert!(lines[14].starts_with("The host takes "), "{table}");
+    // A sort may be in all of these steps, or in some, of which a line says so.
+    let is_in_all = |row: &serde_json::Value| row["of_steps"].as_f64() == Some(1.0);
+    let of_some = usize::from(!kernels.iter().all(is_in_all));
+    assert_eq!(lines.len(), 9 + kernels.len() + of_some, "{table}");
+    let last = lines.last().expect("there are lines");
+    assert!(last.starts_with("The host takes "), "{table}");
     assert!(
         lines.iter().all(|line| line.chars().count() <= 128),
         "{table}"

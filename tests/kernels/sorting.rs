@@ -1,19 +1,19 @@
-//! Particles are put in the order in which they lie together in the atlas: the kernels against their twins, and what a
-//! sort leaves as it was.
+//! Slices of the particles are put in the order in which they lie together in the atlas: the kernels against their twins, how
+//! slices and bins are cut, and what a sort leaves as it was.
 
-use crate::common::{Gpu, TRIO, awkward_sizes, gpu, scene_of_several};
+use crate::common::{Gpu, TRIO, awkward_sizes, gpu, scene, scene_of_several};
+use bytemuck::Zeroable;
 use myxo::gpu::{Buffer, Pipeline, Texels, Threads};
 use myxo::scene::Scene;
 use myxo::scene::settings::Strategy;
 use myxo::sim::kernels::{
-    SortCount, SortCountArgs, SortCountConstants, SortCountParams, SortScan, SortScanArgs,
-    SortScanParams, SortScatter, SortScatterArgs, SortScatterConstants, SortScatterParams,
+    SortCount, SortCountArgs, SortScan, SortScanArgs, SortScatter, SortScatterArgs,
 };
 use myxo::sim::plan::{Means, Plan};
-use myxo::sim::sorting::{SORT_INTERVAL, Tiles};
-use myxo::sim::twin::sort::{bin_of, sort_count, sort_scan, sort_scatter};
+use myxo::sim::sorting::{Bins, SORT_INTERVAL, Slice, Slices};
+use myxo::sim::twin::sort::{sort_count, sort_scan, sort_scatter};
 use myxo::sim::types::{Motion, Particle, Window};
-use myxo::sim::{Setup, Simulation};
+use myxo::sim::{Setup, Simulation, Snapshot, twin};
 
 fn trio(count: u32, size: u32, strategy: Strategy) -> Scene {
     scene_of_several(&TRIO, |s| {
@@ -25,38 +25,42 @@ fn trio(count: u32, size: u32, strategy: Strategy) -> Scene {
     })
 }
 
-/// What the kernels take.
-struct SortParams {
-    count: SortCountParams,
-    scan: SortScanParams,
-    scatter: SortScatterParams,
+fn bin_of(setup: &Setup, particle: &Particle) -> u32 {
+    Bins::of(setup.bins.tile_shift, &setup.strips, particle)
 }
 
-impl SortParams {
-    fn of(scene: &Scene, setup: &Setup) -> Self {
-        let plan = Plan::new(&scene.settings, setup, 0, Means::of_host(false, 1));
-        Self {
-            count: plan.sort_count().params,
-            scan: plan.sort_scan().params,
-            scatter: plan.sort_scatter().params,
-        }
-    }
+/// The bins of particles in the order of the ring.
+fn bins_of(setup: &Setup, windows: &[Window], particles: &[Particle]) -> Vec<u32> {
+    let start = windows.first().map_or(0, |window| window.start);
+    let ring = particles.len() as u32;
+    let slots = (0..ring).map(|i| Window::slot(start, i, ring) as usize);
+    slots.map(|slot| bin_of(setup, &particles[slot])).collect()
 }
 
-/// What the kernels work on: each object's particles in its window, which begins anywhere in the ring.
+/// What the kernels work on.
 struct Case {
+    scene: Scene,
     setup: Setup,
-    params: SortParams,
     particles: Vec<Particle>,
     motions: Vec<Motion>,
-    windows: Option<Vec<Window>>,
+    /// None where objects have none.
+    windows: Vec<Window>,
+}
+
+/// What they leave.
+#[derive(Clone, PartialEq)]
+struct Sorted {
+    counted: Vec<u32>,
+    scanned: Vec<u32>,
+    particles: Vec<Particle>,
+    motions: Vec<Motion>,
 }
 
 impl Case {
+    /// Particles in no order; with windows each object's in its window, of which the first begins in the middle of the ring.
     fn new(count: u32, size: u32, windows: bool) -> Self {
         let scene = trio(count, size, Strategy::Parallel);
         let setup = Setup::new(&scene).unwrap();
-        let params = SortParams::of(&scene, &setup);
         let object = |p: &Particle| setup.surface.triangles[p.triangle as usize].object;
         let mut in_order = setup.particles.clone();
         in_order.sort_by_key(object);
@@ -71,144 +75,283 @@ impl Case {
             window
         });
         let rings: Vec<Window> = counted.collect();
-        let mut particles = in_order.clone();
-        let mut motions = setup.motions.clone();
+        let mut particles = setup.particles.clone();
+        let mut motions = vec![Motion::zeroed(); count as usize];
         if windows {
-            for (i, particle) in in_order.into_iter().enumerate() {
-                let slot = Window::slot(rings[0].start, i as u32, count) as usize;
-                particles[slot] = particle;
-                motions[slot].flags = 8 << Motion::FED_SHIFT;
+            for (i, particle) in (0..).zip(in_order) {
+                particles[Window::slot(rings[0].start, i, count) as usize] = particle;
             }
         }
+        // So that one sees whether motions go along.
+        for (particle, motion) in particles.iter().zip(&mut motions) {
+            motion.pending = particle.id as f32;
+        }
         Self {
+            scene,
             setup,
-            params,
             particles,
             motions,
-            windows: windows.then_some(rings),
+            windows: if windows { rings } else { Vec::new() },
         }
     }
 
-    /// The bins as counted, as added up, and what is sorted.
-    fn by_kernels(&self, gpu: &Gpu) -> (Vec<u32>, Vec<u32>, Vec<Particle>, Vec<Motion>) {
-        let ctx = &gpu.ctx;
-        let windows = self.windows.is_some();
-        let count = Pipeline::<SortCount>::new(ctx, &SortCountConstants { windows }).unwrap();
-        let scan = Pipeline::<SortScan>::new(ctx, &()).unwrap();
-        let scatter = Pipeline::<SortScatter>::new(ctx, &SortScatterConstants { windows }).unwrap();
-        let texels = |name: &str, words: &[u32]| {
-            Texels::new(&Buffer::from_slice(ctx, name, words).unwrap(), 4).unwrap()
-        };
-        let particles = texels("particles", bytemuck::cast_slice(&self.particles));
-        let motions = texels("motions", bytemuck::cast_slice(&self.motions));
-        let strips = texels("strips", bytemuck::cast_slice(&self.setup.strips));
-        let bins = Buffer::<u32>::zeroed(ctx, "bins", self.params.scan.bin_count as usize).unwrap();
-        gpu.run(|rec| {
-            let args = SortCountArgs {
-                particles: &particles,
-                strips: &strips,
-                bins: &bins,
-            };
-            let threads = Threads(self.params.count.particle_count);
-            rec.dispatch(&count, threads, args, self.params.count);
-        });
-        let counted = ctx.download(&bins).unwrap();
-        gpu.run(|rec| {
-            rec.dispatch(
-                &scan,
-                Threads(1),
-                SortScanArgs { bins: &bins },
-                self.params.scan,
-            );
-        });
-        let scanned = ctx.download(&bins).unwrap();
-        let none = [Window { start: 0, count: 0 }];
-        let windows = self.windows.as_deref().unwrap_or(&none);
-        let windows = Buffer::from_slice(ctx, "windows", windows).unwrap();
-        let sorted_particles =
-            Buffer::zeroed(ctx, "sorted_particles", self.particles.len()).unwrap();
-        let sorted_motions = Buffer::zeroed(ctx, "sorted_motions", self.particles.len()).unwrap();
-        gpu.run(|rec| {
-            let args = SortScatterArgs {
-                particles: &particles,
-                motions: &motions,
-                strips: &strips,
-                bins: &bins,
-                sorted_particles: &Texels::new(&sorted_particles, 4).unwrap(),
-                sorted_motions: &Texels::new(&sorted_motions, 4).unwrap(),
-                windows: &windows,
-            };
-            let threads = Threads(self.params.scatter.particle_count);
-            rec.dispatch(&scatter, threads, args, self.params.scatter);
-        });
-        let particles = ctx.download(&sorted_particles).unwrap();
-        (
-            counted,
-            scanned,
-            particles,
-            ctx.download(&sorted_motions).unwrap(),
+    fn plan(&self) -> Plan<'_> {
+        Plan::new(
+            &self.scene.settings,
+            &self.setup,
+            0,
+            Means::of_host(false, 1),
         )
     }
 
-    fn by_twins(&self) -> (Vec<u32>, Vec<u32>, Vec<Particle>, Vec<Motion>) {
-        let strips = &self.setup.strips;
-        let params = &self.params.count;
-        let windows = self.windows.as_deref();
-        let mut bins = vec![0; self.params.scan.bin_count as usize];
-        let both = (&self.particles[..], &self.motions[..]);
-        sort_count(windows.is_some(), params, strips, both.0, &mut bins);
+    fn by_kernels(&self, gpu: &Gpu, slice: Slice) -> Sorted {
+        let ctx = &gpu.ctx;
+        let plan = self.plan();
+        let buffer = |name: &str, words: &[u32]| Buffer::from_slice(ctx, name, words).unwrap();
+        let texels = |buffer: &Buffer<u32>| Texels::new(buffer, 4).unwrap();
+        let particles = buffer("particles", bytemuck::cast_slice(&self.particles));
+        let motions = buffer("motions", bytemuck::cast_slice(&self.motions));
+        let strips = buffer("strips", bytemuck::cast_slice(&self.setup.strips));
+        let room = vec![0; 4 * slice.count as usize];
+        let room = ["slice_particles", "slice_motions"].map(|name| buffer(name, &room));
+        let bins = buffer("bins", &vec![0; self.setup.bins.count as usize]);
+        let none = [Window::default()];
+        let windows = if self.windows.is_empty() {
+            &none[..]
+        } else {
+            &self.windows
+        };
+        let windows = Buffer::from_slice(ctx, "windows", windows).unwrap();
+        let count = Pipeline::<SortCount>::new(ctx, &()).unwrap();
+        let scan = Pipeline::<SortScan>::new(ctx, &()).unwrap();
+        let scatter = Pipeline::<SortScatter>::new(ctx, &()).unwrap();
+        let threads = Threads(slice.count);
+        gpu.run(|rec| {
+            let args = SortCountArgs {
+                particles: &texels(&particles),
+                motions: &texels(&motions),
+                strips: &texels(&strips),
+                bins: &bins,
+                slice_particles: &texels(&room[0]),
+                slice_motions: &texels(&room[1]),
+                windows: &windows,
+            };
+            rec.dispatch(&count, threads, args, plan.sort_count(slice).params);
+        });
+        let counted = ctx.download(&bins).unwrap();
+        gpu.run(|rec| {
+            let args = SortScanArgs { bins: &bins };
+            rec.dispatch(&scan, Threads(1), args, plan.sort_scan().params);
+        });
+        let scanned = ctx.download(&bins).unwrap();
+        gpu.run(|rec| {
+            let args = SortScatterArgs {
+                slice_particles: &texels(&room[0]),
+                slice_motions: &texels(&room[1]),
+                strips: &texels(&strips),
+                bins: &bins,
+                particles: &texels(&particles),
+                motions: &texels(&motions),
+                windows: &windows,
+            };
+            rec.dispatch(&scatter, threads, args, plan.sort_scatter(slice).params);
+        });
+        let words = |buffer| ctx.download::<u32>(buffer).unwrap();
+        Sorted {
+            counted,
+            scanned,
+            particles: bytemuck::pod_collect_to_vec(&words(&particles)),
+            motions: bytemuck::pod_collect_to_vec(&words(&motions)),
+        }
+    }
+
+    fn by_twins(&self, slice: Slice) -> Sorted {
+        let plan = self.plan();
+        let (strips, windows) = (&self.setup.strips, &self.windows);
+        let mut bins = vec![0; self.setup.bins.count as usize];
+        let (mut particles, mut motions) = (self.particles.clone(), self.motions.clone());
+        let mut slice_particles = vec![Particle::zeroed(); slice.count as usize];
+        let mut slice_motions = vec![Motion::zeroed(); slice.count as usize];
+        sort_count(
+            &plan.sort_count(slice).params,
+            strips,
+            &mut bins,
+            windows,
+            (&particles, &motions),
+            (&mut slice_particles, &mut slice_motions),
+        );
         let counted = bins.clone();
         sort_scan(&mut bins);
         let scanned = bins.clone();
-        let (mut particles, mut motions) = (self.particles.clone(), self.motions.clone());
-        let sorted = (&mut particles[..], &mut motions[..]);
-        sort_scatter(windows, params, strips, &mut bins, both, sorted);
-        (counted, scanned, particles, motions)
+        sort_scatter(
+            &plan.sort_scatter(slice).params,
+            strips,
+            &mut bins,
+            windows,
+            (&slice_particles, &slice_motions),
+            (&mut particles, &mut motions),
+        );
+        Sorted {
+            counted,
+            scanned,
+            particles,
+            motions,
+        }
     }
 
-    /// Particles and motions by bin, those of a bin by id.
-    fn in_order(&self, particles: &[Particle], motions: &[Motion]) -> Vec<(u32, u32, [u32; 4])> {
-        let strips = &self.setup.strips;
-        let windows = self.windows.as_deref();
-        let start = windows.map_or(0, |windows| windows[0].start);
-        let count = particles.len() as u32;
-        let rows = (0..count).map(|i| {
-            let slot = Window::slot(start, i, count) as usize;
-            let (particle, motion) = (particles[slot], motions[slot]);
-            let bin = bin_of(windows.is_some(), &self.params.count, strips, &particle);
-            (bin, particle.id, bytemuck::cast(motion))
-        });
-        let mut rows: Vec<_> = rows.collect();
-        assert!(rows.is_sorted_by_key(|row| row.0), "bins come in order");
-        rows.sort_by_key(|row| (row.0, row.1));
-        rows
+    /// Checks what holds after a slice was sorted.
+    fn check(&self, slice: Slice, sorted: &Sorted, what: &str) {
+        let Sorted {
+            particles, motions, ..
+        } = sorted;
+        let bins = bins_of(&self.setup, &self.windows, particles);
+        let [first, end] = [slice.first, slice.first + slice.count].map(|i| i as usize);
+        assert!(bins[first..end].is_sorted(), "bins come in order: {what}");
+        let start = self.windows.first().map_or(0, |window| window.start);
+        let ring = particles.len() as u32;
+        for i in (0..ring).filter(|i| !(first..end).contains(&(*i as usize))) {
+            let slot = Window::slot(start, i, ring) as usize;
+            assert_eq!(particles[slot], self.particles[slot], "others stay: {what}");
+        }
+        let mut ids: Vec<u32> = particles.iter().map(|particle| particle.id).collect();
+        ids.sort_unstable();
+        assert!(ids.into_iter().eq(0..ring), "none is lost: {what}");
+        for (particle, motion) in particles.iter().zip(motions) {
+            assert_eq!(
+                motion.pending, particle.id as f32,
+                "motions go along: {what}"
+            );
+        }
+        for (object, window) in (0..).zip(&self.windows) {
+            for i in 0..window.count {
+                let slot = Window::slot(window.start, i, ring) as usize;
+                let triangle = particles[slot].triangle as usize;
+                let own = self.setup.surface.triangles[triangle].object;
+                assert_eq!(own, object, "windows stay: {what}");
+            }
+        }
     }
 }
 
+/// Catches kernels that do other than their twins, a slice that reaches beyond itself, and a slice that tears windows apart: with
+/// slices of every kind, within windows and across them, and where the ring begins in the middle of one.
 #[test]
 fn kernels_that_sort_agree_with_their_twins() {
     let Some(gpu) = gpu() else { return };
     for count in awkward_sizes(64).into_iter().filter(|&count| count > 0) {
         for (size, windows) in [(97, true), (203, false), (128, true)] {
-            let case = Case::new(count, size, windows);
-            let (counted, scanned, particles, motions) = case.by_kernels(&gpu);
-            let (twin_counted, twin_scanned, twin_particles, twin_motions) = case.by_twins();
-            assert_eq!(counted, twin_counted, "{count} in {size}");
-            assert_eq!(scanned, twin_scanned, "{count} in {size}");
-            let sorted = case.in_order(&particles, &motions);
-            assert!(
-                sorted == case.in_order(&twin_particles, &twin_motions),
-                "{count} in {size}"
-            );
-            let mut ids: Vec<u32> = sorted.iter().map(|row| row.1).collect();
-            ids.sort_unstable();
-            assert!(ids.into_iter().eq(0..count), "nobody is lost");
+            let mut case = Case::new(count, size, windows);
+            for (slices, step) in [(1, 0), (2, 8), (4, 16 + 4), (16, 16 + 15), (16, 0), (4, 12)] {
+                let Some(slice) = Slices::new(count, slices).due(step) else {
+                    continue;
+                };
+                let what = format!("{count} in {size}, {slice:?} of {slices}");
+                let sorted = case.by_kernels(&gpu, slice);
+                let by_twins = case.by_twins(slice);
+                assert_eq!(sorted.counted, by_twins.counted, "{what}");
+                assert_eq!(sorted.scanned, by_twins.scanned, "{what}");
+                case.check(slice, &sorted, &what);
+                case.check(slice, &by_twins, &what);
+                (case.particles, case.motions) = (sorted.particles, sorted.motions);
+            }
         }
     }
     gpu.finish();
 }
 
-/// After the step in which it is due particles lie in order, whatever the strategy, but where they change objects in place.
+/// Catches sums of bins that are lost between the rounds of the group, of which there are several.
+#[test]
+fn any_number_of_bins_is_added_up() {
+    let Some(gpu) = gpu() else { return };
+    let ctx = &gpu.ctx;
+    let scan = Pipeline::<SortScan>::new(ctx, &()).unwrap();
+    for count in [1, 15, 16, 17, 2047, 2048, 2049, 5000, 65_536] {
+        let mut counts: Vec<u32> = (0..count).map(|i: u32| i * 7919 % 13).collect();
+        let bins = Buffer::from_slice(ctx, "bins", &counts).unwrap();
+        gpu.run(|rec| {
+            let args = SortScanArgs { bins: &bins };
+            let params = myxo::sim::kernels::SortScanParams { bin_count: count };
+            rec.dispatch(&scan, Threads(1), args, params);
+        });
+        sort_scan(&mut counts);
+        assert!(ctx.download(&bins).unwrap() == counts, "{count} bins");
+    }
+    gpu.finish();
+}
+
+/// Catches slices that leave particles out, or that are longer than the room for them.
+#[test]
+fn slices_of_a_round_share_all_particles() {
+    for particles in [1, 2, 3, 16, 31, 32, 63, 1021, 100_000, u32::MAX >> 2] {
+        for count in [1, 2, 4, 8, 16] {
+            let slices = Slices::new(particles, count);
+            let mut rounds = [0, 1].map(|round| {
+                let steps = round * SORT_INTERVAL..(round + 1) * SORT_INTERVAL;
+                let due: Vec<Slice> = steps.filter_map(|step| slices.due(step)).collect();
+                let mut end = 0;
+                for slice in &due {
+                    assert_eq!(slice.first, end, "{particles} in {count}");
+                    assert!(slice.count <= slices.longest(), "{particles} in {count}");
+                    end += slice.count;
+                }
+                assert_eq!(end, particles, "{particles} in {count}");
+                due
+            });
+            // Fewer end before the last slice begins, because half a slice is rounded up.
+            let is_large = particles > 4 * count * count;
+            if count == 1 {
+                assert_eq!(rounds[0], rounds[1]);
+            } else if is_large {
+                assert_eq!(rounds[0].len(), count as usize);
+                // Borders of one round lie in the middle of slices of the other.
+                let border = rounds[0].pop().map(|slice| slice.first);
+                assert!(rounds[1].iter().all(|slice| Some(slice.first) != border));
+            }
+        }
+    }
+    // Few particles are not cut; a graphics card has larger slices.
+    assert_eq!(Slices::of(5000, true).count(), 1);
+    assert_eq!(Slices::of(1 << 19, false).count(), 1);
+    assert_eq!(Slices::of(10_000_000, false).count(), 16);
+    assert!(Slices::of(10_000_000, false).longest() < 700_000);
+    assert!(Slices::of(100_000, true).count() > Slices::of(100_000, false).count());
+    // The room is that of a graphics card.
+    for particles in [1, 20_000, 1 << 19, 1 << 21, 1 << 24] {
+        let [cpu, card] = [true, false].map(|on_cpu| Slices::of(particles, on_cpu).longest());
+        assert!(cpu <= card, "{particles}");
+    }
+}
+
+/// Every slice is in order of bins at the end of its step, and the whole is, once every particle had time to come to its slice: at
+/// most as many rounds as there are half slices.
+#[test]
+fn rounds_of_slices_put_all_in_order() {
+    for (count, windows) in [(1021, false), (1021, true), (199, true)] {
+        for slices in [1, 2, 8, 16] {
+            let mut case = Case::new(count, 128, windows);
+            let slices = Slices::new(count, slices);
+            for step in 0..2 * u64::from(slices.count()) * SORT_INTERVAL {
+                if let Some(slice) = slices.due(step) {
+                    let sorted = case.by_twins(slice);
+                    case.check(slice, &sorted, "by twins");
+                    (case.particles, case.motions) = (sorted.particles, sorted.motions);
+                }
+            }
+            let bins = bins_of(&case.setup, &case.windows, &case.particles);
+            assert!(bins.is_sorted(), "{count} in {}", slices.count());
+        }
+    }
+}
+
+/// Neighbours in memory that lie in ascending bins: their share.
+fn order(setup: &Setup, state: &Snapshot) -> f64 {
+    let bins = bins_of(setup, &state.transfers.windows, &state.particles);
+    let ascending = bins.windows(2).filter(|pair| pair[0] <= pair[1]).count();
+    ascending as f64 / (bins.len() - 1) as f64
+}
+
+/// Particles lie in order from the start, and after a step in which all are sorted, whatever the strategy, but where they change
+/// objects in place.
 #[test]
 fn steps_sort_every_so_often() {
     let Some(gpu) = gpu() else { return };
@@ -221,38 +364,22 @@ fn steps_sort_every_so_often() {
     ] {
         let scene = trio(2000, 128, strategy);
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let at_start = order(simulation.setup(), &simulation.snapshot().unwrap());
+        if strategy == Strategy::Scattered {
+            let state = simulation.snapshot().unwrap();
+            assert!((0..).zip(&state.particles).all(|(slot, p)| p.id == slot));
+            continue;
+        }
+        assert_eq!(at_start, 1.0, "{strategy:?}");
+        assert_eq!(simulation.slices().count(), 1);
         let mut runs = Vec::new();
-        for step in 0..SORT_INTERVAL + 2 {
+        for _ in 0..SORT_INTERVAL + 2 {
             gpu.run(|rec| simulation.record_step(rec));
             let state = simulation.snapshot().unwrap();
             state.validate(simulation.setup()).unwrap();
-            let setup = simulation.setup();
-            let tiles = Tiles::of(&setup.atlas, 3);
-            let windows = strategy.has_windows();
-            if !scene.settings.strategy().may_sort() {
-                continue;
-            }
-            let params = SortParams::of(&scene, setup);
-            assert_eq!(params.count.tile_count, tiles.count);
-            let start = state
-                .transfers
-                .windows
-                .first()
-                .map_or(0, |window| window.start);
-            let slots = (0..2000).map(|i| Window::slot(start, i, 2000) as usize);
-            let strips = &setup.strips;
-            let bins: Vec<u32> = slots
-                .map(|slot| bin_of(windows, &params.count, strips, &state.particles[slot]))
-                .collect();
-            // Neighbours in memory that lie in ascending bins.
-            let ascending = bins.windows(2).filter(|pair| pair[0] <= pair[1]).count();
-            runs.push((step, ascending as f64 / (bins.len() - 1) as f64));
+            runs.push(order(simulation.setup(), &state));
         }
-        let share = |step: u64| runs[step as usize].1;
-        if strategy == Strategy::Scattered {
-            assert!(runs.is_empty());
-            continue;
-        }
+        let share = |step: u64| runs[step as usize];
         for sorted in [0, SORT_INTERVAL] {
             assert_eq!(share(sorted), 1.0, "{strategy:?}: {runs:?}");
         }
@@ -261,24 +388,71 @@ fn steps_sort_every_so_often() {
     gpu.finish();
 }
 
-/// Few tiles for small atlases, never more bins than can be added up.
+/// Where a step sorts a part of the particles, all stay in order as well as where they are sorted at once: by many slices, also
+/// from a checkpoint in the middle of a round.
 #[test]
-fn tiles_grow_with_the_atlas_and_the_objects() {
-    let mut setup = Setup::new(&trio(10, 128, Strategy::Direct)).unwrap();
-    assert_eq!(
-        Tiles::of(&setup.atlas, 3),
-        Tiles {
-            shift: 4,
-            a_row: 8,
-            count: 64
+fn slices_keep_all_in_order() {
+    let mut scene = trio(150_000, 512, Strategy::Parallel);
+    scene.settings.physarum.speed = 0.001;
+    let mut simulation = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings.clone());
+    assert_eq!(Slices::of(150_000, true).count(), 4);
+    assert_eq!(order(simulation.setup(), &simulation.snapshot()), 1.0);
+    let mut least = 1.0_f64;
+    for step in 0..2 * SORT_INTERVAL + 5 {
+        simulation.step();
+        if step == SORT_INTERVAL + 3 {
+            let state = simulation.snapshot();
+            simulation.restore(&state);
         }
-    );
-    setup.atlas.size = 16_384;
-    let tiles = Tiles::of(&setup.atlas, 1);
-    assert_eq!((tiles.shift, tiles.count), (5, 512 * 512));
-    let tiles = Tiles::of(&setup.atlas, 64);
+        let state = simulation.snapshot();
+        least = least.min(order(simulation.setup(), &state));
+    }
+    simulation.snapshot().validate(simulation.setup()).unwrap();
+    // In no order it would be half.
+    assert!(least > 0.8, "{least}");
+}
+
+/// Few bins where triangles are small, never more than can be added up, those of an object one after the other; and every particle
+/// that can be finds one of its triangle's.
+#[test]
+fn bins_are_few_and_those_of_objects_lie_together() {
+    let large = scene("builtin:plane?columns=1&rows=1", |s| s.atlas.size = 1024);
+    let fine = scene("builtin:torus?major=200&minor=100", |s| s.atlas.size = 1024);
+    let several = trio(10, 203, Strategy::Parallel);
+    for (scene, least, most) in [(large, 200, 1024), (fine, 500, 1024), (several, 40, 1024)] {
+        let setup = Setup::new(&scene).unwrap();
+        let Bins { tile_shift, count } = setup.bins;
+        assert!((least..=most).contains(&count), "{:?}", setup.bins);
+        let mut ranges = vec![(u32::MAX, 0); setup.poses.len()];
+        for triangle in 0..setup.strips.len() as u32 {
+            let object = setup.strips[triangle as usize].shape.object as usize;
+            for (u, v) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.5), (0.3, 0.3)] {
+                let particle = Particle {
+                    triangle,
+                    u,
+                    v,
+                    id: 0,
+                };
+                let bin = Bins::of(tile_shift, &setup.strips, &particle);
+                assert!(bin < count, "{bin} of {count}");
+                let range = &mut ranges[object];
+                *range = (range.0.min(bin), range.1.max(bin));
+            }
+        }
+        assert!(
+            ranges.windows(2).all(|pair| pair[0].1 < pair[1].0),
+            "{ranges:?}"
+        );
+        assert!(ranges.iter().all(|range| range.0 <= range.1), "{ranges:?}");
+    }
+    // More particles are sorted more finely.
+    let mut setup = Setup::new(&trio(10, 1024, Strategy::Direct)).unwrap();
+    let few = setup.bins;
+    let many = Bins::number(&mut setup.strips, 1_000_000);
     assert!(
-        tiles.count * 64 <= 1 << 18 && tiles.a_row << tiles.shift >= 16_384,
-        "{tiles:?}"
+        many.count > 2 * few.count && many.tile_shift < few.tile_shift,
+        "{few:?}, {many:?}"
     );
+    let most = Bins::number(&mut setup.strips, 1 << 30);
+    assert!(most.count <= 1 << 16);
 }

@@ -12,6 +12,7 @@ use myxo::sim::kernels::{
     DefragmentSwap, DefragmentSwapArgs, DefragmentSwapConstants, DefragmentSwapParams, MoveBorders,
     MoveBordersArgs, MoveBordersParams,
 };
+use myxo::sim::transfers::{most_displaced, most_gained};
 use myxo::sim::twin::windows::{self, defragment_scan, defragment_swap, move_borders};
 use myxo::sim::types::{Border, Flow, Motion, Particle, Transfer, Window};
 
@@ -273,6 +274,19 @@ impl Ring {
             assert_eq!(border.holes, border.strays, "{case:?}");
         }
         assert_eq!(self.flow.mismatches, 0, "{case:?}");
+        // The room for lists is no larger than this.
+        let Flow {
+            leaving,
+            gained,
+            entries,
+            ..
+        } = self.flow;
+        assert!(
+            u64::from(gained) <= most_gained(leaving, case.objects),
+            "{case:?}"
+        );
+        let most = most_displaced(leaving, case.objects, case.particles.into());
+        assert!(u64::from(entries) <= most, "{case:?}");
     }
 
     /// What each window's part of the lists has, in no order.
@@ -430,8 +444,10 @@ fn borders_of_the_largest_rings_move_as_those_of_the_twin() {
             }
             let mut borders = vec![Border::default(); objects as usize];
             // As many come as leave.
+            let mut leaving = 0;
             for i in 0..objects {
                 let left = draw(i, 0) % (most + 1);
+                leaving += left;
                 borders[i as usize].left = left;
                 borders[(draw(i, 1) % objects) as usize].came += left;
             }
@@ -461,6 +477,10 @@ fn borders_of_the_largest_rings_move_as_those_of_the_twin() {
             assert_eq!(ctx.download(&flow_buffer).unwrap(), [flow], "{what}");
             assert_eq!(ctx.download(&windows_buffer).unwrap(), windows, "{what}");
             assert_eq!(ctx.download(&borders_buffer).unwrap(), borders, "{what}");
+            assert!(
+                u64::from(flow.gained) <= most_gained(leaving, objects),
+                "{what}"
+            );
             let all: u64 = windows.iter().map(|w| u64::from(w.count)).sum();
             assert_eq!(all, u64::from(ring), "{what}");
         }

@@ -1,45 +1,30 @@
-//! The kernels that sort particles: what they take, read and write. Twins of `shaders/sort_count.comp`,
+//! The kernels that sort a slice of the particles: what they take, read and write. Twins of `shaders/sort_count.comp`,
 //! `shaders/sort_scan.comp` and `shaders/sort_scatter.comp`: particles in the order in which they lie together in the atlas.
 
 use crate::mesh::strip::StripTriangle;
 use crate::sim::arrays::Arrays;
-use crate::sim::field::atlas_position;
-use crate::sim::kernels::SortCountParams;
 use crate::sim::kernels::{
-    SortCount, SortCountArgs, SortCountConstants, SortScan, SortScanArgs, SortScanParams,
-    SortScatter, SortScatterArgs, SortScatterConstants, SortScatterParams,
+    SortCount, SortCountArgs, SortCountParams, SortScan, SortScanArgs, SortScanParams, SortScatter,
+    SortScatterArgs, SortScatterParams,
 };
 use crate::sim::plan::Plan;
-use crate::sim::sorting::Tiles;
+use crate::sim::sorting::{Bins, Slice};
 use crate::sim::state::State;
 use crate::sim::types::{Motion, Particle, Window};
 use crate::sim::work::{Call, StepKernel};
 
 impl Plan<'_> {
-    /// Tiles of the atlas, each with a bin for every window; without windows objects need no order of their own.
-    fn tiles(&self) -> (Tiles, u32) {
-        let windows = if self.strategy.has_windows() {
-            self.setup.poses.len()
-        } else {
-            1
-        };
-        (Tiles::of(&self.setup.atlas, windows), windows as u32)
-    }
-
-    /// Counts particles in tiles.
+    /// Counts a slice's particles in bins, and copies them aside.
     #[must_use]
-    pub fn sort_count(&self) -> Call<SortCount> {
-        let (tiles, _) = self.tiles();
+    pub fn sort_count(&self, slice: Slice) -> Call<SortCount> {
         Call {
             on: (),
-            constants: SortCountConstants {
-                windows: self.strategy.has_windows(),
-            },
+            constants: (),
             params: SortCountParams {
                 particle_count: self.particle_count(),
-                tile_shift: tiles.shift,
-                tiles_a_row: tiles.a_row,
-                tile_count: tiles.count,
+                first: slice.first,
+                count: slice.count,
+                tile_shift: self.setup.bins.tile_shift,
             },
         }
     }
@@ -47,30 +32,26 @@ impl Plan<'_> {
     /// Adds the counts up.
     #[must_use]
     pub fn sort_scan(&self) -> Call<SortScan> {
-        let (tiles, windows) = self.tiles();
         Call {
             on: (),
             constants: (),
             params: SortScanParams {
-                bin_count: tiles.count * windows,
+                bin_count: self.setup.bins.count,
             },
         }
     }
 
-    /// Puts particles in order.
+    /// Puts a slice's particles back in order.
     #[must_use]
-    pub fn sort_scatter(&self) -> Call<SortScatter> {
-        let count = self.sort_count().params;
+    pub fn sort_scatter(&self, slice: Slice) -> Call<SortScatter> {
         Call {
             on: (),
-            constants: SortScatterConstants {
-                windows: self.strategy.has_windows(),
-            },
+            constants: (),
             params: SortScatterParams {
-                particle_count: count.particle_count,
-                tile_shift: count.tile_shift,
-                tiles_a_row: count.tiles_a_row,
-                tile_count: count.tile_count,
+                particle_count: self.particle_count(),
+                first: slice.first,
+                count: slice.count,
+                tile_shift: self.setup.bins.tile_shift,
             },
         }
     }
@@ -82,18 +63,23 @@ impl StepKernel for SortCount {
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> SortCountArgs<'s> {
         SortCountArgs {
             particles: &s.particles.texels,
+            motions: &s.motions.texels,
             strips: &s.surface.strips,
             bins: &s.sorting.bins,
+            slice_particles: &s.sorting.particles.texels,
+            slice_motions: &s.sorting.motions.texels,
+            windows: &s.transfers.windows,
         }
     }
 
     fn twin(call: &Call<Self>, a: &mut Arrays) {
         sort_count(
-            call.constants.windows,
             &call.params,
             &a.setup.strips,
-            &a.particles,
             &mut a.bins,
+            &a.transfers.windows,
+            (&a.particles, &a.motions),
+            (&mut a.slice_particles, &mut a.slice_motions),
         );
     }
 }
@@ -117,65 +103,48 @@ impl StepKernel for SortScatter {
 
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> SortScatterArgs<'s> {
         SortScatterArgs {
-            particles: &s.particles.texels,
-            motions: &s.motions.texels,
+            slice_particles: &s.sorting.particles.texels,
+            slice_motions: &s.sorting.motions.texels,
             strips: &s.surface.strips,
             bins: &s.sorting.bins,
-            sorted_particles: &s.sorting.particles.texels,
-            sorted_motions: &s.sorting.motions.texels,
+            particles: &s.particles.texels,
+            motions: &s.motions.texels,
             windows: &s.transfers.windows,
         }
     }
 
     fn twin(call: &Call<Self>, a: &mut Arrays) {
-        let SortScatterParams {
-            particle_count,
-            tile_shift,
-            tiles_a_row,
-            tile_count,
-        } = call.params;
-        let windows = call.constants.windows.then_some(&a.transfers.windows[..]);
         sort_scatter(
-            windows,
-            &SortCountParams {
-                particle_count,
-                tile_shift,
-                tiles_a_row,
-                tile_count,
-            },
+            &call.params,
             &a.setup.strips,
             &mut a.bins,
-            (&a.particles, &a.motions),
-            (&mut a.sorted_particles, &mut a.sorted_motions),
+            &a.transfers.windows,
+            (&a.slice_particles, &a.slice_motions),
+            (&mut a.particles, &mut a.motions),
         );
     }
 }
 
-/// The bin of a particle: its tile of the atlas; with windows, in its object's part of the bins.
-#[must_use]
-pub fn bin_of(
-    windows: bool,
-    params: &SortCountParams,
-    strips: &[StripTriangle],
-    particle: &Particle,
-) -> u32 {
-    let StripTriangle { shape, map, .. } = &strips[particle.triangle as usize];
-    let [x, y] = atlas_position(map, particle.u, particle.v).map(|x| x as u32);
-    let tile = (y >> params.tile_shift) * params.tiles_a_row + (x >> params.tile_shift);
-    let object = if windows { shape.object } else { 0 };
-    object * params.tile_count + tile
+/// The slot that lies so far behind the ring's beginning. Without windows that is slot 0.
+fn slot_of(windows: &[Window], i: u32, ring: u32) -> usize {
+    let start = windows.first().map_or(0, |window| window.start);
+    Window::slot(start, i, ring) as usize
 }
 
 /// Twin of `shaders/sort_count.comp`.
 pub fn sort_count(
-    windows: bool,
     params: &SortCountParams,
     strips: &[StripTriangle],
-    particles: &[Particle],
     bins: &mut [u32],
+    windows: &[Window],
+    (particles, motions): (&[Particle], &[Motion]),
+    (slice_particles, slice_motions): (&mut [Particle], &mut [Motion]),
 ) {
-    for particle in particles {
-        bins[bin_of(windows, params, strips, particle) as usize] += 1;
+    for i in 0..params.count {
+        let slot = slot_of(windows, params.first + i, params.particle_count);
+        slice_particles[i as usize] = particles[slot];
+        slice_motions[i as usize] = motions[slot];
+        bins[Bins::of(params.tile_shift, strips, &particles[slot]) as usize] += 1;
     }
 }
 
@@ -189,21 +158,20 @@ pub fn sort_scan(bins: &mut [u32]) {
 
 /// Twin of `shaders/sort_scatter.comp`; the kernel may put the particles of a bin in another order.
 pub fn sort_scatter(
-    windows: Option<&[Window]>,
-    params: &SortCountParams,
+    params: &SortScatterParams,
     strips: &[StripTriangle],
     bins: &mut [u32],
-    (particles, motions): (&[Particle], &[Motion]),
-    (sorted_particles, sorted_motions): (&mut [Particle], &mut [Motion]),
+    windows: &[Window],
+    (slice_particles, slice_motions): (&[Particle], &[Motion]),
+    (particles, motions): (&mut [Particle], &mut [Motion]),
 ) {
-    for (particle, motion) in particles.iter().zip(motions) {
-        let bin = bin_of(windows.is_some(), params, strips, particle) as usize;
-        let mut slot = bins[bin];
+    let slice = slice_particles.iter().zip(slice_motions);
+    for (particle, motion) in slice.take(params.count as usize) {
+        let bin = Bins::of(params.tile_shift, strips, particle) as usize;
+        let place = params.first + bins[bin];
         bins[bin] += 1;
-        if let Some(windows) = windows {
-            slot = Window::slot(windows[0].start, slot, params.particle_count);
-        }
-        sorted_particles[slot as usize] = *particle;
-        sorted_motions[slot as usize] = *motion;
+        let slot = slot_of(windows, place, params.particle_count);
+        particles[slot] = *particle;
+        motions[slot] = *motion;
     }
 }

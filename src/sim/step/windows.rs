@@ -17,6 +17,7 @@ use crate::sim::kernels::{
 use crate::sim::loops::ROUNDS;
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
+use crate::sim::transfers::{most_displaced, most_gained};
 use crate::sim::types::{Border, Flow, Motion, Particle, Transfer, Window};
 use crate::sim::work::{Call, StepKernel};
 
@@ -78,23 +79,19 @@ impl Plan<'_> {
         (0..entries).step_by(RUN as usize)
     }
 
-    /// Slots that windows get, at the most: no border goes farther than all that leave, but for rounding.
-    fn most_gained(&self) -> u32 {
-        let of_each = 2 * (u64::from(self.means.capacity) + 1);
-        let of_all = of_each * u64::from(self.object_count());
-        of_all.min(self.particle_count().into()) as u32
-    }
-
     /// Slots that may hold a particle of another object than their window's, at the most.
     #[must_use]
     pub fn most_candidates(&self) -> u32 {
-        self.most_gained().saturating_add(self.means.capacity)
+        let gained = most_gained(self.means.capacity, self.object_count());
+        let gained = gained.min(self.particle_count().into()) as u32;
+        gained.saturating_add(self.means.capacity)
     }
 
     /// Entries of the lists of slots that do, at the most.
     #[must_use]
     pub fn most_entries(&self) -> u32 {
-        self.most_candidates().min(self.particle_count())
+        let particles = self.particle_count().into();
+        most_displaced(self.means.capacity, self.object_count(), particles) as u32
     }
 
     fn entries_each(&self) -> u32 {
@@ -162,7 +159,7 @@ impl StepKernel for DefragmentScan {
             (&a.particles, &a.motions),
             &a.setup.strips,
             &mut t.holes,
-            (&mut a.sorted_particles, &mut a.sorted_motions),
+            (&mut a.slice_particles, &mut a.slice_motions),
         );
     }
 }
@@ -191,7 +188,7 @@ impl StepKernel for DefragmentSwap {
             &t.flow[0],
             &t.borders,
             &t.holes,
-            (&a.sorted_particles, &a.sorted_motions),
+            (&a.slice_particles, &a.slice_motions),
             (&mut a.particles, &mut a.motions),
         );
     }

@@ -209,6 +209,7 @@ impl Simulation {
         let strategy = course.settings.strategy();
         let state = arranged(snapshot.clone(), &course.setup, &arrays.poses, strategy);
         arrays.transfers = TransferArrays::new(&course.settings, &course.setup, &state.transfers);
+        arrays.make_room(&course.settings);
         arrays.particles = state.particles;
         arrays.motions = state.motions;
         arrays.trail.clone_from(&snapshot.trail);
