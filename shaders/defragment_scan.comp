@@ -10,6 +10,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
 #include "index.glsl"
+#include "tables.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -27,25 +28,25 @@ layout(std430, set = 0, binding = 1) readonly buffer Windows { Window windows[];
 layout(std430, set = 0, binding = 2) buffer Borders { Border borders[]; };
 layout(std430, set = 0, binding = 3) readonly buffer ParticleIndices { uint particle_indices[]; };
 layout(std430, set = 0, binding = 4) readonly buffer Transfers { Transfer transfers[]; };
-layout(set = 0, binding = 5) uniform usamplerBuffer particles;
-layout(set = 0, binding = 6) uniform usamplerBuffer motions;
-layout(set = 0, binding = 7) uniform usamplerBuffer strips;
-layout(r32ui, set = 0, binding = 8) uniform writeonly uimageBuffer holes;
-layout(rgba32ui, set = 0, binding = 9) uniform writeonly uimageBuffer strays;
-layout(rgba32ui, set = 0, binding = 10) uniform writeonly uimageBuffer stray_motions;
+READS(uvec4, 5) particles;
+READS(uvec4, 6) motions;
+READS(uvec4, 7) strips;
+WRITES(uint, 8) holes;
+WRITES(uvec4, 9) strays;
+WRITES(uvec4, 10) stray_motions;
 
 #include "strip_table.glsl"
 #include "windows.glsl"
 
 // Lists a slot of a window, and its particle, if that is another object's.
 void look_at(uint slot, uint object) {
-    uvec4 particle = texelFetch(particles, int(slot));
+    uvec4 particle = fetch4(particles, slot);
     uint own = shape_words(particle.x).w;
     if (own == object) return;
-    imageStore(holes, int(borders[object].list + atomicAdd(borders[object].holes, 1u)), uvec4(slot));
+    store1(holes, borders[object].list + atomicAdd(borders[object].holes, 1u), slot);
     int place = int(borders[own].list + atomicAdd(borders[own].strays, 1u));
-    imageStore(strays, place, particle);
-    imageStore(stray_motions, place, texelFetch(motions, int(slot)));
+    store4(strays, place, particle);
+    store4(stray_motions, place, fetch4(motions, slot));
 }
 
 void main() {

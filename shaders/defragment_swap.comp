@@ -9,6 +9,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "types.glsl"
 #include "index.glsl"
+#include "tables.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -24,11 +25,11 @@ layout(push_constant) uniform Params {
 layout(std430, set = 0, binding = 0) readonly buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Windows { Window windows[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Borders { Border borders[]; };
-layout(set = 0, binding = 3) uniform usamplerBuffer holes;
-layout(set = 0, binding = 4) uniform usamplerBuffer strays;
-layout(set = 0, binding = 5) uniform usamplerBuffer stray_motions;
-layout(rgba32ui, set = 0, binding = 6) uniform writeonly uimageBuffer particles;
-layout(rgba32ui, set = 0, binding = 7) uniform writeonly uimageBuffer motions;
+READS(uint, 3) holes;
+READS(uvec4, 4) strays;
+READS(uvec4, 5) stray_motions;
+WRITES(uvec4, 6) particles;
+WRITES(uvec4, 7) motions;
 
 #include "windows.glsl"
 
@@ -46,9 +47,9 @@ void main() {
         Border border = borders[object];
         // Parts are as long as they may have to be.
         if (i - border.list < min(border.holes, border.strays)) {
-            int slot = int(texelFetch(holes, int(i)).x);
-            imageStore(particles, slot, texelFetch(strays, int(i)));
-            imageStore(motions, slot, texelFetch(stray_motions, int(i)));
+            int slot = int(fetch1(holes, i));
+            store4(particles, slot, fetch4(strays, i));
+            store4(motions, slot, fetch4(stray_motions, i));
         }
         i += 1u;
     }

@@ -19,9 +19,29 @@
         place = subgroupBroadcastFirst(place) + subgroupBallotExclusiveBitCount(together); \
     }
 
+// The counters that a subgroup counts together for; the invocations of any more count by themselves.
+const uint COUNTED_TOGETHER = 4u;
+
+// The same where each invocation names one of many counters, `counters[which]`, and neighbours mostly the same one.
+#define append_to_one_of(counters, which, place) \
+    uint place = 0u; \
+    { \
+        bool waits = true; \
+        for (uint turn = 0u; waits && turn < COUNTED_TOGETHER; turn += 1u) { \
+            uint first = subgroupBroadcastFirst(which); \
+            if (which == first) { \
+                append_to(counters[first], of_those) \
+                place = of_those; \
+                waits = false; \
+            } \
+        } \
+        if (waits) place = atomicAdd(counters[which], 1u); \
+    }
+
 #else
 
 #define append_to(counter, place) uint place = atomicAdd(counter, 1u);
+#define append_to_one_of(counters, which, place) uint place = atomicAdd(counters[which], 1u);
 
 #endif
 

@@ -17,7 +17,7 @@ uint bin_of(uvec4 particle) {
     return bins_of_tiles.x + tile.x * (bins_of_tiles.y & 0xffffu) + tile.y * (bins_of_tiles.y >> 16u);
 }
 
-// The slot of number i of the slice. Without windows there is one that begins at slot 0.
+// The slot of number i of the segment. Without windows there is one that begins at slot 0.
 uint slot_of(uint i) {
     return ring_slot(windows[0].start, params.first + i, params.particle_count);
 }

@@ -1,5 +1,5 @@
 // strip_table: what the table of triangles says of each: its edges, its shape, its place in the atlas. src/mesh/strip.rs fills it.
-// The includer declares `strips` first: a texel buffer of six times four words a triangle: three edges, the shape, and two
+// The includer declares `strips` first, a table of six times four words a triangle: three edges, the shape, and two
 // with its map to the atlas and the bins that its particles are sorted into.
 
 #ifndef MYXO_STRIP_TABLE
@@ -24,7 +24,7 @@ AtlasMap atlas_map_of(uint triangle) {
 
 // The bin of the first tile of the atlas, and how many bins on the next tile is, in the row and, in the upper half, in the column.
 uvec2 tile_bins_of(uint triangle) {
-    return texelFetch(strips, int(6u * triangle + 5u)).zw;
+    return fetch4(strips, 6u * triangle + 5u).zw;
 }
 
 #endif

@@ -1,4 +1,4 @@
-// append: lists numbers, the even and the odd ones apart, but for multiples of a factor.
+// append: lists numbers, the even and the odd ones apart, but for multiples of a factor; and all by sixteens in three lists.
 // Reads   factors.
 // Writes  listed (appended); counts.
 // One invocation a number.
@@ -17,7 +17,11 @@ layout(std430, binding = 1) writeonly buffer Listed { uint listed[]; };
 
 void main() {
     uint i = invocation_index();
-    if (i >= params.count || i % fetch1(factors, 0u) == 0u) return;
+    if (i >= params.count) return;
+    uint which = 2u + i / 16u % 3u;
+    append_to_one_of(counts, which, third)
+    listed[which * params.count + third] = i;
+    if (i % fetch1(factors, 0u) == 0u) return;
     // Neighbours append to different lists: in a branch those appear that append together.
     if (i % 2u == 0u) {
         append_to(counts[0], place)

@@ -492,7 +492,7 @@ impl Session {
     fn rows_of(&self) -> times::Of<'_> {
         times::Of {
             setup: self.simulation.setup(),
-            slices: self.simulation.slices(),
+            segments: self.simulation.segments(),
             advancing: self.advancing(),
             bandwidth: self.bandwidth,
             kept_busy: self.kept_busy,

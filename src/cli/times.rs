@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use myxo::gpu;
-use myxo::sim::sorting::Slices;
+use myxo::sim::sorting::Segments;
 use myxo::sim::{FORMS_OF_ADVANCE, Setup};
 
 use super::report::{Bandwidth, KeptBusy, KernelTime, Throughput, Times};
@@ -15,8 +15,8 @@ use super::work::work_of;
 pub struct Of<'a> {
     /// Of the scene.
     pub setup: &'a Setup,
-    /// How particles are cut into slices, of which a step sorts one.
-    pub slices: Slices,
+    /// How particles are cut into segments, of which a step sorts one.
+    pub segments: Segments,
     /// How many particles advance in what was measured, if that is known.
     pub advancing: Option<u64>,
     /// Of copies, if it was measured.
@@ -40,7 +40,7 @@ pub fn rows(report: &gpu::Report, of: Of<'_>) -> Vec<KernelTime> {
             &row.name,
             row.dispatches_per_step,
             of.setup,
-            of.slices,
+            of.segments,
             of.advancing,
         );
         let mut ms = of_a_step(row);

@@ -7,7 +7,7 @@
 //! use, and not what the memory is kept busy with.
 
 use myxo::sim::Setup;
-use myxo::sim::sorting::Slices;
+use myxo::sim::sorting::Segments;
 use myxo::sim::types::{ExchangeEntry, ExchangeRow, Motion, Particle, Seam};
 
 /// A texel of trail, a count, a density.
@@ -32,12 +32,12 @@ pub fn work_of(
     kernel: &str,
     dispatches: f64,
     setup: &Setup,
-    slices: Slices,
+    segments: Segments,
     advancing: Option<u64>,
 ) -> Option<Work> {
     let atlas = &setup.atlas;
-    // Of a slice, in the mean.
-    let sorted = setup.particles.len() as u64 / u64::from(slices.count());
+    // Of a segment, in the mean.
+    let sorted = setup.particles.len() as u64 / u64::from(segments.count());
     let rows = atlas.exchange.rows.len() as u64;
     let entries = atlas.exchange.entries.len() as u64;
     let gutters = atlas.seams.len() as u64;

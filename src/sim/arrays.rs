@@ -107,10 +107,10 @@ pub struct Arrays {
     /// One a particle: where it is going.
     pub motions: Vec<Motion>,
     /// Particles that are put in order.
-    pub slice_particles: Vec<Particle>,
+    pub segment_particles: Vec<Particle>,
     /// Their motions.
-    pub slice_motions: Vec<Motion>,
-    /// How many particles of a slice are in each, then how many lie before.
+    pub segment_motions: Vec<Motion>,
+    /// How many particles of a segment are in each, then how many lie before.
     pub bins: Vec<u32>,
     /// One a texel, gutters filled.
     pub trail: Vec<f32>,
@@ -175,8 +175,8 @@ impl Arrays {
         let particles = start.particles.len();
         let mut arrays = Self {
             transfers: TransferArrays::new(settings, setup, &start.transfers),
-            slice_particles: Vec::new(),
-            slice_motions: Vec::new(),
+            segment_particles: Vec::new(),
+            segment_motions: Vec::new(),
             particles: start.particles,
             motions: start.motions,
             bins: vec![0; setup.bins.count as usize],
@@ -214,9 +214,9 @@ impl Arrays {
 
     /// Has room for as many particles that are put in order as the settings' strategy needs.
     pub fn make_room(&mut self, settings: &Settings) {
-        let room = Counts::of(&self.setup, settings).slice as usize;
-        self.slice_particles.resize(room, Particle::zeroed());
-        self.slice_motions.resize(room, Motion::zeroed());
+        let room = Counts::of(&self.setup, settings).segment as usize;
+        self.segment_particles.resize(room, Particle::zeroed());
+        self.segment_motions.resize(room, Motion::zeroed());
     }
 
     /// Of each food there is so much from now on, or all of it.

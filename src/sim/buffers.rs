@@ -43,7 +43,7 @@ pub struct Counts {
     /// Vertices of all objects.
     pub vertices: u64,
     /// Particles that are put in order at once.
-    pub slice: u64,
+    pub segment: u64,
     /// Bins that particles are sorted into.
     pub bins: u64,
     /// Windows of the particles; 1 where the strategy has none.
@@ -253,8 +253,8 @@ const LARGE: Domain = Domain::Texels;
 table! {
     PARTICLES: Particle = "particles", LARGE 4, |n| n.particles;
     MOTIONS: Motion = "motions", LARGE 4, |n| n.particles;
-    SLICE_PARTICLES: Particle = "slice_particles", LARGE 4, |n| n.slice;
-    SLICE_MOTIONS: Motion = "slice_motions", LARGE 4, |n| n.slice;
+    SEGMENT_PARTICLES: Particle = "segment_particles", LARGE 4, |n| n.segment;
+    SEGMENT_MOTIONS: Motion = "segment_motions", LARGE 4, |n| n.segment;
     BINS: u32 = "bins", BLOCK 0, |n| n.bins;
     WALKERS: u32 = "walkers", LARGE 1, |n| n.particles * Counts::walker_lists(n.objects);
     WALKER_COUNT: u32 = "walker_count", BLOCK 0, |_| 3;

@@ -4,7 +4,7 @@
 use super::buffers::Counts;
 use super::distance::{GROUP, MOST_HINTS, TILE_SAMPLES};
 use super::setup::Setup;
-use super::sorting::Slices;
+use super::sorting::Segments;
 use super::transfers::{capacity, most_displaced};
 use crate::mesh::surface::NONE;
 use crate::scene::Scene;
@@ -28,7 +28,7 @@ impl Counts {
             entries: count(atlas.exchange.packed_entries()),
             triangles,
             vertices: count(setup.vertices.len()),
-            slice: slice(settings, count(setup.particles.len()), objects),
+            segment: segment(settings, count(setup.particles.len()), objects),
             bins: setup.bins.count.into(),
             windows: if settings.strategy().has_windows() {
                 objects
@@ -71,7 +71,7 @@ impl Counts {
         let tiles = samples / u64::from(TILE_SAMPLES);
         Self {
             particles: settings.particles.count.into(),
-            slice: slice(settings, settings.particles.count.into(), objects),
+            segment: segment(settings, settings.particles.count.into(), objects),
             objects,
             texels,
             triangles,
@@ -95,12 +95,12 @@ impl Counts {
     }
 }
 
-/// Room for particles that are put in order: for the longest slice, as a graphics card has it, and with windows for all that
+/// Room for particles that are put in order: for the longest segment, as a graphics card has it, and with windows for all that
 /// a step can displace.
-fn slice(settings: &Settings, particles: u64, objects: u64) -> u64 {
+fn segment(settings: &Settings, particles: u64, objects: u64) -> u64 {
     let strategy = settings.strategy();
     let sorted = if strategy.may_sort() {
-        Slices::of(particles as u32, false).longest().into()
+        Segments::room(particles as u32).into()
     } else {
         1
     };

@@ -4,7 +4,7 @@
 use super::behaviour::deposit_factor;
 use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate};
 use super::setup::Setup;
-use super::sorting::{Slice, Slices};
+use super::sorting::{Segment, Segments};
 use super::texel_paths::TexelPaths;
 use super::types::{Physarum, Pose};
 use crate::gpu::Threads;
@@ -121,7 +121,7 @@ pub struct Plan<'a> {
     /// Which distances are taken anew; none at first.
     pub distances: DistanceUpdate,
     /// The particles that are sorted at the end, if any are.
-    pub slice: Option<Slice>,
+    pub segment: Option<Segment>,
 }
 
 impl<'a> Plan<'a> {
@@ -139,7 +139,7 @@ impl<'a> Plan<'a> {
             deposit_factor: deposit_factor(settings, setup),
             changes: Changes::default(),
             distances: DistanceUpdate::default(),
-            slice: None,
+            segment: None,
         }
     }
 
@@ -165,10 +165,10 @@ impl<'a> Plan<'a> {
         self.distances = planner.update(&self.setup.distance, poses, rules, is_due);
     }
 
-    /// Lets the step sort the slice that is due in the one of this number, if any is.
+    /// Lets the step sort the segment that is due in the one of this number, if any is.
     pub fn sort_as_in(&mut self, step: u64) {
         if self.strategy.may_sort() {
-            self.slice = Slices::of(self.particle_count(), self.means.is_cpu).due(step);
+            self.segment = Segments::of(self.particle_count(), self.means.is_cpu).due(step);
         }
     }
 

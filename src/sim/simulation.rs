@@ -22,7 +22,7 @@ use super::plan::Means;
 use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::snapshot::{Distances, Snapshot};
-use super::sorting::Slices;
+use super::sorting::Segments;
 use super::state::{State, bias_of};
 use super::texel_paths::TexelPaths;
 use super::transfers::{Transfers, capacity};
@@ -280,10 +280,10 @@ impl Simulation {
         Arc::clone(&self.course.setup)
     }
 
-    /// How particles are cut into slices, of which a step sorts one.
+    /// How particles are cut into segments, of which a step sorts one.
     #[must_use]
-    pub fn slices(&self) -> Slices {
-        Slices::of(self.setup().particles.len() as u32, self.means().is_cpu)
+    pub fn segments(&self) -> Segments {
+        Segments::of(self.setup().particles.len() as u32, self.means().is_cpu)
     }
 
     /// Every buffer, as the last step recorded leaves it.

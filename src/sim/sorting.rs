@@ -1,7 +1,7 @@
 //! Particles in the order in which they lie together in the atlas: what a group of them reads and counts then lies together
 //! too. No result depends on the order, because ids go along. By one strategy each particle keeps its slot for good.
 //!
-//! Particles begin in order, and a step keeps a [slice](Slices) of them so: it takes room and time for one slice, not for all
+//! Particles begin in order, and a step keeps a [segment](Segments) of them so: it takes room and time for one segment, not for all
 //! particles. The order is that of [bins](Bins), which are numbered object by object: so each object's particles stay in its
 //! window, where there are windows.
 
@@ -11,17 +11,17 @@ use super::field::atlas_position;
 use super::types::Particle;
 use crate::mesh::strip::{StripTriangle, TileBins};
 
-/// Steps in which each slice is sorted once: a particle takes about twice as many to leave a tile. On `trio` each step since the
+/// Steps in which each segment is sorted once: a particle takes about twice as many to leave a tile. On `trio` each step since the
 /// last sort makes `advance` 0.3 to 0.5 ms dearer and a sort of all takes 42 ms, which is least together at 13 to 17 steps.
 pub const SORT_INTERVAL: u64 = 16;
 
-/// On devices that are CPUs there are up to so many slices, of so many particles at least. To sort all there takes half a step: so
-/// with four slices, steps that sort one take an eighth longer. With 16, `torus` takes 5 % more time of the processors: more small
-/// kernels, and particles that go over a seam need longer to come to their place.
-const SLICES_ON_CPU: u32 = 4;
-const SMALLEST_ON_CPU: u32 = 1 << 14;
+/// Devices that are CPUs sort up to so many particles at once. In segments a step of `torus` takes 6 to 10 % longer there with 500,000
+/// particles and 6 to 8 % with 2,000,000, because particles that go over a seam are out of order for several rounds; with 8,000,000
+/// it takes as long.
+const AT_ONCE_ON_CPU: u32 = 1 << 22;
 
-/// A slice has at least so many particles on others: the kernels of a sort take 20 to 30 microseconds to begin, and a step of so many particles 70 to 100.
+/// Else a segment has at least so many particles: on a graphics card the kernels of a sort take 20 to 30 microseconds to begin, and a
+/// step of so many particles 70 to 100.
 const SMALLEST: u32 = 1 << 19;
 
 /// Tiles have at least this side, as a power of two, in texels.
@@ -30,7 +30,7 @@ const SMALLEST_SHIFT: u32 = 4;
 /// No tile is larger than the atlas.
 const LARGEST_SHIFT: u32 = 16;
 
-/// A bin is made for at least so many particles, in the mean of all: each slice goes through all bins, and that is to take less
+/// A bin is made for at least so many particles, in the mean of all: each segment goes through all bins, and that is to take less
 /// than what it does to its particles.
 const PARTICLES_A_BIN: usize = 16;
 
@@ -40,67 +40,73 @@ const MOST_BINS: usize = 1 << 16;
 
 /// Neighbours in the buffer that a step sorts, by how far behind the first slot, or the ring's beginning, they lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Slice {
+pub struct Segment {
     /// The first particle.
     pub first: u32,
     /// How many there are.
     pub count: u32,
 }
 
-/// How particles are cut into slices: so many of the same length, but for half a slice at one end. In turn that is the last one
-/// and the first one: so each slice overlaps half of either neighbour of the round before, and a particle whose place is in
-/// another slice comes to it by half a slice a round. All together are in order after as many rounds as there are halves, and
+/// How particles are cut into segments: so many of the same length, but for half a segment at one end. In turn that is the last one
+/// and the first one: so each segment overlaps half of either neighbour of the round before, and a particle whose place is in
+/// another segment comes to it by half a segment a round. All together are in order after as many rounds as there are halves, and
 /// stay so, as far as particles move little in a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Slices {
+pub struct Segments {
     particles: u32,
     /// A power of two, up to [`SORT_INTERVAL`].
     count: u32,
 }
 
-impl Slices {
-    /// For so many particles: as many slices as there may be that are not too small for the fixed cost of the kernels.
+impl Segments {
+    /// For so many particles: as many segments as there may be that are not too small for the fixed cost of the kernels.
     #[must_use]
     pub fn of(particles: u32, on_cpu: bool) -> Self {
-        let most = SORT_INTERVAL as u32;
-        let mut count = (particles / SMALLEST).clamp(1, most);
-        if on_cpu {
-            count = count.max((particles / SMALLEST_ON_CPU).min(SLICES_ON_CPU));
+        if on_cpu && particles <= AT_ONCE_ON_CPU {
+            return Self::new(particles, 1);
         }
+        let count = (particles / SMALLEST).clamp(1, SORT_INTERVAL as u32);
         Self::new(particles, 1 << count.ilog2())
     }
 
-    /// So many slices: a power of two, no more than there are steps in which each is sorted once.
+    /// How many particles are put aside at once, at the most, whatever the device is.
+    #[must_use]
+    pub fn room(particles: u32) -> u32 {
+        let of = |on_cpu| Self::of(particles, on_cpu).longest();
+        of(true).max(of(false))
+    }
+
+    /// So many segments: a power of two, no more than there are steps in which each is sorted once.
     ///
     /// # Panics
     /// If it is another number.
     #[must_use]
     pub fn new(particles: u32, count: u32) -> Self {
         let fits = count.is_power_of_two() && u64::from(count) <= SORT_INTERVAL;
-        assert!(fits, "{count} slices");
+        assert!(fits, "{count} segments");
         Self { particles, count }
     }
 
-    /// How many slices there are.
+    /// How many segments there are.
     #[must_use]
     pub fn count(self) -> u32 {
         self.count
     }
 
-    /// Particles in half a slice.
+    /// Particles in half a segment.
     fn half(self) -> u64 {
         u64::from(self.particles).div_ceil(2 * u64::from(self.count) - 1)
     }
 
-    /// Particles in the longest slice.
+    /// Particles in the longest segment.
     #[must_use]
     pub fn longest(self) -> u32 {
         (2 * self.half()).min(self.particles.into()) as u32
     }
 
-    /// The slice that is sorted at the end of a step, if any is.
+    /// The segment that is sorted at the end of a step, if any is.
     #[must_use]
-    pub fn due(self, step: u64) -> Option<Slice> {
+    pub fn due(self, step: u64) -> Option<Segment> {
         let interval = SORT_INTERVAL / u64::from(self.count);
         if !step.is_multiple_of(interval) {
             return None;
@@ -109,15 +115,15 @@ impl Slices {
             step / SORT_INTERVAL,
             step / interval % u64::from(self.count),
         );
-        Some(self.slice(round, number)).filter(|slice| slice.count > 0)
+        Some(self.segment(round, number)).filter(|segment| segment.count > 0)
     }
 
-    /// The slice of this number in a round.
-    fn slice(self, round: u64, number: u64) -> Slice {
+    /// The segment of this number in a round.
+    fn segment(self, round: u64, number: u64) -> Segment {
         let shift = round % 2;
         let border = |halves: u64| (halves * self.half()).min(self.particles.into()) as u32;
         let first = border((2 * number).saturating_sub(shift));
-        Slice {
+        Segment {
             first,
             count: border(2 * number + 2 - shift) - first,
         }

@@ -57,13 +57,13 @@ pub struct Roles {
     deposits: bool,
 }
 
-/// Room for particles that are put in order: for those of a slice, or those that lie outside of their objects' windows.
+/// Room for particles that are put in order: for those of a segment, or those that lie outside of their objects' windows.
 pub struct Sorting {
     /// Where they are.
     pub particles: Store<Particle>,
     /// Where they are going.
     pub motions: Store<Motion>,
-    /// How many particles of a slice are in each, then how many lie before.
+    /// How many particles of a segment are in each, then how many lie before.
     pub bins: Buffer<u32>,
 }
 
@@ -74,8 +74,8 @@ impl Sorting {
             counts: *counts,
         };
         Ok(Self {
-            particles: make.store_of_zeros(&buffers::SLICE_PARTICLES)?,
-            motions: make.store_of_zeros(&buffers::SLICE_MOTIONS)?,
+            particles: make.store_of_zeros(&buffers::SEGMENT_PARTICLES)?,
+            motions: make.store_of_zeros(&buffers::SEGMENT_MOTIONS)?,
             bins: make.zeros(&buffers::BINS)?,
         })
     }
@@ -85,7 +85,7 @@ impl Sorting {
     /// # Errors
     /// No memory.
     pub(super) fn fit(&mut self, ctx: &Arc<Context>, counts: &Counts) -> Result<(), GpuError> {
-        if self.particles.len() as u64 != buffers::SLICE_PARTICLES.len(counts) {
+        if self.particles.len() as u64 != buffers::SEGMENT_PARTICLES.len(counts) {
             *self = Self::new(ctx, counts)?;
         }
         Ok(())

@@ -22,7 +22,7 @@ pub mod windows;
 use super::distance::TILE_SAMPLES;
 use super::plan::Plan;
 use super::roles::Pair;
-use super::sorting::Slice;
+use super::sorting::Segment;
 use super::spread::{Half, in_halves};
 use super::work::{Counter, Step};
 use crate::gpu::{DispatchGroups, Threads};
@@ -42,8 +42,8 @@ pub fn step(plan: &Plan<'_>) -> Step {
     s.side_by_side(
         |s| {
             change_objects(s, plan);
-            if let Some(slice) = plan.slice {
-                sort(s, plan, slice);
+            if let Some(segment) = plan.segment {
+                sort(s, plan, segment);
             }
         },
         |s| {
@@ -214,13 +214,13 @@ fn diffuse(s: &mut Step, plan: &Plan<'_>, half: Half) {
     s.run(Threads(rows.params.row_count), rows);
 }
 
-/// A slice of the particles is put in order.
-fn sort(s: &mut Step, plan: &Plan<'_>, slice: Slice) {
-    let particles = Threads(slice.count);
+/// A segment of the particles is put in order.
+fn sort(s: &mut Step, plan: &Plan<'_>, segment: Segment) {
+    let particles = Threads(segment.count);
     s.clear(|s| &s.sorting.bins, |a| &mut a.bins);
-    s.run(particles, plan.sort_count(slice));
+    s.run(particles, plan.sort_count(segment));
     s.run(Threads(1), plan.sort_scan());
-    s.run(particles, plan.sort_scatter(slice));
+    s.run(particles, plan.sort_scatter(segment));
 }
 
 /// Groups of the kernel that works on a list, and how many entries it has, while none is listed.

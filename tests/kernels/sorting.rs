@@ -1,5 +1,5 @@
-//! Slices of the particles are put in the order in which they lie together in the atlas: the kernels against their twins, how
-//! slices and bins are cut, and what a sort leaves as it was.
+//! Segments of the particles are put in the order in which they lie together in the atlas: the kernels against their twins, how
+//! segments and bins are cut, and what a sort leaves as it was.
 
 use crate::common::{Gpu, TRIO, awkward_sizes, gpu, scene, scene_of_several};
 use bytemuck::Zeroable;
@@ -10,7 +10,7 @@ use myxo::sim::kernels::{
     SortCount, SortCountArgs, SortScan, SortScanArgs, SortScatter, SortScatterArgs,
 };
 use myxo::sim::plan::{Means, Plan};
-use myxo::sim::sorting::{Bins, SORT_INTERVAL, Slice, Slices};
+use myxo::sim::sorting::{Bins, SORT_INTERVAL, Segment, Segments};
 use myxo::sim::twin::sort::{sort_count, sort_scan, sort_scatter};
 use myxo::sim::types::{Motion, Particle, Window};
 use myxo::sim::{Setup, Simulation, Snapshot, twin};
@@ -104,7 +104,7 @@ impl Case {
         )
     }
 
-    fn by_kernels(&self, gpu: &Gpu, slice: Slice) -> Sorted {
+    fn by_kernels(&self, gpu: &Gpu, segment: Segment) -> Sorted {
         let ctx = &gpu.ctx;
         let plan = self.plan();
         let buffer = |name: &str, words: &[u32]| Buffer::from_slice(ctx, name, words).unwrap();
@@ -112,8 +112,8 @@ impl Case {
         let particles = buffer("particles", bytemuck::cast_slice(&self.particles));
         let motions = buffer("motions", bytemuck::cast_slice(&self.motions));
         let strips = buffer("strips", bytemuck::cast_slice(&self.setup.strips));
-        let room = vec![0; 4 * slice.count as usize];
-        let room = ["slice_particles", "slice_motions"].map(|name| buffer(name, &room));
+        let room = vec![0; 4 * segment.count as usize];
+        let room = ["segment_particles", "segment_motions"].map(|name| buffer(name, &room));
         let bins = buffer("bins", &vec![0; self.setup.bins.count as usize]);
         let none = [Window::default()];
         let windows = if self.windows.is_empty() {
@@ -125,18 +125,18 @@ impl Case {
         let count = Pipeline::<SortCount>::new(ctx, &()).unwrap();
         let scan = Pipeline::<SortScan>::new(ctx, &()).unwrap();
         let scatter = Pipeline::<SortScatter>::new(ctx, &()).unwrap();
-        let threads = Threads(slice.count);
+        let threads = Threads(segment.count);
         gpu.run(|rec| {
             let args = SortCountArgs {
                 particles: &texels(&particles),
                 motions: &texels(&motions),
                 strips: &texels(&strips),
                 bins: &bins,
-                slice_particles: &texels(&room[0]),
-                slice_motions: &texels(&room[1]),
+                segment_particles: &texels(&room[0]),
+                segment_motions: &texels(&room[1]),
                 windows: &windows,
             };
-            rec.dispatch(&count, threads, args, plan.sort_count(slice).params);
+            rec.dispatch(&count, threads, args, plan.sort_count(segment).params);
         });
         let counted = ctx.download(&bins).unwrap();
         gpu.run(|rec| {
@@ -146,15 +146,15 @@ impl Case {
         let scanned = ctx.download(&bins).unwrap();
         gpu.run(|rec| {
             let args = SortScatterArgs {
-                slice_particles: &texels(&room[0]),
-                slice_motions: &texels(&room[1]),
+                segment_particles: &texels(&room[0]),
+                segment_motions: &texels(&room[1]),
                 strips: &texels(&strips),
                 bins: &bins,
                 particles: &texels(&particles),
                 motions: &texels(&motions),
                 windows: &windows,
             };
-            rec.dispatch(&scatter, threads, args, plan.sort_scatter(slice).params);
+            rec.dispatch(&scatter, threads, args, plan.sort_scatter(segment).params);
         });
         let words = |buffer| ctx.download::<u32>(buffer).unwrap();
         Sorted {
@@ -165,30 +165,30 @@ impl Case {
         }
     }
 
-    fn by_twins(&self, slice: Slice) -> Sorted {
+    fn by_twins(&self, segment: Segment) -> Sorted {
         let plan = self.plan();
         let (strips, windows) = (&self.setup.strips, &self.windows);
         let mut bins = vec![0; self.setup.bins.count as usize];
         let (mut particles, mut motions) = (self.particles.clone(), self.motions.clone());
-        let mut slice_particles = vec![Particle::zeroed(); slice.count as usize];
-        let mut slice_motions = vec![Motion::zeroed(); slice.count as usize];
+        let mut segment_particles = vec![Particle::zeroed(); segment.count as usize];
+        let mut segment_motions = vec![Motion::zeroed(); segment.count as usize];
         sort_count(
-            &plan.sort_count(slice).params,
+            &plan.sort_count(segment).params,
             strips,
             &mut bins,
             windows,
             (&particles, &motions),
-            (&mut slice_particles, &mut slice_motions),
+            (&mut segment_particles, &mut segment_motions),
         );
         let counted = bins.clone();
         sort_scan(&mut bins);
         let scanned = bins.clone();
         sort_scatter(
-            &plan.sort_scatter(slice).params,
+            &plan.sort_scatter(segment).params,
             strips,
             &mut bins,
             windows,
-            (&slice_particles, &slice_motions),
+            (&segment_particles, &segment_motions),
             (&mut particles, &mut motions),
         );
         Sorted {
@@ -199,13 +199,13 @@ impl Case {
         }
     }
 
-    /// Checks what holds after a slice was sorted.
-    fn check(&self, slice: Slice, sorted: &Sorted, what: &str) {
+    /// Checks what holds after a segment was sorted.
+    fn check(&self, segment: Segment, sorted: &Sorted, what: &str) {
         let Sorted {
             particles, motions, ..
         } = sorted;
         let bins = bins_of(&self.setup, &self.windows, particles);
-        let [first, end] = [slice.first, slice.first + slice.count].map(|i| i as usize);
+        let [first, end] = [segment.first, segment.first + segment.count].map(|i| i as usize);
         assert!(bins[first..end].is_sorted(), "bins come in order: {what}");
         let start = self.windows.first().map_or(0, |window| window.start);
         let ring = particles.len() as u32;
@@ -233,25 +233,25 @@ impl Case {
     }
 }
 
-/// Catches kernels that do other than their twins, a slice that reaches beyond itself, and a slice that tears windows apart: with
-/// slices of every kind, within windows and across them, and where the ring begins in the middle of one.
+/// Catches kernels that do other than their twins, a segment that reaches beyond itself, and a segment that tears windows apart: with
+/// segments of every kind, within windows and across them, and where the ring begins in the middle of one.
 #[test]
 fn kernels_that_sort_agree_with_their_twins() {
     let Some(gpu) = gpu() else { return };
     for count in awkward_sizes(64).into_iter().filter(|&count| count > 0) {
         for (size, windows) in [(97, true), (203, false), (128, true)] {
             let mut case = Case::new(count, size, windows);
-            for (slices, step) in [(1, 0), (2, 8), (4, 16 + 4), (16, 16 + 15), (16, 0), (4, 12)] {
-                let Some(slice) = Slices::new(count, slices).due(step) else {
+            for (segments, step) in [(1, 0), (2, 8), (4, 16 + 4), (16, 16 + 15), (16, 0), (4, 12)] {
+                let Some(segment) = Segments::new(count, segments).due(step) else {
                     continue;
                 };
-                let what = format!("{count} in {size}, {slice:?} of {slices}");
-                let sorted = case.by_kernels(&gpu, slice);
-                let by_twins = case.by_twins(slice);
+                let what = format!("{count} in {size}, {segment:?} of {segments}");
+                let sorted = case.by_kernels(&gpu, segment);
+                let by_twins = case.by_twins(segment);
                 assert_eq!(sorted.counted, by_twins.counted, "{what}");
                 assert_eq!(sorted.scanned, by_twins.scanned, "{what}");
-                case.check(slice, &sorted, &what);
-                case.check(slice, &by_twins, &what);
+                case.check(segment, &sorted, &what);
+                case.check(segment, &by_twins, &what);
                 (case.particles, case.motions) = (sorted.particles, sorted.motions);
             }
         }
@@ -279,66 +279,80 @@ fn any_number_of_bins_is_added_up() {
     gpu.finish();
 }
 
-/// Catches slices that leave particles out, or that are longer than the room for them.
+/// Catches segments that leave particles out, or that are longer than the room for them.
 #[test]
-fn slices_of_a_round_share_all_particles() {
+fn segments_of_a_round_share_all_particles() {
     for particles in [1, 2, 3, 16, 31, 32, 63, 1021, 100_000, u32::MAX >> 2] {
         for count in [1, 2, 4, 8, 16] {
-            let slices = Slices::new(particles, count);
+            let segments = Segments::new(particles, count);
             let mut rounds = [0, 1].map(|round| {
                 let steps = round * SORT_INTERVAL..(round + 1) * SORT_INTERVAL;
-                let due: Vec<Slice> = steps.filter_map(|step| slices.due(step)).collect();
+                let due: Vec<Segment> = steps.filter_map(|step| segments.due(step)).collect();
                 let mut end = 0;
-                for slice in &due {
-                    assert_eq!(slice.first, end, "{particles} in {count}");
-                    assert!(slice.count <= slices.longest(), "{particles} in {count}");
-                    end += slice.count;
+                for segment in &due {
+                    assert_eq!(segment.first, end, "{particles} in {count}");
+                    assert!(
+                        segment.count <= segments.longest(),
+                        "{particles} in {count}"
+                    );
+                    end += segment.count;
                 }
                 assert_eq!(end, particles, "{particles} in {count}");
                 due
             });
-            // Fewer end before the last slice begins, because half a slice is rounded up.
+            // Fewer end before the last segment begins, because half a segment is rounded up.
             let is_large = particles > 4 * count * count;
             if count == 1 {
                 assert_eq!(rounds[0], rounds[1]);
             } else if is_large {
                 assert_eq!(rounds[0].len(), count as usize);
-                // Borders of one round lie in the middle of slices of the other.
-                let border = rounds[0].pop().map(|slice| slice.first);
-                assert!(rounds[1].iter().all(|slice| Some(slice.first) != border));
+                // Borders of one round lie in the middle of segments of the other.
+                let border = rounds[0].pop().map(|segment| segment.first);
+                assert!(
+                    rounds[1]
+                        .iter()
+                        .all(|segment| Some(segment.first) != border)
+                );
             }
         }
     }
-    // Few particles are not cut; a graphics card has larger slices.
-    assert_eq!(Slices::of(5000, true).count(), 1);
-    assert_eq!(Slices::of(1 << 19, false).count(), 1);
-    assert_eq!(Slices::of(10_000_000, false).count(), 16);
-    assert!(Slices::of(10_000_000, false).longest() < 700_000);
-    assert!(Slices::of(100_000, true).count() > Slices::of(100_000, false).count());
-    // The room is that of a graphics card.
-    for particles in [1, 20_000, 1 << 19, 1 << 21, 1 << 24] {
-        let [cpu, card] = [true, false].map(|on_cpu| Slices::of(particles, on_cpu).longest());
-        assert!(cpu <= card, "{particles}");
+    // Few particles are not cut, and on a CPU more are few.
+    for on_cpu in [true, false] {
+        assert_eq!(Segments::of(5000, on_cpu).count(), 1);
+        assert_eq!(Segments::of(1 << 19, on_cpu).count(), 1);
+        assert_eq!(Segments::of(10_000_000, on_cpu).count(), 16);
+    }
+    assert!(Segments::of(1 << 22, true).count() < Segments::of(1 << 22, false).count());
+    // Where there are many, the room is for few of them.
+    assert!(Segments::room(10_000_000) < 700_000);
+    for particles in [1, 20_000, 1 << 19, 1 << 22, 1 << 24] {
+        let room = Segments::room(particles);
+        for on_cpu in [true, false] {
+            assert!(
+                Segments::of(particles, on_cpu).longest() <= room,
+                "{particles}"
+            );
+        }
     }
 }
 
-/// Every slice is in order of bins at the end of its step, and the whole is, once every particle had time to come to its slice: at
-/// most as many rounds as there are half slices.
+/// Every segment is in order of bins at the end of its step, and the whole is, once every particle had time to come to its segment: at
+/// most as many rounds as there are half segments.
 #[test]
-fn rounds_of_slices_put_all_in_order() {
+fn rounds_of_segments_put_all_in_order() {
     for (count, windows) in [(1021, false), (1021, true), (199, true)] {
-        for slices in [1, 2, 8, 16] {
+        for segments in [1, 2, 8, 16] {
             let mut case = Case::new(count, 128, windows);
-            let slices = Slices::new(count, slices);
-            for step in 0..2 * u64::from(slices.count()) * SORT_INTERVAL {
-                if let Some(slice) = slices.due(step) {
-                    let sorted = case.by_twins(slice);
-                    case.check(slice, &sorted, "by twins");
+            let segments = Segments::new(count, segments);
+            for step in 0..2 * u64::from(segments.count()) * SORT_INTERVAL {
+                if let Some(segment) = segments.due(step) {
+                    let sorted = case.by_twins(segment);
+                    case.check(segment, &sorted, "by twins");
                     (case.particles, case.motions) = (sorted.particles, sorted.motions);
                 }
             }
             let bins = bins_of(&case.setup, &case.windows, &case.particles);
-            assert!(bins.is_sorted(), "{count} in {}", slices.count());
+            assert!(bins.is_sorted(), "{count} in {}", segments.count());
         }
     }
 }
@@ -371,7 +385,7 @@ fn steps_sort_every_so_often() {
             continue;
         }
         assert_eq!(at_start, 1.0, "{strategy:?}");
-        assert_eq!(simulation.slices().count(), 1);
+        assert_eq!(simulation.segments().count(), 1);
         let mut runs = Vec::new();
         for _ in 0..SORT_INTERVAL + 2 {
             gpu.run(|rec| simulation.record_step(rec));
@@ -388,14 +402,14 @@ fn steps_sort_every_so_often() {
     gpu.finish();
 }
 
-/// Where a step sorts a part of the particles, all stay in order as well as where they are sorted at once: by many slices, also
+/// Where a step sorts a part of the particles, all stay in order as well as where they are sorted at once: by many segments, also
 /// from a checkpoint in the middle of a round.
 #[test]
-fn slices_keep_all_in_order() {
+fn segments_keep_all_in_order() {
     let mut scene = trio(150_000, 512, Strategy::Parallel);
     scene.settings.physarum.speed = 0.001;
     let mut simulation = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings.clone());
-    assert_eq!(Slices::of(150_000, true).count(), 4);
+    assert_eq!(Segments::of(150_000, true).count(), 4);
     assert_eq!(order(simulation.setup(), &simulation.snapshot()), 1.0);
     let mut least = 1.0_f64;
     for step in 0..2 * SORT_INTERVAL + 5 {

@@ -247,7 +247,7 @@ impl Rig {
             &report,
             times::Of {
                 setup,
-                slices: simulation.slices(),
+                segments: simulation.segments(),
                 advancing: Some(setup.particles.len() as u64),
                 bandwidth: self.bandwidth,
                 kept_busy: None,

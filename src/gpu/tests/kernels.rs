@@ -176,8 +176,8 @@ fn what_is_appended_is_listed_once() {
         let factors = Texels::<u32>::new(&factors, 1).unwrap();
         let mut frames = Frames::new(&ctx, 1).unwrap();
         for count in [1_u32, 7, 8, 63, 64, 65, 100_003] {
-            let counts = Buffer::<u32>::zeroed(&ctx, "counts", 2).unwrap();
-            let listed = Buffer::<u32>::zeroed(&ctx, "listed", 2 * count as usize).unwrap();
+            let counts = Buffer::<u32>::zeroed(&ctx, "counts", 5).unwrap();
+            let listed = Buffer::<u32>::zeroed(&ctx, "listed", 5 * count as usize).unwrap();
             let mut rec = frames.begin().unwrap();
             let args = AppendArgs {
                 factors: &factors,
@@ -190,10 +190,13 @@ fn what_is_appended_is_listed_once() {
                 ctx.download(&counts).unwrap(),
                 ctx.download(&listed).unwrap(),
             );
-            for (odd, list) in (0..).zip(listed.chunks(count as usize)) {
-                let expected: Vec<u32> =
-                    (0..count).filter(|i| i % 7 != 0 && i % 2 == odd).collect();
-                let mut found = list[..counts[odd as usize] as usize].to_vec();
+            for (number, list) in (0..).zip(listed.chunks(count as usize)) {
+                let is_listed = |i: &u32| match number {
+                    0 | 1 => i % 7 != 0 && i % 2 == number,
+                    _ => i / 16 % 3 == number - 2,
+                };
+                let expected: Vec<u32> = (0..count).filter(is_listed).collect();
+                let mut found = list[..counts[number as usize] as usize].to_vec();
                 found.sort_unstable();
                 assert_eq!(found, expected, "{count} numbers, for cards: {for_cards}");
             }

@@ -1,4 +1,4 @@
-//! The kernels that sort a slice of the particles: what they take, read and write. Twins of `shaders/sort_count.comp`,
+//! The kernels that sort a segment of the particles: what they take, read and write. Twins of `shaders/sort_count.comp`,
 //! `shaders/sort_scan.comp` and `shaders/sort_scatter.comp`: particles in the order in which they lie together in the atlas.
 
 use crate::mesh::strip::StripTriangle;
@@ -8,22 +8,22 @@ use crate::sim::kernels::{
     SortScatterArgs, SortScatterParams,
 };
 use crate::sim::plan::Plan;
-use crate::sim::sorting::{Bins, Slice};
+use crate::sim::sorting::{Bins, Segment};
 use crate::sim::state::State;
 use crate::sim::types::{Motion, Particle, Window};
 use crate::sim::work::{Call, StepKernel};
 
 impl Plan<'_> {
-    /// Counts a slice's particles in bins, and copies them aside.
+    /// Counts a segment's particles in bins, and copies them aside.
     #[must_use]
-    pub fn sort_count(&self, slice: Slice) -> Call<SortCount> {
+    pub fn sort_count(&self, segment: Segment) -> Call<SortCount> {
         Call {
             on: (),
             constants: (),
             params: SortCountParams {
                 particle_count: self.particle_count(),
-                first: slice.first,
-                count: slice.count,
+                first: segment.first,
+                count: segment.count,
                 tile_shift: self.setup.bins.tile_shift,
             },
         }
@@ -41,16 +41,16 @@ impl Plan<'_> {
         }
     }
 
-    /// Puts a slice's particles back in order.
+    /// Puts a segment's particles back in order.
     #[must_use]
-    pub fn sort_scatter(&self, slice: Slice) -> Call<SortScatter> {
+    pub fn sort_scatter(&self, segment: Segment) -> Call<SortScatter> {
         Call {
             on: (),
             constants: (),
             params: SortScatterParams {
                 particle_count: self.particle_count(),
-                first: slice.first,
-                count: slice.count,
+                first: segment.first,
+                count: segment.count,
                 tile_shift: self.setup.bins.tile_shift,
             },
         }
@@ -66,8 +66,8 @@ impl StepKernel for SortCount {
             motions: &s.motions.texels,
             strips: &s.surface.strips,
             bins: &s.sorting.bins,
-            slice_particles: &s.sorting.particles.texels,
-            slice_motions: &s.sorting.motions.texels,
+            segment_particles: &s.sorting.particles.texels,
+            segment_motions: &s.sorting.motions.texels,
             windows: &s.transfers.windows,
         }
     }
@@ -79,7 +79,7 @@ impl StepKernel for SortCount {
             &mut a.bins,
             &a.transfers.windows,
             (&a.particles, &a.motions),
-            (&mut a.slice_particles, &mut a.slice_motions),
+            (&mut a.segment_particles, &mut a.segment_motions),
         );
     }
 }
@@ -103,8 +103,8 @@ impl StepKernel for SortScatter {
 
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> SortScatterArgs<'s> {
         SortScatterArgs {
-            slice_particles: &s.sorting.particles.texels,
-            slice_motions: &s.sorting.motions.texels,
+            segment_particles: &s.sorting.particles.texels,
+            segment_motions: &s.sorting.motions.texels,
             strips: &s.surface.strips,
             bins: &s.sorting.bins,
             particles: &s.particles.texels,
@@ -119,7 +119,7 @@ impl StepKernel for SortScatter {
             &a.setup.strips,
             &mut a.bins,
             &a.transfers.windows,
-            (&a.slice_particles, &a.slice_motions),
+            (&a.segment_particles, &a.segment_motions),
             (&mut a.particles, &mut a.motions),
         );
     }
@@ -138,12 +138,12 @@ pub fn sort_count(
     bins: &mut [u32],
     windows: &[Window],
     (particles, motions): (&[Particle], &[Motion]),
-    (slice_particles, slice_motions): (&mut [Particle], &mut [Motion]),
+    (segment_particles, segment_motions): (&mut [Particle], &mut [Motion]),
 ) {
     for i in 0..params.count {
         let slot = slot_of(windows, params.first + i, params.particle_count);
-        slice_particles[i as usize] = particles[slot];
-        slice_motions[i as usize] = motions[slot];
+        segment_particles[i as usize] = particles[slot];
+        segment_motions[i as usize] = motions[slot];
         bins[Bins::of(params.tile_shift, strips, &particles[slot]) as usize] += 1;
     }
 }
@@ -162,11 +162,11 @@ pub fn sort_scatter(
     strips: &[StripTriangle],
     bins: &mut [u32],
     windows: &[Window],
-    (slice_particles, slice_motions): (&[Particle], &[Motion]),
+    (segment_particles, segment_motions): (&[Particle], &[Motion]),
     (particles, motions): (&mut [Particle], &mut [Motion]),
 ) {
-    let slice = slice_particles.iter().zip(slice_motions);
-    for (particle, motion) in slice.take(params.count as usize) {
+    let segment = segment_particles.iter().zip(segment_motions);
+    for (particle, motion) in segment.take(params.count as usize) {
         let bin = Bins::of(params.tile_shift, strips, particle) as usize;
         let place = params.first + bins[bin];
         bins[bin] += 1;

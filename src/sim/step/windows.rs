@@ -159,7 +159,7 @@ impl StepKernel for DefragmentScan {
             (&a.particles, &a.motions),
             &a.setup.strips,
             &mut t.holes,
-            (&mut a.slice_particles, &mut a.slice_motions),
+            (&mut a.segment_particles, &mut a.segment_motions),
         );
     }
 }
@@ -188,7 +188,7 @@ impl StepKernel for DefragmentSwap {
             &t.flow[0],
             &t.borders,
             &t.holes,
-            (&a.slice_particles, &a.slice_motions),
+            (&a.segment_particles, &a.segment_motions),
             (&mut a.particles, &mut a.motions),
         );
     }
