@@ -2,7 +2,7 @@
 // Reads   strips, trail and bias (gutters filled), last step's deposits, surroundings; for gravity corners, vertices, poses;
 //         distances, across, across_triangles, physarums; scent (gutters filled), plates and meals.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended,
-//         guarded); walkers, walker_count and walker_groups; what was eaten of meals, by atomic adds.
+//         guarded); walkers, walkers_near, walker_count and walker_groups; what was eaten of meals, by atomic adds.
 // One invocation a particle.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
 // Overflow: a texel counts at most every particle once, fed ones fed_deposit times, which scenes keep below 2^32. Where
@@ -23,8 +23,8 @@
 // and where sensors see other objects (ACROSS) advance_near and walk_near. "Read straight" is straight ahead in the atlas,
 // where nothing of the chart is hidden on the way.
 //
-// walkers has room for every particle, where there are several objects twice, and each is listed at most once: in the first
-// half those that walk from the front, those that are near from the back; in the second those that are near and walk.
+// walkers has room for every particle, and each is listed at most once: those that walk from the front, those that are near from
+// the back. walkers_near has those that are near and walk; with one object there are none.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -103,6 +103,7 @@ READS(uint, 17) across_triangles;
 // The slots of particles whose sensors must walk, of those that are near other objects, and of those that are both; how many
 // there are of each.
 CHANGES(uint, 19) walkers;
+CHANGES(uint, 12) walkers_near;
 layout(std430, set = 0, binding = 20) buffer WalkerGroups { DispatchGroups walker_groups[]; };  // may be absent
 layout(std430, set = 0, binding = 23) buffer WalkerCount { uint walker_count[]; };
 CHANGES(uint, 24) deposits_low;
@@ -144,7 +145,7 @@ void main() {
         i = load1(walkers, walker_slot(WALKING, i));
     } else if (SENSING == SENSORS_WALK_NEAR) {
         if (i >= walker_count[WALKING_NEARBY]) return;
-        i = load1(walkers, walker_slot(WALKING_NEARBY, i));
+        i = load1(walkers_near, i);
     } else if (SENSING == SENSORS_STRAIGHT_LISTED) {
         if (i >= walker_count[NEARBY]) return;
         i = load1(walkers, walker_slot(NEARBY, i));

@@ -99,11 +99,6 @@ impl Counts {
     fn faces(&self) -> u64 {
         if self.objects > 1 { self.triangles } else { 0 }
     }
-
-    /// How many lists of walkers there is room for: one that two share, and with several objects a third.
-    pub(super) fn walker_lists(objects: u64) -> u64 {
-        if objects > 1 { 2 } else { 1 }
-    }
 }
 
 /// One buffer of the table.
@@ -256,7 +251,8 @@ table! {
     SEGMENT_PARTICLES: Particle = "segment_particles", LARGE 4, |n| n.segment;
     SEGMENT_MOTIONS: Motion = "segment_motions", LARGE 4, |n| n.segment;
     BINS: u32 = "bins", BLOCK 0, |n| n.bins;
-    WALKERS: u32 = "walkers", LARGE 1, |n| n.particles * Counts::walker_lists(n.objects);
+    WALKERS: u32 = "walkers", LARGE 1, |n| n.particles;
+    WALKERS_NEAR: u32 = "walkers_near", LARGE 1, |n| if n.objects > 1 { n.particles } else { 1 };
     WALKER_COUNT: u32 = "walker_count", BLOCK 0, |_| 3;
     WALKER_GROUPS: DispatchGroups = "walker_groups", BLOCK 0, |_| 3;
 

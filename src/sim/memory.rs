@@ -44,16 +44,10 @@ pub fn painted_bytes(texels: u64) -> u64 {
     texels * TEXEL
 }
 
-/// How many particles of a single object the device's buffers hold: kernels reach each as a texel.
+/// How many particles the device's buffers hold: kernels reach each as a texel.
 #[must_use]
 pub fn most_particles(device: &DeviceInfo) -> u64 {
-    most_particles_of(device, 1)
-}
-
-/// The same for so many objects: with several there are more lists of particles.
-#[must_use]
-pub fn most_particles_of(device: &DeviceInfo, objects: usize) -> u64 {
-    particle_limit(device, objects).0
+    particle_limit(device).0
 }
 
 /// Texels along the side of the largest atlas of a single object.
@@ -147,9 +141,8 @@ fn too_large_an_atlas(device: &DeviceInfo, settings: &Settings) -> String {
 }
 
 /// How many particles there may be, and which limit says so.
-fn particle_limit(device: &DeviceInfo, objects: usize) -> (u64, &'static str) {
-    let texels = u64::from(device.max_texel_buffer_elements) / Counts::walker_lists(objects as u64);
-    let texels = (texels, TEXEL_ELEMENTS);
+fn particle_limit(device: &DeviceInfo) -> (u64, &'static str) {
+    let texels = (device.max_texel_buffer_elements.into(), TEXEL_ELEMENTS);
     texels.min((device.max_memory_allocation_size / PARTICLE, ALLOCATION))
 }
 
@@ -203,7 +196,7 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
     let mut problems = Vec::new();
 
     let particles = u64::from(scene.settings.particles.count);
-    let (most, limit_name) = particle_limit(device, scene.surface.objects.len());
+    let (most, limit_name) = particle_limit(device);
     if particles > most {
         let most = number(most);
         problems.push(format!(

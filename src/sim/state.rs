@@ -95,8 +95,10 @@ impl Sorting {
 /// Particles that `advance` lists for its other forms.
 pub struct Walkers {
     /// The slots of particles whose sensors must walk, from the front, and of those that are near other objects, from the
-    /// back; where there are several objects, behind them those of particles that are near and must walk.
+    /// back.
     pub slots: Store<u32>,
+    /// The slots of particles that are near and must walk.
+    pub near: Store<u32>,
     /// Three: how many they are.
     pub count: Buffer<u32>,
     /// The groups of the dispatches for them.
@@ -295,6 +297,7 @@ impl State {
             sorting: Sorting::new(ctx, &counts)?,
             walkers: Walkers {
                 slots: make.store_of_zeros(&buffers::WALKERS)?,
+                near: make.store_of_zeros(&buffers::WALKERS_NEAR)?,
                 count: make.zeros(&buffers::WALKER_COUNT)?,
                 groups: make.zeros(&buffers::WALKER_GROUPS)?,
             },

@@ -174,6 +174,7 @@ pub fn shared_by_forms(s: &State) -> Vec<&dyn AnyBuffer> {
         &s.motions,
         &s.deposits.front,
         &s.walkers.slots,
+        &s.walkers.near,
         &s.walkers.count,
         &s.transfers.flow,
         &s.transfers.particle_indices,
@@ -211,6 +212,7 @@ impl StepKernel for Advance {
             particles_before: &s.particles.texels,
             motions_before: &s.motions.texels,
             walkers: &s.walkers.slots.texels,
+            walkers_near: &s.walkers.near.texels,
             walker_count: &s.walkers.count,
             // Those that were listed list no others: no dispatch may write the groups that it runs in.
             walker_groups: match call.on {
