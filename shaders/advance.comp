@@ -80,8 +80,7 @@ layout(push_constant) uniform Params {
 } params;
 
 // Numbers of bindings have no order: the build takes them from here, by name.
-// Each invocation writes where it alone has read before. Texel buffers are what is read: CPU drivers gather from storage
-// buffers scalar by scalar.
+// Each invocation writes where it alone has read before.
 WRITES(uvec4, 0) particles;  // one an invocation
 WRITES(uvec4, 1) motions;  // one an invocation
 READS(uvec4, 21) particles_before;  // one an invocation

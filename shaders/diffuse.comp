@@ -3,8 +3,8 @@
 // Writes  next_trail for owned texels, zero for others of the blocks; previous_deposits, cleared for the next step.
 // One invocation per four texels (a quad) of four rows; four of them are a block, whose rows are cache lines. Blocks
 // without any texel in use are not listed. The rows are as far apart as the taps, so each row's sums serve three times.
-// What is read comes by texel buffers: CPU drivers fetch a quad at once there, and value by value from storage buffers. What
-// is written goes to storage blocks, which they are quicker with, or to texel buffers, which hold more.
+// What is read comes by tables, and what is written goes to storage blocks, which CPU drivers are quicker with, or to texel buffers,
+// which hold more.
 // Texels beside a seam come out wrong here: diffuse_seams writes them anew.
 // Overflow: cannot happen; nothing is appended.
 

@@ -1,7 +1,7 @@
 // diffuse_seams: as diffuse, for texels that exchange across a seam, or whose neighbours are limited.
 // Reads   rows, entries, trail, deposits (those on gutter texels too).
 // Writes  next_trail for the texels of the rows.
-// One invocation a row. What is read comes by texel buffers, which CPU drivers are quicker with.
+// One invocation a row.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 /// Digits of a commit that are shown.
 const DIGITS: usize = 12;
 
-/// The first 12 digits of the commit, if the source is a checkout that is still there or came from `git archive`.
+/// The first 12 digits of the commit, if the source is a checkout that is still there or came from `git archive`, or the environment
+/// variable `MYXO_COMMIT` has it.
 ///
 /// Of a checkout it is the commit that is checked out now: build again after a pull, before results are cited. Changes on top
 /// of the commit do not show.

@@ -51,11 +51,13 @@
 //!
 //! 1. Where objects have moved, texels learn their signed distance to the other objects, and where sensors go on there.
 //! 2. Every particle walks what is pending, senses, turns, walks, deposits, and is selected if it has gone into another object. For
-//!    those selected it is found where they go on there, they land, and the particle buffer is put in order again.
+//!    those selected it is found where they go on there, they land, and the particle buffer is put in order again. A part of the
+//!    particles is sorted by place in the texture, so that all are once in so many steps.
 //! 3. Where there is food, what was eaten is taken away, and what sensors read of food is summed up anew.
 //! 4. The trail spreads, takes up the deposits and decays: inside charts, then over seams; then the gutters are filled, so that
 //!    reads never see a seam.
-//! 5. A part of the particles is sorted by place in the texture, so that all are once in so many steps.
+//!
+//! What comes after a particle's walk, and 3 and 4, do not depend on each other, and their kernels are recorded side by side.
 //!
 //! What a scene has no use for is not recorded: with one object there are no distances and no transfers. Which of the
 //! kernels for transfers run is the strategy ([`scene::settings::Strategy`]); all counts stay on the GPU, and dispatches over

@@ -1,5 +1,6 @@
 // append: places in lists that many invocations append to. An atomic counter counts the entries. In the form for graphics
 // cards one invocation of a subgroup counts for all that append together: many atomic additions to one word take turns.
+// Those that append together meet again behind the branch of the one that counts, as compilers of today let them.
 // No twin: the twins push in a loop.
 
 #ifndef MYXO_APPEND
@@ -22,7 +23,7 @@
 // The counters that a subgroup counts together for; the invocations of any more count by themselves.
 const uint COUNTED_TOGETHER = 4u;
 
-// The same where each invocation names one of many counters, `counters[which]`, and neighbours mostly the same one.
+// Declares `place` where each invocation names one of many counters, `counters[which]`, and neighbours mostly share one.
 #define append_to_one_of(counters, which, place) \
     uint place = 0u; \
     { \

@@ -1,6 +1,6 @@
 // bvh: searches in the tree of one object, in object space: the nearest face to a place, and the first face that a
 // segment crosses. Twin of src/mesh/trees/search.rs.
-// The includer declares `nodes` first, a texel buffer of two words, and what nearest.glsl needs.
+// The includer declares `nodes` first, a table of two words, and what nearest.glsl needs.
 //
 // A box is passed over only if it is farther than the nearest face by more than rounding. So the result is the face
 // that a look at every one would give, whatever the order.

@@ -1,6 +1,6 @@
 // distances: reading signed distances between texel centres, as `field.glsl` reads the trail. Twin of
 // src/sim/field.rs.
-// The includer declares `distances` first, a texel buffer of one float.
+// The includer declares `distances` first, a table of floats.
 
 #ifndef MYXO_DISTANCES
 #define MYXO_DISTANCES

@@ -1,6 +1,6 @@
 // listed: the tiles whose texels are looked at, and their samples, read as texels, which CPU drivers read faster than storage
 // buffers. Twin: ListedTile and SurfaceSample of src/sim/types.rs.
-// The includer declares `listed` and `samples` first, texel buffers of four words.
+// The includer declares `listed` and `samples` first, tables of four words.
 
 #ifndef MYXO_LISTED
 #define MYXO_LISTED

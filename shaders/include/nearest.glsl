@@ -1,5 +1,5 @@
 // nearest: the point of a triangle that is nearest to a place. Twin of src/mesh/trees/nearest.rs.
-// The includer declares `faces` first, a texel buffer of three words.
+// The includer declares `faces` first, a table of three words.
 
 #ifndef MYXO_NEAREST
 #define MYXO_NEAREST

@@ -1,6 +1,6 @@
 // pairs: the pairs of objects, read as texels, which CPU drivers read faster than storage buffers. Twin: ObjectPair of
 // src/sim/types.rs.
-// The includer declares `pairs` first, a texel buffer of four words.
+// The includer declares `pairs` first, a table of four words.
 
 #ifndef MYXO_PAIRS
 #define MYXO_PAIRS

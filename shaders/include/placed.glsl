@@ -1,4 +1,4 @@
-// placed: vertices, and how their objects stand, out of texel buffers.
+// placed: vertices, and how their objects stand, out of tables.
 // The includer declares `corners` and `vertices` first, vertex indices one by one and a texel a vertex, and what pose_table.glsl
 // asks for.
 

@@ -1,5 +1,5 @@
 // sign: on which side of a surface a place lies, by one of three rules. Twin of src/mesh/trees/sides.rs.
-// The includer declares `dipoles` first, a texel buffer of two words; `SIGN_RULE`, one of the constants below; and what
+// The includer declares `dipoles` first, a table of two words; `SIGN_RULE`, one of the constants below; and what
 // bvh.glsl needs.
 //
 // Pseudonormals are right on every closed mesh without crossings (Baerentzen and Aanaes 2005). Winding numbers also on

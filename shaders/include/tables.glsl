@@ -1,6 +1,6 @@
 // tables: arrays that kernels read and write by index. On CPU drivers they are texel buffers, which those gather from at once,
-// and from storage blocks value by value. In the form for graphics cards (MYXO_CARD) they are storage blocks: there each
-// fetch of a texel takes its turn in the few texture units, and a load from a block does not.
+// and from storage blocks value by value. In the form for graphics cards (MYXO_CARD) they are storage blocks: there a fetch of a
+// texel goes through one of few texture units, and a load from a block does not.
 // A shader that includes this file directly is compiled in both forms; the device decides which one runs.
 // No twin: an index.
 //

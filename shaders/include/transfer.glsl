@@ -1,5 +1,5 @@
 // transfer: how a particle leaves one object in world space and lands on another. Twin of src/sim/ground.rs.
-// The includer declares `triangles`, `corners`, `vertices` and `poses` first, texel buffers.
+// The includer declares `triangles`, `corners`, `vertices` and `poses` first, tables.
 // Poses are rotations and translations: lengths and angles are the same in every space.
 
 #ifndef MYXO_TRANSFER

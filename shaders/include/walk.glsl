@@ -1,8 +1,7 @@
 // walk: the straightest path on the surface, in the tangent frame. Twin of src/sim/walker.rs.
 // Straight in each triangle; over an edge the point keeps its place on the edge and the heading turns by the stored
 // rotation. No world coordinates, no trigonometry, so nothing drifts off the surface.
-// The includer declares `triangles` and `halfedges` first: texel buffers of the structs' four words, which CPU drivers
-// read faster than storage buffers; and `const bool WALK_CARRIES`.
+// The includer declares `triangles` and `halfedges` first: tables of the structs' four words; and `const bool WALK_CARRIES`.
 //
 // Each crossing rounds, and over hundreds of edges that adds up to a millionth of the way. Particles do not mind. Where
 // WALK_CARRIES, what rounding drops of a walker's numbers is carried along, and long walks are as exact as short ones.

@@ -230,6 +230,14 @@ fn facts(device: &DeviceInfo) -> Vec<(&'static str, String)> {
             ),
         ),
         (
+            "kernels",
+            if device.takes_card_forms() {
+                "in their form for graphics cards".to_owned()
+            } else {
+                "in their plain form, with texel buffers".to_owned()
+            },
+        ),
+        (
             "dispatch",
             format!(
                 "{} groups of {} invocations, {} in lock-step",
@@ -268,7 +276,8 @@ fn as_json(devices: &[DeviceInfo], chosen: Option<usize>, tools: &[Tool]) -> Val
             "max_image_side": device.max_image_side,
             "max_samples": device.max_samples,
             "subgroup_size": device.subgroup_size,
-            "runs_card_forms": device.runs_card_forms,
+            "has_card_forms": device.has_card_forms,
+            "takes_card_forms": device.takes_card_forms(),
             "most_particles": most_particles(device),
             "largest_atlas": largest_atlas(device),
         })

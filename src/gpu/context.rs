@@ -16,23 +16,11 @@ use super::debug::DebugEntries;
 use super::device::Device;
 use super::error::{Check, GpuError, GpuResult};
 use super::graveyard::{Corpse, Graveyard};
-use super::info::{self, DeviceInfo, DeviceKind};
+use super::info::{self, DeviceInfo};
 use super::instance::Instance;
 use super::options::ContextOptions;
 use super::pipelines::Pipelines;
 use super::staging::Staging;
-
-/// Do kernels run in their form for graphics cards?
-fn runs_card_forms(info: &DeviceInfo, asked: Option<bool>) -> bool {
-    let by_environment = || match std::env::var("MYXO_CARD_FORMS").as_deref() {
-        Ok("0") => Some(false),
-        Ok("1") => Some(true),
-        _ => None,
-    };
-    // A storage block must hold everything that a texel buffer does: on most cards 2^27 texels of four words.
-    let suits = || info.kind != DeviceKind::Cpu && info.max_storage_buffer_range >= 1 << 31;
-    info.runs_card_forms && asked.or_else(by_environment).unwrap_or_else(suits)
-}
 
 /// A device, its queue, its memory, and what waits to be freed.
 pub struct Context {
@@ -137,10 +125,15 @@ impl Context {
     /// The rest of a context.
     fn on(
         device: Device,
-        info: DeviceInfo,
+        mut info: DeviceInfo,
         queue: vk::Queue,
         options: &ContextOptions,
     ) -> GpuResult<Arc<Self>> {
+        let asked = options.card_forms;
+        let card_forms = info.has_card_forms && asked.unwrap_or_else(|| info.takes_card_forms());
+        if card_forms {
+            info.read_in_blocks();
+        }
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: device.instance.raw.clone(),
             device: device.raw.clone(),
@@ -161,7 +154,7 @@ impl Context {
             hazard_check: (options.hazard_check)
                 .unwrap_or_else(|| options.validation || std::env::var_os("MYXO_CHECK").is_some()),
             orders_groups: options.validation,
-            card_forms: runs_card_forms(&info, options.card_forms),
+            card_forms,
             leave_out: options.leave_out,
             timeout: options.timeout,
             patience: AtomicU64::new(0),

@@ -94,7 +94,7 @@ pub struct DeviceInfo {
     pub subgroup_size: u32,
     /// Kernels can run in their form for graphics cards: subgroups have ballots, and as many storage buffers as a kernel has
     /// bindings are seen by it.
-    pub runs_card_forms: bool,
+    pub has_card_forms: bool,
     /// Memory heaps.
     pub heaps: Vec<Heap>,
     /// Pictures can be drawn (graphics queue and VK_KHR_dynamic_rendering).
@@ -132,6 +132,24 @@ impl DeviceInfo {
         *range = limits.storage_buffer_range.min(*range);
         let elements = &mut self.max_texel_buffer_elements;
         *elements = limits.texel_buffer_elements.min(*elements);
+    }
+
+    /// Does a context run kernels in their form for graphics cards on this device, where nothing else is asked for?
+    #[must_use]
+    pub fn takes_card_forms(&self) -> bool {
+        self.has_card_forms
+            && match std::env::var("MYXO_CARD_FORMS").as_deref() {
+                Ok("0") => false,
+                Ok("1") => true,
+                // A storage block must hold everything that a texel buffer does: on most cards 2^27 texels of four words.
+                _ => self.kind != DeviceKind::Cpu && self.max_storage_buffer_range >= 1 << 31,
+            }
+    }
+
+    /// Where texel buffers are bound as storage blocks, they have no more elements than a block has groups of four words.
+    pub(crate) fn read_in_blocks(&mut self) {
+        let most = u32::try_from(self.max_storage_buffer_range / 16).unwrap_or(u32::MAX);
+        self.max_texel_buffer_elements = self.max_texel_buffer_elements.min(most);
     }
 
     /// Are times of kernels to be had?
@@ -235,7 +253,7 @@ impl DeviceInfo {
                 limits.framebuffer_color_sample_counts & limits.framebuffer_depth_sample_counts,
             ),
             subgroup_size: subgroup.subgroup_size,
-            runs_card_forms: limits.max_per_stage_descriptor_storage_buffers
+            has_card_forms: limits.max_per_stage_descriptor_storage_buffers
                 >= push.max_push_descriptors
                 && subgroup
                     .supported_stages

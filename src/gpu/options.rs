@@ -32,8 +32,8 @@ pub struct ContextOptions {
     /// Takes the device for a smaller one, so that tests of what is large need not be.
     pub limits: Option<Limits>,
     /// Run kernels in their form for graphics cards, where the device can: they read tables as storage blocks, and subgroups
-    /// append to lists together. `None` does so on devices that are no CPUs, which are faster without, unless the environment
-    /// variable `MYXO_CARD_FORMS` is 0 or 1. The results are the same.
+    /// append to lists together. `None`: on devices that are no CPUs and have storage blocks of 2 GiB, unless the environment
+    /// variable `MYXO_CARD_FORMS` is 0 or 1. Results do not depend on it.
     pub card_forms: Option<bool>,
     /// Asks the driver what it has compiled, for [`Context::compiled`](super::Context::compiled). Where it has not the extension
     /// for that, nothing is asked.

@@ -59,17 +59,17 @@ fn land_all(state: &mut Snapshot, setup: &Setup, poses: &[Pose]) {
 fn sort(state: &mut Snapshot, setup: &Setup) {
     let Bins { tile_shift, count } = setup.bins;
     let bins = state.particles.par_iter();
-    let bins = bins.map(|particle| Bins::of(tile_shift, &setup.strips, particle) as usize);
-    let bins: Vec<usize> = bins.collect();
+    let bins = bins.map(|particle| Bins::of(tile_shift, &setup.strips, particle));
+    let bins: Vec<u32> = bins.collect();
     let mut places = vec![0_usize; count as usize + 1];
-    bins.iter().for_each(|&bin| places[bin + 1] += 1);
+    bins.iter().for_each(|&bin| places[bin as usize + 1] += 1);
     for bin in 0..count as usize {
         places[bin + 1] += places[bin];
     }
     let (particles, motions) = (state.particles.clone(), state.motions.clone());
-    for (bin, (particle, motion)) in bins.iter().zip(particles.iter().zip(&motions)) {
-        let place = places[*bin];
-        places[*bin] += 1;
+    for (&bin, (particle, motion)) in bins.iter().zip(particles.iter().zip(&motions)) {
+        let place = places[bin as usize];
+        places[bin as usize] += 1;
         state.particles[place] = *particle;
         state.motions[place] = *motion;
     }

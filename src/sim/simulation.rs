@@ -374,9 +374,13 @@ impl Simulation {
         let state = arranged(snapshot, setup, self.course.poses(), strategy);
         let counts = Counts::of(setup, settings);
         // Windows are those of this order: there is no memory for it, or all of it changes.
-        self.state.transfers =
-            Transfers::new(&self.ctx, &counts, settings, setup, &state.transfers)?;
-        self.state.sorting.fit(&self.ctx, &counts)?;
+        let transfers = Transfers::new(&self.ctx, &counts, settings, setup, &state.transfers)?;
+        let room = self.state.sorting.other_room(&self.ctx, &counts)?;
+        self.state.transfers = transfers;
+        if let Some((particles, motions)) = room {
+            self.state.sorting.particles = particles;
+            self.state.sorting.motions = motions;
+        }
         Ok(kept::upload(&self.ctx, &self.state, &state)?)
     }
 }

@@ -80,15 +80,25 @@ impl Sorting {
         })
     }
 
-    /// Takes other memory where there is to be room for another number.
+    /// Other memory for particles and motions, where there is to be room for another number.
     ///
     /// # Errors
     /// No memory.
-    pub(super) fn fit(&mut self, ctx: &Arc<Context>, counts: &Counts) -> Result<(), GpuError> {
-        if self.particles.len() as u64 != buffers::SEGMENT_PARTICLES.len(counts) {
-            *self = Self::new(ctx, counts)?;
+    pub(super) fn other_room(
+        &self,
+        ctx: &Arc<Context>,
+        counts: &Counts,
+    ) -> Result<Option<(Store<Particle>, Store<Motion>)>, GpuError> {
+        if self.particles.len() as u64 == buffers::SEGMENT_PARTICLES.len(counts) {
+            return Ok(None);
         }
-        Ok(())
+        let make = &Maker {
+            ctx,
+            counts: *counts,
+        };
+        let particles = make.store_of_zeros(&buffers::SEGMENT_PARTICLES)?;
+        let motions = make.store_of_zeros(&buffers::SEGMENT_MOTIONS)?;
+        Ok(Some((particles, motions)))
     }
 }
 

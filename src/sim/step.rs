@@ -123,8 +123,8 @@ fn change_objects(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Every particle advances once. Where sensors read straight ahead in the atlas, those particles come in a second dispatch whose sensors must walk; those
-/// that may have to do with another object come in a third, or in a fourth, if their sensors must walk, too.
+/// Every particle advances once. Sensors read straight ahead in the atlas where they can; particles whose sensors must walk come
+/// in a second dispatch, those that may have to do with another object in a third, and those of which both are true in a fourth.
 fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms) {
     let forms = plan.forms_of_advance(terms);
     if !forms.is_empty() {

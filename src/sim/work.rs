@@ -213,8 +213,8 @@ impl Step {
         });
     }
 
-    /// Does two things of which neither needs what the other writes. Their works take turns, so that both wait at one barrier
-    /// and a device has kernels of both to run at once.
+    /// Does two things of which neither needs what the other writes, nor buffers whose roles it swaps. Their works take turns, so
+    /// that both wait at one barrier and a device has kernels of both to run at once.
     pub fn side_by_side(&mut self, one: impl FnOnce(&mut Self), other: impl FnOnce(&mut Self)) {
         let (mut first, mut second) = (Self::default(), Self::default());
         one(&mut first);

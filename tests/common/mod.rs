@@ -54,7 +54,7 @@ pub fn gpu_within(limits: Option<Limits>) -> Option<Gpu> {
     })
 }
 
-/// The same with kernels in their form for graphics cards, which CPUs do not run by themselves.
+/// A device that runs kernels in their form for graphics cards, which CPUs do not run by themselves.
 ///
 /// # Panics
 /// As for [`gpu`].
@@ -63,7 +63,7 @@ pub fn gpu_by_card_forms() -> Option<Gpu> {
         card_forms: Some(true),
         ..Means::default()
     })?;
-    if gpu.ctx.info().runs_card_forms {
+    if gpu.ctx.info().has_card_forms {
         return Some(gpu);
     }
     eprintln!("skipped: the device cannot run the forms for graphics cards");

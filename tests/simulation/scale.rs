@@ -11,14 +11,11 @@ use myxo::scene::Scene;
 use myxo::scene::settings::{AtlasMethod, DistanceMethod, Sensing, Settings, Show, Strategy};
 use myxo::sim::diffusion::Diffusion;
 use myxo::sim::texel_paths::TexelPaths;
-use myxo::sim::{Setup, Simulation, atlas_options, memory};
+use myxo::sim::{Setup, Simulation, Snapshot, atlas_options, memory};
 
 /// The hash after some steps on a device with such limits, and pictures of the state. The invariants hold.
 fn run(limits: Option<Limits>, scene: &Scene, steps: u32) -> Option<(u64, Vec<RgbaImage>)> {
-    Some(run_on(gpu_within(limits)?, scene, steps))
-}
-
-fn run_on(gpu: Gpu, scene: &Scene, steps: u32) -> (u64, Vec<RgbaImage>) {
+    let gpu = gpu_within(limits)?;
     let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
     let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
     for _ in 0..steps {
@@ -54,20 +51,67 @@ fn run_on(gpu: Gpu, scene: &Scene, steps: u32) -> (u64, Vec<RgbaImage>) {
     assert_eq!(simulation.snapshot().unwrap().hash(), snapshot.hash());
     drop((renderer, simulation, frames));
     gpu.finish();
-    (snapshot.hash(), pictures.to_vec())
+    Some((snapshot.hash(), pictures.to_vec()))
 }
 
-/// In their form for graphics cards kernels list things in another order, and nothing else is another.
+/// In their form for graphics cards kernels list things in another order, and nothing else is another. Runs every kernel of a step:
+/// the forms of `advance`, transfers and what limits them, all ways to distances, food, painted areas, sorts.
 #[test]
 fn forms_for_graphics_cards_end_in_the_same_bits() {
-    // Lists of walkers, of those near others, of transfers, of more transfers than there is room for, and of tiles.
-    let scene = scene_of_several(&TRIO, |settings| {
-        settings.transfer.buffer_size = 16;
-    });
-    let (Some(expected), Some(gpu)) = (run(None, &scene, 20), gpu_by_card_forms()) else {
-        return;
+    let touching = |change: &dyn Fn(&mut Settings)| {
+        scene_of_several(&TRIO, |settings| {
+            settings.particles.count = 6000;
+            settings.atlas.size = 128;
+            settings.transfer.buffer_size = 16;
+            change(settings);
+        })
     };
-    assert_eq!(run_on(gpu, &scene, 20).0, expected.0);
+    let strategies = [
+        (Strategy::Parallel, DistanceMethod::Bvh),
+        (Strategy::Sequential, DistanceMethod::Brute),
+        (Strategy::Direct, DistanceMethod::Raster),
+        (Strategy::Respawn, DistanceMethod::Bvh),
+    ];
+    let mut scenes: Vec<Scene> = strategies
+        .iter()
+        .map(|&(strategy, method)| {
+            touching(&|settings| {
+                settings.transfer.strategy = strategy;
+                settings.distance.method = method;
+            })
+        })
+        .collect();
+    scenes.push(touching(&|settings| {
+        settings.feeding.scattered = 5;
+        settings.physarum.sensor_noise = 0.1;
+        settings.physarum.decrowding_weight = 0.1;
+        settings.physarum.gravity_weight = 0.1;
+        settings.physarum.distance_weight = 0.1;
+        settings.trail.diffusion = 0.9;
+    }));
+    for (number, scene) in scenes.iter().enumerate() {
+        let (Some(gpu), Some(cards)) = (gpu_within(None), gpu_by_card_forms()) else {
+            return;
+        };
+        let expected = snapshot_after(&gpu, scene, 20);
+        let found = snapshot_after(&cards, scene, 20);
+        assert_eq!(found.hash(), expected.hash(), "scene {number}");
+        // Else some lists would have been empty.
+        let flow = found.transfers.flow;
+        assert!(flow.refused > 0 && flow.selected > flow.refused, "{flow:?}");
+        gpu.finish();
+        cards.finish();
+    }
+}
+
+fn snapshot_after(gpu: &Gpu, scene: &Scene, steps: u32) -> Snapshot {
+    let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
+    for _ in 0..steps {
+        gpu.run(|rec| simulation.record_step(rec));
+    }
+    let walkers = gpu.ctx.download(&simulation.state().walkers.count).unwrap();
+    assert!(walkers[0] > 0 || scene.settings.physarum.gravity_weight != 0.0);
+    simulation.snapshot().unwrap()
 }
 
 /// A cube whose particles and texels are more than 64 KiB, and whose seams are short.

@@ -48,7 +48,7 @@ pub fn text(scene: &str, driver: &str, all: &[Compiled]) -> String {
     text
 }
 
-/// The same for programs, with the specialization constants that each kernel was compiled with.
+/// The list for programs, with the specialization constants that each kernel was compiled with.
 pub fn json(driver: &str, all: &[Compiled]) -> String {
     let kernel = |one: &Compiled| {
         let constants: serde_json::Map<String, Value> = one

@@ -167,7 +167,7 @@ fn what_is_appended_is_listed_once() {
         }) else {
             return;
         };
-        if for_cards && !ctx.info().runs_card_forms {
+        if for_cards && !ctx.info().has_card_forms {
             eprintln!("skipped: the device cannot run the forms for graphics cards");
             continue;
         }

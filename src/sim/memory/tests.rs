@@ -27,7 +27,7 @@ fn device(limit: u64) -> DeviceInfo {
         max_image_side: 16_384,
         max_samples: 4,
         subgroup_size: 8,
-        runs_card_forms: true,
+        has_card_forms: true,
         heaps: Vec::new(),
         has_dynamic_rendering: true,
         has_calibrated_timestamps: true,
