@@ -173,6 +173,12 @@ struct Shape {
     radius: f32,
 }
 
+/// How many particles a picture may have: more than a storage block lists are drawn in part.
+fn most_drawn(ctx: &Context, particles: usize) -> usize {
+    let limit = ctx.info().max_storage_buffer_range / size_of::<u32>() as u64;
+    particles.min(usize::try_from(limit).unwrap_or(usize::MAX))
+}
+
 impl Renderer {
     /// A renderer for pictures of a setup, on canvases of this format.
     ///
@@ -230,7 +236,7 @@ impl Renderer {
             charts: Buffer::from_slice(ctx, "charts", charts)?,
             colors: Buffer::zeroed(ctx, "colors", colormap::LENGTH)?,
             colors_are: None,
-            order: Buffer::zeroed(ctx, "order", setup.particles.len())?,
+            order: Buffer::zeroed(ctx, "order", most_drawn(ctx, setup.particles.len()))?,
             histogram: Buffer::zeroed(ctx, "histogram", exposure::BIN_COUNT as usize)?,
             brightest: Buffer::from_slice(ctx, "brightest", &[1.0])?,
             is_first: true,

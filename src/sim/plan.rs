@@ -22,12 +22,12 @@ pub struct Means {
     pub painted: bool,
     /// How many transfers the lists hold.
     pub capacity: u32,
-    /// Is it a CPU?
-    pub is_cpu: bool,
+    /// How particles are cut into segments, of which a step sorts one.
+    pub segments: Segments,
 }
 
 impl Means {
-    /// Those of a host: nothing is too large for it.
+    /// Those of a host, which sorts nothing: nothing is too large for it.
     #[must_use]
     pub fn of_host(painted: bool, capacity: u32) -> Self {
         let paths = TexelPaths::default();
@@ -35,7 +35,7 @@ impl Means {
             paths,
             painted,
             capacity,
-            is_cpu: true,
+            segments: Segments::new(0, 1),
         }
     }
 }
@@ -168,7 +168,7 @@ impl<'a> Plan<'a> {
     /// Lets the step sort the segment that is due in the one of this number, if any is.
     pub fn sort_as_in(&mut self, step: u64) {
         if self.strategy.may_sort() {
-            self.segment = Segments::of(self.particle_count(), self.means.is_cpu).due(step);
+            self.segment = self.means.segments.due(step);
         }
     }
 

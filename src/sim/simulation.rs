@@ -29,7 +29,7 @@ use super::transfers::{Transfers, capacity};
 use super::types::Pose;
 use super::work::Step;
 use crate::error::{Error, Result};
-use crate::gpu::{Context, DeviceInfo, DeviceKind, GpuError, Patience, Recorder};
+use crate::gpu::{Context, DeviceInfo, GpuError, Patience, Recorder};
 use crate::mesh::atlas::Control;
 use crate::scene::Scene;
 use crate::scene::parameters::{out_of_range, restarting};
@@ -283,7 +283,17 @@ impl Simulation {
     /// How particles are cut into segments, of which a step sorts one.
     #[must_use]
     pub fn segments(&self) -> Segments {
-        Segments::of(self.setup().particles.len() as u32, self.means().is_cpu)
+        self.state.sorting.segments
+    }
+
+    /// Cuts particles into so many segments: a power of two, up to 16. Results do not depend on it. By itself it is one where there are
+    /// few particles, and on a CPU more are few.
+    ///
+    /// # Panics
+    /// If it is another number.
+    pub fn sort_in(&mut self, segments: u32) {
+        let particles = self.setup().particles.len() as u32;
+        self.state.sorting.segments = Segments::new(particles, segments);
     }
 
     /// Every buffer, as the last step recorded leaves it.
@@ -356,7 +366,7 @@ fn means(ctx: &Context, course: &Course, state: &State) -> Means {
         paths: TexelPaths::of(ctx.info(), course.setup.atlas.texel_count() as u64),
         painted: state.bias.is_some(),
         capacity: state.transfers.capacity(),
-        is_cpu: ctx.info().kind == DeviceKind::Cpu,
+        segments: state.sorting.segments,
     }
 }
 

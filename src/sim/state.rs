@@ -14,6 +14,7 @@ use super::raster::Raster;
 use super::roles::Pair;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
+use super::sorting::Segments;
 use super::texel_paths::TexelPaths;
 use super::texture::{PingPong, SpreadTables, Texture};
 use super::transfers::Transfers;
@@ -21,7 +22,7 @@ use super::types::{
     DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
     SurfaceSample,
 };
-use crate::gpu::{Buffer, Context, DispatchGroups, GpuError, TexelScalar, Texels};
+use crate::gpu::{Buffer, Context, DeviceKind, DispatchGroups, GpuError, TexelScalar, Texels};
 use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
 
@@ -65,6 +66,8 @@ pub struct Sorting {
     pub motions: Store<Motion>,
     /// How many particles of a segment are in each, then how many lie before.
     pub bins: Buffer<u32>,
+    /// How particles are cut.
+    pub segments: Segments,
 }
 
 impl Sorting {
@@ -77,6 +80,7 @@ impl Sorting {
             particles: make.store_of_zeros(&buffers::SEGMENT_PARTICLES)?,
             motions: make.store_of_zeros(&buffers::SEGMENT_MOTIONS)?,
             bins: make.zeros(&buffers::BINS)?,
+            segments: Segments::of(counts.particles as u32, ctx.info().kind == DeviceKind::Cpu),
         })
     }
 

@@ -218,7 +218,10 @@ fn hues_tell_where_particles_head() {
     let mut seen = Vec::new();
     for way in [Vec3::X, Vec3::Y, Vec3::NEG_X, Vec3::NEG_Y] {
         let mut motions = setup.motions.clone();
-        for (motion, particle) in motions.iter_mut().zip(&setup.particles) {
+        let particles = (gpu.ctx)
+            .download(&stage.simulation.state().particles)
+            .unwrap();
+        for (motion, particle) in motions.iter_mut().zip(&particles) {
             let [a, b, c] = setup.surface.corners[particle.triangle as usize]
                 .map(|v| setup.surface.positions[v as usize]);
             let p = (b - a).normalize();

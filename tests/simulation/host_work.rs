@@ -55,7 +55,7 @@ fn a_step_of_one_object_is_one_submit_of_few_commands() {
         kernels: 8,
         draws: 0,
         copies: 3,
-        barriers: 10,
+        barriers: 8,
     };
     assert_eq!(objects, 1);
     assert_eq!(commands[5], usual);

@@ -74,7 +74,9 @@ impl Renderer {
     }
 
     fn particle_stride(&self, view: &View) -> u32 {
-        draw_order::stride(self.shape.particle_count, view.most_particles)
+        // As many as a storage block lists, at the most.
+        let most = view.most_particles.min(self.order.len() as u32);
+        draw_order::stride(self.shape.particle_count, most)
     }
 }
 

@@ -44,6 +44,7 @@ use super::food::{Pantry, places};
 use super::plan::Means;
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
+use super::sorting::Segments;
 use super::surroundings::COVERED;
 use crate::error::Result;
 use crate::mesh::atlas::Control;
@@ -73,7 +74,10 @@ impl Simulation {
     /// One step. Returns the gaps of [`Arrays::gaps`].
     pub fn step(&mut self) -> Vec<f32> {
         let capacity = self.arrays.transfers.capacity();
-        let means = Means::of_host(!self.arrays.bias.is_empty(), capacity);
+        let means = Means {
+            segments: Segments::of(self.arrays.particles.len() as u32, true),
+            ..Means::of_host(!self.arrays.bias.is_empty(), capacity)
+        };
         self.arrays.forms = [0; 4];
         self.arrays.gaps.clear();
         self.course.next(means).on_host(&mut self.arrays);
