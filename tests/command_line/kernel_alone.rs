@@ -189,7 +189,7 @@ fn unknown_kernels_are_answered_with_those_that_exist() {
     let message = failed(&[&["profile"], &TINY[..], &["--kernel", "difuse"]].concat());
     assert_eq!(
         message,
-        "myxo: a step of this scene has no kernel `difuse`, did you mean `diffuse`?: it has advance, walk_sensors, diffuse, diffuse_seams, exchange_seams, sort_count, sort_scan, sort_scatter\n"
+        "myxo: a step of this scene has no kernel `difuse`, did you mean `diffuse`?: it has advance, walk_sensors, diffuse, sort_count, diffuse_seams, sort_scan, exchange_seams, sort_scatter\n"
     );
     // Another scene has it.
     let options = ["--kernel", "transfer_out"];
