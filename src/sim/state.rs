@@ -70,6 +70,9 @@ pub struct Sorting {
     pub segments: Segments,
 }
 
+/// Memory for particles and their motions.
+type Room = (Store<Particle>, Store<Motion>);
+
 impl Sorting {
     fn new(ctx: &Arc<Context>, counts: &Counts) -> Result<Self, GpuError> {
         let make = &Maker {
@@ -92,7 +95,7 @@ impl Sorting {
         &self,
         ctx: &Arc<Context>,
         counts: &Counts,
-    ) -> Result<Option<(Store<Particle>, Store<Motion>)>, GpuError> {
+    ) -> Result<Option<Room>, GpuError> {
         if self.particles.len() as u64 == buffers::SEGMENT_PARTICLES.len(counts) {
             return Ok(None);
         }

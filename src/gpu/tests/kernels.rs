@@ -192,7 +192,7 @@ fn what_is_appended_is_listed_once() {
             );
             for (number, list) in (0..).zip(listed.chunks(count as usize)) {
                 let is_listed = |i: &u32| match number {
-                    0 | 1 => i % 7 != 0 && i % 2 == number,
+                    0 | 1 => !i.is_multiple_of(7) && i % 2 == number,
                     _ => i / 16 % 3 == number - 2,
                 };
                 let expected: Vec<u32> = (0..count).filter(is_listed).collect();
