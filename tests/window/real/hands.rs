@@ -1,6 +1,7 @@
 //! A pointer, keys, text, files and a clipboard on a display, each of which has to arrive at the right place.
 
 use std::path::Path;
+use std::time::Duration;
 
 use serde_json::Value;
 
@@ -8,7 +9,7 @@ use super::can_open_a_window;
 use crate::hand::Does;
 use crate::opening::type_path;
 use crate::out::hear_once_loaded;
-use crate::program::{Folder, path, program};
+use crate::program::{Folder, path, program, wait_until};
 use crate::{Lab, SMALL};
 
 const MESH: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
@@ -151,11 +152,13 @@ fn the_clipboard_is_that_of_the_display() {
         return;
     }
     let lab = Lab::open_on_display(&SMALL);
-    let text = lab.display(|display, _| {
+    lab.display(|display, _| {
         display.copy("# Fern.\n[trail]\ndecay = 0.375\n");
-        display.clipboard()
+        // What has copied serves it only a moment later.
+        wait_until("the clipboard has it", Duration::from_secs(20), || {
+            display.clipboard().contains("0.375")
+        });
     });
-    assert!(text.contains("0.375"), "{text}");
     lab.key_until("ctrl+v", "it is taken", "preset", "clipboard");
     lab.key("ctrl+c");
     let copied = lab.clipboard("builtin:cube");
