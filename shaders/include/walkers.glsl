@@ -20,21 +20,14 @@ void count_group(uint list, uint place) {
     if (place % (params.walker_rows * gl_WorkGroupSize.x) == 0u) atomicAdd(walker_groups[list].x, 1u);
 }
 
-// Each list has a counter of its own, so particles are appended list by list.
 void enlist(uint list, uint slot) {
-    if (list == WALKING) {
-        append_to(walker_count[WALKING], place)
-        store1(walkers, walker_slot(WALKING, place), slot);
-        count_group(WALKING, place);
-    } else if (list == NEARBY) {
-        append_to(walker_count[NEARBY], place)
-        store1(walkers, walker_slot(NEARBY, place), slot);
-        count_group(NEARBY, place);
-    } else {
-        append_to(walker_count[WALKING_NEARBY], place)
+    append_to_one_of(walker_count, list, place)
+    if (list == WALKING_NEARBY) {
         store1(walkers_near, place, slot);
-        count_group(WALKING_NEARBY, place);
+    } else {
+        store1(walkers, walker_slot(list, place), slot);
     }
+    count_group(list, place);
 }
 
 #endif
