@@ -90,7 +90,7 @@ Found nearest_in_tree(ObjectPair pair, vec3 place, uint hint, float bound) {
 uint next_to_look_at(ListedTile tile, uint p, inout float least, inout uint triangle) {
     bool is_told = true;
     while (is_told && p < tile.pair_count) {
-        uint hint = p < tile.told ? fetch1(hints, tile.tile * params.hint_count + p) : TILE_UNKNOWN;
+        uint hint = p < tile.hinted ? fetch1(hints, tile.tile * params.hint_count + p) : TILE_UNKNOWN;
         bool is_least = hint == TILE_INSIDE && -params.reach < least;
         least = is_least ? -params.reach : least;
         triangle = is_least ? NONE : triangle;
@@ -114,7 +114,7 @@ void main() {
     // at have one.
     uint p = next_to_look_at(tile, 0u, least, triangle);
     while (p < tile.pair_count) {
-        uint hint = p < tile.told ? fetch1(hints, tile.tile * params.hint_count + p) : TILE_UNKNOWN;
+        uint hint = p < tile.hinted ? fetch1(hints, tile.tile * params.hint_count + p) : TILE_UNKNOWN;
         ObjectPair pair = pair_at(tile.first_pair + p);
         vec3 place = place_in_other(pair, here.position);
         // What lies in a closed object may be inside, however deep.

@@ -6,6 +6,7 @@
 #define MYXO_LISTED
 
 #include "tables.glsl"
+
 ListedTile listed_tile(uint place) {
     uvec4 first = fetch4(listed, 2u * place);
     uvec4 second = fetch4(listed, 2u * place + 1u);

@@ -6,6 +6,7 @@
 #define MYXO_LIT
 
 #include "tables.glsl"
+
 // The share of the sky that is left beside the nearest other object.
 float open_beside_others(vec2 texel) {
     if (params.reach == 0.0) return 1.0;

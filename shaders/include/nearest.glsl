@@ -5,6 +5,7 @@
 #define MYXO_NEAREST
 
 #include "tables.glsl"
+
 // What of a triangle is nearest: its inside, an edge (by its first corner) or a corner.
 const uint FEATURE_FACE = 0u;
 const uint FEATURE_EDGE = 1u;

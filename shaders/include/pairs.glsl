@@ -6,6 +6,7 @@
 #define MYXO_PAIRS
 
 #include "tables.glsl"
+
 ObjectPair pair_at(uint p) {
     uvec4 rest = fetch4(pairs, 4u * p + 3u);
     return ObjectPair(

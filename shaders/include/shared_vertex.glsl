@@ -5,6 +5,7 @@
 #define MYXO_SHARED_VERTEX
 
 #include "tables.glsl"
+
 struct SharedVertex {
     vec3 position;  // object space
     uint object;

@@ -6,6 +6,7 @@
 #define MYXO_STRIP_TABLE
 
 #include "tables.glsl"
+
 // The words of an edge, by four times its triangle plus its corner.
 uvec4 edge_words(uint edge) {
     return fetch4(strips, 6u * (edge >> 2u) + (edge & 3u));

@@ -34,7 +34,7 @@ struct SampleTile { vec3 center; float radius; };
 struct ObjectPair { vec4 x; vec4 y; vec4 z; uint first_face; uint face_count; uint first_node; uint is_closed; };
 struct TreeQuery { vec3 place; uint slot; vec3 end; float result; float u; float v; uint ended; uint pad0; };
 struct DistanceJob { uint first_thread; uint first_sample; uint sample_count; uint first_pair; uint pair_count; uint first_tile; };
-struct ListedTile { uint tile; uint first_sample; uint sample_count; uint first_pair; uint pair_count; uint told; uint pad0; uint pad1; };
+struct ListedTile { uint tile; uint first_sample; uint sample_count; uint first_pair; uint pair_count; uint hinted; uint pad0; uint pad1; };
 struct Seam { uint source[4]; uint texel; uint weight[2]; uint pad0; };
 struct ExchangeRow { uint texel; uint first; uint pair_count; uint counts_and_mask; float conductance; };
 struct ExchangeEntry { uint texel; float weight; };

@@ -6,6 +6,7 @@
 #define MYXO_WALKERS
 
 #include "tables.glsl"
+
 const uint WALKING = 0u;
 const uint NEARBY = 1u;
 const uint WALKING_NEARBY = 2u;

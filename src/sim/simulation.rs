@@ -290,10 +290,13 @@ impl Simulation {
     /// few particles, and on a CPU more are few.
     ///
     /// # Panics
-    /// If it is another number.
+    /// If it is another number, or there are so many particles that there is no room for such long segments.
     pub fn sort_in(&mut self, segments: u32) {
         let particles = self.setup().particles.len() as u32;
-        self.state.sorting.segments = Segments::new(particles, segments);
+        let segments = Segments::new(particles, segments);
+        let room = Segments::room(particles);
+        assert!(segments.longest() <= room, "room for {room} particles");
+        self.state.sorting.segments = segments;
     }
 
     /// Every buffer, as the last step recorded leaves it.

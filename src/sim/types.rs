@@ -416,7 +416,7 @@ pub struct ListedTile {
     /// How many other objects may be within reach of its object.
     pub pair_count: u32,
     /// Of how many of these there is a hint.
-    pub told: u32,
+    pub hinted: u32,
     /// Nothing.
     pub pad0: u32,
     /// Nothing.

@@ -198,7 +198,7 @@ pub fn distance_tiles(
                 sample_count: (job.sample_count - first).min(TILE_SAMPLES),
                 first_pair: job.first_pair,
                 pair_count: job.pair_count,
-                told: job.pair_count.min(params.hint_count),
+                hinted: job.pair_count.min(params.hint_count),
                 ..ListedTile::default()
             });
         }
