@@ -81,10 +81,10 @@ layout(push_constant) uniform Params {
 
 // Numbers of bindings have no order: the build takes them from here, by name.
 // Each invocation writes where it alone has read before.
-WRITES(uvec4, 0) particles;  // one an invocation
-WRITES(uvec4, 1) motions;  // one an invocation
-READS(uvec4, 21) particles_before;  // one an invocation
-READS(uvec4, 22) motions_before;  // one an invocation
+PAGED_WRITES(uvec4, 0) particles;  // one an invocation
+PAGED_WRITES(uvec4, 1) motions;  // one an invocation
+PAGED_READS(uvec4, 21) particles_before;  // one an invocation
+PAGED_READS(uvec4, 22) motions_before;  // one an invocation
 READS(uvec4, 2) strips;
 READS(float, 5) trail_texels;
 READS(uint, 6) previous_deposits_texels;
@@ -151,8 +151,8 @@ void main() {
     } else if (i >= params.particle_count) {
         return;
     }
-    Particle particle = particle_of(fetch4(particles_before, i));
-    Motion motion = motion_of(fetch4(motions_before, i));
+    Particle particle = particle_of(fetch_paged(particles_before, i));
+    Motion motion = motion_of(fetch_paged(motions_before, i));
     uint fed = FOOD ? motion.flags >> FED_SHIFT : 0u;
     uint flags = 0u;
     // Where no object has values of its own, all read the same row.
@@ -240,7 +240,7 @@ void main() {
         }
     }
 
-    store4(particles, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
+    store_paged(particles, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
     vec2 position = walked_position(w);
     uint texel = texel_at(position, params.pitch);
     if (FOOD) {
@@ -265,5 +265,5 @@ void main() {
             flags |= SELECTED;
         }
     }
-    store4(motions, i, words_of(Motion(w.heading.x, w.heading.y, min(pending, own.speed), flags)));
+    store_paged(motions, i, words_of(Motion(w.heading.x, w.heading.y, min(pending, own.speed), flags)));
 }

@@ -28,25 +28,25 @@ layout(std430, set = 0, binding = 1) readonly buffer Windows { Window windows[];
 layout(std430, set = 0, binding = 2) buffer Borders { Border borders[]; };
 layout(std430, set = 0, binding = 3) readonly buffer ParticleIndices { uint particle_indices[]; };
 layout(std430, set = 0, binding = 4) readonly buffer Transfers { Transfer transfers[]; };
-READS(uvec4, 5) particles;
-READS(uvec4, 6) motions;
+PAGED_READS(uvec4, 5) particles;
+PAGED_READS(uvec4, 6) motions;
 READS(uvec4, 7) strips;
 WRITES(uint, 8) holes;
-WRITES(uvec4, 9) strays;
-WRITES(uvec4, 10) stray_motions;
+PAGED_WRITES(uvec4, 9) strays;
+PAGED_WRITES(uvec4, 10) stray_motions;
 
 #include "strip_table.glsl"
 #include "windows.glsl"
 
 // Lists a slot of a window, and its particle, if that is another object's.
 void look_at(uint slot, uint object) {
-    uvec4 particle = fetch4(particles, slot);
+    uvec4 particle = fetch_paged(particles, slot);
     uint own = shape_words(particle.x).w;
     if (own == object) return;
     store1(holes, borders[object].list + atomicAdd(borders[object].holes, 1u), slot);
     int place = int(borders[own].list + atomicAdd(borders[own].strays, 1u));
-    store4(strays, place, particle);
-    store4(stray_motions, place, fetch4(motions, slot));
+    store_paged(strays, place, particle);
+    store_paged(stray_motions, place, fetch_paged(motions, slot));
 }
 
 void main() {

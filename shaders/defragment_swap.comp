@@ -26,10 +26,10 @@ layout(std430, set = 0, binding = 0) readonly buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Windows { Window windows[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Borders { Border borders[]; };
 READS(uint, 3) holes;
-READS(uvec4, 4) strays;
-READS(uvec4, 5) stray_motions;
-WRITES(uvec4, 6) particles;
-WRITES(uvec4, 7) motions;
+PAGED_READS(uvec4, 4) strays;
+PAGED_READS(uvec4, 5) stray_motions;
+PAGED_WRITES(uvec4, 6) particles;
+PAGED_WRITES(uvec4, 7) motions;
 
 #include "windows.glsl"
 
@@ -48,8 +48,8 @@ void main() {
         // Parts are as long as they may have to be.
         if (i - border.list < min(border.holes, border.strays)) {
             int slot = int(fetch1(holes, i));
-            store4(particles, slot, fetch4(strays, i));
-            store4(motions, slot, fetch4(stray_motions, i));
+            store_paged(particles, slot, fetch_paged(strays, i));
+            store_paged(motions, slot, fetch_paged(stray_motions, i));
         }
         i += 1u;
     }

@@ -10,7 +10,7 @@
 
 layout(local_size_x = 256) in;
 
-READS(uvec4, 0) particles;
+PAGED_READS(uvec4, 0) particles;
 layout(set = 0, binding = 1) writeonly buffer Order { uint order[]; };
 
 layout(push_constant) uniform Params {
@@ -21,6 +21,6 @@ layout(push_constant) uniform Params {
 void main() {
     uint slot = invocation_index();
     if (slot >= params.particle_count) return;
-    uint id = fetch4(particles, slot).w;
+    uint id = fetch_paged(particles, slot).w;
     if (id % params.stride == 0u) order[id / params.stride] = slot;
 }

@@ -16,8 +16,8 @@ layout(set = 0, binding = 6) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 7) readonly buffer Exposure { float brightest[]; };
 layout(set = 0, binding = 8) uniform usamplerBuffer deposits_texels;
 layout(set = 0, binding = 10) uniform samplerBuffer density_texels;
-layout(set = 0, binding = 11) uniform samplerBuffer distances;
-layout(set = 0, binding = 12) uniform usamplerBuffer nearest;
+layout(set = 0, binding = 11) uniform samplerBuffer distances_texels;
+layout(set = 0, binding = 12) uniform usamplerBuffer nearest_texels;
 layout(set = 0, binding = 13) readonly buffer ObjectColors { vec4 object_colors[]; };
 
 // What is shown; as `Field` in src/render/renderer/fields.rs.
@@ -83,8 +83,8 @@ vec3 crowd() {
 }
 
 vec4 distances_of(uvec4 texels) {
-    return vec4(texelFetch(distances, int(texels.x)).x, texelFetch(distances, int(texels.y)).x,
-        texelFetch(distances, int(texels.z)).x, texelFetch(distances, int(texels.w)).x);
+    return vec4(texel_of(distances, texels.x), texel_of(distances, texels.y),
+        texel_of(distances, texels.z), texel_of(distances, texels.w));
 }
 
 // White at the contact and blue away from it; orange inside of another object. A line at each eighth of the reach, and a
@@ -115,7 +115,7 @@ vec3 nearest_object(float apart) {
     float most = -1.0;
     uint found = NONE;
     for (int k = 0; k < 4; k++) {
-        uint other = texelFetch(nearest, int(taps.texels[k])).x;
+        uint other = texel_of(nearest, taps.texels[k]);
         if (other != NONE && weights[k] > most) {
             most = weights[k];
             found = other;

@@ -20,8 +20,8 @@ layout(push_constant) uniform Params {
     uint is_low;  // 0 for the upper halves, 1 for the lower ones
 } params;
 
-READS(uvec4, 0) particles;
-READS(uvec4, 1) motions;
+PAGED_READS(uvec4, 0) particles;
+PAGED_READS(uvec4, 1) motions;
 layout(std430, set = 0, binding = 2) readonly buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 3) buffer Bins { uint bins[]; };
 
@@ -30,8 +30,8 @@ layout(std430, set = 0, binding = 3) buffer Bins { uint bins[]; };
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
-    if ((fetch4(motions, i).w & SELECTED) == 0u) return;
-    uint key = key_of(fetch4(particles, i).w, params.salt);
+    if ((fetch_paged(motions, i).w & SELECTED) == 0u) return;
+    uint key = key_of(fetch_paged(particles, i).w, params.salt);
     if (params.is_low == 0u) {
         atomicAdd(bins[key / BINS], 1u);
     } else if (key / BINS == flow[0].limit / BINS) {

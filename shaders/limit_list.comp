@@ -20,8 +20,8 @@ layout(push_constant) uniform Params {
     uint salt;
 } params;
 
-READS(uvec4, 0) particles;
-CHANGES(uvec4, 1) motions;
+PAGED_READS(uvec4, 0) particles;
+PAGED_CHANGES(uvec4, 1) motions;
 layout(std430, set = 0, binding = 2) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 3) writeonly buffer ParticleIndices { uint particle_indices[]; };
 
@@ -30,13 +30,13 @@ layout(std430, set = 0, binding = 3) writeonly buffer ParticleIndices { uint par
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
-    uvec4 motion = load4(motions, i);
+    uvec4 motion = load_paged(motions, i);
     if ((motion.w & SELECTED) == 0u) return;
-    if (key_of(fetch4(particles, i).w, params.salt) <= flow[0].limit) {
+    if (key_of(fetch_paged(particles, i).w, params.salt) <= flow[0].limit) {
         append_to(flow[0].listed, place)
         if (place < params.capacity) particle_indices[place] = i;
     } else {
         motion.w &= ~SELECTED;
-        store4(motions, i, motion);
+        store_paged(motions, i, motion);
     }
 }

@@ -7,14 +7,15 @@
 #include "types.glsl"
 #include "words.glsl"
 #include "shading.glsl"
+#include "tables.glsl"
 
-layout(set = 0, binding = 0) uniform usamplerBuffer particles;
+PAGED_READS(uvec4, 0) particles;
 layout(set = 0, binding = 1) uniform usamplerBuffer corners;
 layout(set = 0, binding = 2) uniform usamplerBuffer vertices;
 layout(set = 0, binding = 3) uniform samplerBuffer poses;
 layout(set = 0, binding = 4) readonly buffer Colors { vec4 colors[]; };
 
-layout(set = 0, binding = 5) uniform usamplerBuffer motions;
+PAGED_READS(uvec4, 5) motions;
 layout(set = 0, binding = 6) readonly buffer Order { uint order[]; };
 
 #include "colormap.glsl"
@@ -37,7 +38,7 @@ float turn_of(Frame frame, vec2 heading, Pose pose) {
 
 void main() {
     int slot = int(order[gl_VertexIndex]);
-    Particle particle = particle_of(texelFetch(particles, slot));
+    Particle particle = particle_of(fetch_paged(particles, slot));
     uint first = 3u * particle.triangle;
     Vertex a = vertex_of(first);
     vec3 b = vertex_of(first + 1u).position;
@@ -51,7 +52,7 @@ void main() {
     // Particles differ a little, so that a crowd has grain.
     float shade = 0.72 + 0.28 * float((particle.id * 2654435769u) >> 24) / 255.0;
     if (params.hued != 0u) {
-        vec2 heading = uintBitsToFloat(texelFetch(motions, slot).xy);
+        vec2 heading = uintBitsToFloat(fetch_paged(motions, slot).xy);
         light = hue_light(turn_of(frame_of(particle.triangle), heading, pose)) * shade;
     } else {
         light = color_of(mix(params.ground, 1.0, 0.92 * shade)).rgb * params.strength;

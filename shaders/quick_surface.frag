@@ -12,7 +12,7 @@
 layout(set = 0, binding = 2) uniform samplerBuffer trail_texels;
 layout(set = 0, binding = 3) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 4) readonly buffer Exposure { float brightest[]; };
-layout(set = 0, binding = 5) uniform samplerBuffer distances;
+layout(set = 0, binding = 5) uniform samplerBuffer distances_texels;
 const uint CLEARANCE = 255u;
 // What it counts in, texels.
 const float CLEARANCE_UNIT = 0.5;

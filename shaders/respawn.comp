@@ -24,8 +24,8 @@ layout(push_constant) uniform Params {
 
 layout(std430, set = 0, binding = 0) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 1) readonly buffer ParticleIndices { uint particle_indices[]; };
-CHANGES(uvec4, 2) particles;
-CHANGES(uvec4, 3) motions;
+PAGED_CHANGES(uvec4, 2) particles;
+PAGED_CHANGES(uvec4, 3) motions;
 READS(uvec4, 4) triangles;
 // One a triangle: the share of its object's area that it and those before it have, in units of 2^-32.
 layout(std430, set = 0, binding = 5) readonly buffer AreaShares { uint area_shares[]; };
@@ -37,7 +37,7 @@ void main() {
     if (i >= params.capacity || i >= flow[0].leaving) return;
     count_one(flow[0].arrived)
     int slot = int(particle_indices[i]);
-    Particle particle = particle_of(load4(particles, slot));
+    Particle particle = particle_of(load_paged(particles, slot));
     uvec4 words = random_words(params.seed, particle.id, params.time_step, PURPOSE_RESPAWN);
     uvec2 range = object_triangles[fetch4(triangles, particle.triangle).w];
     // The first triangle whose share ends behind the word; the last one's share ends at the end.
@@ -55,9 +55,9 @@ void main() {
     float v = unit_float(words.z);
     bool beyond = u + v > 1.0;
     float angle = 6.28318530718 * unit_float(words.w);
-    store4(particles, slot, words_of(Particle(low, beyond ? 1.0 - u : u, beyond ? 1.0 - v : v, particle.id)));
+    store_paged(particles, slot, words_of(Particle(low, beyond ? 1.0 - u : u, beyond ? 1.0 - v : v, particle.id)));
     // Devices may be a little off in both.
     vec2 heading = normalize(vec2(cos(angle), sin(angle)));
-    uint flags = load4(motions, slot).w & ~SELECTED;
-    store4(motions, slot, words_of(Motion(heading.x, heading.y, 0.0, flags)));
+    uint flags = load_paged(motions, slot).w & ~SELECTED;
+    store_paged(motions, slot, words_of(Motion(heading.x, heading.y, 0.0, flags)));
 }

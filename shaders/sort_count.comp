@@ -20,12 +20,12 @@ layout(push_constant) uniform Params {
     uint tile_shift;  // log2 of a tile's side, texels
 } params;
 
-READS(uvec4, 0) particles;
-READS(uvec4, 1) motions;
+PAGED_READS(uvec4, 0) particles;
+PAGED_READS(uvec4, 1) motions;
 READS(uvec4, 2) strips;
 layout(std430, set = 0, binding = 3) buffer Bins { uint bins[]; };
-WRITES(uvec4, 4) segment_particles;  // one an invocation
-WRITES(uvec4, 5) segment_motions;  // one an invocation
+PAGED_WRITES(uvec4, 4) segment_particles;  // one an invocation
+PAGED_WRITES(uvec4, 5) segment_motions;  // one an invocation
 layout(std430, set = 0, binding = 6) readonly buffer Windows { Window windows[]; };
 
 #include "sort.glsl"
@@ -34,9 +34,9 @@ void main() {
     uint i = invocation_index();
     if (i >= params.count) return;
     int slot = int(slot_of(i));
-    uvec4 particle = fetch4(particles, slot);
-    store4(segment_particles, i, particle);
-    store4(segment_motions, i, fetch4(motions, slot));
+    uvec4 particle = fetch_paged(particles, slot);
+    store_paged(segment_particles, i, particle);
+    store_paged(segment_motions, i, fetch_paged(motions, slot));
     uint bin = bin_of(particle);
     append_to_one_of(bins, bin, place)
 }

@@ -22,12 +22,12 @@ layout(push_constant) uniform Params {
     uint tile_shift;  // log2 of a tile's side, texels
 } params;
 
-READS(uvec4, 0) segment_particles;  // one an invocation
-READS(uvec4, 1) segment_motions;  // one an invocation
+PAGED_READS(uvec4, 0) segment_particles;  // one an invocation
+PAGED_READS(uvec4, 1) segment_motions;  // one an invocation
 READS(uvec4, 2) strips;
 layout(std430, set = 0, binding = 3) buffer Bins { uint bins[]; };
-WRITES(uvec4, 4) particles;
-WRITES(uvec4, 5) motions;
+PAGED_WRITES(uvec4, 4) particles;
+PAGED_WRITES(uvec4, 5) motions;
 layout(std430, set = 0, binding = 6) readonly buffer Windows { Window windows[]; };
 
 #include "sort.glsl"
@@ -35,11 +35,11 @@ layout(std430, set = 0, binding = 6) readonly buffer Windows { Window windows[];
 void main() {
     uint i = invocation_index();
     if (i >= params.count) return;
-    uvec4 particle = fetch4(segment_particles, i);
-    uvec4 motion = fetch4(segment_motions, i);
+    uvec4 particle = fetch_paged(segment_particles, i);
+    uvec4 motion = fetch_paged(segment_motions, i);
     uint bin = bin_of(particle);
     append_to_one_of(bins, bin, place)
     uint slot = slot_of(place);
-    store4(particles, slot, particle);
-    store4(motions, slot, motion);
+    store_paged(particles, slot, particle);
+    store_paged(motions, slot, motion);
 }

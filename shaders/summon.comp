@@ -26,15 +26,15 @@ layout(std430, set = 0, binding = 0) readonly buffer Places { Particle places[];
 // One an object: its first place, and how many it has.
 layout(std430, set = 0, binding = 1) readonly buffer PlaceRanges { uvec2 place_ranges[]; };
 READS(uvec4, 2) triangles;
-CHANGES(uvec4, 3) particles;  // one an invocation
-CHANGES(uvec4, 4) motions;  // one an invocation
+PAGED_CHANGES(uvec4, 3) particles;  // one an invocation
+PAGED_CHANGES(uvec4, 4) motions;  // one an invocation
 
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
     int slot = int(i);
-    Particle particle = particle_of(load4(particles, slot));
-    uint flags = load4(motions, slot).w;
+    Particle particle = particle_of(load_paged(particles, slot));
+    uint flags = load_paged(motions, slot).w;
     uvec2 range = place_ranges[fetch4(triangles, particle.triangle).w];
     uvec4 words = random_words(params.seed, particle.id, params.dab, PURPOSE_PAINT);
     if (range.y == 0u || unit_float(words.x) >= params.share) return;
@@ -42,6 +42,6 @@ void main() {
     float angle = 6.28318530718 * unit_float(words.z);
     // Devices may be a little off in both.
     vec2 heading = normalize(vec2(cos(angle), sin(angle)));
-    store4(particles, slot, words_of(Particle(place.triangle, place.u, place.v, particle.id)));
-    store4(motions, slot, words_of(Motion(heading.x, heading.y, 0.0, flags)));
+    store_paged(particles, slot, words_of(Particle(place.triangle, place.u, place.v, particle.id)));
+    store_paged(motions, slot, words_of(Motion(heading.x, heading.y, 0.0, flags)));
 }

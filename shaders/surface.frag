@@ -15,7 +15,7 @@ layout(set = 0, binding = 4) uniform samplerBuffer poses;
 layout(set = 0, binding = 5) uniform samplerBuffer trail_texels;
 layout(set = 0, binding = 6) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 7) readonly buffer Exposure { float brightest[]; };
-layout(set = 0, binding = 10) uniform samplerBuffer distances;
+layout(set = 0, binding = 10) uniform samplerBuffer distances_texels;
 
 // May there be a relief, or charts, and other objects? CPU drivers take both ways of a branch.
 layout(constant_id = 1) const bool EXTRAS = true;

@@ -25,8 +25,8 @@ layout(push_constant) uniform Params {
 layout(std430, set = 0, binding = 0) readonly buffer Transfers { Transfer transfers[]; };
 layout(std430, set = 0, binding = 1) buffer Borders { Border borders[]; };
 layout(std430, set = 0, binding = 2) buffer FlowBlock { Flow flow[]; };
-CHANGES(uvec4, 3) particles;
-CHANGES(uvec4, 4) motions;
+PAGED_CHANGES(uvec4, 3) particles;
+PAGED_CHANGES(uvec4, 4) motions;
 READS(uvec4, 5) triangles;
 READS(uint, 6) corners;
 READS(uvec4, 7) vertices;
@@ -44,10 +44,10 @@ void main() {
         atomicAdd(borders[transfer.target].came, 1u);
     }
     int slot = int(transfer.particle);
-    Motion motion = motion_of(load4(motions, slot));
+    Motion motion = motion_of(load_paged(motions, slot));
     Landing landing = landing_on(transfer.triangle, Flight(transfer.position, transfer.heading, transfer.normal));
-    Particle landed = Particle(transfer.triangle, landing.u, landing.v, load4(particles, slot).w);
-    store4(particles, slot, words_of(landed));
+    Particle landed = Particle(transfer.triangle, landing.u, landing.v, load_paged(particles, slot).w);
+    store_paged(particles, slot, words_of(landed));
     Motion goes_on = Motion(landing.heading_p, landing.heading_h, motion.pending + transfer.rest, motion.flags & ~SELECTED);
-    store4(motions, slot, words_of(goes_on));
+    store_paged(motions, slot, words_of(goes_on));
 }

@@ -38,8 +38,8 @@ layout(push_constant) uniform Params {
 
 layout(std430, set = 0, binding = 0) buffer FlowBlock { Flow flow[]; };
 layout(std430, set = 0, binding = 1) readonly buffer ParticleIndices { uint particle_indices[]; };
-READS(uvec4, 2) particles;
-READS(uvec4, 3) motions;
+PAGED_READS(uvec4, 2) particles;
+PAGED_READS(uvec4, 3) motions;
 READS(uint, 4) nearest;
 READS(uvec4, 5) strips;
 layout(std430, set = 0, binding = 6) writeonly buffer Transfers { Transfer transfers[]; };
@@ -155,8 +155,8 @@ void main() {
     uint i = invocation_index();
     if (i >= params.capacity || i >= flow[0].leaving) return;
     uint slot = particle_indices[i];
-    Particle particle = particle_of(fetch4(particles, slot));
-    Motion motion = motion_of(fetch4(motions, slot));
+    Particle particle = particle_of(fetch_paged(particles, slot));
+    Motion motion = motion_of(fetch_paged(motions, slot));
     uint source = fetch4(triangles, particle.triangle).w;
     uint near = nearest_triangle(atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v));
     uint triangle = near == NONE ? particle.triangle : near;

@@ -5,15 +5,15 @@
 #ifndef MYXO_LIT
 #define MYXO_LIT
 
-#include "tables.glsl"
+#include "texels.glsl"
 
 // The share of the sky that is left beside the nearest other object.
 float open_beside_others(vec2 texel) {
     if (params.reach == 0.0) return 1.0;
     Taps taps = taps_at(texel);
     vec4 there = vec4(
-        fetch1(distances, taps.texels.x), fetch1(distances, taps.texels.y),
-        fetch1(distances, taps.texels.z), fetch1(distances, taps.texels.w));
+        texel_of(distances, taps.texels.x), texel_of(distances, taps.texels.y),
+        texel_of(distances, taps.texels.z), texel_of(distances, taps.texels.w));
     return open_at(between(there, taps.weight), params.reach);
 }
 

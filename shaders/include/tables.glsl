@@ -7,6 +7,15 @@
 //   READS(uvec4, 3) strips;      uvec4, vec4, uvec2, uint, float    fetch4(strips, i), fetch2, fetch1
 //   WRITES(uvec4, 4) motions;    uvec4, vec4, uint, float           store4(motions, i, value), store1
 //   CHANGES(uvec4, 5) motions;   the same                           load4(motions, i), load1, and as above
+//
+// Tables of particles may outgrow a block. They are declared by names of their own:
+//
+//   PAGED_READS(uvec4, 0) particles;      fetch_paged(particles, i)
+//   PAGED_WRITES(uvec4, 1) motions;       store_paged(motions, i, value)
+//   PAGED_CHANGES(uvec4, 1) motions;      load_paged(motions, i), and as above
+//
+// In the form for pages (MYXO_PAGES), which shaders that use these names have besides, such a table lies in pages of equally many
+// elements, a power of two; the block has their addresses. Elsewhere it is a table as any other.
 
 #ifndef MYXO_TABLES
 #define MYXO_TABLES
@@ -52,6 +61,35 @@
 #define load1(table, i) imageLoad(table, int(i)).x
 #define store4(table, i, value) imageStore(table, int(i), value)
 #define store1(table, i, value) imageStore(table, int(i), uvec4(value))
+
+#endif
+
+#ifdef MYXO_PAGES
+
+#extension GL_EXT_buffer_reference : require
+
+// log2 of a page's elements, a mask of the bits that count within a page, the pages. They have a number, as MOST_PAGES in
+// src/gpu/pages.rs, because arrays of references that have none ask for more of a device.
+#define PAGED(access, type, number) \
+    layout(buffer_reference, std430, buffer_reference_align = 16) access buffer Page##number { type at[]; }; \
+    layout(std430, set = 0, binding = number) readonly buffer Pages##number { uint shift; uint mask; Page##number page[1024]; }
+#define PAGED_READS(type, number) PAGED(readonly, type, number)
+#define PAGED_WRITES(type, number) PAGED(writeonly, type, number)
+#define PAGED_CHANGES(type, number) PAGED(, type, number)
+
+#define element_of(table, i) table.page[uint(i) >> table.shift].at[uint(i) & table.mask]
+#define fetch_paged(table, i) element_of(table, i)
+#define load_paged(table, i) element_of(table, i)
+#define store_paged(table, i, value) element_of(table, i) = value
+
+#else
+
+#define PAGED_READS(type, number) READS(type, number)
+#define PAGED_WRITES(type, number) WRITES(type, number)
+#define PAGED_CHANGES(type, number) CHANGES(type, number)
+#define fetch_paged(table, i) fetch4(table, i)
+#define load_paged(table, i) load4(table, i)
+#define store_paged(table, i, value) store4(table, i, value)
 
 #endif
 

@@ -215,9 +215,16 @@ fn facts(device: &DeviceInfo) -> Vec<(&'static str, String)> {
         (
             "texel buffer",
             format!(
-                "{} elements: {} particles, or an atlas of {side} x {side} texels",
-                grouped(device.max_texel_buffer_elements.into()),
+                "{} elements",
+                grouped(device.max_texel_buffer_elements.into())
+            ),
+        ),
+        (
+            "room for",
+            format!(
+                "{} particles{}, or an atlas of {side} x {side} texels",
                 grouped(most_particles(device) as f64),
+                if device.has_pages { ", in pages" } else { "" },
                 side = largest_atlas(device)
             ),
         ),
@@ -278,6 +285,7 @@ fn as_json(devices: &[DeviceInfo], chosen: Option<usize>, tools: &[Tool]) -> Val
             "subgroup_size": device.subgroup_size,
             "has_card_forms": device.has_card_forms,
             "takes_card_forms": device.takes_card_forms(),
+            "has_pages": device.has_pages,
             "most_particles": most_particles(device),
             "largest_atlas": largest_atlas(device),
         })

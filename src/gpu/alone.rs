@@ -9,6 +9,7 @@ use super::buffer::{AnyBuffer, Buffer};
 use super::buffer_core::{BufferCore, Domain};
 use super::error::GpuResult;
 use super::kernel::{BindingAccess, Interface, Resource};
+use super::pages::{Extent, Piece, pieces};
 use super::part::{Alone, Kept, Part};
 use super::recorder::Recorder;
 use super::timer::SpanKind;
@@ -83,7 +84,7 @@ impl Recorder {
             Part::Only(alone, scope) if alone.0.kernel == name => {
                 let (alone, scope) = (alone.clone(), std::mem::take(scope));
                 for (original, kept, size) in &alone.0.buffers {
-                    self.copy_all(kept.core().raw(), *original, *size);
+                    self.copy_all(kept.core().extent(), original, *size);
                 }
                 self.begin_span(&scope, SpanKind::Scope);
                 self.part = Part::Within;
@@ -115,26 +116,28 @@ impl Recorder {
             }
             let name = format!("kept.{}", core.name());
             let words = (size / size_of::<u32>() as u64) as usize;
-            let kept = Buffer::new(self.ctx(), &name, words, Domain::Texels)?;
-            self.copy_all(core.raw(), kept.core().raw(), size);
-            buffers.push((core.raw(), kept, size));
+            let domain = match core.domain() {
+                Domain::Pages => Domain::Pages,
+                _ => Domain::Texels,
+            };
+            let kept = Buffer::new(self.ctx(), &name, words, domain)?;
+            self.copy_all(core.extent(), kept.core().extent(), size);
+            buffers.push((core.extent().clone(), kept, size));
         }
         let kernel = kernel.to_owned();
         Ok(Alone(Arc::new(Kept { kernel, buffers })))
     }
 
     /// Between full barriers, beside the checks: a kernel that runs alone finds its buffers as if nothing had happened.
-    fn copy_all(&self, from: vk::Buffer, to: vk::Buffer, size: u64) {
+    fn copy_all(&self, from: &Extent, to: &Extent, size: u64) {
         let all = vk::PipelineStageFlags::ALL_COMMANDS;
-        let copy = vk::BufferCopy {
-            size,
-            ..vk::BufferCopy::default()
-        };
         self.full_barrier(all);
-        // SAFETY: both are alive until this frame is over: the original is bound by the dispatch that follows or
-        // would have followed, and what was kept is dropped into the graveyard. Both have this size.
-        unsafe {
-            self.device().cmd_copy_buffer(self.raw(), from, to, &[copy]);
+        for Piece { from, to, copy } in pieces((from, 0), (to, 0), size) {
+            // SAFETY: both are alive until this frame is over: the original is bound by the dispatch that follows or
+            // would have followed, and what was kept is dropped into the graveyard. Both have this size.
+            unsafe {
+                self.device().cmd_copy_buffer(self.raw(), from, to, &[copy]);
+            }
         }
         self.full_barrier(all);
     }

@@ -77,6 +77,8 @@ impl BorrowedDevice {
                 device: info.name,
             });
         }
+        // Whether it was made with that feature, its maker does not say.
+        info.has_addresses = false;
         info.queue_family = self.queue_family;
         info.timestamp_valid_bits = family.map_or(0, |family| family.timestamp_valid_bits);
         info.has_dynamic_rendering =

@@ -4,12 +4,14 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use ash::vk;
 use gpu_allocator::MemoryLocation;
-use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+use gpu_allocator::vulkan::Allocation;
 
 use super::access::{Access, History, Order, Use, Wait};
+use super::allocation::allocate;
 use super::context::Context;
-use super::error::{Check, GpuError, GpuResult};
+use super::error::{GpuError, GpuResult};
 use super::graveyard::Corpse;
+use super::pages::{Extent, address_table, most_in_pages, page_size};
 
 /// What a buffer's memory is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +20,9 @@ pub enum Domain {
     Device,
     /// The same, and kernels reach it by [`Texels`](super::Texels), or draws as indices: it may be larger than a binding.
     Texels,
+    /// The same, of elements of 16 bytes. Where the device [has pages](super::DeviceInfo::has_pages), it may be larger than an
+    /// allocation: pipelines over [tables in pages](super::Tables) reach all of it.
+    Pages,
     /// Written by the host, read by the device.
     Upload,
     /// Written by the device, read by the host.
@@ -28,7 +33,7 @@ impl Domain {
     /// Does only the device reach it?
     #[must_use]
     pub fn is_on_device(self) -> bool {
-        matches!(self, Domain::Device | Domain::Texels)
+        matches!(self, Domain::Device | Domain::Texels | Domain::Pages)
     }
 }
 
@@ -38,9 +43,11 @@ pub struct BufferCore {
     pub(super) name: String,
     pub(super) domain: Domain,
     pub(super) size: u64,
-    raw: vk::Buffer,
-    /// Taken by `drop` only.
-    allocation: Option<Allocation>,
+    extent: Extent,
+    /// One a buffer of the extent; taken by `drop` only.
+    allocations: Vec<Allocation>,
+    /// Where shaders find its pages; taken by `drop` only.
+    addresses: Option<(vk::Buffer, Allocation)>,
     state: Mutex<State>,
 }
 
@@ -84,7 +91,11 @@ impl BufferCore {
         if size > binding {
             return Err(too_large("maxStorageBufferRange", binding));
         }
-        if size > info.max_memory_allocation_size {
+        let in_pages = domain == Domain::Pages && info.has_pages;
+        if in_pages && size > most_in_pages(info) {
+            return Err(too_large("1024 pages", most_in_pages(info)));
+        }
+        if size > info.max_memory_allocation_size && !in_pages {
             return Err(too_large(
                 "maxMemoryAllocationSize",
                 info.max_memory_allocation_size,
@@ -92,7 +103,7 @@ impl BufferCore {
         }
 
         let (location, usage) = match domain {
-            Domain::Device | Domain::Texels => (
+            Domain::Device | Domain::Texels | Domain::Pages => (
                 MemoryLocation::GpuOnly,
                 vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER
                     | vk::BufferUsageFlags::STORAGE_TEXEL_BUFFER,
@@ -100,24 +111,43 @@ impl BufferCore {
             Domain::Upload => (MemoryLocation::CpuToGpu, vk::BufferUsageFlags::empty()),
             Domain::Readback => (MemoryLocation::GpuToCpu, vk::BufferUsageFlags::empty()),
         };
+        let by_address = if in_pages {
+            vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS
+        } else {
+            vk::BufferUsageFlags::empty()
+        };
         let usage = usage
+            | by_address
             | vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::INDIRECT_BUFFER
             | vk::BufferUsageFlags::INDEX_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
-        // Vulkan has no empty buffers.
-        let (raw, allocation) = allocate(ctx, name, size.max(16), usage, location)?;
-        ctx.device.set_name(raw, name);
-        Ok(Self {
+        let page = if in_pages { page_size(info) } else { u64::MAX };
+        let mut core = Self {
             ctx: Arc::clone(ctx),
             name: name.to_owned(),
             domain,
             size,
-            raw,
-            allocation: Some(allocation),
+            extent: Extent::in_pages(page),
+            allocations: Vec::new(),
+            addresses: None,
             state: Mutex::default(),
-        })
+        };
+        // Vulkan has no empty buffers.
+        let mut rest = size.max(16);
+        while rest > 0 {
+            let own = rest.min(page);
+            let (raw, allocation) = allocate(ctx, name, own, usage, location)?;
+            ctx.device.set_name(raw, name);
+            core.extent.add(raw);
+            core.allocations.push(allocation);
+            rest -= own;
+        }
+        if in_pages {
+            core.addresses = Some(address_table(ctx, name, &core.extent)?);
+        }
+        Ok(core)
     }
 
     /// The name it was made with.
@@ -138,10 +168,42 @@ impl BufferCore {
         self.domain
     }
 
-    /// The raw handle, for crates that draw by themselves.
+    /// The raw handle, for crates that draw by themselves. Where it lies in several pages, that of the first one.
     #[must_use]
     pub fn raw(&self) -> vk::Buffer {
-        self.raw
+        self.extent.first()
+    }
+
+    /// Where its bytes lie.
+    pub(crate) fn extent(&self) -> &Extent {
+        &self.extent
+    }
+
+    /// The one buffer that all its bytes lie in.
+    pub(crate) fn whole(&self) -> vk::Buffer {
+        assert!(
+            self.extent.is_whole(),
+            "`{}` lies in several pages, and is to be used in one piece",
+            self.name
+        );
+        self.extent.first()
+    }
+
+    /// Do kernels take it as a storage block that holds all of it, or in pages?
+    pub(crate) fn is_reached_without_view(&self) -> bool {
+        let fits = self.size <= self.ctx.info().max_storage_buffer_range;
+        self.addresses.is_some() || (self.ctx.card_forms && fits)
+    }
+
+    /// What has the addresses of its pages.
+    pub(crate) fn addresses(&self) -> vk::Buffer {
+        let (addresses, _) = self.addresses.as_ref().unwrap_or_else(|| {
+            panic!(
+                "`{}` was not made for pages, and is bound as a table in pages",
+                self.name
+            )
+        });
+        *addresses
     }
 
     pub(crate) fn ctx(&self) -> &Arc<Context> {
@@ -150,6 +212,7 @@ impl BufferCore {
 
     /// Fits one storage-buffer binding? Those of [`Domain::Device`] always do.
     pub(crate) fn assert_bindable(&self) {
+        self.whole();
         let limit = self.ctx.info().max_storage_buffer_range;
         assert!(
             self.size <= limit,
@@ -237,7 +300,7 @@ impl BufferCore {
     }
 
     pub(super) fn mapped(&self, instead: &str) -> *mut std::ffi::c_void {
-        let mapped = self.allocation.as_ref().and_then(Allocation::mapped_ptr);
+        let mapped = self.allocations.first().and_then(Allocation::mapped_ptr);
         let mapped = mapped.filter(|_| !self.domain.is_on_device());
         mapped
             .unwrap_or_else(|| panic!("`{}` is a device buffer; use ctx.{instead}", self.name))
@@ -269,61 +332,10 @@ impl BufferCore {
 
 impl Drop for BufferCore {
     fn drop(&mut self) {
-        if let Some(allocation) = self.allocation.take() {
-            self.ctx.graveyard.add(Corpse::Buffer(self.raw, allocation));
-        }
-    }
-}
-
-/// A raw buffer with memory bound to it; nothing is left behind on errors.
-pub(crate) fn allocate(
-    ctx: &Context,
-    name: &str,
-    size: u64,
-    usage: vk::BufferUsageFlags,
-    location: MemoryLocation,
-) -> GpuResult<(vk::Buffer, Allocation)> {
-    let device = &ctx.device.raw;
-    let info = vk::BufferCreateInfo::default()
-        .size(size)
-        .usage(usage)
-        .sharing_mode(vk::SharingMode::EXCLUSIVE);
-    // SAFETY: the device is alive; so below.
-    let raw = unsafe { device.create_buffer(&info, None) }.check("vkCreateBuffer", name)?;
-    // SAFETY: `raw` was made just now.
-    let requirements = unsafe { device.get_buffer_memory_requirements(raw) };
-    let description = AllocationCreateDesc {
-        name,
-        requirements,
-        location,
-        linear: true,
-        allocation_scheme: AllocationScheme::GpuAllocatorManaged,
-    };
-    let allocation = ctx.lock_allocator().allocate(&description);
-    let bound = allocation
-        .map_err(|source| GpuError::OutOfMemory {
-            object: name.to_owned(),
-            size,
-            source,
-        })
-        .and_then(|allocation| {
-            // SAFETY: the allocation fits `raw`'s requirements and is used by nothing else.
-            let bound =
-                unsafe { device.bind_buffer_memory(raw, allocation.memory(), allocation.offset()) };
-            match bound.check("vkBindBufferMemory", name) {
-                Ok(()) => Ok(allocation),
-                Err(error) => {
-                    ctx.free(allocation);
-                    Err(error)
-                }
-            }
-        });
-    match bound {
-        Ok(allocation) => Ok((raw, allocation)),
-        Err(error) => {
-            // SAFETY: used by nothing.
-            unsafe { device.destroy_buffer(raw, None) };
-            Err(error)
+        let allocations = self.allocations.drain(..);
+        let buffers = self.extent.buffers().iter().copied().zip(allocations);
+        for (raw, allocation) in buffers.chain(self.addresses.take()) {
+            self.ctx.graveyard.add(Corpse::Buffer(raw, allocation));
         }
     }
 }

@@ -134,12 +134,14 @@ impl Context {
         if card_forms {
             info.read_in_blocks();
         }
+        info.reads_blocks = card_forms;
+        info.has_pages = card_forms && info.has_addresses;
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: device.instance.raw.clone(),
             device: device.raw.clone(),
             physical_device: info.physical,
             debug_settings: Default::default(),
-            buffer_device_address: false,
+            buffer_device_address: info.has_addresses,
             allocation_sizes: Default::default(),
         })
         .map_err(|source| GpuError::OutOfMemory {

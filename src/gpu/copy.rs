@@ -7,6 +7,7 @@ use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer};
 use super::buffer_core::BufferCore;
 use super::image::{Format, Image, ImageState};
+use super::pages::{Piece, pieces};
 use super::recorder::Recorder;
 use super::sampled::Sampled;
 use super::timer::SpanKind;
@@ -59,21 +60,18 @@ impl Recorder {
             source.name()
         );
         let element = size_of::<T>() as u64;
-        let copy = vk::BufferCopy {
-            src_offset: range.start as u64 * element,
-            dst_offset: start as u64 * element,
-            size: range.len() as u64 * element,
-        };
-        if copy.size == 0 {
+        let (source, target) = (range.start as u64 * element, start as u64 * element);
+        let size = range.len() as u64 * element;
+        if size == 0 {
             return;
         }
         self.touch("copy", &[reads(from), writes(to)]);
         self.work("copy", SpanKind::Copy, |rec| {
-            // SAFETY: both buffers are alive and freed only after this frame; the range lies in both.
-            unsafe {
-                rec.device()
-                    .cmd_copy_buffer(rec.raw(), from.raw(), to.raw(), &[copy])
-            };
+            for piece in pieces((from.extent(), source), (to.extent(), target), size) {
+                let Piece { from, to, copy } = piece;
+                // SAFETY: both buffers are alive and freed only after this frame; the range lies in both.
+                unsafe { rec.device().cmd_copy_buffer(rec.raw(), from, to, &[copy]) };
+            }
         });
     }
 
@@ -88,11 +86,13 @@ impl Recorder {
         }
         self.touch("fill", &[writes(core)]);
         self.work("fill", SpanKind::Copy, |rec| {
-            // SAFETY: the buffer is alive and freed only after this frame; its size is a multiple of 4.
-            unsafe {
-                rec.device()
-                    .cmd_fill_buffer(rec.raw(), core.raw(), 0, core.size_in_bytes(), value)
-            };
+            for &page in core.extent().buffers() {
+                // SAFETY: the buffer is alive and freed only after this frame; its size is a multiple of 4.
+                unsafe {
+                    rec.device()
+                        .cmd_fill_buffer(rec.raw(), page, 0, vk::WHOLE_SIZE, value)
+                };
+            }
         });
     }
 
@@ -147,7 +147,7 @@ impl Recorder {
             unsafe {
                 rec.device().cmd_update_buffer(
                     rec.raw(),
-                    core.raw(),
+                    core.whole(),
                     offset,
                     bytemuck::cast_slice(data),
                 )
@@ -252,7 +252,7 @@ impl Recorder {
             unsafe {
                 rec.device().cmd_copy_buffer_to_image(
                     rec.raw(),
-                    core.raw(),
+                    core.whole(),
                     image.raw(),
                     layout,
                     &[region],
@@ -296,7 +296,7 @@ impl Recorder {
                     rec.raw(),
                     image.raw(),
                     layout,
-                    core.raw(),
+                    core.whole(),
                     &[region],
                 );
             }

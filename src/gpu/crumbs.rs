@@ -9,7 +9,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
-use super::buffer_core::allocate;
+use super::allocation::allocate;
 use super::context::Context;
 use super::error::{GpuError, GpuResult};
 use super::graveyard::Corpse;

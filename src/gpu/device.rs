@@ -71,6 +71,11 @@ impl Device {
         if info.has_dynamic_rendering {
             create = create.push_next(&mut rendering);
         }
+        let mut addresses =
+            vk::PhysicalDeviceBufferDeviceAddressFeatures::default().buffer_device_address(true);
+        if info.has_addresses {
+            create = create.push_next(&mut addresses);
+        }
         let mut executable_info =
             vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default()
                 .pipeline_executable_info(true);

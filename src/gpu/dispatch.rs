@@ -105,7 +105,7 @@ impl Recorder {
             // SAFETY: as in `dispatch`; the groups lie in the buffer, which was made for indirect use.
             unsafe {
                 rec.device()
-                    .cmd_dispatch_indirect(rec.raw(), core.raw(), offset)
+                    .cmd_dispatch_indirect(rec.raw(), core.whole(), offset)
             };
         });
     }

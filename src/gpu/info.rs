@@ -95,6 +95,13 @@ pub struct DeviceInfo {
     /// Kernels can run in their form for graphics cards: subgroups have ballots, and as many storage buffers as a kernel has
     /// bindings are seen by it.
     pub has_card_forms: bool,
+    /// They do, so that tables are storage blocks; of a device that is not open, they would.
+    pub reads_blocks: bool,
+    /// Shaders can be given addresses of buffers.
+    pub(crate) has_addresses: bool,
+    /// Tables of particles may be larger than a binding, and lie in pages: kernels run in their form for graphics cards, and can be
+    /// given addresses.
+    pub has_pages: bool,
     /// Memory heaps.
     pub heaps: Vec<Heap>,
     /// Pictures can be drawn (graphics queue and VK_KHR_dynamic_rendering).
@@ -215,8 +222,15 @@ impl DeviceInfo {
         if !has(khr::push_descriptor::NAME) {
             missing.push("VK_KHR_push_descriptor".to_owned());
         }
+        let has_addresses = properties.api_version >= vk::API_VERSION_1_2 && {
+            let mut addresses = vk::PhysicalDeviceBufferDeviceAddressFeatures::default();
+            let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut addresses);
+            // SAFETY: as above.
+            unsafe { instance.get_physical_device_features2(physical, &mut all) };
+            addresses.buffer_device_address == vk::TRUE
+        };
         let limits = properties.limits;
-        Ok(Self {
+        let mut info = Self {
             index,
             name: text(properties.device_name_as_c_str()),
             kind: match properties.device_type {
@@ -261,6 +275,9 @@ impl DeviceInfo {
                 && subgroup
                     .supported_operations
                     .contains(vk::SubgroupFeatureFlags::BASIC | vk::SubgroupFeatureFlags::BALLOT),
+            has_addresses,
+            reads_blocks: false,
+            has_pages: false,
             heaps: memory.memory_heaps[..memory.memory_heap_count as usize]
                 .iter()
                 .map(|h| Heap {
@@ -274,7 +291,10 @@ impl DeviceInfo {
             extensions,
             queue_family: family.unwrap_or(0) as u32,
             physical,
-        })
+        };
+        info.reads_blocks = info.takes_card_forms();
+        info.has_pages = info.has_addresses && info.reads_blocks;
+        Ok(info)
     }
 }
 

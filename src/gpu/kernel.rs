@@ -11,9 +11,10 @@ use super::buffer_core::BufferCore;
 use super::compiled;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
-use super::info::DeviceKind;
+use super::info::{DeviceInfo, DeviceKind};
 use super::module::Module;
-use super::pipelines::{PipelineHandles, PipelineKey};
+use super::pages::page_size;
+use super::pipelines::{Form, PipelineHandles, PipelineKey};
 use super::sampled::Sampled;
 use super::texels::TexelsCore;
 
@@ -57,6 +58,8 @@ pub struct Binding {
     pub access: BindingAccess,
     /// Storage block, texel buffer or image.
     pub kind: BindingKind,
+    /// It may lie in pages.
+    pub is_paged: bool,
     /// How many elements or texels each invocation needs; 0 where the shader does not say.
     pub each: u32,
     /// Bytes of an element of a storage block.
@@ -210,6 +213,27 @@ impl DispatchGroups {
     }
 }
 
+/// How the tables of [`Domain::Pages`](super::Domain::Pages) lie that a pipeline reads or writes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Tables {
+    /// A table is bound as any other.
+    #[default]
+    InOnePiece,
+    /// Shaders reach them by the addresses of their pages, of which there may be one.
+    InPages,
+}
+
+impl Tables {
+    /// How a table of so many bytes lies on a device, and how pipelines are made for it and for others that are used beside it.
+    #[must_use]
+    pub fn of_size(device: &DeviceInfo, bytes: u64) -> Self {
+        match device.has_pages && bytes > page_size(device) {
+            true => Self::InPages,
+            false => Self::InOnePiece,
+        }
+    }
+}
+
 /// A compute pipeline with its layout.
 pub struct Pipeline<K> {
     core: PipelineCore,
@@ -235,7 +259,20 @@ impl<K: Kernel> Pipeline<K> {
         constants: &K::Constants,
         name: &'static str,
     ) -> GpuResult<Self> {
-        let core = PipelineCore::compute::<K>(ctx, constants, name)?;
+        Self::over(ctx, constants, name, Tables::InOnePiece)
+    }
+
+    /// The same for tables that may lie in pages.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn over(
+        ctx: &Arc<Context>,
+        constants: &K::Constants,
+        name: &'static str,
+        tables: Tables,
+    ) -> GpuResult<Self> {
+        let core = PipelineCore::compute::<K>(ctx, constants, name, tables)?;
         Ok(Self {
             core,
             kernel: PhantomData,
@@ -252,13 +289,15 @@ pub(crate) fn divides(ctx: &Context) -> bool {
     ctx.info().kind == DeviceKind::Cpu
 }
 
-/// What a binding is bound as, where texel buffers are storage blocks or are not.
-fn bound_as(kind: BindingKind, in_blocks: bool) -> BindingKind {
-    match kind {
-        BindingKind::Texels | BindingKind::StorageTexels { .. } if in_blocks => {
+/// What a binding is bound as, in this form of its shader.
+fn bound_as(binding: &Binding, form: Form) -> BindingKind {
+    match binding.kind {
+        BindingKind::Texels | BindingKind::StorageTexels { .. }
+            if form.in_blocks || (form.in_pages && binding.is_paged) =>
+        {
             BindingKind::Storage
         }
-        _ => kind,
+        kind => kind,
     }
 }
 
@@ -270,8 +309,7 @@ pub(crate) struct PipelineCore {
     pub(crate) layout: vk::PipelineLayout,
     /// Files of its modules that come from the folder `MYXO_SPIRV`.
     pub(crate) replaced: [Option<&'static str>; 2],
-    /// Binds storage blocks in place of texel buffers.
-    in_blocks: bool,
+    form: Form,
     set_layout: vk::DescriptorSetLayout,
     /// The context frees it, in the end.
     is_kept: bool,
@@ -282,20 +320,27 @@ impl PipelineCore {
         ctx: &Arc<Context>,
         constants: &K::Constants,
         name: &'static str,
+        tables: Tables,
     ) -> GpuResult<Self> {
         let limit = ctx.info().max_group_invocations;
         if K::GROUP_SIZE > limit {
             let missing = format!("groups of {} invocations (it has {limit})", K::GROUP_SIZE);
             return Err(unsupported::<K>(ctx, missing));
         }
+        let for_pages = (K::SPIRV.for_pages).filter(|_| tables == Tables::InPages);
         let for_cards = K::SPIRV.for_cards.filter(|_| ctx.card_forms);
-        let key = PipelineKey::new(K::NAME, K::SPIRV, constants.values(), name);
+        let form = Form {
+            in_blocks: for_cards.is_some(),
+            in_pages: for_pages.is_some(),
+        };
+        let key = PipelineKey::new(K::NAME, (K::SPIRV, form), constants.values(), name);
         if let Some(made) = ctx.pipelines.get(&key) {
             return Ok(Self::kept(ctx, name, made));
         }
-        let mut core = Self::layouts::<K>(ctx, vk::ShaderStageFlags::COMPUTE, for_cards.is_some())?;
+        let mut core = Self::layouts::<K>(ctx, vk::ShaderStageFlags::COMPUTE, form)?;
         core.name = name;
-        let module = ShaderModule::new(ctx, for_cards.unwrap_or(&K::SPIRV), name)?;
+        let module = for_pages.or(for_cards).unwrap_or(&K::SPIRV);
+        let module = ShaderModule::new(ctx, module, name)?;
         core.replaced = [module.replaced, None];
         let specialization = Specialization::new(constants);
         let specialization = specialization.info();
@@ -354,7 +399,7 @@ impl PipelineCore {
             layout: made.layout,
             set_layout: made.set_layout,
             replaced: made.replaced,
-            in_blocks: made.in_blocks,
+            form: made.form,
             is_kept: true,
         }
     }
@@ -365,26 +410,36 @@ impl PipelineCore {
             layout: self.layout,
             set_layout: self.set_layout,
             replaced: self.replaced,
-            in_blocks: self.in_blocks,
+            form: self.form,
         }
     }
 
     /// What a binding of the shader is bound as.
-    pub(crate) fn bound_as(&self, kind: BindingKind) -> BindingKind {
-        bound_as(kind, self.in_blocks)
+    pub(crate) fn bound_as(&self, binding: &Binding) -> BindingKind {
+        bound_as(binding, self.form)
+    }
+
+    /// Is what this binding is given reached by the addresses of its pages?
+    pub(crate) fn reaches_pages(&self, binding: &Binding) -> bool {
+        self.form.in_pages && binding.is_paged
     }
 
     /// Set layout and pipeline layout; the pipeline itself is null yet.
     pub(crate) fn layouts<I: Interface>(
         ctx: &Arc<Context>,
         stages: vk::ShaderStageFlags,
-        in_blocks: bool,
+        form: Form,
     ) -> GpuResult<Self> {
         let info = ctx.info();
+        assert!(
+            info.has_pages || !form.in_pages,
+            "`{}` is to reach pages, and this device has none",
+            I::NAME
+        );
         let count = |is: fn(BindingKind) -> bool| {
             I::BINDINGS
                 .iter()
-                .filter(|binding| is(bound_as(binding.kind, in_blocks)))
+                .filter(|binding| is(bound_as(binding, form)))
                 .count()
         };
         let debug_blocks = usize::from(I::DEBUG_BINDING.is_some());
@@ -414,11 +469,12 @@ impl PipelineCore {
         }
         let device = &ctx.device.raw;
         let debug = I::DEBUG_BINDING.map(|number| (number, BindingKind::Storage));
-        let bindings: Vec<_> = (I::BINDINGS.iter().map(|b| (b.number, b.kind)).chain(debug))
+        let bound = I::BINDINGS.iter().map(|b| (b.number, bound_as(b, form)));
+        let bindings: Vec<_> = (bound.chain(debug))
             .map(|(number, kind)| {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(number)
-                    .descriptor_type(descriptor_type(bound_as(kind, in_blocks)))
+                    .descriptor_type(descriptor_type(kind))
                     .descriptor_count(1)
                     .stage_flags(stages)
             })
@@ -429,7 +485,7 @@ impl PipelineCore {
             pipeline: vk::Pipeline::null(),
             layout: vk::PipelineLayout::null(),
             replaced: [None; 2],
-            in_blocks,
+            form,
             set_layout: vk::DescriptorSetLayout::null(),
             is_kept: false,
         };

@@ -17,6 +17,7 @@
 //! **Invariant:** binding numbers, group sizes and element types stand in the shaders and nowhere on the host.
 
 mod access;
+mod allocation;
 mod alone;
 mod bandwidth;
 mod borrowed;
@@ -44,6 +45,7 @@ mod listing;
 mod manifests;
 mod module;
 mod options;
+mod pages;
 mod part;
 mod pass;
 mod pipelines;
@@ -82,11 +84,12 @@ pub use image::{Format, Image};
 pub use info::{DeviceInfo, DeviceKind, Heap};
 pub use kernel::{
     Absent, Binding, BindingAccess, BindingKind, Constants, DispatchGroups, Draw, Interface,
-    Kernel, Params, Pipeline, Resource, Threads,
+    Kernel, Params, Pipeline, Resource, Tables, Threads,
 };
 pub use listing::{Listed, Reason};
 pub use module::Module;
 pub use options::{ContextOptions, Limits};
+pub use pages::most_in_pages;
 pub use part::Alone;
 pub(crate) use pass::reaches_by_index;
 pub use pass::{PassRecorder, Targets};

@@ -28,6 +28,8 @@ pub struct Module {
     pub spirv: &'static [u8],
     /// The one for graphics cards, where there is one: it takes storage blocks for texel buffers, and subgroup ballots.
     pub for_cards: Option<&'static Module>,
+    /// The one for tables in pages, where it has such: it takes their pages' addresses.
+    pub for_pages: Option<&'static Module>,
 }
 
 impl Module {
@@ -104,6 +106,7 @@ mod tests {
         file: "some.comp.spv",
         spirv: &[1, 0, 0, 0, 2, 0, 0, 0],
         for_cards: None,
+        for_pages: None,
     };
 
     #[test]

@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use ash::vk;
-
 use super::buffer::Buffer;
 use super::error::GpuResult;
+use super::pages::Extent;
 
 /// A kernel that is to run alone, and what it found in the buffers that it writes.
 #[derive(Clone)]
@@ -15,7 +14,7 @@ pub struct Alone(pub(super) Arc<Kept>);
 pub(super) struct Kept {
     pub(super) kernel: String,
     /// Each buffer that the kernel writes, what was in it, and how many bytes.
-    pub(super) buffers: Vec<(vk::Buffer, Buffer<u32>, u64)>,
+    pub(super) buffers: Vec<(Extent, Buffer<u32>, u64)>,
 }
 
 /// Which part of the work that is recorded takes place.

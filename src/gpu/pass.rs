@@ -340,7 +340,7 @@ impl PassRecorder<'_> {
             let (device, raw) = (rec.device(), rec.raw());
             // SAFETY: as in `draw`; the indices lie in the buffer, which was made for that.
             unsafe {
-                device.cmd_bind_index_buffer(raw, core.raw(), 0, vk::IndexType::UINT32);
+                device.cmd_bind_index_buffer(raw, core.whole(), 0, vk::IndexType::UINT32);
                 device.cmd_draw_indexed(raw, count, 1, 0, 0, 0);
             }
         });

@@ -39,6 +39,15 @@ impl PipelineKey {
     }
 }
 
+/// In what form a shader was compiled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(crate) struct Form {
+    /// It takes storage blocks for texel buffers.
+    pub(crate) in_blocks: bool,
+    /// It takes addresses of pages for tables that may lie in such.
+    pub(crate) in_pages: bool,
+}
+
 /// A pipeline and what belongs to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PipelineHandles {
@@ -47,8 +56,7 @@ pub(crate) struct PipelineHandles {
     pub(crate) set_layout: vk::DescriptorSetLayout,
     /// Files of its modules that come from the folder `MYXO_SPIRV`.
     pub(crate) replaced: [Option<&'static str>; 2],
-    /// Binds storage blocks in place of texel buffers.
-    pub(crate) in_blocks: bool,
+    pub(crate) form: Form,
 }
 
 impl PipelineHandles {

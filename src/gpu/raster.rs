@@ -9,8 +9,9 @@ use ash::vk;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
 use super::image::Format;
-use super::kernel::{Constants, Draw, PipelineCore, ShaderModule, Specialization};
-use super::pipelines::PipelineKey;
+use super::kernel::{Constants, Draw, PipelineCore, ShaderModule, Specialization, Tables};
+use super::module::Module;
+use super::pipelines::{Form, PipelineKey};
 
 /// What vertices are joined to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -104,6 +105,19 @@ impl<D: Draw> RasterPipeline<D> {
         constants: &D::Constants,
         options: RasterOptions,
     ) -> GpuResult<Self> {
+        Self::over(ctx, constants, options, Tables::InOnePiece)
+    }
+
+    /// The same for tables that may lie in pages.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn over(
+        ctx: &Arc<Context>,
+        constants: &D::Constants,
+        options: RasterOptions,
+        tables: Tables,
+    ) -> GpuResult<Self> {
         if !ctx.info().has_dynamic_rendering {
             return Err(no_rendering(ctx, D::NAME));
         }
@@ -120,9 +134,14 @@ impl<D: Draw> RasterPipeline<D> {
             }
             ctx.draws_debug.store(true, Ordering::Relaxed);
         }
+        let paged = |module: Module| module.for_pages.filter(|_| tables == Tables::InPages);
+        let form = Form {
+            in_blocks: false,
+            in_pages: paged(D::VERTEX).is_some() || paged(D::FRAGMENT).is_some(),
+        };
         let key = PipelineKey::new(
             D::NAME,
-            (D::VERTEX, D::FRAGMENT, options),
+            (D::VERTEX, D::FRAGMENT, options, form),
             constants.values(),
             D::NAME,
         );
@@ -134,9 +153,11 @@ impl<D: Draw> RasterPipeline<D> {
             });
         }
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
-        let mut core = PipelineCore::layouts::<D>(ctx, stages, false)?;
-        let vertex = ShaderModule::new(ctx, &D::VERTEX, D::NAME)?;
-        let fragment = ShaderModule::new(ctx, &D::FRAGMENT, D::NAME)?;
+        let mut core = PipelineCore::layouts::<D>(ctx, stages, form)?;
+        let vertex = paged(D::VERTEX).unwrap_or(&D::VERTEX);
+        let vertex = ShaderModule::new(ctx, vertex, D::NAME)?;
+        let fragment = paged(D::FRAGMENT).unwrap_or(&D::FRAGMENT);
+        let fragment = ShaderModule::new(ctx, fragment, D::NAME)?;
         core.replaced = [vertex.replaced, fragment.replaced];
         let specialization = Specialization::new(constants);
         let specialization = specialization.info();

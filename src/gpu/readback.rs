@@ -57,13 +57,27 @@ impl<T: Pod> Readback<T> {
     /// # Panics
     /// If `source` has more elements than a slot.
     pub fn record(&mut self, rec: &mut Recorder, source: &Buffer<T>, number: u64) -> bool {
+        self.record_range(rec, source, 0..source.len(), number)
+    }
+
+    /// The same for a range of its elements.
+    ///
+    /// # Panics
+    /// If a slot has not as many elements, or `source` lacks any of them.
+    pub fn record_range(
+        &mut self,
+        rec: &mut Recorder,
+        source: &Buffer<T>,
+        range: std::ops::Range<usize>,
+        number: u64,
+    ) -> bool {
         let free =
             (0..self.slots.len()).find(|i| !self.waiting.iter().any(|(_, slot, _)| slot == i));
         let Some(slot) = free else { return false };
         let target = &self.slots[slot];
         // The slot's last copy was read on the host, after its frame had finished.
         target.core().forget_history();
-        rec.copy(source, target);
+        rec.copy_range(source, range, target, 0);
         self.waiting.push_back((number, slot, rec.ticket));
         true
     }

@@ -54,7 +54,8 @@ pub struct Texels<S> {
 
 /// The part of [`Texels`] that does not depend on the scalar.
 pub struct TexelsCore {
-    raw: vk::BufferView,
+    /// None where kernels reach the buffer without it.
+    raw: Option<vk::BufferView>,
     buffer: Arc<BufferCore>,
     components: u32,
 }
@@ -62,8 +63,11 @@ pub struct TexelsCore {
 impl<S: TexelScalar> Texels<S> {
     /// Views a device buffer as texels of `components` scalars (1, 2 or 4).
     ///
+    /// Kernels in their form for graphics cards take the buffer itself, as a storage block or in pages. Where that is larger than a
+    /// view, there is none, and nothing else can be bound to it.
+    ///
     /// # Errors
-    /// More texels than this device has in one view.
+    /// More texels than this device has in one view, or in one block.
     ///
     /// # Panics
     /// If the components are not 1, 2 or 4, the buffer is not a device buffer or does not divide into texels.
@@ -111,6 +115,17 @@ impl<S: TexelScalar> Texels<S> {
             core.name()
         );
         let count = part.end - part.start;
+        let whole = count * texel == core.size_in_bytes();
+        if whole && count > limit && core.is_reached_without_view() {
+            return Ok(Self {
+                view: TexelsCore {
+                    raw: None,
+                    buffer: core,
+                    components: components as u32,
+                },
+                scalar: PhantomData,
+            });
+        }
         if count > limit {
             return Err(GpuError::TooLarge {
                 object: core.name().to_owned(),
@@ -122,7 +137,7 @@ impl<S: TexelScalar> Texels<S> {
             });
         }
         let info = vk::BufferViewCreateInfo::default()
-            .buffer(core.raw())
+            .buffer(core.whole())
             .format(format)
             .offset(part.start * texel)
             // Vulkan has no empty views; buffers without elements have this much memory all the same.
@@ -132,7 +147,7 @@ impl<S: TexelScalar> Texels<S> {
             .check("vkCreateBufferView", core.name())?;
         Ok(Self {
             view: TexelsCore {
-                raw,
+                raw: Some(raw),
                 buffer: core,
                 components: components as u32,
             },
@@ -148,8 +163,18 @@ impl<S: TexelScalar> Texels<S> {
 }
 
 impl TexelsCore {
+    /// Null where there is none.
     pub(crate) fn raw(&self) -> vk::BufferView {
-        self.raw
+        self.raw.unwrap_or_default()
+    }
+
+    pub(crate) fn assert_viewed(&self) {
+        assert!(
+            self.raw.is_some(),
+            "`{}` has {} bytes, more than a view of it has texels, and is bound as a texel buffer",
+            self.buffer.name(),
+            self.buffer.size_in_bytes()
+        );
     }
 
     pub(crate) fn components(&self) -> u32 {
@@ -165,9 +190,8 @@ impl AnyBuffer for TexelsCore {
 
 impl Drop for TexelsCore {
     fn drop(&mut self) {
-        self.buffer
-            .ctx()
-            .graveyard
-            .add(Corpse::BufferView(self.raw));
+        if let Some(raw) = self.raw {
+            self.buffer.ctx().graveyard.add(Corpse::BufferView(raw));
+        }
     }
 }

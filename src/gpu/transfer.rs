@@ -8,10 +8,12 @@ use bytemuck::Pod;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
+use super::allocation::allocate;
 use super::buffer::{AnyBuffer, Buffer};
-use super::buffer_core::{Domain, allocate};
+use super::buffer_core::Domain;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
+use super::pages::{Extent, Piece, pieces};
 use super::staging::Staging;
 
 /// Bytes that one chunk moves.
@@ -218,17 +220,9 @@ impl Context {
                 .mapped_slice_mut()
                 .expect("staging memory is mapped");
             mapped[..chunk.len()].copy_from_slice(chunk);
-            let copy = vk::BufferCopy::default()
-                .dst_offset(target)
-                .size(chunk.len() as u64);
-            staging.run(self, |cmd| {
-                // SAFETY: both buffers are alive and `copy` lies in both.
-                unsafe {
-                    self.device
-                        .raw
-                        .cmd_copy_buffer(cmd, source, core.raw(), &[copy])
-                };
-            })?;
+            let (source, size) = (Extent::whole(source), chunk.len() as u64);
+            let copies = pieces((&source, 0), (core.extent(), target), size);
+            staging.run(self, |cmd| self.copy_all(cmd, copies))?;
             target += chunk.len() as u64;
         }
         core.forget_history();
@@ -277,17 +271,9 @@ impl Context {
                 "transfer.download",
                 MemoryLocation::GpuToCpu,
             )?;
-            let copy = vk::BufferCopy::default()
-                .src_offset(source)
-                .size(chunk.len() as u64);
-            staging.run(self, |cmd| {
-                // SAFETY: both buffers are alive and `copy` lies in both.
-                unsafe {
-                    self.device
-                        .raw
-                        .cmd_copy_buffer(cmd, core.raw(), target, &[copy])
-                };
-            })?;
+            let (target, size) = (Extent::whole(target), chunk.len() as u64);
+            let copies = pieces((core.extent(), source), (&target, 0), size);
+            staging.run(self, |cmd| self.copy_all(cmd, copies))?;
             let mapped = staging
                 .download
                 .as_ref()
@@ -315,15 +301,21 @@ impl Context {
         }
         let mut staging = self.staging.lock().unwrap_or_else(|e| e.into_inner());
         staging.run(self, |cmd| {
-            // SAFETY: the buffer is alive; its size is a multiple of 4.
-            unsafe {
-                self.device
-                    .raw
-                    .cmd_fill_buffer(cmd, core.raw(), 0, core.size_in_bytes(), value)
-            };
+            for &page in core.extent().buffers() {
+                // SAFETY: the buffer is alive; its size is a multiple of 4.
+                unsafe { (self.device.raw).cmd_fill_buffer(cmd, page, 0, vk::WHOLE_SIZE, value) };
+            }
         })?;
         core.forget_history();
         Ok(())
+    }
+
+    /// Records copies of buffers that are alive, of bytes that lie in them.
+    fn copy_all(&self, cmd: vk::CommandBuffer, copies: impl Iterator<Item = Piece>) {
+        for Piece { from, to, copy } in copies {
+            // SAFETY: `cmd` is being recorded; both callers made sure of the rest.
+            unsafe { self.device.raw.cmd_copy_buffer(cmd, from, to, &[copy]) };
+        }
     }
 }
 

@@ -89,9 +89,8 @@ impl Recorder {
         }
         let resources = I::resources(args);
         let placeholder = &self.frame.placeholder;
-        let buffers: Vec<_> = resources
-            .iter()
-            .map(|r| {
+        let buffers: Vec<_> = (resources.iter().zip(I::BINDINGS))
+            .map(|(r, binding)| {
                 let core = match r {
                     Resource::Absent(_) => Some(placeholder.block()),
                     _ => r.core(),
@@ -100,9 +99,12 @@ impl Recorder {
                     Resource::FirstPart(buffer) => buffer.core().first_part(),
                     _ => vk::WHOLE_SIZE,
                 };
-                vk::DescriptorBufferInfo::default()
-                    .buffer(core.map_or(vk::Buffer::null(), BufferCore::raw))
-                    .range(range)
+                let raw = match core {
+                    None => vk::Buffer::null(),
+                    Some(core) if pipeline.reaches_pages(binding) => core.addresses(),
+                    Some(core) => core.raw(),
+                };
+                vk::DescriptorBufferInfo::default().buffer(raw).range(range)
             })
             .collect();
         let views: Vec<_> = resources
@@ -136,7 +138,7 @@ impl Recorder {
                 vk::WriteDescriptorSet::default()
                     .dst_binding(binding.number)
                     .descriptor_count(1)
-                    .descriptor_type(descriptor_type(pipeline.bound_as(binding.kind)))
+                    .descriptor_type(descriptor_type(pipeline.bound_as(binding)))
                     .buffer_info(&buffers[i..=i])
                     .texel_buffer_view(&views[i..=i])
                     .image_info(&images[i..=i])
@@ -190,17 +192,22 @@ impl Recorder {
                 "`{}` belongs to another context",
                 core.name()
             );
-            match (resource, pipeline.bound_as(binding.kind)) {
+            match (resource, pipeline.bound_as(binding)) {
+                _ if pipeline.reaches_pages(binding) => {}
                 (Resource::Buffer(_), _) | (Resource::Texels(_), BindingKind::Storage) => {
                     core.assert_bindable();
                 }
-                (Resource::Texels(texels), BindingKind::StorageTexels { components }) => assert!(
-                    texels.components() == components,
-                    "`{name}` binds `{}` as {}, whose texels have {components} components, not {}",
-                    core.name(),
-                    binding.name,
-                    texels.components()
-                ),
+                (Resource::Texels(texels), BindingKind::StorageTexels { components }) => {
+                    texels.assert_viewed();
+                    assert!(
+                        texels.components() == components,
+                        "`{name}` binds `{}` as {}, whose texels have {components} components, not {}",
+                        core.name(),
+                        binding.name,
+                        texels.components()
+                    );
+                }
+                (Resource::Texels(texels), _) => texels.assert_viewed(),
                 _ => {}
             }
             let others = resources.iter().zip(I::BINDINGS).skip(i + 1);

@@ -24,8 +24,9 @@ use super::prepared::Prepared;
 use super::shared_vertices::SharedVertices;
 use super::view::View;
 use crate::gpu::{
-    Access, AnyBuffer, Blend, Buffer, Context, DepthTest, Domain, Format, GpuError, PassRecorder,
-    Pipeline, RasterOptions, RasterPipeline, Readback, Recorder, Targets, Threads, Topology,
+    Access, AnyBuffer, Blend, Buffer, Context, DepthTest, Domain, Format, GpuError, Interface,
+    PassRecorder, Pipeline, RasterOptions, RasterPipeline, Readback, Recorder, Tables, Targets,
+    Threads, Topology,
 };
 use crate::scene::settings::{ColorMap, Part};
 use crate::sim::draws::{
@@ -37,6 +38,7 @@ use crate::sim::kernels::{
     DrawOrder, Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs,
     TrailHistogramConstants, TrailHistogramParams,
 };
+use crate::sim::memory;
 use crate::sim::texel_paths::TexelPaths;
 use crate::sim::texture::Texture;
 use crate::sim::{Setup, State};
@@ -70,6 +72,7 @@ impl Pipelines {
         samples: u32,
         paths: TexelPaths,
         others: bool,
+        tables: Tables,
     ) -> Result<Self, GpuError> {
         let options = RasterOptions {
             color: format,
@@ -103,14 +106,15 @@ impl Pipelines {
             plain_surface: surface(false)?,
             quick_surface: (samples == 1).then(quick_surface).transpose()?,
             fields: Sides::new(ctx, &FieldsConstants { paths }, options)?,
-            particles: RasterPipeline::new(ctx, &(), points)?,
-            headings: RasterPipeline::new(
+            particles: RasterPipeline::over(ctx, &(), points, tables)?,
+            headings: RasterPipeline::over(
                 ctx,
                 &(),
                 RasterOptions {
                     blend: Blend::Max,
                     ..points
                 },
+                tables,
             )?,
             background: RasterPipeline::new(ctx, &(), behind)?,
             atlas_view: RasterPipeline::new(ctx, &AtlasViewConstants { paths }, behind)?,
@@ -205,9 +209,10 @@ impl Renderer {
         let texel_count = setup.atlas.texel_count() as u64;
         let paths = TexelPaths::of(ctx.info(), texel_count);
         let others = setup.poses.len() > 1;
+        let tables = memory::tables(ctx.info(), setup.particles.len() as u64);
         let pipelines = samples
             .into_iter()
-            .map(|samples| Pipelines::new(ctx, format, samples, paths, others));
+            .map(|samples| Pipelines::new(ctx, format, samples, paths, others, tables));
         let Prepared {
             shared,
             normals,
@@ -223,7 +228,7 @@ impl Renderer {
         Ok(Self {
             shared: shared.transpose()?.flatten(),
             pipelines: pipelines.collect::<Result<_, _>>()?,
-            draw_order: Pipeline::new(ctx, &())?,
+            draw_order: Pipeline::over(ctx, &(), DrawOrder::NAME, tables)?,
             trail_histogram: Pipeline::new(ctx, &TrailHistogramConstants { paths })?,
             expose: Pipeline::new(ctx, &())?,
             normals: Buffer::from_slice(ctx, "normals", normals)?,

@@ -99,16 +99,18 @@ pub fn draws(shaders: &[Shader]) -> Result<String, String> {
 
 /// A shader's module with the name of its file.
 fn module(shader: &Shader) -> String {
-    let for_cards = match &shader.for_cards {
+    let other = |words: &Option<Vec<u32>>, file: String| match words {
         None => "None".to_owned(),
-        Some(_) => format!("Some(&{})", module_of(&shader.card_file(), "None")),
+        Some(_) => format!("Some(&{})", module_of(&file, "None", "None")),
     };
-    module_of(&shader.spirv_file(), &for_cards)
+    let for_cards = other(&shader.for_cards, shader.card_file());
+    let for_pages = other(&shader.for_pages, shader.pages_file());
+    module_of(&shader.spirv_file(), &for_cards, &for_pages)
 }
 
-fn module_of(file: &str, for_cards: &str) -> String {
+fn module_of(file: &str, for_cards: &str, for_pages: &str) -> String {
     format!(
-        "crate::gpu::Module {{ file: \"{file}\", spirv: include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{file}\")), for_cards: {for_cards} }}"
+        "crate::gpu::Module {{ file: \"{file}\", spirv: include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{file}\")), for_cards: {for_cards}, for_pages: {for_pages} }}"
     )
 }
 

@@ -63,11 +63,12 @@ impl Interface<'_> {
             put(
                 out,
                 format_args!(
-                    "        crate::gpu::Binding {{ number: {}, name: \"{}\", argument: \"{}\", access: crate::gpu::BindingAccess::{:?}, kind: crate::gpu::BindingKind::{kind}, each: {}, element: {} }},\n",
+                    "        crate::gpu::Binding {{ number: {}, name: \"{}\", argument: \"{}\", access: crate::gpu::BindingAccess::{:?}, kind: crate::gpu::BindingKind::{kind}, is_paged: {}, each: {}, element: {} }},\n",
                     binding.number,
                     binding.name,
                     argument_of(binding),
                     binding.access,
+                    binding.is_paged,
                     self.each(binding)?,
                     element_size(binding)?
                 ),

@@ -17,6 +17,8 @@ pub struct Modules {
     pub optimized: Vec<u32>,
     /// The one for graphics cards; empty where the shader has no such form.
     pub for_cards: Vec<u32>,
+    /// The one for tables in pages; empty where the shader has none.
+    pub for_pages: Vec<u32>,
     /// The compiler's warnings, one a line.
     pub warnings: Vec<String>,
 }
@@ -113,7 +115,12 @@ pub fn bytes(words: &[u32]) -> Vec<u8> {
 /// The key and the number of words of each module, the modules, the warnings.
 fn pack(modules: &Modules, key: u64) -> Vec<u8> {
     let mut packed = key.to_le_bytes().to_vec();
-    for words in [&modules.plain, &modules.optimized, &modules.for_cards] {
+    for words in [
+        &modules.plain,
+        &modules.optimized,
+        &modules.for_cards,
+        &modules.for_pages,
+    ] {
         packed.extend((words.len() as u64).to_le_bytes());
         packed.extend(bytes(words));
     }
@@ -137,11 +144,13 @@ fn unpack(packed: &[u8], key: u64) -> Option<Modules> {
     let plain = take()?.collect();
     let optimized = take()?.collect();
     let for_cards = take()?.collect();
+    let for_pages = take()?.collect();
     let warnings = std::str::from_utf8(rest).ok()?;
     Some(Modules {
         plain,
         optimized,
         for_cards,
+        for_pages,
         warnings: warnings.lines().map(str::to_owned).collect(),
     })
 }

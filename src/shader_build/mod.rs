@@ -2,7 +2,8 @@
 //!
 //! Every shader is compiled twice: an unoptimised module is reflected, because optimising strips the names, and the
 //! optimised one is shipped. A kernel that includes `tables.glsl` has a form for graphics cards
-//! besides, which not every device can run. Shaders are compiled side by side, and only those of which a file has changed (`kept`).
+//! besides, which not every device can run, and a shader with tables that may outgrow a binding has a form for such, in pages.
+//! Shaders are compiled side by side, and only those of which a file has changed (`kept`).
 //! `reflect` reads SPIR-V into a small `model` and `generate` writes the model as Rust.
 
 pub mod arguments;
@@ -28,13 +29,18 @@ use shaderc::{
 /// What a kernel includes that has a form for graphics cards.
 const TABLES: &str = "#include \"tables.glsl\"";
 
-/// For which devices a shader is compiled.
+/// How a table is declared that may outgrow a binding.
+const PAGED: &str = "PAGED_";
+
+/// For which devices, or which tables, a shader is compiled.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Form {
-    /// Every one.
+    /// Every device.
     Plain,
     /// Graphics cards: tables are storage blocks, and subgroups append together.
     Card,
+    /// Graphics cards; and some tables lie in pages, which shaders reach by address.
+    Pages,
 }
 
 /// Compiles everything in `shaders` and writes into `out`: `kernels.rs` (compute), `draws.rs` (pairs of vertex and
@@ -79,6 +85,9 @@ pub fn build(shaders: &Path, out: &Path) -> Result<Vec<String>, String> {
             )?;
             if let Some(words) = &shader.for_cards {
                 write(&out.join(shader.card_file()), &kept::bytes(words))?;
+            }
+            if let Some(words) = &shader.for_pages {
+                write(&out.join(shader.pages_file()), &kept::bytes(words))?;
             }
         }
         // The self-test's handles belong to `gpu`, which does not know the simulation's structs.
@@ -152,10 +161,16 @@ fn compile(path: &Path, include: &Path, kept: &Kept) -> Result<Shader, String> {
         } else {
             Vec::new()
         };
+        let for_pages = if source.contains(PAGED) {
+            spirv(OptimizationLevel::Performance, Form::Pages)?.0
+        } else {
+            Vec::new()
+        };
         Ok(Modules {
             plain,
             optimized,
             for_cards,
+            for_pages,
             warnings,
         })
     })?;
@@ -163,6 +178,7 @@ fn compile(path: &Path, include: &Path, kept: &Kept) -> Result<Shader, String> {
         .map_err(|e| format!("{name}: {e}"))?;
     shader.optimized = modules.optimized;
     shader.for_cards = (!modules.for_cards.is_empty()).then_some(modules.for_cards);
+    shader.for_pages = (!modules.for_pages.is_empty()).then_some(modules.for_pages);
     shader.warnings = modules.warnings;
     Ok(shader)
 }
@@ -249,8 +265,12 @@ fn to_spirv(
         Stage::Fragment => (ShaderKind::Fragment, "MYXO_FRAGMENT"),
     };
     options.add_macro_definition(macro_name, None);
-    if form == Form::Card {
+    // What is drawn has no form for cards.
+    if form == Form::Card || (form == Form::Pages && stage == Stage::Compute) {
         options.add_macro_definition("MYXO_CARD", None);
+    }
+    if form == Form::Pages {
+        options.add_macro_definition("MYXO_PAGES", None);
     }
     let artifact = compiler
         .compile_into_spirv(source, kind, name, "main", Some(&options))

@@ -43,6 +43,8 @@ pub struct Shader {
     pub optimized: Vec<u32>,
     /// The module for graphics cards, where it is another one.
     pub for_cards: Option<Vec<u32>>,
+    /// The module for tables in pages, where there is one.
+    pub for_pages: Option<Vec<u32>>,
     /// What the compiler warned of.
     pub warnings: Vec<String>,
 }
@@ -50,17 +52,25 @@ pub struct Shader {
 impl Shader {
     /// The file that holds the optimised module.
     pub fn spirv_file(&self) -> String {
-        let stage = match self.stage {
+        format!("{}.{}.spv", self.stem, self.ending())
+    }
+
+    fn ending(&self) -> &'static str {
+        match self.stage {
             Stage::Compute => "comp",
             Stage::Vertex => "vert",
             Stage::Fragment => "frag",
-        };
-        format!("{}.{stage}.spv", self.stem)
+        }
     }
 
     /// The file that holds the module for graphics cards.
     pub fn card_file(&self) -> String {
         format!("{}.card.spv", self.stem)
+    }
+
+    /// The file that holds the module for tables in pages.
+    pub fn pages_file(&self) -> String {
+        format!("{}.{}.pages.spv", self.stem, self.ending())
     }
 }
 
@@ -99,6 +109,8 @@ pub struct Binding {
     pub access: Access,
     /// Element type.
     pub resource: Resource,
+    /// It may lie in pages.
+    pub is_paged: bool,
 }
 
 /// A type that host and shader share.

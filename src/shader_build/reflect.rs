@@ -32,6 +32,7 @@ pub fn reflect(stem: &str, stage: Stage, words: &[u32], text: &str) -> Result<Sh
         remarks: source::remarks(text),
         optimized: Vec::new(),
         for_cards: None,
+        for_pages: None,
         warnings: Vec::new(),
     };
     if stage == Stage::Compute {
@@ -65,9 +66,10 @@ pub fn reflect(stem: &str, stage: Stage, words: &[u32], text: &str) -> Result<Sh
                 if block_name(ty).is_some_and(|n| n == DEBUG_BLOCK) {
                     shader.debug_binding = Some(number);
                 } else {
-                    let binding =
+                    let mut binding =
                         binding(number, name.as_deref(), desc_ty, ty, &mut shader.structs)
                             .map_err(|e| format!("binding {number}: {e}"))?;
+                    binding.is_paged = source::is_paged(text, &binding.name);
                     if binding.resource == Resource::Sampled && stage != Stage::Compute {
                         return Err(format!("binding {number}: only kernels sample images"));
                     }
@@ -165,6 +167,7 @@ fn binding(
                 name,
                 access,
                 resource: Resource::Storage(element),
+                is_paged: false,
             })
         }
         (DescriptorType::UniformTexelBuffer(), _) => {
@@ -179,6 +182,7 @@ fn binding(
                 name,
                 access: Access::Read,
                 resource: Resource::Texels(scalar_type(scalar)?),
+                is_paged: false,
             })
         }
         (DescriptorType::StorageTexelBuffer(access), Type::StorageImage(texels)) => {
@@ -200,6 +204,7 @@ fn binding(
                 name: instance.ok_or("a texel buffer needs a name")?.to_owned(),
                 access: access_of(*access),
                 resource: Resource::StorageTexels(scalar, components),
+                is_paged: false,
             })
         }
         (DescriptorType::CombinedImageSampler(), Type::CombinedImageSampler(t))
@@ -210,6 +215,7 @@ fn binding(
                 name: instance.ok_or("an image needs a name")?.to_owned(),
                 access: Access::Read,
                 resource: Resource::Sampled,
+                is_paged: false,
             })
         }
         (other, _) => Err(format!(

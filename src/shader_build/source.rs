@@ -74,6 +74,13 @@ pub fn header(source: &str) -> Vec<String> {
         .collect()
 }
 
+/// Is this table declared as one that may lie in pages: `PAGED_READS(uvec4, 0) particles;`?
+pub fn is_paged(source: &str, name: &str) -> bool {
+    let lines = source.lines().filter(|line| line.starts_with("PAGED_"));
+    let declared = lines.filter_map(|line| line.split_once(')')?.1.split(';').next());
+    declared.map(str::trim).any(|declared| declared == name)
+}
+
 /// `uint count; // how many` gives `count` its remark.
 pub fn remarks(source: &str) -> BTreeMap<String, String> {
     source

@@ -66,13 +66,20 @@ fn sort(state: &mut Snapshot, setup: &Setup) {
     for bin in 0..count as usize {
         places[bin + 1] += places[bin];
     }
-    let (particles, motions) = (state.particles.clone(), state.motions.clone());
-    for (&bin, (particle, motion)) in bins.iter().zip(particles.iter().zip(&motions)) {
-        let place = places[bin as usize];
-        places[bin as usize] += 1;
-        state.particles[place] = *particle;
-        state.motions[place] = *motion;
+    // One table after the other: of many particles a second copy of each takes much memory.
+    state.particles = scattered(&state.particles, &bins, places.clone());
+    state.motions = scattered(&state.motions, &bins, places);
+}
+
+/// Elements in the order of their bins, each of which begins at its place.
+fn scattered<T: Copy>(elements: &[T], bins: &[u32], mut places: Vec<usize>) -> Vec<T> {
+    let mut sorted = elements.to_vec();
+    for (element, &bin) in elements.iter().zip(bins) {
+        let place = &mut places[bin as usize];
+        sorted[*place] = *element;
+        *place += 1;
     }
+    sorted
 }
 
 /// The windows of particles that lie in the order of objects.

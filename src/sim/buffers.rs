@@ -243,13 +243,15 @@ pub const LIMIT_BINS_COUNT: u32 = 1 << 16;
 const BLOCK: Domain = Domain::Device;
 /// It may be larger.
 const LARGE: Domain = Domain::Texels;
+/// It may be larger than any buffer of the device.
+const PAGED: Domain = Domain::Pages;
 
-// Name, whether it may be larger than a storage block, components of its texels, and how many. What each is for stands where it lies: in `State`, `Transfers`, `FoodBuffers` and `Raster`.
+// Name, how large it may be, components of its texels, and how many. What each is for stands where it lies: in `State`, `Transfers`, `FoodBuffers` and `Raster`.
 table! {
-    PARTICLES: Particle = "particles", LARGE 4, |n| n.particles;
-    MOTIONS: Motion = "motions", LARGE 4, |n| n.particles;
-    SEGMENT_PARTICLES: Particle = "segment_particles", LARGE 4, |n| n.segment;
-    SEGMENT_MOTIONS: Motion = "segment_motions", LARGE 4, |n| n.segment;
+    PARTICLES: Particle = "particles", PAGED 4, |n| n.particles;
+    MOTIONS: Motion = "motions", PAGED 4, |n| n.particles;
+    SEGMENT_PARTICLES: Particle = "segment_particles", PAGED 4, |n| n.segment;
+    SEGMENT_MOTIONS: Motion = "segment_motions", PAGED 4, |n| n.segment;
     BINS: u32 = "bins", BLOCK 0, |n| n.bins;
     WALKERS: u32 = "walkers", LARGE 1, |n| n.particles;
     WALKERS_NEAR: u32 = "walkers_near", LARGE 1, |n| if n.objects > 1 { n.particles } else { 1 };
@@ -279,7 +281,7 @@ table! {
     PHYSARUMS: Physarum = "physarums", BLOCK 0, |n| n.objects;
 
     DISTANCES: f32 = "distances", BLOCK 0, |n| n.field().next_multiple_of(4);
-    NEAREST: u32 = "nearest", BLOCK 1, Counts::field;
+    NEAREST: u32 = "nearest", BLOCK 0, |n| n.field().next_multiple_of(4);
     ACROSS: u32 = "across", BLOCK 1, Counts::field;
     ACROSS_TRIANGLES: u32 = "across_triangles", BLOCK 1, Counts::field;
     SAMPLES: SurfaceSample = "samples", LARGE 4, |n| n.samples;

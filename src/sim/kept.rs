@@ -196,8 +196,10 @@ impl Copies {
 
 /// A buffer on its way to the host.
 pub struct BufferCopy<T> {
-    readback: Readback<T>,
-    elements: Option<Vec<T>>,
+    /// One for as much of it as the device allocates at once.
+    readbacks: Vec<Readback<T>>,
+    elements: Vec<T>,
+    arrived: usize,
 }
 
 impl<T: Pod> BufferCopy<T> {
@@ -207,26 +209,44 @@ impl<T: Pod> BufferCopy<T> {
     /// No memory.
     pub fn record(rec: &mut Recorder, row: &Row<T>, source: &Buffer<T>) -> Result<Self, GpuError> {
         let name = format!("{}.copy", row.name);
-        let mut readback = Readback::new(rec.ctx(), &name, source.len(), 1)?;
-        readback.record(rec, source, 0);
+        let most = rec.ctx().info().max_memory_allocation_size / size_of::<T>() as u64;
+        let most = usize::try_from(most).unwrap_or(usize::MAX);
+        let mut readbacks = Vec::new();
+        let mut start = 0;
+        while start < source.len() || readbacks.is_empty() {
+            let end = source.len().min(start.saturating_add(most));
+            let mut readback = Readback::new(rec.ctx(), &name, end - start, 1)?;
+            readback.record_range(rec, source, start..end, 0);
+            readbacks.push(readback);
+            start = end;
+        }
         Ok(Self {
-            readback,
-            elements: None,
+            readbacks,
+            elements: Vec::new(),
+            arrived: 0,
         })
     }
 
     /// Has its frame finished? Does not wait.
     pub fn is_there(&mut self) -> bool {
-        if self.elements.is_none() {
-            self.elements = self.readback.poll().map(|(_, elements)| elements);
+        while let Some(next) = self.readbacks.get_mut(self.arrived) {
+            let Some((_, mut elements)) = next.poll() else {
+                return false;
+            };
+            if self.elements.is_empty() {
+                self.elements = elements;
+            } else {
+                self.elements.append(&mut elements);
+            }
+            self.arrived += 1;
         }
-        self.elements.is_some()
+        true
     }
 
     /// Its elements, once they are there.
     #[must_use]
     pub fn take(self) -> Vec<T> {
-        self.elements.unwrap_or_default()
+        self.elements
     }
 }
 

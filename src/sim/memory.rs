@@ -10,7 +10,7 @@ use super::setup::Setup;
 use super::texel_paths::TexelPaths;
 use super::types::{ObjectPair, Particle, Seam, SurfaceSample, Vertex};
 use crate::error::{Error, Result};
-use crate::gpu::DeviceInfo;
+use crate::gpu::{DeviceInfo, Tables, most_in_pages};
 use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod, MAX_SIZE, PackedEntries, PackedRow};
 use crate::mesh::strip::StripTriangle;
 use crate::scene::Scene;
@@ -44,7 +44,13 @@ pub fn painted_bytes(texels: u64) -> u64 {
     texels * TEXEL
 }
 
-/// How many particles the device's buffers hold: kernels reach each as a texel.
+/// How the tables of so many particles lie.
+#[must_use]
+pub fn tables(device: &DeviceInfo, particles: u64) -> Tables {
+    Tables::of_size(device, particles * PARTICLE)
+}
+
+/// How many particles the device's buffers hold: kernels reach each as a texel, or where there are pages, its place in a list.
 #[must_use]
 pub fn most_particles(device: &DeviceInfo) -> u64 {
     particle_limit(device).0
@@ -77,8 +83,15 @@ pub fn largest_atlas_of(device: &DeviceInfo, settings: &Settings) -> u64 {
 
 /// How many texels may be owned where so many objects have distances between them, and which limit says so.
 fn sample_limit(device: &DeviceInfo, objects: u64) -> (u64, &'static str) {
-    let single = u64::from(device.max_texel_buffer_elements).saturating_sub(objects * PADDING);
-    (single, TEXEL_ELEMENTS).min((device.max_memory_allocation_size / SAMPLE, ALLOCATION))
+    let (single, limit_name) = single_elements(device);
+    let single = (single.saturating_sub(objects * PADDING), limit_name);
+    let in_quads = (quad_bytes(device) / SAMPLE, limit_name);
+    let limits = [
+        single,
+        in_quads,
+        (device.max_memory_allocation_size / SAMPLE, ALLOCATION),
+    ];
+    limits.into_iter().min().unwrap_or(single)
 }
 
 /// Bytes of the largest storage block that distances between objects are taken from, if all texels are owned.
@@ -142,6 +155,11 @@ fn too_large_an_atlas(device: &DeviceInfo, settings: &Settings) -> String {
 
 /// How many particles there may be, and which limit says so.
 fn particle_limit(device: &DeviceInfo) -> (u64, &'static str) {
+    if device.has_pages {
+        let (bytes, limit_name) = largest_buffer(device);
+        let pages = (most_in_pages(device) / PARTICLE, "1,024 pages");
+        return pages.min((bytes / LISTED, limit_name));
+    }
     let texels = (device.max_texel_buffer_elements.into(), TEXEL_ELEMENTS);
     texels.min((device.max_memory_allocation_size / PARTICLE, ALLOCATION))
 }
@@ -172,7 +190,22 @@ pub fn most_triangles(device: &DeviceInfo) -> u64 {
 
 /// How many bytes kernels reach of a buffer that they read as texels of 16 bytes.
 fn quad_bytes(device: &DeviceInfo) -> u64 {
-    (16 * u64::from(device.max_texel_buffer_elements)).min(device.max_memory_allocation_size)
+    let bytes = match device.reads_blocks {
+        true => device.max_storage_buffer_range,
+        false => 16 * u64::from(device.max_texel_buffer_elements),
+    };
+    bytes.min(device.max_memory_allocation_size)
+}
+
+/// How many elements kernels reach of a buffer that they read as texels of four bytes.
+fn single_elements(device: &DeviceInfo) -> (u64, &'static str) {
+    match device.reads_blocks {
+        true => (
+            device.max_storage_buffer_range / TEXEL,
+            "maxStorageBufferRange",
+        ),
+        false => (device.max_texel_buffer_elements.into(), TEXEL_ELEMENTS),
+    }
 }
 
 /// How many objects there may be so that one buffer of the device holds all pairs of them.
@@ -200,7 +233,7 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
     if particles > most {
         let most = number(most);
         problems.push(format!(
-            "particles.count = {} takes {} in one buffer, and a buffer holds {most} ({limit_name}): use at most {most}",
+            "particles.count = {} takes {} a table, and a table holds {most} ({limit_name}): use at most {most}",
             number(particles),
             human(particles * PARTICLE),
         ));
@@ -267,8 +300,7 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
 /// # Errors
 /// Names the table that is too large, the device's limit, and what makes it smaller.
 pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
-    // All are read as texels of four words.
-    let quads = 16 * u64::from(device.max_texel_buffer_elements);
+    let quads = quad_bytes(device);
     let tables = [
         (atlas.seams.len() as u64, SEAM, quads, "gutter texels"),
         (
@@ -391,6 +423,8 @@ fn too_large(device: &DeviceInfo, problem: &str) -> Error {
 const TEXEL_ELEMENTS: &str = "maxTexelBufferElements";
 const ALLOCATION: &str = "maxMemoryAllocationSize";
 const PARTICLE: u64 = size_of::<Particle>() as u64;
+/// Of a particle in a list.
+const LISTED: u64 = size_of::<u32>() as u64;
 const TEXEL: u64 = size_of::<f32>() as u64;
 const SEAM: u64 = size_of::<Seam>() as u64;
 const ROW: u64 = size_of::<PackedRow>() as u64;

@@ -4,7 +4,9 @@ use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use crate::gpu::{Context, Draw, GpuError, Kernel, Pipeline, RasterOptions, RasterPipeline};
+use crate::gpu::{
+    Context, Draw, GpuError, Kernel, Pipeline, RasterOptions, RasterPipeline, Tables,
+};
 
 /// Plain values that can be compared and shown.
 pub trait Value: Copy + PartialEq + Debug + Send + Sync + 'static {}
@@ -14,6 +16,8 @@ impl<T: Copy + PartialEq + Debug + Send + Sync + 'static> Value for T {}
 /// One a kernel, by the name that times and messages have.
 pub struct Pipelines {
     ctx: Arc<Context>,
+    /// How tables of particles lie.
+    tables: Tables,
     made: Vec<Made>,
 }
 
@@ -24,12 +28,12 @@ struct Made {
 }
 
 impl Pipelines {
-    /// None yet.
+    /// None yet, for tables of particles that lie so.
     #[must_use]
-    pub fn new(ctx: &Arc<Context>) -> Self {
+    pub fn new(ctx: &Arc<Context>, tables: Tables) -> Self {
         let ctx = Arc::clone(ctx);
         let made = Vec::new();
-        Self { ctx, made }
+        Self { ctx, tables, made }
     }
 
     /// Makes that of a kernel with these constants, unless it is there.
@@ -47,7 +51,7 @@ impl Pipelines {
         match self.find::<(K::Constants, Pipeline<K>)>(name) {
             Some((made, _)) => assert!(made == constants, "`{name}` has two sets of constants"),
             None => {
-                let pipeline = Pipeline::<K>::named(&self.ctx, constants, name)?;
+                let pipeline = Pipeline::<K>::over(&self.ctx, constants, name, self.tables)?;
                 self.add(name, (*constants, pipeline));
             }
         }

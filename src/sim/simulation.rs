@@ -29,7 +29,7 @@ use super::transfers::{Transfers, capacity};
 use super::types::Pose;
 use super::work::Step;
 use crate::error::{Error, Result};
-use crate::gpu::{Context, DeviceInfo, GpuError, Patience, Recorder};
+use crate::gpu::{Context, DeviceInfo, GpuError, Patience, Recorder, Tables};
 use crate::mesh::atlas::Control;
 use crate::scene::Scene;
 use crate::scene::parameters::{out_of_range, restarting};
@@ -97,7 +97,11 @@ impl Simulation {
         let means = means(ctx, &course, &state);
         Ok(Self {
             patience: ctx.wait_longer(patience),
-            pipelines: pipelines_of(ctx, &course.of_every_kernel(&course.settings, means))?,
+            pipelines: pipelines_of(
+                ctx,
+                &course.setup,
+                &course.of_every_kernel(&course.settings, means),
+            )?,
             state,
             ctx: ctx.clone(),
             course,
@@ -212,7 +216,7 @@ impl Simulation {
         };
         let every = self.course.of_every_kernel(settings, means);
         let pipelines = (!every.is_prepared(&self.pipelines))
-            .then(|| pipelines_of(&self.ctx, &every))
+            .then(|| pipelines_of(&self.ctx, self.setup(), &every))
             .transpose()?;
         let surface = &self.setup().surface;
         raster::check(surface, settings).map_err(Error::Invalid)?;
@@ -373,9 +377,14 @@ fn means(ctx: &Context, course: &Course, state: &State) -> Means {
     }
 }
 
+/// How the tables of a scene's particles lie.
+fn tables_of(ctx: &Context, setup: &Setup) -> Tables {
+    memory::tables(ctx.info(), setup.particles.len() as u64)
+}
+
 /// The pipelines of a step.
-fn pipelines_of(ctx: &Arc<Context>, step: &Step) -> Result<Pipelines, GpuError> {
-    let mut pipelines = Pipelines::new(ctx);
+fn pipelines_of(ctx: &Arc<Context>, setup: &Setup, step: &Step) -> Result<Pipelines, GpuError> {
+    let mut pipelines = Pipelines::new(ctx, tables_of(ctx, setup));
     step.prepare(&mut pipelines)?;
     Ok(pipelines)
 }

@@ -15,7 +15,6 @@ use super::roles::Pair;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::sorting::Segments;
-use super::texel_paths::TexelPaths;
 use super::texture::{PingPong, SpreadTables, Texture};
 use super::transfers::Transfers;
 use super::types::{
@@ -177,7 +176,7 @@ pub struct Nearness {
     /// One a texel, gutters filled: signed distance to the nearest other object, world units, within reach either way.
     pub distances: Texture<f32>,
     /// One a texel, of owned ones: the triangle of another object that is nearest, `NONE` beyond reach.
-    pub nearest: Store<u32>,
+    pub nearest: Texture<u32>,
     /// How far the distances that have been taken are known, world units; 0 while none have been.
     pub reach: f32,
     /// One an owned texel, object by object: the surface point under its centre.
@@ -435,11 +434,10 @@ fn tree_tables(make: &Maker<'_>, setup: &Setup) -> Result<TreeTables, GpuError> 
 
 fn nearness(make: &Maker<'_>, setup: &Setup) -> Result<Nearness, GpuError> {
     let distance = &setup.distance;
-    let field = make.counts.field() as usize;
+    let nowhere = vec![NONE; buffers::NEAREST.len(&make.counts) as usize];
     Ok(Nearness {
-        // Several kernels fetch single texels: an atlas of several objects is never too large for one view.
-        distances: Texture::by_paths(TexelPaths::default(), make.zeros(&buffers::DISTANCES)?)?,
-        nearest: make.store(&buffers::NEAREST, &vec![NONE; field])?,
+        distances: Texture::new(make.ctx, make.zeros(&buffers::DISTANCES)?)?,
+        nearest: Texture::new(make.ctx, make.of(&buffers::NEAREST, &nowhere)?)?,
         reach: 0.0,
         samples: make.store(&buffers::SAMPLES, &distance.samples)?,
         owners: make.of(&buffers::OWNERS, &distance.owners)?,

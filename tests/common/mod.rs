@@ -59,9 +59,17 @@ pub fn gpu_within(limits: Option<Limits>) -> Option<Gpu> {
 /// # Panics
 /// As for [`gpu`].
 pub fn gpu_by_card_forms() -> Option<Gpu> {
+    gpu_by_card_forms_within(None)
+}
+
+/// The same, as if its limits were lower.
+///
+/// # Panics
+/// As for [`gpu`].
+pub fn gpu_by_card_forms_within(limits: Option<Limits>) -> Option<Gpu> {
     let gpu = gpu_by(Means {
+        limits,
         card_forms: Some(true),
-        ..Means::default()
     })?;
     if gpu.ctx.info().has_card_forms {
         return Some(gpu);

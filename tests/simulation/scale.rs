@@ -1,21 +1,28 @@
 //! What outgrows a storage block or a texel buffer takes other ways, and ends in the same bits. Limits are lowered for
 //! that, so that small scenes are large ones.
 
-use crate::common::{Gpu, TRIO, gpu_by_card_forms, gpu_within, scene, scene_of_several};
+use crate::common::{
+    Gpu, TRIO, gpu_by_card_forms, gpu_by_card_forms_within, gpu_within, scene, scene_of_several,
+};
 use glam::Vec2;
 use image::RgbaImage;
-use myxo::gpu::{Frames, Limits};
+use myxo::gpu::{Frames, Limits, Tables};
 use myxo::mesh::atlas::Atlas;
 use myxo::render::{Offscreen, Prepared, Quality, Renderer, View, offscreen};
 use myxo::scene::Scene;
 use myxo::scene::settings::{AtlasMethod, DistanceMethod, Sensing, Settings, Show, Strategy};
 use myxo::sim::diffusion::Diffusion;
+use myxo::sim::paint::{Brush, Dab};
 use myxo::sim::texel_paths::TexelPaths;
 use myxo::sim::{Setup, Simulation, Snapshot, atlas_options, memory};
 
 /// The hash after some steps on a device with such limits, and pictures of the state. The invariants hold.
 fn run(limits: Option<Limits>, scene: &Scene, steps: u32) -> Option<(u64, Vec<RgbaImage>)> {
-    let gpu = gpu_within(limits)?;
+    Some(run_on(gpu_within(limits)?, scene, steps))
+}
+
+/// The same on this device.
+fn run_on(gpu: Gpu, scene: &Scene, steps: u32) -> (u64, Vec<RgbaImage>) {
     let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
     let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
     for _ in 0..steps {
@@ -51,7 +58,7 @@ fn run(limits: Option<Limits>, scene: &Scene, steps: u32) -> Option<(u64, Vec<Rg
     assert_eq!(simulation.snapshot().unwrap().hash(), snapshot.hash());
     drop((renderer, simulation, frames));
     gpu.finish();
-    Some((snapshot.hash(), pictures.to_vec()))
+    (snapshot.hash(), pictures.to_vec())
 }
 
 /// In their form for graphics cards kernels list things in another order, and nothing else is another. Runs every kernel of a step:
@@ -238,6 +245,77 @@ fn many_particles_change_objects_as_few_do() {
         };
         let found = run(Some(limits), &scene, 34).unwrap();
         assert_eq!(found.0, expected.0, "{strategy:?}");
+    }
+}
+
+/// The hash after a brush has taken particles to a place, copied beside what runs.
+fn summoned(gpu: &Gpu, scene: &Scene) -> u64 {
+    let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
+    let dab = Dab {
+        brush: Brush::Particles { share: 0.5 },
+        center: simulation.setup().vertices[0].position,
+        radius: 0.3,
+        eye: None,
+        ring: None,
+        number: 1,
+    };
+    let mut copy = None;
+    gpu.run(|rec| {
+        simulation.record_step(rec);
+        let painted = simulation.paint(rec, &dab).unwrap();
+        assert!(painted.count() > 0);
+        copy = Some(simulation.record_snapshot(rec).unwrap());
+    });
+    let mut copy = copy.unwrap();
+    assert!(copy.is_there());
+    copy.take().0.hash()
+}
+
+/// Particles that outgrow a binding, and textures of several objects that outgrow a view, as a card has them. Every kernel that reads
+/// or writes particles does so over the borders of pages; pictures, too.
+#[test]
+fn particles_in_pages_end_in_the_same_bits() {
+    for strategy in [
+        Strategy::None,
+        Strategy::Respawn,
+        Strategy::Sequential,
+        Strategy::Parallel,
+        Strategy::Direct,
+    ] {
+        let scene = scene_of_several(&TRIO, |settings| {
+            settings.particles.count = 20_000;
+            settings.atlas.size = 96;
+            settings.transfer.strategy = strategy;
+            settings.transfer.buffer_size = 50;
+        });
+        let Some(expected) = run(None, &scene, 34) else {
+            return;
+        };
+        let limits = Limits {
+            storage_buffer_range: 512 << 10,
+            texel_buffer_elements: 8192,
+        };
+        let Some(gpu) = gpu_by_card_forms_within(Some(limits)) else {
+            return;
+        };
+        assert!(gpu.ctx.info().has_pages, "this device can have pages");
+        let most = memory::most_particles(gpu.ctx.info());
+        assert_eq!(most, (512 << 10) / 4);
+        assert_eq!(memory::tables(gpu.ctx.info(), 8192), Tables::InOnePiece);
+        assert_eq!(memory::tables(gpu.ctx.info(), 20_000), Tables::InPages);
+        let found = run_on(gpu, &scene, 34);
+        assert_eq!(found.0, expected.0, "{strategy:?}");
+        let others = [
+            gpu_within(None).unwrap(),
+            gpu_by_card_forms_within(Some(limits)).unwrap(),
+        ];
+        let [whole, paged] = others.map(|gpu| summoned(&gpu, &scene));
+        assert_eq!(paged, whole, "{strategy:?}");
+        for (k, (a, b)) in found.1.iter().zip(&expected.1).enumerate() {
+            let bound = if k == PARTICLES { 0.5 } else { 0.0 };
+            let off = mean_difference(a, b);
+            assert!(off <= bound, "{strategy:?}: picture {k} is {off} off");
+        }
     }
 }
 

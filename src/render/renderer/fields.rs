@@ -50,8 +50,8 @@ impl Renderer {
                 brightest: &self.brightest,
                 deposits: &state.deposits.back,
                 density: &state.atlas.spread.density,
-                distances: &state.near.distances.texels,
-                nearest: &state.near.nearest.texels,
+                distances: &state.near.distances,
+                nearest: &state.near.nearest,
                 object_colors: &self.object_colors,
             },
             FieldsParams {

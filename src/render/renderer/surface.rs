@@ -80,7 +80,7 @@ impl Renderer {
                     trail: &state.trail.front,
                     colors: &self.colors,
                     brightest: &self.brightest,
-                    distances: &state.near.distances.texels,
+                    distances: &state.near.distances,
                     clearance: &state.atlas.clearance,
                 },
                 QuickSurfaceParams {
@@ -118,7 +118,7 @@ impl Renderer {
                 colors: &self.colors,
                 brightest: &self.brightest,
                 charts: &self.charts,
-                distances: &state.near.distances.texels,
+                distances: &state.near.distances,
             },
             SurfaceParams {
                 clip_from_world,

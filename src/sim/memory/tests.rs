@@ -28,6 +28,9 @@ fn device(limit: u64) -> DeviceInfo {
         max_samples: 4,
         subgroup_size: 8,
         has_card_forms: true,
+        reads_blocks: false,
+        has_addresses: false,
+        has_pages: false,
         heaps: Vec::new(),
         has_dynamic_rendering: true,
         has_calibrated_timestamps: true,
@@ -70,7 +73,7 @@ fn what_is_advised_is_the_largest_that_fits() {
         let message = refusal(&device, &scene("builtin:cube", 1 << 30, 64));
         let most = advised(&message);
         assert!(
-            message.contains("particles.count = 1,073,741,824 takes 16.0 GiB in one buffer"),
+            message.contains("particles.count = 1,073,741,824 takes 16.0 GiB a table"),
             "{message}"
         );
         assert_eq!(most, elements);
@@ -89,6 +92,53 @@ fn what_is_advised_is_the_largest_that_fits() {
 }
 
 #[test]
+fn on_a_card_particles_are_limited_by_the_lists_of_them() {
+    let card = DeviceInfo {
+        reads_blocks: true,
+        has_pages: true,
+        max_memory_allocation_size: (1 << 32) - (1 << 21),
+        ..device((1 << 32) - 1)
+    };
+    // As NVIDIA's driver says.
+    assert_eq!(most_particles(&card), (1 << 30) - (1 << 19));
+    assert!(most_particles(&card) > 1_000_000_000);
+    assert_eq!(tables(&card, 1 << 27), Tables::InOnePiece);
+    assert_eq!(tables(&card, (1 << 27) + 1), Tables::InPages);
+    let without = DeviceInfo {
+        has_pages: false,
+        ..card.clone()
+    };
+    assert_eq!(most_particles(&without), 1 << 27);
+    assert_eq!(tables(&without, 1 << 30), Tables::InOnePiece);
+    // Pages of 1,024 elements.
+    let small = DeviceInfo {
+        max_texel_buffer_elements: 1500,
+        ..card
+    };
+    assert_eq!(most_particles(&small), 1 << 20);
+    let message = refusal(&small, &scene("builtin:cube", 1 << 22, 64));
+    let part = "particles.count = 4,194,304 takes 64 MiB a table, and a table holds 1,048,576 (1,024 pages): use at most 1,048,576";
+    assert!(message.contains(part), "{message}");
+}
+
+/// Several objects may have nearly the texture that one has: samples are blocks of 16 bytes a texel.
+#[test]
+fn on_a_card_several_objects_have_as_large_a_texture_as_one() {
+    let card = DeviceInfo {
+        reads_blocks: true,
+        has_pages: true,
+        ..device((1 << 32) - 1)
+    };
+    let mut settings = Settings::default();
+    settings.objects = vec![settings.objects[0].clone(); 3];
+    assert_eq!(largest_atlas(&card), 16_384);
+    assert_eq!(largest_atlas_of(&card, &settings), 16_383);
+    let plain = device((1 << 32) - 1);
+    assert_eq!(largest_atlas(&plain), 16_384);
+    assert!(largest_atlas_of(&plain, &settings) < 11_600);
+}
+
+#[test]
 fn buffers_are_no_larger_than_the_device_hands_out() {
     let device = DeviceInfo {
         max_memory_allocation_size: 1 << 20,
@@ -96,7 +146,7 @@ fn buffers_are_no_larger_than_the_device_hands_out() {
     };
     let message = refusal(&device, &scene("builtin:cube", 70_000, 513));
     for part in [
-        "particles.count = 70,000 takes 2 MiB in one buffer, and a buffer holds 65,536 (maxMemoryAllocationSize): use at most 65,536",
+        "particles.count = 70,000 takes 2 MiB a table, and a table holds 65,536 (maxMemoryAllocationSize): use at most 65,536",
         "atlas.size = 513 takes 2 MiB a texture, and a texture holds 262,144 texels (maxMemoryAllocationSize): use at most 512",
     ] {
         assert!(message.contains(part), "{part}\nis not in\n{message}");
@@ -136,7 +186,7 @@ fn everything_that_is_too_large_comes_at_once() {
     );
     for part in [
         "too large for abacus: ",
-        "\n  particles.count = 268,435,456 takes 4.0 GiB in one buffer, and a buffer holds 134,217,728 (maxTexelBufferElements): use at most 134,217,728",
+        "\n  particles.count = 268,435,456 takes 4.0 GiB a table, and a table holds 134,217,728 (maxTexelBufferElements): use at most 134,217,728",
         "\n  atlas.size = 32,768 takes 4.0 GiB a texture, and a texture holds 268,435,456 texels (maxTexelBufferElements): use at most 16,384",
         "\n  the meshes have 96,800 triangles",
     ] {

@@ -100,7 +100,11 @@ impl FoodOrder {
             })
             .transpose()?;
         // The first food has kernels of its own: the device keeps them until they are asked for.
-        pipelines_of(&ctx, &self.course.of_every_kernel(settings, self.means))?;
+        pipelines_of(
+            &ctx,
+            &self.course.setup,
+            &self.course.of_every_kernel(settings, self.means),
+        )?;
         Ok(PreparedFood {
             before: setup.pantry.places.clone(),
             settings: settings.clone(),

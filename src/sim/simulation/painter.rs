@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::gpu::{Context, GpuError, Pipeline};
+use crate::gpu::{Context, GpuError, Interface, Pipeline, Tables};
 use crate::sim::kernels::{ExchangeSeams, ExchangeSeamsConstants, Paint, PaintConstants, Summon};
 use crate::sim::texel_paths::TexelPaths;
 
@@ -14,12 +14,16 @@ pub(super) struct Painter {
 }
 
 impl Painter {
-    pub(super) fn new(ctx: &Arc<Context>, paths: TexelPaths) -> Result<Self, GpuError> {
+    pub(super) fn new(
+        ctx: &Arc<Context>,
+        paths: TexelPaths,
+        tables: Tables,
+    ) -> Result<Self, GpuError> {
         let constants = PaintConstants { paths };
         let seams = ExchangeSeamsConstants { paths };
         Ok(Self {
             paint: Pipeline::new(ctx, &constants)?,
-            summon: Pipeline::new(ctx, &())?,
+            summon: Pipeline::over(ctx, &(), Summon::NAME, tables)?,
             exchange_seams: Pipeline::new(ctx, &seams)?,
         })
     }

@@ -15,7 +15,7 @@ use super::super::state::{bias_of, unpainted};
 use super::super::texture::Texture;
 use super::super::types::Particle;
 use super::painter::Painter;
-use super::{Simulation, pipelines_of};
+use super::{Simulation, pipelines_of, tables_of};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Domain, Recorder, Threads};
 
@@ -97,7 +97,11 @@ impl Simulation {
 
     fn make_painter(&mut self) -> Result<()> {
         if self.painter.is_none() {
-            self.painter = Some(Painter::new(&self.ctx, self.means().paths)?);
+            self.painter = Some(Painter::new(
+                &self.ctx,
+                self.means().paths,
+                tables_of(&self.ctx, self.setup()),
+            )?);
         }
         Ok(())
     }
@@ -119,7 +123,7 @@ impl Simulation {
                 ..self.means()
             };
             let every = self.course.of_every_kernel(self.settings(), means);
-            self.pipelines = pipelines_of(&self.ctx, &every)?;
+            self.pipelines = pipelines_of(&self.ctx, self.setup(), &every)?;
         }
         self.state.bias = bias;
         Ok(())
