@@ -127,6 +127,8 @@ pub mod regular_file;
 pub mod rng;
 #[doc(hidden)]
 pub mod signals;
+#[doc(hidden)]
+pub mod strict;
 pub mod whole_file;
 
 pub mod gpu;

@@ -13,6 +13,7 @@ pub mod kept;
 pub mod model;
 pub mod reflect;
 pub mod source;
+pub mod strict;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -151,7 +152,7 @@ fn compile(path: &Path, include: &Path, kept: &Kept) -> Result<Shader, String> {
         .unwrap_or_default();
     let name = path.display().to_string();
     let modules = kept.get_or_make(&name, &source, include, || {
-        let spirv = |level, form| to_spirv(&source, &name, stage, include, level, form);
+        let spirv = |level, form| to_spirv(&source, &name, stage, include, (level, form, false));
         let (plain, warnings) = spirv(OptimizationLevel::Zero, Form::Plain)?;
         let (optimized, _) = spirv(OptimizationLevel::Performance, Form::Plain)?;
         let for_cards = if stage == Stage::Compute && source.contains(TABLES) {
@@ -166,6 +167,20 @@ fn compile(path: &Path, include: &Path, kept: &Kept) -> Result<Shader, String> {
         } else {
             Vec::new()
         };
+        if stage == Stage::Compute && strict::must_be(path, stem) {
+            for (form, words) in [
+                (Form::Plain, &optimized),
+                (Form::Card, &for_cards),
+                (Form::Pages, &for_pages),
+            ] {
+                let found = strict::lapses(words);
+                if !found.is_empty() {
+                    let level = OptimizationLevel::Zero;
+                    let lines = to_spirv(&source, &name, stage, include, (level, form, true))?;
+                    return Err(strict::report(&name, &found, &strict::lapses(&lines.0)));
+                }
+            }
+        }
         Ok(Modules {
             plain,
             optimized,
@@ -217,8 +232,7 @@ fn shared_structs(include: &Path) -> Result<Vec<model::Struct>, String> {
         "types.glsl",
         Stage::Compute,
         include,
-        OptimizationLevel::Zero,
-        Form::Plain,
+        (OptimizationLevel::Zero, Form::Plain, false),
     )?;
     let shader = reflect::reflect("types", Stage::Compute, &words, &source)
         .map_err(|e| format!("{}: {e}", file.display()))?;
@@ -241,13 +255,15 @@ fn to_spirv(
     name: &str,
     stage: Stage,
     include: &Path,
-    level: OptimizationLevel,
-    form: Form,
+    (level, form, with_lines): (OptimizationLevel, Form, bool),
 ) -> Result<(Vec<u32>, Vec<String>), String> {
     let compiler = Compiler::new().map_err(|e| format!("shaderc does not start: {e}"))?;
     let mut options = CompileOptions::new().map_err(|e| format!("shaderc does not start: {e}"))?;
     options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_2 as u32);
     options.set_optimization_level(level);
+    if with_lines {
+        options.set_generate_debug_info();
+    }
     options.set_include_callback(|file, kind, from, _depth| {
         let path = match kind {
             IncludeType::Relative | IncludeType::Standard => include.join(file),

@@ -325,3 +325,43 @@ fn a_struct_that_differs_from_the_shaders_does_not_compile() {
         .unwrap_err();
     assert!(text.contains("no field `id`"), "{text}");
 }
+
+/// Graphics cards round what Vulkan lets them round, and contract what they may.
+#[test]
+fn a_kernel_of_state_whose_bits_devices_may_choose_does_not_build() {
+    let declarations =
+        "layout(binding = 0) buffer A { float a[]; };\nlayout(binding = 1) buffer B { vec4 b[]; };";
+    let cases = [
+        ("a[0] = a[1] / a[2];", "OpFDiv: write quotient()"),
+        ("a[0] = sqrt(a[1]);", "Sqrt: write root()"),
+        ("a[0] = dot(b[1], b[2]);", "OpDot: write dot_of()"),
+        (
+            "b[0].xyz = normalize(b[1].xyz);",
+            "Normalize: write direction_or()",
+        ),
+        (
+            "precise float x = fma(a[0], a[1], a[2]); a[0] = x;",
+            "Fma: ",
+        ),
+        // The optimiser contracts these two; where they stand, the other module says.
+        ("a[0] = a[1] * a[2] + a[3];", "OpFMul may be contracted"),
+        ("a[0] = a[1] - a[2];", "OpFSub may be contracted"),
+        (
+            "b[0] = b[1] * a[0];",
+            "OpVectorTimesScalar may be contracted",
+        ),
+        ("a[0] = mix(a[1], a[2], a[3]);", "FMix: write the sum"),
+    ];
+    for (body, expected) in cases {
+        let text = error_of(declarations, body);
+        let place = "bad.comp:5: error: not the same on every device: ";
+        assert!(
+            text.contains(place) && text.contains(expected),
+            "{expected:?} is not in: {text}"
+        );
+    }
+    let fine = "precise float x = a[1] * a[2] + a[3]; a[0] = max(floor(x), abs(a[4]));";
+    build(&[("good.comp", &kernel(declarations, fine))]).unwrap();
+    // What is of pictures may round as it likes.
+    build(&[("expose.comp", &kernel(declarations, "a[0] = a[1] / a[2];"))]).unwrap();
+}

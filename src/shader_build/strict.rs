@@ -1,0 +1,206 @@
+//! Refuses what devices may round as they like: kernels that decide the state of a simulation give the same bits everywhere only by
+//! sums, differences and products that no compiler may contract, and by what `shaders/include/strict.glsl` makes of them.
+//!
+//! Optimised modules are looked at, because the optimiser contracts, too. Where in the text an instruction comes from, an
+//! unoptimised module with lines says.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// Kernels in `shaders` that decide no state: they are of pictures.
+pub const OF_PICTURES: &[&str] = &["draw_order", "expose", "trail_histogram"];
+
+/// Kernels whose arithmetic is not strict yet.
+pub const NOT_YET: &[&str] = &[
+    "advance",
+    "depth_queries",
+    "digest",
+    "distance",
+    "distance_brute",
+    "distance_merge",
+    "distance_tiles",
+    "respawn",
+    "summon",
+    "transfer_in",
+    "transfer_out",
+    "transfer_queries",
+    "tree_queries",
+    "unfold",
+    "walk_queries",
+];
+
+/// Does a kernel decide the state of a simulation? Every one in `shaders` does, unless a list says otherwise; those of other folders
+/// do not, but for that which tests strict arithmetic itself.
+pub fn must_be(path: &Path, stem: &str) -> bool {
+    let folder = path.parent().and_then(Path::file_name);
+    let is_of_steps = folder.is_none_or(|name| name != "selftest" && name != "choices");
+    (is_of_steps && !OF_PICTURES.contains(&stem) && !NOT_YET.contains(&stem)) || stem == "strict"
+}
+
+/// What is said of a kernel that is not strict: a line a lapse, with its place where that is known.
+pub fn report(name: &str, optimized: &BTreeSet<Lapse>, with_lines: &BTreeSet<Lapse>) -> String {
+    let all = if with_lines.is_empty() {
+        optimized
+    } else {
+        with_lines
+    };
+    let lines = all.iter().map(|Lapse { place, what }| match place {
+        Some((file, line)) => format!("{file}:{line}: error: not the same on every device: {what}"),
+        None => format!("{name}: error: not the same on every device: {what}"),
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Something that is not strict, and where in the text it is, if the module says so.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Lapse {
+    /// File and line.
+    pub place: Option<(String, u32)>,
+    /// The instruction, and what to write instead.
+    pub what: String,
+}
+
+const ADD: u32 = 129;
+const SUBTRACT: u32 = 131;
+const MULTIPLY: u32 = 133;
+const TIMES_SCALAR: u32 = 142;
+
+/// Arithmetic that may contract.
+fn contracts(op: u32) -> Option<&'static str> {
+    match op {
+        ADD => Some("OpFAdd"),
+        SUBTRACT => Some("OpFSub"),
+        MULTIPLY => Some("OpFMul"),
+        TIMES_SCALAR => Some("OpVectorTimesScalar"),
+        _ => None,
+    }
+}
+
+/// What has no place in strict arithmetic.
+fn refused(op: u32) -> Option<(&'static str, &'static str)> {
+    Some(match op {
+        136 => ("OpFDiv", "write quotient() or reciprocal()"),
+        140 => ("OpFRem", "it is rounded as the device likes"),
+        141 => ("OpFMod", "it is rounded as the device likes"),
+        143 => ("OpMatrixTimesScalar", "write the products"),
+        144 => ("OpVectorTimesMatrix", "write the sums"),
+        145 => ("OpMatrixTimesVector", "write the sums"),
+        146 => ("OpMatrixTimesMatrix", "write the sums"),
+        147 => ("OpOuterProduct", "write the products"),
+        148 => ("OpDot", "write dot_of()"),
+        116 => ("OpQuantizeToF16", "it is rounded as the device likes"),
+        207..=215 => ("a derivative", "kernels of state have none"),
+        _ => return None,
+    })
+}
+
+/// What of GLSL.std.450 is exact, but for the sign of zeros.
+fn is_exact(function: u32) -> bool {
+    // FAbs, SAbs, SSign, Floor; minima, maxima and clamps; the lowest and highest bit.
+    matches!(function, 4 | 5 | 7 | 8 | 37..=45 | 73..=75)
+}
+
+/// What a function of GLSL.std.450 is called, and what to write instead.
+fn function(number: u32) -> String {
+    let (name, instead) = match number {
+        6 => ("FSign", "compare"),
+        10 => ("Fract", "subtract floor()"),
+        13 => ("Sin", "write turn_of()"),
+        14 => ("Cos", "write turn_of()"),
+        25 => ("Atan2", "write angle_of_vector()"),
+        28 => ("Log", "write logarithm()"),
+        31 => ("Sqrt", "write root()"),
+        32 => ("InverseSqrt", "write inverse_root()"),
+        46 => ("FMix", "write the sum"),
+        50 => (
+            "Fma",
+            "a sum of a product is not precise: give it a precise variable of its own",
+        ),
+        60 => ("UnpackSnorm2x16", "multiply integers"),
+        66 => ("Length", "write length_of()"),
+        67 => ("Distance", "write length_of()"),
+        68 => ("Cross", "write cross_of()"),
+        69 => ("Normalize", "write direction_or()"),
+        _ => {
+            return format!("function {number} of GLSL.std.450 is rounded as the device likes");
+        }
+    };
+    format!("{name}: {instead}")
+}
+
+/// All that is not strict in a module.
+pub fn lapses(words: &[u32]) -> BTreeSet<Lapse> {
+    const STRING: u32 = 7;
+    const LINE: u32 = 8;
+    const NO_LINE: u32 = 317;
+    const EXT_INST_IMPORT: u32 = 11;
+    const EXT_INST: u32 = 12;
+    const SPEC_CONSTANT_OP: u32 = 52;
+    const FUNCTION_END: u32 = 56;
+    const DECORATE: u32 = 71;
+    const NO_CONTRACTION: u32 = 42;
+    let mut strict = BTreeSet::new();
+    let mut math = None;
+    let mut files = BTreeMap::new();
+    let mut place = None;
+    let mut found = BTreeSet::new();
+    for (op, rest) in instructions(words) {
+        let mut add = |what: String| {
+            let place = place.clone();
+            found.insert(Lapse { place, what });
+        };
+        match (op, rest) {
+            (STRING, [id, text @ ..]) => {
+                files.insert(*id, string(text));
+            }
+            (LINE, [file, line, ..]) => {
+                place = files.get(file).map(|file| (file.clone(), *line));
+            }
+            (NO_LINE | FUNCTION_END, _) => place = None,
+            (EXT_INST_IMPORT, [id, name @ ..]) if string(name) == "GLSL.std.450" => {
+                math = Some(*id);
+            }
+            (DECORATE, [target, NO_CONTRACTION]) => {
+                strict.insert(*target);
+            }
+            (EXT_INST, [_, _, set, number, ..]) if Some(*set) == math && !is_exact(*number) => {
+                add(function(*number));
+            }
+            (SPEC_CONSTANT_OP, [_, _, inner, ..])
+                if contracts(*inner).is_some() || refused(*inner).is_some() =>
+            {
+                add("arithmetic of specialization constants: let the host do it".to_owned());
+            }
+            (_, [_, result, ..]) => {
+                if let Some(name) = contracts(op).filter(|_| !strict.contains(result)) {
+                    add(format!(
+                        "{name} may be contracted or rearranged: give it a precise variable of its own"
+                    ));
+                } else if let Some((name, instead)) = refused(op) {
+                    add(format!("{name}: {instead}"));
+                }
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Opcodes and operands.
+fn instructions(words: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
+    let mut at = 5;
+    std::iter::from_fn(move || {
+        let first = *words.get(at)?;
+        let (count, op) = ((first >> 16) as usize, first & 0xffff);
+        let rest = words.get(at + 1..at + count.max(1))?;
+        at += count.max(1);
+        Some((op, rest))
+    })
+}
+
+/// A string as SPIR-V has it.
+fn string(words: &[u32]) -> String {
+    let bytes = words.iter().flat_map(|word| word.to_le_bytes());
+    let bytes: Vec<u8> = bytes.take_while(|byte| *byte != 0).collect();
+    String::from_utf8_lossy(&bytes).into_owned()
+}
