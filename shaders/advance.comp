@@ -214,19 +214,22 @@ void main() {
         value.z = sensed_by_walking(w, right_of(heading), from_open);
     }
     if (SENSOR_NOISE) {
-        value += own.sensor_noise * normals(random_words(params.seed, particle.id, params.time_step, PURPOSE_SENSOR_NOISE));
+        vec3 noise = normals(random_words(params.seed, particle.id, params.time_step, PURPOSE_SENSOR_NOISE));
+        precise vec3 noisy = value + own.sensor_noise * noise;
+        value = noisy;
     }
     float left = value.x;
     float middle = value.y;
     float right = value.z;
-    if (middle < left || middle < right) {
-        heading = rotated(heading, left == right ? 1.0 : own.rotation_cos, sign(left - right) * own.rotation_sin);
+    if ((middle < left || middle < right) && left != right) {
+        heading = rotated(heading, own.rotation_cos, left > right ? own.rotation_sin : -own.rotation_sin);
     }
 
     w.heading = heading;
     w.remaining = own.speed;
     walk_strip(w, params.attempts, BORDER_REFLECTS);
-    pending += w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
+    precise float left_over = pending + (w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0);
+    pending = left_over;
     if (PAINTED) {
         // Who is outside of a no-go area stays outside, and turns round. Who is in it may leave.
         vec2 previous = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
@@ -240,6 +243,8 @@ void main() {
         }
     }
 
+    w.u = settled(w.u);
+    w.v = settled(w.v);
     store_paged(particles, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
     vec2 position = walked_position(w);
     uint texel = texel_at(position, params.pitch);
@@ -265,5 +270,6 @@ void main() {
             flags |= SELECTED;
         }
     }
-    store_paged(motions, i, words_of(Motion(w.heading.x, w.heading.y, min(pending, own.speed), flags)));
+    heading = settled(w.heading);
+    store_paged(motions, i, words_of(Motion(heading.x, heading.y, settled(min(pending, own.speed)), flags)));
 }

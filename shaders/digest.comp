@@ -34,7 +34,7 @@ void main() {
     if (meal.amount == 0u || eaten == 0u) return;
     uint remaining = meal.remaining - min(meal.remaining, eaten);
     uint level = (LEVELS * remaining + (meal.amount - 1u)) / meal.amount;
-    precise float scent = meal.strength * (float(level) / float(LEVELS));
+    precise float scent = meal.strength * (float(level) * (1.0 / float(LEVELS)));
     meals[i].remaining = remaining;
     meals[i].level = level;
     meals[i].scent = scent;

@@ -13,6 +13,7 @@
 #include "counted.glsl"
 #include "rng.glsl"
 #include "ring.glsl"
+#include "strict.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -53,11 +54,12 @@ void main() {
     }
     float u = unit_float(words.y);
     float v = unit_float(words.z);
-    bool beyond = u + v > 1.0;
-    float angle = 6.28318530718 * unit_float(words.w);
-    store_paged(particles, slot, words_of(Particle(low, beyond ? 1.0 - u : u, beyond ? 1.0 - v : v, particle.id)));
-    // Devices may be a little off in both.
-    vec2 heading = normalize(vec2(cos(angle), sin(angle)));
+    precise float sum = u + v;
+    precise float mirrored_u = 1.0 - u;
+    precise float mirrored_v = 1.0 - v;
+    bool beyond = sum > 1.0;
+    store_paged(particles, slot, words_of(Particle(low, beyond ? mirrored_u : u, beyond ? mirrored_v : v, particle.id)));
+    vec2 heading = turn_of(words.w);
     uint flags = load_paged(motions, slot).w & ~SELECTED;
     store_paged(motions, slot, words_of(Motion(heading.x, heading.y, 0.0, flags)));
 }

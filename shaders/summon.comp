@@ -11,6 +11,7 @@
 #include "index.glsl"
 #include "tables.glsl"
 #include "rng.glsl"
+#include "strict.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -39,9 +40,7 @@ void main() {
     uvec4 words = random_words(params.seed, particle.id, params.dab, PURPOSE_PAINT);
     if (range.y == 0u || unit_float(words.x) >= params.share) return;
     Particle place = places[range.x + words.y % range.y];
-    float angle = 6.28318530718 * unit_float(words.z);
-    // Devices may be a little off in both.
-    vec2 heading = normalize(vec2(cos(angle), sin(angle)));
+    vec2 heading = turn_of(words.z);
     store_paged(particles, slot, words_of(Particle(place.triangle, place.u, place.v, particle.id)));
     store_paged(motions, slot, words_of(Motion(heading.x, heading.y, 0.0, flags)));
 }

@@ -73,10 +73,10 @@ pub fn quotient(n: f32, d: f32) -> f32 {
 #[inline]
 #[must_use]
 pub fn share(n: f32, d: f32) -> f32 {
-    if n >= d {
-        1.0
-    } else if n <= 0.0 {
+    if n <= 0.0 {
         0.0
+    } else if n >= d {
+        1.0
     } else {
         quotient(n, d).min(1.0)
     }

@@ -12,13 +12,16 @@ float parts_of_texel(uint pitch) {
 }
 
 uint packed_position(vec2 position, uint pitch) {
-    float parts = parts_of_texel(pitch);
-    return uint(position.x * parts) | uint(position.y * parts) << 16u;
+    precise vec2 in_parts = position * parts_of_texel(pitch);
+    uvec2 part = uvec2(max(in_parts, vec2(0.0)));
+    return part.x | part.y << 16u;
 }
 
 // The middle of that part.
 vec2 unpacked_position(uint word, uint pitch) {
-    return (vec2(float(word & 0xffffu), float(word >> 16u)) + 0.5) / parts_of_texel(pitch);
+    float size = pitch > 16384u ? 0.5 : 0.25;
+    precise vec2 middle = (vec2(float(word & 0xffffu), float(word >> 16u)) + 0.5) * size;
+    return middle;
 }
 
 #endif

@@ -3,6 +3,8 @@
 #ifndef MYXO_ATLAS
 #define MYXO_ATLAS
 
+#include "strict.glsl"
+
 // Atlas position, in texels, of a point on the surface.
 vec2 atlas_position(AtlasMap map, float u, float v) {
     precise vec2 position = (map.origin + u * map.du) + v * map.dv;
@@ -13,14 +15,16 @@ vec2 atlas_position(AtlasMap map, float u, float v) {
 vec2 weights_at(AtlasMap map, vec2 position) {
     precise vec2 way = position - map.origin;
     precise float area = map.du.x * map.dv.y - map.du.y * map.dv.x;
-    precise float u = (way.x * map.dv.y - way.y * map.dv.x) / area;
-    precise float v = (map.du.x * way.y - map.du.y * way.x) / area;
+    float by = reciprocal(area);
+    precise float u = (way.x * map.dv.y - way.y * map.dv.x) * by;
+    precise float v = (map.du.x * way.y - map.du.y * way.x) * by;
     return vec2(u, v);
 }
 
-// The texel that holds a point.
+// The texel that holds a point. What is negative is no integer of this kind, on some devices any.
 uint texel_at(vec2 position, uint pitch) {
-    return uint(position.y) * pitch + uint(position.x);
+    uvec2 texel = uvec2(max(position, vec2(0.0)));
+    return texel.y * pitch + texel.x;
 }
 
 #endif

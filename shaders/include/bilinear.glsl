@@ -10,7 +10,8 @@ Blend blend_at(vec2 position, uint pitch) {
     precise vec2 corner = position - 0.5;
     vec2 low = floor(corner);
     precise vec2 way = corner - low;
-    return Blend(uint(low.y) * pitch + uint(low.x), way);
+    uvec2 texel = uvec2(max(low, vec2(0.0)));
+    return Blend(texel.y * pitch + texel.x, way);
 }
 
 // Of the values of the upper two texels and of the lower two.

@@ -3,6 +3,8 @@
 #ifndef MYXO_DISTANCE
 #define MYXO_DISTANCE
 
+#include "vectors.glsl"
+
 // As in src/sim/distance.rs: samples side by side share one hint for each other object: a face that is near.
 const uint TILE_SAMPLES = 16u;
 
@@ -19,12 +21,6 @@ const uint TILE_CANDIDATES = 32u;
 
 // A hint from here on, but for those above, is no face but a part of the tile's candidates: LIST + 256 * first + end.
 const uint LIST = 1u << 28u;
-
-// One coordinate of a place in another space.
-float along(vec4 row, vec3 place) {
-    precise float sum = ((row.x * place.x + row.y * place.y) + row.z * place.z) + row.w;
-    return sum;
-}
 
 // A place in the space of a pair's other object.
 vec3 place_in_other(ObjectPair pair, vec3 place) {

@@ -19,7 +19,8 @@ uvec4 random_words(uint seed, uint id, uint time_step, uint purpose) {
 
 // A word as a float in [0, 1), with 24 bits.
 float unit_float(uint word) {
-    return float(word >> 8) * (1.0 / 16777216.0);
+    precise float unit = float(word >> 8) * (1.0 / 16777216.0);
+    return unit;
 }
 
 #endif

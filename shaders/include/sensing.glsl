@@ -34,9 +34,9 @@ float own_appetite;
 // Height of a point along the scene's up axis, world units.
 float height_at(uint triangle, float u, float v) {
     vec4 row = pose_of(shape_words(triangle).w).y;
-    precise float a = dot(row, vec4(corner_position(triangle, 0u), 1.0));
-    precise float b = dot(row, vec4(corner_position(triangle, 1u), 1.0));
-    precise float c = dot(row, vec4(corner_position(triangle, 2u), 1.0));
+    float a = along(row, corner_position(triangle, 0u));
+    float b = along(row, corner_position(triangle, 1u));
+    float c = along(row, corner_position(triangle, 2u));
     precise float height = (a + u * (b - a)) + v * (c - a);
     return height;
 }
@@ -108,8 +108,10 @@ vec2 straight_way(mat2 texels_from_frame, vec2 heading) {
 // Texels for a world unit along the two axes of a triangle's frame.
 mat2 texels_from_frame_of(uint triangle, AtlasMap map) {
     vec3 shape = uintBitsToFloat(shape_words(triangle).xyz);
-    precise vec2 p = map.du / shape.x;
-    precise vec2 h = (map.dv - shape.y * p) / shape.z;
+    float by_x = reciprocal(shape.x);
+    float by_z = reciprocal(shape.z);
+    precise vec2 p = map.du * by_x;
+    precise vec2 h = (map.dv - shape.y * p) * by_z;
     return mat2(p, h);
 }
 
@@ -121,19 +123,22 @@ uint around(vec2 position) {
 
 // The same of the end of a way that begins in the atlas.
 uint around_end(vec2 from, vec2 way) {
-    precise vec2 to = clamp(from + way, vec2(0.0), vec2(params.last_texel));
-    return around(to);
+    precise vec2 to = from + way;
+    return around(clamp(to, vec2(0.0), vec2(params.last_texel)));
 }
 
 // Three independent normal numbers (Box and Muller 1958).
 vec3 normals(uvec4 words) {
-    const float tau = 6.28318530718;
     // 1 - x lies in (0, 1], so the logarithm is finite.
-    float radius_1 = sqrt(-2.0 * log(1.0 - unit_float(words.x)));
-    float radius_2 = sqrt(-2.0 * log(1.0 - unit_float(words.z)));
-    float angle_1 = tau * unit_float(words.y);
-    float angle_2 = tau * unit_float(words.w);
-    return vec3(radius_1 * cos(angle_1), radius_1 * sin(angle_1), radius_2 * cos(angle_2));
+    precise float share_1 = 1.0 - unit_float(words.x);
+    precise float share_2 = 1.0 - unit_float(words.z);
+    precise float square_1 = -2.0 * logarithm(share_1);
+    precise float square_2 = -2.0 * logarithm(share_2);
+    vec2 turn_1 = turn_of(words.y);
+    vec2 turn_2 = turn_of(words.w);
+    precise vec2 first = root(square_1) * turn_1;
+    precise float third = root(square_2) * turn_2.x;
+    return vec3(first, third);
 }
 
 vec2 rotated(vec2 heading, float c, float s) {

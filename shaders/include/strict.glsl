@@ -58,7 +58,7 @@ float quotient(float n, float d) {
 
 // n / d from 0 to 1: exactly 1 where they are equal.
 float share(float n, float d) {
-    return n >= d ? 1.0 : n <= 0.0 ? 0.0 : min(quotient(n, d), 1.0);
+    return n <= 0.0 ? 0.0 : n >= d ? 1.0 : min(quotient(n, d), 1.0);
 }
 
 // 1 / sqrt(x), off by 1.5 units in the last place.

@@ -6,14 +6,14 @@
 #ifndef MYXO_STRIP
 #define MYXO_STRIP
 
-#include "direction.glsl"
+#include "vectors.glsl"
 #include "strip_table.glsl"
 
 const uint WALK_DONE = 0u;
 const uint WALK_BORDER = 1u;
 const uint WALK_OUT_OF_ATTEMPTS = 2u;
 
-// Nothing is divided by less.
+// No triangle that is laid out has less area.
 const float TINY = 1.0e-30;
 
 struct StripWalk {
@@ -31,14 +31,10 @@ vec2 seen_from(vec2 point, float x, float y, vec2 heading) {
     return seen;
 }
 
-float cross_of(vec2 a, vec2 b) {
-    precise float area = a.x * b.y - a.y * b.x;
-    return area;
-}
-
 // How far ahead the edge from right to left is.
 float way_to(vec2 right, vec2 left) {
-    precise float part = clamp(-right.y / max(left.y - right.y, TINY), 0.0, 1.0);
+    precise float width = left.y - right.y;
+    float part = share(-right.y, width);
     precise float ahead = right.x + part * (left.x - right.x);
     return ahead;
 }
@@ -63,7 +59,7 @@ void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
     bool at_border = false;
     float ahead = way_to(right, left);
     bool ends = ahead >= w.remaining;
-    float end = ends ? w.remaining : max(ahead, 0.0);
+    float end = ends ? w.remaining : ahead > 0.0 ? ahead : 0.0;
     bool crosses = true;
     while (true) {
         // What is found in here is kept by those who have left, also where a device runs on through the loop for others.
@@ -96,15 +92,16 @@ void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
             attempts -= 1u;
             ahead = way_to(right, left);
             ends = ahead >= w.remaining;
-            end = ends ? w.remaining : max(ahead, 0.0);
+            end = ends ? w.remaining : ahead > 0.0 ? ahead : 0.0;
         }
         // At the end, because a round that all have left at its beginning would still be run through to there.
         if (ends || !crosses) break;
     }
 
     // In the triangle that it began in, a walk is the same whatever lies around.
-    precise float rate_v = w.heading.y / shape.z;
-    precise float rate_u = (w.heading.x - rate_v * shape.y) / shape.x;
+    float rate_v = quotient(w.heading.y, shape.z);
+    precise float ahead_u = w.heading.x - rate_v * shape.y;
+    float rate_u = quotient(ahead_u, shape.x);
     precise float near_u = w.u + rate_u * end;
     precise float near_v = w.v + rate_v * end;
 
@@ -114,30 +111,29 @@ void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
     precise vec2 place = vec2(end, 0.0) - start;
     float area = cross_of(stop, apex);
     area = abs(area) > TINY ? area : TINY;
-    precise float of_stop = cross_of(place, apex) / area;
-    precise float of_third = cross_of(stop, place) / area;
+    float by = reciprocal(area);
+    precise float of_stop = cross_of(place, apex) * by;
+    precise float of_third = cross_of(stop, place) * by;
     precise float of_start = (1.0 - of_stop) - of_third;
     uint corner = edge & 3u;
     float u = stays ? near_u : corner == 0u ? of_stop : corner == 1u ? of_start : of_third;
     float v = stays ? near_v : corner == 0u ? of_third : corner == 1u ? of_stop : of_start;
-    u = clamp(u, 0.0, 1.0);
+    u = within(u, 0.0, 1.0);
     precise float most = 1.0 - u;
 
     // The way as seen from the last triangle, whose corners A and B lie in the strip.
     precise vec2 ab = corner == 0u ? stop : corner == 1u ? -apex : apex - stop;
-    precise float square = ab.x * ab.x + ab.y * ab.y;
-    // In the strip a triangle far thinner than the way is long may be a point. Then any direction is as good.
-    bool is_point = !(square >= LEAST_SQUARE);
-    precise vec2 turned = vec2(ab.x, mirrored ? ab.y : -ab.y) / sqrt(is_point ? 1.0 : square);
     // Many turns let the length of a heading drift by rounding; one step of Newton brings it back to 1.
     precise float drift = w.heading.x * w.heading.x + w.heading.y * w.heading.y;
     precise float scale = 1.5 - 0.5 * drift;
     precise vec2 kept = w.heading * scale;
+    // In the strip a triangle far thinner than the way is long may be a point. Then any direction is as good.
+    vec2 turned = direction_or(vec2(ab.x, mirrored ? ab.y : -ab.y), kept);
 
     w.triangle = edge >> 2u;
     w.u = u;
-    w.v = clamp(v, 0.0, most);
-    w.heading = stays || is_point ? kept : turned;
+    w.v = within(v, 0.0, most);
+    w.heading = stays ? kept : turned;
     precise float rest = w.remaining - end;
     w.remaining = rest;
     w.status = ends ? WALK_DONE : at_border && !reflects ? WALK_BORDER : WALK_OUT_OF_ATTEMPTS;

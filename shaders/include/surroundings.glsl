@@ -6,6 +6,8 @@
 #ifndef MYXO_SURROUNDINGS
 #define MYXO_SURROUNDINGS
 
+#include "vectors.glsl"
+
 const uint OUTLOOK = 255u;
 const uint HUE = 0xf800u;
 // A step from here may lead to where particles change objects.
@@ -17,8 +19,9 @@ const uint IN_SIGHT = 1024u;
 
 // Is the way between two such places, so long in texels, one on the surface?
 bool is_clear(vec2 way, float unit, uint start, uint end) {
-    float farthest = unit * float(max(start & OUTLOOK, end & OUTLOOK));
-    return (start & HUE) != 0u && ((start ^ end) & HUE) == 0u && dot(way, way) <= farthest * farthest;
+    precise float farthest = unit * float(max(start & OUTLOOK, end & OUTLOOK));
+    precise float most = farthest * farthest;
+    return (start & HUE) != 0u && ((start ^ end) & HUE) == 0u && dot_of(way, way) <= most;
 }
 
 // That of a texel, out of the word that it shares.

@@ -26,6 +26,12 @@ vec3 cross_of(vec3 a, vec3 b) {
     return product;
 }
 
+// One coordinate of a place in another space.
+float along(vec4 row, vec3 place) {
+    precise float sum = ((row.x * place.x + row.y * place.y) + row.z * place.z) + row.w;
+    return sum;
+}
+
 // 0 below 2^-50.
 float length_of(vec3 a) {
     return root(dot_of(a, a));

@@ -12,15 +12,11 @@ pub const OF_PICTURES: &[&str] = &["draw_order", "expose", "trail_histogram"];
 
 /// Kernels whose arithmetic is not strict yet.
 pub const NOT_YET: &[&str] = &[
-    "advance",
     "depth_queries",
-    "digest",
     "distance",
     "distance_brute",
     "distance_merge",
     "distance_tiles",
-    "respawn",
-    "summon",
     "transfer_in",
     "transfer_out",
     "transfer_queries",

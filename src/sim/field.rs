@@ -2,6 +2,7 @@
 //! Twin of `shaders/include/field.glsl`, `bilinear.glsl`, `atlas.glsl`, `distances.glsl` and `across.glsl`.
 
 use crate::mesh::surface::{AtlasMap, Seam};
+use crate::strict::reciprocal;
 
 /// Atlas position, in texels, of a point on the surface.
 #[must_use]
@@ -17,9 +18,10 @@ pub fn atlas_position(map: &AtlasMap, u: f32, v: f32) -> [f32; 2] {
 pub fn weights_at(map: &AtlasMap, position: [f32; 2]) -> [f32; 2] {
     let way = [position[0] - map.origin.x, position[1] - map.origin.y];
     let area = map.du.x * map.dv.y - map.du.y * map.dv.x;
+    let by = reciprocal(area);
     [
-        (way[0] * map.dv.y - way[1] * map.dv.x) / area,
-        (map.du.x * way[1] - map.du.y * way[0]) / area,
+        (way[0] * map.dv.y - way[1] * map.dv.x) * by,
+        (map.du.x * way[1] - map.du.y * way[0]) * by,
     ]
 }
 
@@ -43,7 +45,8 @@ pub fn packed_position(position: [f32; 2], pitch: u32) -> u32 {
 /// The middle of that part.
 #[must_use]
 pub fn unpacked_position(word: u32, pitch: u32) -> [f32; 2] {
-    [word & 0xffff, word >> 16].map(|x| (x as f32 + 0.5) / parts_of_texel(pitch))
+    let size = if pitch > 16384 { 0.5 } else { 0.25 };
+    [word & 0xffff, word >> 16].map(|x| (x as f32 + 0.5) * size)
 }
 
 /// Bilinear over the four texels around.

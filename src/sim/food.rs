@@ -128,7 +128,7 @@ impl Meal {
     /// Says how strongly it smells for what is left, in steps.
     pub(super) fn smell(&mut self) {
         self.level = (LEVELS * self.remaining).div_ceil(self.amount);
-        self.scent = self.strength * (self.level as f32 / LEVELS as f32);
+        self.scent = self.strength * (self.level as f32 * (1.0 / LEVELS as f32));
     }
 }
 

@@ -6,6 +6,7 @@ use super::surroundings::is_clear;
 use super::types::Particle;
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::Triangle;
+use crate::strict::{dot2, reciprocal};
 
 /// Where the sensors of a particle get to straight ahead, in texels, and whether nothing of their chart is hidden on the way
 /// of any. They look along three headings, `offset` far.
@@ -21,15 +22,15 @@ pub fn straight_ahead(
     let StripTriangle { shape, map, .. } = &strips[particle.triangle as usize];
     let Triangle { ab, cp, ch, .. } = *shape;
     let from = atlas_position(map, particle.u, particle.v);
-    let p = map.du / ab;
-    let h = (map.dv - cp * p) / ch;
+    let p = map.du * reciprocal(ab);
+    let h = (map.dv - cp * p) * reciprocal(ch);
     let ways = towards.map(|[x, y]| offset * (x * p + y * h));
     let around = |place| surroundings[texel_at(place, params.pitch) as usize];
     let here = around(from);
     let places = ways.map(|way| [from[0] + way.x, from[1] + way.y]);
     let all_clear = ways.iter().zip(places).all(|(way, to)| {
         let there = around(to.map(|x| x.clamp(0.0, params.last_texel)));
-        is_clear(way.dot(*way), params.outlook_unit, here, there)
+        is_clear(dot2(*way, *way), params.outlook_unit, here, there)
     });
     (places, all_clear)
 }

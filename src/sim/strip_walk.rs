@@ -2,12 +2,12 @@
 
 use glam::Vec2;
 
-use super::direction::LEAST_SQUARE;
 use super::walker::{WALK_BORDER, WALK_DONE, WALK_OUT_OF_ATTEMPTS};
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::NONE;
+use crate::strict::{cross2, direction2_or, quotient, reciprocal, share, within};
 
-/// Nothing is divided by less.
+/// No triangle that is laid out has less area.
 const TINY: f32 = 1e-30;
 
 /// A walk: where it is and how it goes on.
@@ -25,10 +25,6 @@ pub struct StripWalk {
     pub remaining: f32,
     /// [`WALK_DONE`], [`WALK_BORDER`] or [`WALK_OUT_OF_ATTEMPTS`].
     pub status: u32,
-}
-
-fn cross(a: Vec2, b: Vec2) -> f32 {
-    a.x * b.y - a.y * b.x
 }
 
 impl StripWalk {
@@ -69,18 +65,19 @@ impl StripWalk {
         let mut stays = true;
         let mut mirrored = false;
         let (end, status) = loop {
-            let part = (-right.y / (left.y - right.y).max(TINY)).clamp(0.0, 1.0);
+            let part = share(-right.y, left.y - right.y);
             let ahead = right.x + part * (left.x - right.x);
             let behind = strips[edge as usize / 4].edges[edge as usize % 4];
             let at_border = behind.twin == NONE;
             if ahead >= self.remaining {
                 break (self.remaining, WALK_DONE);
             }
+            let end = if ahead > 0.0 { ahead } else { 0.0 };
             if at_border && !reflects {
-                break (ahead.max(0.0), WALK_BORDER);
+                break (end, WALK_BORDER);
             }
             if attempts == 0 {
-                break (ahead.max(0.0), WALK_OUT_OF_ATTEMPTS);
+                break (end, WALK_OUT_OF_ATTEMPTS);
             }
             mirrored ^= at_border;
             let entered = if at_border { edge } else { behind.twin };
@@ -121,8 +118,8 @@ impl StripWalk {
         let (u, v);
         // In the triangle that it began in, a walk is the same whatever lies around.
         if stays {
-            let rate_v = h / shape.ch;
-            let rate_u = (p - rate_v * shape.cp) / shape.ab;
+            let rate_v = quotient(h, shape.ch);
+            let rate_u = quotient(p - rate_v * shape.cp, shape.ab);
             u = self.u + rate_u * end;
             v = self.v + rate_v * end;
             self.heading = kept;
@@ -134,10 +131,11 @@ impl StripWalk {
             };
             let (stop, apex) = (stop - start, third - start);
             let place = Vec2::new(end, 0.0) - start;
-            let area = cross(stop, apex);
+            let area = cross2(stop, apex);
             let area = if area.abs() > TINY { area } else { TINY };
-            let of_stop = cross(place, apex) / area;
-            let of_third = cross(stop, place) / area;
+            let by = reciprocal(area);
+            let of_stop = cross2(place, apex) * by;
+            let of_third = cross2(stop, place) * by;
             let of_start = (1.0 - of_stop) - of_third;
             (u, v) = match corner {
                 0 => (of_stop, of_third),
@@ -149,19 +147,13 @@ impl StripWalk {
                 1 => -apex,
                 _ => apex - stop,
             };
-            let square = ab.x * ab.x + ab.y * ab.y;
-            let turned = if mirrored { ab.y } else { -ab.y };
+            let turned = Vec2::new(ab.x, if mirrored { ab.y } else { -ab.y });
             // In the strip a triangle far thinner than the way is long may be a point. Then any direction is as good.
-            self.heading = if square >= LEAST_SQUARE {
-                let length = square.sqrt();
-                [ab.x / length, turned / length]
-            } else {
-                kept
-            };
+            self.heading = direction2_or(turned, kept.into()).into();
         }
         self.triangle = edge >> 2;
-        self.u = u.clamp(0.0, 1.0);
-        self.v = v.clamp(0.0, 1.0 - self.u);
+        self.u = within(u, 0.0, 1.0);
+        self.v = within(v, 0.0, 1.0 - self.u);
         self.remaining -= end;
         self.status = status;
     }

@@ -16,11 +16,13 @@ use crate::sim::plan::Plan;
 use crate::sim::sensors::straight_ahead;
 use crate::sim::setup::Setup;
 use crate::sim::state::State;
+use crate::sim::step::distance::along;
 use crate::sim::strip_walk::StripWalk;
 use crate::sim::surroundings::{COVERED, IN_SIGHT, NEAR};
 use crate::sim::types::{Flow, Meal, Motion, Particle, Physarum, Pose, Vertex};
 use crate::sim::walker::WALK_DONE;
 use crate::sim::work::{Call, Counter, StepKernel};
+use crate::strict::{logarithm, root, settled, turn_of};
 
 /// Kernels that together advance every particle once: the first lists for the others what it leaves. One shader in four
 /// forms, by the names that times have.
@@ -490,15 +492,13 @@ fn advance_one(
         }
     }
     let [left, middle, right] = value;
-    if middle < left || middle < right {
-        let (cos, sin) = if left > right {
-            (own.rotation_cos, own.rotation_sin)
-        } else if left < right {
-            (own.rotation_cos, -own.rotation_sin)
+    if (middle < left || middle < right) && left != right {
+        let sin = if left > right {
+            own.rotation_sin
         } else {
-            (1.0, 0.0)
+            -own.rotation_sin
         };
-        heading = rotated(heading, cos, sin);
+        heading = rotated(heading, own.rotation_cos, sin);
     }
     let gap = (left - middle)
         .abs()
@@ -526,6 +526,7 @@ fn advance_one(
         }
     }
 
+    (w.u, w.v) = (settled(w.u), settled(w.v));
     let moved = Particle {
         triangle: w.triangle,
         u: w.u,
@@ -550,9 +551,9 @@ fn advance_one(
     Outcome {
         particle: moved,
         motion: Motion {
-            heading_p: w.heading[0],
-            heading_h: w.heading[1],
-            pending: pending.min(own.speed),
+            heading_p: settled(w.heading[0]),
+            heading_h: settled(w.heading[1]),
+            pending: settled(pending.min(own.speed)),
             flags,
         },
         form,
@@ -736,7 +737,7 @@ fn height_at(inputs: &AdvanceInputs, triangle: u32, u: f32, v: f32) -> f32 {
     let row = inputs.poses[inputs.strips[triangle as usize].shape.object as usize].y;
     let height_of = |corner: u32| {
         let vertex = inputs.corners[(3 * triangle + corner) as usize];
-        row.dot(inputs.vertices[vertex as usize].position.extend(1.0))
+        along(row, inputs.vertices[vertex as usize].position)
     };
     let [a, b, c] = [height_of(0), height_of(1), height_of(2)];
     (a + u * (b - a)) + v * (c - a)
@@ -744,15 +745,13 @@ fn height_at(inputs: &AdvanceInputs, triangle: u32, u: f32, v: f32) -> f32 {
 
 /// Three independent normal numbers (Box and Muller 1958).
 fn normals(words: [u32; 4]) -> [f32; 3] {
-    let tau = std::f32::consts::TAU;
-    let radius_1 = (-2.0 * (1.0 - unit(words[0])).ln()).sqrt();
-    let radius_2 = (-2.0 * (1.0 - unit(words[2])).ln()).sqrt();
-    let angle_1 = tau * unit(words[1]);
-    let angle_2 = tau * unit(words[3]);
+    // 1 - x lies in (0, 1], so the logarithm is finite.
+    let [radius_1, radius_2] = [0, 2].map(|k| root(-2.0 * logarithm(1.0 - unit(words[k]))));
+    let [turn_1, turn_2] = [1, 3].map(|k: usize| turn_of(words[k]));
     [
-        radius_1 * angle_1.cos(),
-        radius_1 * angle_1.sin(),
-        radius_2 * angle_2.cos(),
+        radius_1 * turn_1.x,
+        radius_1 * turn_1.y,
+        radius_2 * turn_2.x,
     ]
 }
 

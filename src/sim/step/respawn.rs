@@ -10,6 +10,7 @@ use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::types::{Flow, Motion, Particle};
 use crate::sim::work::{Call, StepKernel};
+use crate::strict::turn_of;
 
 impl Plan<'_> {
     /// Lets particles begin anew.
@@ -85,11 +86,11 @@ pub fn respawn(
             v: if beyond { 1.0 - v } else { v },
             id: particle.id,
         };
-        let (heading_h, heading_p) = (std::f32::consts::TAU * unit(words[3])).sin_cos();
+        let heading = turn_of(words[3]);
         let motion = &mut motions[slot as usize];
         *motion = Motion {
-            heading_p,
-            heading_h,
+            heading_p: heading.x,
+            heading_h: heading.y,
             pending: 0.0,
             flags: motion.flags & !Motion::SELECTED,
         };

@@ -6,6 +6,7 @@ use crate::mesh::surface::Triangle;
 use crate::rng::{Purpose, random, unit};
 use crate::sim::kernels::SummonParams;
 use crate::sim::types::{Motion, Particle};
+use crate::strict::turn_of;
 
 /// Takes some particles to places that a brush has touched, each on its own object.
 pub fn summon(
@@ -28,10 +29,10 @@ pub fn summon(
             id: particle.id,
             ..place
         };
-        let (heading_h, heading_p) = (std::f32::consts::TAU * unit(words[2])).sin_cos();
+        let heading = turn_of(words[2]);
         motions[i] = Motion {
-            heading_p,
-            heading_h,
+            heading_p: heading.x,
+            heading_h: heading.y,
             pending: 0.0,
             flags: motions[i].flags,
         };
