@@ -26,11 +26,11 @@ pub const NOT_YET: &[&str] = &[
 ];
 
 /// Does a kernel decide the state of a simulation? Every one in `shaders` does, unless a list says otherwise; those of other folders
-/// do not, but for that which tests strict arithmetic itself.
+/// do not.
 pub fn must_be(path: &Path, stem: &str) -> bool {
     let folder = path.parent().and_then(Path::file_name);
     let is_of_steps = folder.is_none_or(|name| name != "selftest" && name != "choices");
-    (is_of_steps && !OF_PICTURES.contains(&stem) && !NOT_YET.contains(&stem)) || stem == "strict"
+    is_of_steps && !OF_PICTURES.contains(&stem) && !NOT_YET.contains(&stem)
 }
 
 /// What is said of a kernel that is not strict: a line a lapse, with its place where that is known.

@@ -21,6 +21,7 @@ mod surroundings;
 mod texture_map;
 
 pub mod areas;
+pub mod arithmetic;
 pub mod arranged;
 pub mod arrays;
 pub mod behaviour;

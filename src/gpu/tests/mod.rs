@@ -7,7 +7,6 @@ mod frames;
 mod hazards;
 mod kernels;
 mod queries;
-mod strict;
 #[cfg(all(target_os = "linux", feature = "app"))]
 mod window;
 
