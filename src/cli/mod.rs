@@ -25,6 +25,7 @@ mod render;
 mod report;
 pub mod room;
 mod scenes;
+mod selftest;
 mod session;
 mod settings;
 mod table;
@@ -63,6 +64,7 @@ Examples:
   myxo atlas suzanne --out atlas.png             how a mesh lies in the texture
   myxo scenes                                    built-in scenes and presets
   myxo info                                      devices, and what is missing
+  myxo selftest                                  does this machine end in the states of every other one?
 
 SCENE is a built-in name, a .toml file, or a model (.obj, .stl, .ply, .glb, .gltf).
 
@@ -116,6 +118,7 @@ commands! {
         Compare(compare::Compare),
         Scenes(scenes::Scenes),
         Info(info::Info),
+        Selftest(selftest::SelfTest),
     }
 }
 

@@ -25,6 +25,7 @@ pub mod arithmetic;
 pub mod arranged;
 pub mod arrays;
 pub mod behaviour;
+pub mod beside;
 pub mod brute;
 pub mod buffers;
 pub mod carry;

@@ -27,7 +27,7 @@ use super::state::{State, bias_of};
 use super::texel_paths::TexelPaths;
 use super::transfers::{Transfers, capacity};
 use super::types::Pose;
-use super::work::Step;
+use super::work::{Step, Work};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, DeviceInfo, GpuError, Patience, Recorder, Tables};
 use crate::mesh::atlas::Control;
@@ -115,8 +115,23 @@ impl Simulation {
 
     /// Records the next step. It happens when the recording is submitted.
     pub fn record_step(&mut self, rec: &mut Recorder) {
-        let step = self.course.next(self.means());
+        let step = self.next_step();
         step.on_device(rec, &self.pipelines, &mut self.state);
+        self.end_step();
+    }
+
+    /// The next step, which is to be recorded [work](Self::record_work) by work, and [ended](Self::end_step).
+    pub(super) fn next_step(&mut self) -> Step {
+        self.course.next(self.means())
+    }
+
+    /// Records a part of that step.
+    pub(super) fn record_work(&mut self, rec: &mut Recorder, work: &dyn Work) {
+        work.on_device(rec, &self.pipelines, &mut self.state);
+    }
+
+    /// All of it has been recorded.
+    pub(super) fn end_step(&mut self) {
         self.state.follow(self.course.poses());
         if self.course.has_distances() {
             self.state.near.reach = self.settings().distance.reach * self.setup().radius;

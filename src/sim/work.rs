@@ -125,6 +125,11 @@ impl From<Counter> for Groups {
 
 /// Something that a step does.
 pub trait Work: Debug + Send + Sync {
+    /// The kernels that it runs; none if it only brings values, or swaps buffers.
+    fn kernels(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+
     /// Makes the pipeline that it needs.
     fn prepare(&self, _made: &mut Pipelines) -> Result<(), GpuError> {
         Ok(())
@@ -237,6 +242,12 @@ impl Step {
         self.works.push(Box::new(work));
     }
 
+    /// What it does, in order.
+    #[must_use]
+    pub fn works(&self) -> &[Box<dyn Work>] {
+        &self.works
+    }
+
     /// Makes every pipeline that it needs.
     ///
     /// # Errors
@@ -276,6 +287,10 @@ struct Dispatch<K: StepKernel> {
 }
 
 impl<K: StepKernel> Work for Dispatch<K> {
+    fn kernels(&self) -> Vec<&'static str> {
+        vec![K::name(self.call.on)]
+    }
+
     fn prepare(&self, made: &mut Pipelines) -> Result<(), GpuError> {
         made.make::<K>(K::name(self.call.on), &self.call.constants)
     }
@@ -324,6 +339,11 @@ impl Debug for Unordered {
 }
 
 impl Work for Unordered {
+    fn kernels(&self) -> Vec<&'static str> {
+        let works = self.kernels.works.iter();
+        works.flat_map(|work| work.kernels()).collect()
+    }
+
     fn prepare(&self, made: &mut Pipelines) -> Result<(), GpuError> {
         self.kernels.prepare(made)
     }

@@ -96,7 +96,7 @@ layout(constant_id = 4) const float LIMIT = 0.5; // Largest sum.
 layout(std430, binding = 2) readonly buffer Values { vec4 values[]; }; // What is added.
 layout(std430, binding = 5) buffer Total { uint count; } total;
 layout(push_constant) uniform Params { uint first; vec2 weight; float table[3]; } params;
-void main() { total.count = uint(values[params.first].x * params.weight.x + LIMIT); }
+void main() { precise float sum = values[params.first].x * params.weight.x + LIMIT; total.count = uint(sum); }
 ";
     let text = build(&[("sum_up.comp", source)]).unwrap();
     for part in [

@@ -47,6 +47,10 @@ impl Plan<'_> {
 }
 
 impl Work for DrawDistances {
+    fn kernels(&self) -> Vec<&'static str> {
+        vec!["distance_raster"]
+    }
+
     fn prepare(&self, made: &mut Pipelines) -> Result<(), GpuError> {
         made.make_draw::<DistanceRasterDraw>(&self.constants, raster_options())
     }

@@ -2,7 +2,7 @@
 //! there is no GPU. A twin has its kernel's name and arguments and the same order of statements; clarity comes before speed. The
 //! twins of a step stand in the files of [`step`](super::step), beside what their kernels take; here are those of the other
 //! kernels. What the host needs of the same mathematics stands in modules of its own, which twins use as well: nothing but tests
-//! uses a twin.
+//! and `myxo selftest` use a twin.
 
 pub mod choices;
 mod copy_words;
@@ -46,6 +46,7 @@ use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
 use super::sorting::Segments;
 use super::surroundings::COVERED;
+use super::work::{Step, Work};
 use crate::error::Result;
 use crate::mesh::atlas::Control;
 use crate::mesh::surface::NONE;
@@ -73,6 +74,13 @@ impl Simulation {
 
     /// One step. Returns the gaps of [`Arrays::gaps`].
     pub fn step(&mut self) -> Vec<f32> {
+        let step = self.next_step();
+        step.on_host(&mut self.arrays);
+        std::mem::take(&mut self.arrays.gaps)
+    }
+
+    /// The next step, which is to be done [work](Self::run_work) by work.
+    pub fn next_step(&mut self) -> Step {
         let capacity = self.arrays.transfers.capacity();
         let means = Means {
             segments: Segments::of(self.arrays.particles.len() as u32, true),
@@ -80,8 +88,18 @@ impl Simulation {
         };
         self.arrays.forms = [0; 4];
         self.arrays.gaps.clear();
-        self.course.next(means).on_host(&mut self.arrays);
-        std::mem::take(&mut self.arrays.gaps)
+        self.course.next(means)
+    }
+
+    /// Does a part of that step.
+    pub fn run_work(&mut self, work: &dyn Work) {
+        work.on_host(&mut self.arrays);
+    }
+
+    /// Everything that steps change.
+    #[must_use]
+    pub fn arrays(&self) -> &Arrays {
+        &self.arrays
     }
 
     /// What it runs on.

@@ -1,0 +1,497 @@
+//! `myxo selftest`: does this machine end in the states that every machine ends in?
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use myxo::gpu::{Context, ContextOptions, Frames};
+use myxo::mesh::atlas::Control;
+use myxo::scene::builtin::SCENES;
+use myxo::scene::settings::Strategy;
+use myxo::scene::{Overrides, Scene};
+use myxo::sim::arithmetic::{self, Broken};
+use myxo::sim::beside::{Difference, first_difference};
+use myxo::sim::{Setup, Simulation, memory, twin};
+use myxo::{Error, Result};
+use serde_json::{Value, json};
+
+use super::files::{Sink, check_distinct};
+use super::progress::Progress;
+use super::{Command, Outcome, console, interrupt};
+
+/// Check that this machine ends in the states that every machine ends in
+///
+/// Every built-in scene runs a few steps, by every strategy, on the device and by the kernels' twins on
+/// the processor. States are compared as hashes with those that the program carries. Where one differs,
+/// the first step, the first kernel and the first number are named.
+///
+/// Exits 1 if anything differs.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "\
+Examples:
+  myxo selftest                          a minute without a graphics card, seconds with one
+  myxo selftest --json selftest.json     also the report to send with a bug
+  myxo selftest --engine cpu             without Vulkan
+  myxo selftest --scene trio             one scene")]
+pub struct SelfTest {
+    /// What runs
+    #[arg(long, value_enum, default_value = "both")]
+    engine: Engine,
+    /// Only this built-in scene; may be repeated
+    #[arg(long = "scene", value_name = "NAME", value_parser = scene_name)]
+    scenes: Vec<String>,
+    /// Tests this device: its number or a part of its name, as `myxo info` lists them
+    #[arg(long, value_name = "N|NAME")]
+    device: Option<String>,
+    /// Writes the report here
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Writes the table of hashes here, as the processor has them; nothing is compared with the one that the program carries
+    #[arg(long, value_name = "FILE")]
+    table: Option<PathBuf>,
+}
+
+/// What runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Engine {
+    /// The device, and the processor beside it
+    Both,
+    /// The device alone
+    Gpu,
+    /// The processor alone, without Vulkan
+    Cpu,
+}
+
+/// The hashes that the program carries: a line a run, its scene, its name and the hash.
+const KEPT: &str = include_str!("../../assets/hashes.tsv");
+
+/// Odd numbers, so that no group of a kernel is full by chance.
+const COMMON: &[&str] = &["particles.count=3001", "atlas.size=193"];
+
+/// Past the sorts of the first and of the 16th step.
+const STEPS: u32 = 20;
+
+/// Where there are several objects: so few transfers fit their lists that some are refused.
+const BUFFER: u32 = 40;
+
+/// Runs with what built-in scenes do not use: a scene, the run's name, and what is set.
+const EXTRA: &[(&str, &str, &[&str])] = &[
+    (
+        "torus",
+        "terms",
+        &[
+            "physarum.sensor_noise=0.1",
+            "physarum.gravity_weight=0.1",
+            "physarum.decrowding_weight=0.1",
+            "physarum.favourite_density=2",
+            "trail.diffusion=0.9",
+        ],
+    ),
+    (
+        "suzanne",
+        "walk",
+        &["physarum.sensing=walk", "trail.diffusion_distance=2"],
+    ),
+    (
+        "trio",
+        "brute",
+        &[
+            "distance.method=brute",
+            "physarum.distance_weight=0.1",
+            "physarum.gravity_weight=0.1",
+        ],
+    ),
+];
+
+/// A run, and the states that it has ended in.
+#[derive(Clone, Debug, Default)]
+struct Row {
+    scene: String,
+    run: String,
+    kept: Option<String>,
+    device: Option<String>,
+    host: Option<String>,
+    /// Why it did not run on the device.
+    problem: Option<String>,
+    difference: Option<Difference>,
+}
+
+impl Row {
+    /// Is every state that of the table?
+    fn agrees(&self) -> bool {
+        let states = [&self.device, &self.host].into_iter().flatten();
+        let mut known = states.chain(&self.kept);
+        let first = known.next();
+        self.problem.is_none() && known.all(|other| Some(other) == first)
+    }
+}
+
+/// Only built-in scenes are in the table.
+fn scene_name(name: &str) -> Result<String, String> {
+    let names = || SCENES.iter().map(|scene| scene.name);
+    match names().find(|known| *known == name) {
+        Some(name) => Ok(name.to_owned()),
+        None => Err(format!(
+            "no such built-in scene; there are {}",
+            names().collect::<Vec<_>>().join(", ")
+        )),
+    }
+}
+
+impl Command for SelfTest {
+    /// Runs everything, prints a line a run, and what differs.
+    fn run(&self) -> Result<Outcome> {
+        let outputs = || [&self.json, &self.table].into_iter().flatten();
+        outputs().try_for_each(|path| Sink::check(path))?;
+        check_distinct(outputs())?;
+        if self.table.is_some() && self.engine == Engine::Gpu {
+            return Err(Error::Invalid(
+                "--table takes the hashes of the processor: leave out --engine gpu".to_owned(),
+            ));
+        }
+        interrupt::install()?;
+        let begun = Instant::now();
+        let ctx = match self.engine {
+            Engine::Cpu => None,
+            Engine::Both | Engine::Gpu => Some(Context::new(&ContextOptions {
+                device: self.device.clone(),
+                ..ContextOptions::default()
+            })?),
+        };
+        let broken = ctx.as_ref().map(arithmetic::broken).transpose()?;
+        let mut text = self.head(ctx.as_deref(), broken.as_deref());
+        console::print(&text)?;
+        let (rows, is_whole) = self.rows(ctx.as_ref())?;
+        if let Some(path) = &self.table {
+            Sink::create(path)?.write(table(&rows))?;
+        }
+        let differing = rows.iter().filter(|row| !row.agrees()).count();
+        let outcome = match (is_whole, differing) {
+            (false, _) => Outcome::Interrupted,
+            (true, 0) => Outcome::Done,
+            (true, _) => Outcome::Differs,
+        };
+        let end = summary(&rows, differing, ctx.is_some());
+        console::print(&end)?;
+        text += &end;
+        if let Some(path) = &self.json {
+            let report = self.report(ctx.as_deref(), broken.as_deref(), &rows, begun);
+            let report = serde_json::to_string_pretty(&report).expect("facts are plain") + "\n";
+            Sink::create(path)?.write(report)?;
+        }
+        Ok(outcome)
+    }
+}
+
+impl SelfTest {
+    /// What is tested, and its arithmetic.
+    fn head(&self, ctx: Option<&Context>, broken: Option<&[Broken]>) -> String {
+        let commit = myxo::commit().map_or(String::new(), |commit| format!(" (commit {commit})"));
+        let mut text = format!("myxo {}{commit}\n", env!("CARGO_PKG_VERSION"));
+        if let Some(ctx) = ctx {
+            let _ = writeln!(text, "device {}", ctx.info().line());
+        }
+        match broken {
+            None => {}
+            Some([]) => text += "its arithmetic is the processor's, bit by bit\n",
+            Some(broken) => {
+                text += "its arithmetic is not the processor's, so its states are its own:\n";
+                for Broken {
+                    rule,
+                    times,
+                    words,
+                    found,
+                    expected,
+                } in broken
+                {
+                    let words = words.map(|word| format!("{:e}", f32::from_bits(word)));
+                    let _ = writeln!(
+                        text,
+                        "  {rule}: {times} times not so; of {} it makes {found:e} ({:08x}), not {expected:e} ({:08x})",
+                        words.join(", "),
+                        found.to_bits(),
+                        expected.to_bits()
+                    );
+                }
+            }
+        }
+        let columns = match self.engine {
+            Engine::Both => "device            processor",
+            Engine::Gpu => "device",
+            Engine::Cpu => "processor",
+        };
+        let _ = writeln!(text, "\n{:<9} {:<11} {columns}", "scene", "run");
+        text
+    }
+
+    /// Runs everything, and prints as it goes. Whether it has come to the end.
+    fn rows(&self, ctx: Option<&Arc<Context>>) -> Result<(Vec<Row>, bool)> {
+        let scenes = SCENES.iter().map(|scene| scene.name);
+        let scenes: Vec<&str> = scenes
+            .filter(|name| self.scenes.is_empty() || self.scenes.iter().any(|own| own == name))
+            .collect();
+        let mut progress = Progress::counting(scenes.len() as u64, "selftest", "scenes");
+        let mut rows = Vec::new();
+        for name in scenes {
+            progress.doing(name);
+            for runs in runs_of(name) {
+                if interrupt::requested() {
+                    progress.finish();
+                    return Ok((rows, false));
+                }
+                let own = self.run_all(ctx, name, &runs)?;
+                let lines = own.iter().map(|row| line(row) + "\n");
+                console::print(lines.collect::<String>())?;
+                rows.extend(own);
+            }
+            progress.step();
+        }
+        progress.finish();
+        Ok((rows, true))
+    }
+
+    /// The layout of a scene, and its runs.
+    fn run_all(&self, ctx: Option<&Arc<Context>>, name: &str, runs: &Runs) -> Result<Vec<Row>> {
+        let mut set: Vec<String> = COMMON.iter().map(|&set| set.to_owned()).collect();
+        set.extend(runs.set.iter().map(|&set| set.to_owned()));
+        let overrides = Overrides {
+            set,
+            ..Overrides::default()
+        };
+        let scene = Scene::load(Path::new(name), &overrides)?;
+        let control = Control {
+            cancelled: Some(interrupt::flag()),
+            ..Control::default()
+        };
+        let setup = Setup::with_control(&scene, &control)?;
+        let row = |run: &str, host: Option<String>| Row {
+            scene: name.to_owned(),
+            run: run.to_owned(),
+            kept: if self.table.is_some() {
+                None
+            } else {
+                kept(name, run)
+            },
+            host,
+            ..Row::default()
+        };
+        let mut rows = Vec::new();
+        if runs.has_layout {
+            rows.push(row("layout", Some(layout(&setup))));
+        }
+        for (run, strategy) in &runs.strategies {
+            let mut scene = scene.clone();
+            scene.settings.transfer.strategy = *strategy;
+            if scene.settings.objects.len() > 1 {
+                scene.settings.transfer.buffer_size = BUFFER;
+            }
+            let host = (self.engine != Engine::Gpu).then(|| {
+                let mut simulation = twin::Simulation::new(setup.clone(), scene.settings.clone());
+                (0..STEPS).for_each(|_| drop(simulation.step()));
+                hash(simulation.snapshot().hash())
+            });
+            let mut row = row(run, host);
+            if let Some(ctx) = ctx {
+                match memory::check(ctx.info(), &scene) {
+                    Err(error) => row.problem = Some(error.to_string()),
+                    Ok(()) => row.device = Some(on_device(ctx, &scene, &setup)?),
+                }
+                if row.device.is_some() && !row.agrees() {
+                    row.difference = first_difference(ctx, &scene, &setup, STEPS)?;
+                }
+            }
+            rows.push(row);
+        }
+        Ok(rows)
+    }
+
+    fn report(
+        &self,
+        ctx: Option<&Context>,
+        broken: Option<&[Broken]>,
+        rows: &[Row],
+        begun: Instant,
+    ) -> Value {
+        let device = ctx.map(|ctx| {
+            let info = ctx.info();
+            json!({
+                "name": info.name,
+                "kind": info.kind.as_str(),
+                "driver": info.driver,
+                "driver_version": info.driver_version,
+                "api_version": info.api_version,
+                "subgroup_size": info.subgroup_size,
+                "max_storage_buffer_range": info.max_storage_buffer_range,
+                "max_texel_buffer_elements": info.max_texel_buffer_elements,
+                "reads_blocks": info.reads_blocks,
+                "has_pages": info.has_pages,
+            })
+        });
+        let broken = broken.map(|broken| {
+            let rules = broken.iter().map(|broken| {
+                json!({
+                    "rule": broken.rule,
+                    "times": broken.times,
+                    "words": broken.words,
+                    "found": broken.found.to_bits(),
+                    "expected": broken.expected.to_bits(),
+                })
+            });
+            rules.collect::<Vec<_>>()
+        });
+        let rows = rows.iter().map(|row| {
+            json!({
+                "scene": row.scene,
+                "run": row.run,
+                "agrees": row.agrees(),
+                "expected": row.kept,
+                "device": row.device,
+                "processor": row.host,
+                "problem": row.problem,
+                "difference": row.difference.as_ref().map(|difference| json!({
+                    "step": difference.step,
+                    "kernel": difference.kernel,
+                    "field": difference.field,
+                    "element": difference.element,
+                    "number": difference.column,
+                    "device": difference.device,
+                    "processor": difference.host,
+                    "elements": difference.count,
+                })),
+            })
+        });
+        json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "commit": myxo::commit(),
+            "steps": STEPS,
+            "device": device,
+            "processor": super::host::processor(),
+            "broken_rules": broken,
+            "runs": rows.collect::<Vec<_>>(),
+            "seconds": begun.elapsed().as_secs_f64(),
+        })
+    }
+}
+
+/// Runs that share a layout.
+struct Runs {
+    set: &'static [&'static str],
+    has_layout: bool,
+    /// Their names and strategies.
+    strategies: Vec<(String, Strategy)>,
+}
+
+fn runs_of(name: &str) -> Vec<Runs> {
+    let scene = SCENES.iter().find(|scene| scene.name == name);
+    let objects = scene.map_or(0, |scene| scene.text.matches("[[object]]").count());
+    let strategies = if objects > 1 {
+        let all = Strategy::ALL.iter();
+        all.map(|&strategy| (strategy.word().to_owned(), strategy))
+            .collect()
+    } else {
+        vec![("steps".to_owned(), Strategy::None)]
+    };
+    let mut runs = vec![Runs {
+        set: &[],
+        has_layout: true,
+        strategies,
+    }];
+    for (_, run, set) in EXTRA.iter().filter(|(scene, ..)| *scene == name) {
+        runs.push(Runs {
+            set,
+            has_layout: false,
+            strategies: vec![((*run).to_owned(), Strategy::Parallel)],
+        });
+    }
+    runs
+}
+
+/// Where triangles lie in the texture, and particles at their start.
+fn layout(setup: &Setup) -> String {
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(bytemuck::cast_slice(&setup.atlas.maps));
+    crc.update(bytemuck::cast_slice(&setup.particles));
+    crc.update(bytemuck::cast_slice(&setup.motions));
+    crc.update(bytemuck::cast_slice(&setup.distance.samples));
+    format!("{:08x}", crc.finalize())
+}
+
+fn on_device(ctx: &Arc<Context>, scene: &Scene, setup: &Setup) -> Result<String> {
+    let mut simulation = Simulation::from_setup(ctx, scene, setup.clone())?;
+    let mut frames = Frames::new(ctx, 2)?;
+    for _ in 0..STEPS {
+        let mut rec = frames.begin()?;
+        simulation.record_step(&mut rec);
+        frames.submit(rec)?;
+    }
+    frames.wait_idle()?;
+    Ok(hash(simulation.snapshot()?.hash()))
+}
+
+fn hash(hash: u64) -> String {
+    format!("{hash:016x}")
+}
+
+/// The hash that the program carries.
+fn kept(scene: &str, run: &str) -> Option<String> {
+    let lines = KEPT.lines().filter(|line| !line.starts_with('#'));
+    let mut found = lines.filter_map(|line| {
+        let mut columns = line.split('\t');
+        (columns.next() == Some(scene) && columns.next() == Some(run))
+            .then(|| columns.next().unwrap_or_default().to_owned())
+    });
+    found.next()
+}
+
+/// The table of these runs.
+fn table(rows: &[Row]) -> String {
+    let mut text = format!(
+        "# States of built-in scenes after {STEPS} steps ({}), and where they begin.\n\
+         # Made by `make hashes`. A change that alters any of them says why in CHANGELOG.md.\n\
+         # scene\trun\thash\n",
+        COMMON.join(", ")
+    );
+    for row in rows {
+        let state = row.host.as_deref().unwrap_or_default();
+        let _ = writeln!(text, "{}\t{}\t{state}", row.scene, row.run);
+    }
+    text
+}
+
+fn line(row: &Row) -> String {
+    let mut text = format!("{:<9} {:<11}", row.scene, row.run);
+    for state in [&row.device, &row.host].into_iter().flatten() {
+        let _ = write!(text, " {state:<17}");
+    }
+    let is_kept = row.kept.is_some();
+    text += match (row.agrees(), is_kept) {
+        (true, true) => " as expected",
+        (true, false) => "",
+        (false, _) => " DIFFERS",
+    };
+    if let (false, Some(kept)) = (row.agrees(), &row.kept) {
+        let _ = write!(text, ", expected {kept}");
+    }
+    if let Some(problem) = &row.problem {
+        let _ = write!(text, "\n    {problem}");
+    }
+    if let Some(difference) = &row.difference {
+        let _ = write!(text, "\n    {difference}");
+    }
+    text
+}
+
+fn summary(rows: &[Row], differing: usize, has_device: bool) -> String {
+    let all = rows.len();
+    let what = if has_device { "device" } else { "processor" };
+    match differing {
+        0 => format!(
+            "\n{all} of {all} states are as expected: a state of this {what} has the same hash on every other one.\n"
+        ),
+        _ => format!(
+            "\n{differing} of {all} states differ: compare hashes of this {what} with its own only.\n"
+        ),
+    }
+}

@@ -1,0 +1,335 @@
+//! Both engines side by side: the first thing in which a device and the twins differ, found kernel by kernel. Which they never do on a
+//! device whose [arithmetic](super::arithmetic) is the host's.
+
+use std::fmt;
+use std::sync::Arc;
+
+use bytemuck::Pod;
+
+use super::arrays::Arrays;
+use super::setup::Setup;
+use super::simulation::Simulation;
+use super::state::State;
+use super::step::advance::FORMS_OF_ADVANCE;
+use super::surroundings::COVERED;
+use super::twin;
+use super::types::{Motion, Particle, Transfer};
+use super::work::Work;
+use crate::error::Result;
+use crate::gpu::{Context, Frames, GpuError};
+use crate::scene::Scene;
+
+/// The first difference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// In which step, counted from 1.
+    pub step: u32,
+    /// After which kernel.
+    pub kernel: String,
+    /// What differs: `trail`, `particles`, ...
+    pub field: &'static str,
+    /// The first element: a texel, or a particle's id.
+    pub element: usize,
+    /// Which of its numbers.
+    pub column: &'static str,
+    /// What the device has there.
+    pub device: String,
+    /// What the twins have.
+    pub host: String,
+    /// How many elements differ.
+    pub count: usize,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            step,
+            kernel,
+            field,
+            element,
+            column,
+            device,
+            host,
+            count,
+        } = self;
+        write!(
+            f,
+            "step {step}, {kernel}: {field} differ in {count} elements, first {element}, {column}: {device} on the device, {host} on the CPU"
+        )
+    }
+}
+
+/// How a word is shown.
+#[derive(Clone, Copy)]
+enum As {
+    Number,
+    Float,
+}
+
+/// A table of what a step changes: rows of words.
+struct Field {
+    name: &'static str,
+    columns: &'static [(&'static str, As)],
+    words: Vec<u32>,
+}
+
+const FLOATS: &[(&str, As)] = &[("value", As::Float)];
+const COUNTS: &[(&str, As)] = &[("count", As::Number)];
+const TRIANGLES: &[(&str, As)] = &[("triangle", As::Number)];
+const PARTICLES: &[(&str, As)] = &[
+    ("triangle", As::Number),
+    ("u", As::Float),
+    ("v", As::Float),
+    ("id", As::Number),
+    ("heading_p", As::Float),
+    ("heading_h", As::Float),
+    ("pending", As::Float),
+    ("flags", As::Number),
+];
+const MEALS: &[(&str, As)] = &[
+    ("remaining", As::Number),
+    ("eaten", As::Number),
+    ("amount", As::Number),
+    ("level", As::Number),
+    ("strength", As::Float),
+    ("scent", As::Float),
+    ("pad0", As::Number),
+    ("pad1", As::Number),
+];
+const TRANSFERS: &[(&str, As)] = &[
+    ("x", As::Float),
+    ("y", As::Float),
+    ("z", As::Float),
+    ("id", As::Number),
+    ("heading x", As::Float),
+    ("heading y", As::Float),
+    ("heading z", As::Float),
+    ("source", As::Number),
+    ("normal x", As::Float),
+    ("normal y", As::Float),
+    ("normal z", As::Float),
+    ("target", As::Number),
+    ("triangle", As::Number),
+    ("rest", As::Float),
+    ("pad0", As::Number),
+    ("pad1", As::Number),
+];
+
+/// What is compared of one engine. Buffers that change roles are named by what they are read as.
+struct Everything {
+    particles: Vec<Particle>,
+    motions: Vec<Motion>,
+    trail: Vec<f32>,
+    next_trail: Vec<f32>,
+    deposits: Vec<u32>,
+    previous_deposits: Vec<u32>,
+    meals: Vec<u32>,
+    scent: Vec<f32>,
+    /// Of several objects.
+    near: Option<Near>,
+    leaving: Vec<Transfer>,
+}
+
+struct Near {
+    distances: Vec<f32>,
+    nearest: Vec<u32>,
+    surroundings: Vec<u16>,
+    across: Vec<u32>,
+    across_triangles: Vec<u32>,
+}
+
+impl Everything {
+    fn of_device(ctx: &Context, s: &State, objects: usize) -> Result<Self, GpuError> {
+        let near = || {
+            Ok::<_, GpuError>(Near {
+                distances: ctx.download(&s.near.distances)?,
+                nearest: ctx.download(&s.near.nearest)?,
+                surroundings: bytemuck::allocation::pod_collect_to_vec(
+                    &ctx.download(&s.across.surroundings)?,
+                ),
+                across: ctx.download(&s.across.places)?,
+                across_triangles: ctx.download(&s.across.triangles)?,
+            })
+        };
+        let (meals, scent) = match &s.food {
+            None => (Vec::new(), Vec::new()),
+            Some(food) => (
+                bytemuck::allocation::pod_collect_to_vec(&ctx.download(&food.meals)?),
+                ctx.download(&food.scent)?,
+            ),
+        };
+        let leaving = match s.transfers.transfers.len() {
+            1 => Vec::new(),
+            len => {
+                let leaving = ctx.download(&s.transfers.flow)?[0].leaving as usize;
+                ctx.download_range(&s.transfers.transfers, 0..leaving.min(len))?
+            }
+        };
+        Ok(Self {
+            particles: ctx.download(&s.particles)?,
+            motions: ctx.download(&s.motions)?,
+            trail: ctx.download(&s.trail.front)?,
+            next_trail: ctx.download(&s.trail.back)?,
+            deposits: ctx.download(&s.deposits.front)?,
+            previous_deposits: ctx.download(&s.deposits.back)?,
+            meals,
+            scent,
+            near: (objects > 1).then(near).transpose()?,
+            leaving,
+        })
+    }
+
+    fn of_host(a: &Arrays) -> Self {
+        let transfers = &a.transfers;
+        let leaving = (transfers.flow[0].leaving as usize).min(transfers.transfers.len());
+        let several = a.poses.len() > 1;
+        Self {
+            particles: a.particles.clone(),
+            motions: a.motions.clone(),
+            trail: a.trail.clone(),
+            next_trail: a.next_trail.clone(),
+            deposits: a.deposits.clone(),
+            previous_deposits: a.previous_deposits.clone(),
+            meals: bytemuck::allocation::pod_collect_to_vec(&a.meals),
+            scent: a.scent.clone(),
+            near: several.then(|| Near {
+                distances: a.distances.clone(),
+                nearest: a.nearest.clone(),
+                surroundings: a.surroundings.clone(),
+                across: a.across.clone(),
+                across_triangles: a.across_triangles.clone(),
+            }),
+            leaving: transfers.transfers[..leaving].to_vec(),
+        }
+    }
+
+    /// As tables, in an order that no list shows in: particles by their ids.
+    fn fields(self, kernels: &[&str]) -> Vec<Field> {
+        let mut slots: Vec<usize> = (0..self.particles.len()).collect();
+        slots.sort_by_key(|&slot| self.particles[slot].id);
+        let mut particles = Vec::with_capacity(8 * slots.len());
+        for slot in slots {
+            particles.extend(words(&[self.particles[slot]]));
+            particles.extend(words(&[self.motions[slot]]));
+        }
+        let mut fields = Vec::new();
+        let mut add = |name, columns, words| {
+            fields.push(Field {
+                name,
+                columns,
+                words,
+            });
+        };
+        if let Some(near) = self.near {
+            // What lies across is known where another object covers the surface.
+            let covered = |values: &[u32]| -> Vec<u32> {
+                let both = values.iter().zip(&near.surroundings);
+                both.map(|(&value, around)| if around & COVERED == 0 { 0 } else { value })
+                    .collect()
+            };
+            let (across, triangles) = (covered(&near.across), covered(&near.across_triangles));
+            let marks = near.surroundings.iter().map(|&word| word.into()).collect();
+            add("distances", FLOATS, words(&near.distances));
+            add("nearest", TRIANGLES, near.nearest);
+            add("surroundings", COUNTS, marks);
+            add("places across", COUNTS, across);
+            add("triangles across", TRIANGLES, triangles);
+        }
+        // Later the slots that transfers name hold other particles.
+        if kernels.contains(&"transfer_out") {
+            let mut transfers = self.leaving;
+            for transfer in &mut transfers {
+                transfer.particle = self.particles[transfer.particle as usize].id;
+            }
+            transfers.sort_by_key(|transfer| transfer.particle);
+            add("transfers", TRANSFERS, words(&transfers));
+        }
+        add("particles", PARTICLES, particles);
+        add("deposits", COUNTS, self.deposits);
+        add("previous deposits", COUNTS, self.previous_deposits);
+        add("trail", FLOATS, words(&self.trail));
+        add("next trail", FLOATS, words(&self.next_trail));
+        add("meals", MEALS, self.meals);
+        add("scent", FLOATS, words(&self.scent));
+        fields
+    }
+}
+
+fn words<T: Pod>(elements: &[T]) -> Vec<u32> {
+    bytemuck::allocation::pod_collect_to_vec(elements)
+}
+
+/// The first field in which two engines differ. Buffers of the device may have more elements than the host's.
+fn compare(device: Vec<Field>, host: &[Field], step: u32, kernel: &str) -> Option<Difference> {
+    device.iter().zip(host).find_map(|(device, host)| {
+        let row = device.columns.len();
+        let rows = device.words.chunks(row).zip(host.words.chunks(row));
+        let mut differing = rows.enumerate().filter(|(_, (a, b))| a != b);
+        let (element, (a, b)) = differing.next()?;
+        let column = a.iter().zip(b).position(|(a, b)| a != b)?;
+        let (name, shown_as) = device.columns[column];
+        let shown = |word: u32| match shown_as {
+            As::Number => word.to_string(),
+            As::Float => format!("{:e} ({word:08x})", f32::from_bits(word)),
+        };
+        Some(Difference {
+            step,
+            kernel: kernel.to_owned(),
+            field: device.name,
+            element,
+            column: name,
+            device: shown(a[column]),
+            host: shown(b[column]),
+            count: 1 + differing.count(),
+        })
+    })
+}
+
+/// Runs a scene on both engines, kernel by kernel, up to the first difference. Takes long: everything is compared after each kernel.
+///
+/// # Errors
+/// When the device fails or has too little memory.
+pub fn first_difference(
+    ctx: &Arc<Context>,
+    scene: &Scene,
+    setup: &Setup,
+    steps: u32,
+) -> Result<Option<Difference>> {
+    let objects = setup.poses.len();
+    let mut device = Simulation::from_setup(ctx, scene, setup.clone())?;
+    let mut host = twin::Simulation::new(setup.clone(), scene.settings.clone());
+    let mut frames = Frames::new(ctx, 1)?;
+    for step in 1..=steps {
+        let (own, other) = (device.next_step(), host.next_step());
+        let works = own.works().iter().zip(other.works()).enumerate();
+        for (k, (own_work, other_work)) in works {
+            let mut rec = frames.begin()?;
+            device.record_work(&mut rec, &**own_work);
+            frames.submit(rec)?;
+            frames.wait_idle()?;
+            host.run_work(&**other_work);
+            let kernels = own_work.kernels();
+            let next = own.works().get(k + 1);
+            if kernels.is_empty() || next.is_some_and(|next| goes_on(&**next)) {
+                continue;
+            }
+            let found = Everything::of_device(ctx, device.state(), objects)?.fields(&kernels);
+            let expected = Everything::of_host(host.arrays()).fields(&kernels);
+            let difference = compare(found, &expected, step, &kernels.join(", "));
+            if difference.is_some() {
+                return Ok(difference);
+            }
+        }
+        device.end_step();
+    }
+    Ok(None)
+}
+
+/// Does a work finish what the one before has begun? Particles that `advance` lists advance in its other forms, and the twin of the
+/// first form advances all.
+fn goes_on(work: &dyn Work) -> bool {
+    let kernels = work.kernels();
+    kernels
+        .iter()
+        .any(|kernel| FORMS_OF_ADVANCE[1..].contains(kernel))
+}
