@@ -60,7 +60,7 @@ pub fn prepare(ctx: &Context, what: &str, scenes: &[&Scene], on_device: u64) -> 
         what,
         on_device,
         &Device::of(info),
-        Free::on(info),
+        on_host(Path::new("/")),
         &advice(scenes),
     )?;
     told.iter().for_each(|text| console::message(text));
@@ -70,7 +70,7 @@ pub fn prepare(ctx: &Context, what: &str, scenes: &[&Scene], on_device: u64) -> 
 /// Refuses a scene for which the host has no memory.
 pub fn check(info: &DeviceInfo, scene: &Scene) -> Result<()> {
     check_scene_atlas(scene)?;
-    let (free, advice) = (Free::on(info), advice(&[scene]));
+    let (free, advice) = (on_host(Path::new("/")), advice(&[scene]));
     let on_device = memory::needed(scene);
     verdict(
         &escaped(&scene.name),
@@ -195,7 +195,7 @@ impl<'a> Device<'a> {
     }
 }
 
-/// What to tell of a scene that takes so much, if it is worth telling; an error where there is not as much.
+/// What to tell of a scene that takes so much, if it is worth telling; an error where the host has not as much free.
 fn verdict(
     what: &str,
     on_device: u64,
@@ -232,6 +232,16 @@ fn verdict(
                 "{takes}, and {memory} are free: it may become slow, or be ended by the system; if it does, {advice}"
             )));
         }
+    }
+    // Setting up and reading back take as much of the host.
+    let is_more = |free: &Free| on_device > free.memory.saturating_add(free.swap);
+    if let Some(free) = free.filter(|free| !is_processor && is_more(free)) {
+        return Err(Error::Invalid(format!(
+            "{takes}, and while it is set up and read back about {} of the host's memory, of which {} are free: {advice}, or end \
+             other programs",
+            human(on_device),
+            human(free.memory)
+        )));
     }
     let more = if on_device > device.size {
         format!(
@@ -512,7 +522,7 @@ mod tests {
 
     #[test]
     fn devices_of_their_own_are_asked_for_what_they_have() {
-        let card = |on_device| verdict_of(on_device, DeviceKind::Discrete, 6 * GIB, 0);
+        let card = |on_device| verdict_of(on_device, DeviceKind::Discrete, 16 * GIB, 0);
         assert_eq!(card(GIB / 2).expect("it fits"), None);
         let told = card(4 * GIB).expect("it fits");
         assert_eq!(told.as_deref(), Some("torus needs 4.0 GiB on the device"));
@@ -523,6 +533,14 @@ mod tests {
         assert!(
             told.ends_with("on the device, and abacus says that it has 6.0 GiB"),
             "{told}"
+        );
+        // The host sets the scene up.
+        let error = verdict_of(4 * GIB, DeviceKind::Discrete, GIB, 0)
+            .expect_err("it does not fit")
+            .to_string();
+        assert!(
+            error.contains("about 4.0 GiB of the host's memory, of which 1.0 GiB are free: lower"),
+            "{error}"
         );
     }
 

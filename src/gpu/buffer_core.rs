@@ -20,7 +20,7 @@ pub enum Domain {
     Device,
     /// The same, and kernels reach it by [`Texels`](super::Texels), or draws as indices: it may be larger than a binding.
     Texels,
-    /// The same, of elements of 16 bytes. Where the device [has pages](super::DeviceInfo::has_pages), it may be larger than an
+    /// As `Texels`, for elements of 16 bytes. Where the device [has pages](super::DeviceInfo::has_pages), it may be larger than an
     /// allocation: pipelines over [tables in pages](super::Tables) reach all of it.
     Pages,
     /// Written by the host, read by the device.

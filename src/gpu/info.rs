@@ -95,7 +95,7 @@ pub struct DeviceInfo {
     /// Kernels can run in their form for graphics cards: subgroups have ballots, and as many storage buffers as a kernel has
     /// bindings are seen by it.
     pub has_card_forms: bool,
-    /// They do, so that tables are storage blocks; of a device that is not open, they would.
+    /// Kernels run in that form, or would if the device were opened: tables are storage blocks.
     pub reads_blocks: bool,
     /// Shaders can be given addresses of buffers.
     pub(crate) has_addresses: bool,

@@ -224,7 +224,7 @@ pub enum Tables {
 }
 
 impl Tables {
-    /// How a table of so many bytes lies on a device, and how pipelines are made for it and for others that are used beside it.
+    /// How a table of so many bytes lies on a device: in pages if one page does not hold it.
     #[must_use]
     pub fn of_size(device: &DeviceInfo, bytes: u64) -> Self {
         match device.has_pages && bytes > page_size(device) {

@@ -63,8 +63,8 @@ pub struct TexelsCore {
 impl<S: TexelScalar> Texels<S> {
     /// Views a device buffer as texels of `components` scalars (1, 2 or 4).
     ///
-    /// Kernels in their form for graphics cards take the buffer itself, as a storage block or in pages. Where that is larger than a
-    /// view, there is none, and nothing else can be bound to it.
+    /// Kernels in their form for graphics cards take the buffer itself, as a storage block or in pages. A buffer with more texels than a
+    /// view holds has no view there, and draws cannot read it.
     ///
     /// # Errors
     /// More texels than this device has in one view, or in one block.

@@ -163,6 +163,9 @@ fn compile(path: &Path, include: &Path, kept: &Kept) -> Result<Shader, String> {
             Vec::new()
         };
         let for_pages = if source.contains(PAGED) {
+            let (words, _) = spirv(OptimizationLevel::Zero, Form::Pages)?;
+            check_pages_form(stem, stage, &plain, &words, &source)
+                .map_err(|e| format!("{name}: {e}"))?;
             spirv(OptimizationLevel::Performance, Form::Pages)?.0
         } else {
             Vec::new()
@@ -211,6 +214,25 @@ fn check_card_form(stem: &str, words: &[u32], source: &str) -> Result<(), String
             binding.name
         ))
     })
+}
+
+/// The bindings that the form for pages reaches by addresses are those that the host is told of.
+fn check_pages_form(
+    stem: &str,
+    stage: Stage,
+    plain: &[u32],
+    words: &[u32],
+    source: &str,
+) -> Result<(), String> {
+    let shader = reflect::reflect(stem, stage, plain, source)?;
+    let paged = shader.bindings.iter().filter(|binding| binding.is_paged);
+    if paged
+        .map(|binding| binding.number)
+        .eq(source::paged_bindings(words))
+    {
+        return Ok(());
+    }
+    Err("a table that may lie in pages is declared in the shader itself, on a line of its own: PAGED_READS(uvec4, 0) name;".to_owned())
 }
 
 /// The structs of `include/types.glsl` as the compiler lays them out, by way of a shader that binds one of each.

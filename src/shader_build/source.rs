@@ -1,6 +1,6 @@
 //! What reflection leaves out: a few facts read from the words of the module, and remarks read from the source.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What spirq does not say: defaults of specialization constants, the literal group size, and one built-in.
 pub struct RawModule {
@@ -74,9 +74,36 @@ pub fn header(source: &str) -> Vec<String> {
         .collect()
 }
 
+/// The numbers of blocks called `Pages` and a number: of bindings that a module reaches by the addresses of their pages.
+pub fn paged_bindings(words: &[u32]) -> BTreeSet<u32> {
+    const NAME: u32 = 5;
+    let mut found = BTreeSet::new();
+    let mut at = 5;
+    while at < words.len() {
+        let (count, op) = ((words[at] >> 16) as usize, words[at] & 0xffff);
+        if count == 0 || at + count > words.len() {
+            break;
+        }
+        if op == NAME && count > 2 {
+            let bytes = words[at + 2..at + count]
+                .iter()
+                .flat_map(|word| word.to_le_bytes());
+            let bytes: Vec<u8> = bytes.take_while(|byte| *byte != 0).collect();
+            let name = String::from_utf8_lossy(&bytes);
+            found.extend(
+                name.strip_prefix("Pages")
+                    .and_then(|number| number.parse::<u32>().ok()),
+            );
+        }
+        at += count;
+    }
+    found
+}
+
 /// Is this table declared as one that may lie in pages: `PAGED_READS(uvec4, 0) particles;`?
 pub fn is_paged(source: &str, name: &str) -> bool {
-    let lines = source.lines().filter(|line| line.starts_with("PAGED_"));
+    let lines = source.lines().map(str::trim_start);
+    let lines = lines.filter(|line| line.starts_with("PAGED_"));
     let declared = lines.filter_map(|line| line.split_once(')')?.1.split(';').next());
     declared.map(str::trim).any(|declared| declared == name)
 }

@@ -5,6 +5,8 @@
 //! lengths, and what is uploaded when a simulation is resumed. One more part takes a field in [`Snapshot`], a line here and a
 //! new version of checkpoints.
 
+use std::collections::VecDeque;
+
 use bytemuck::Pod;
 use serde::{Deserialize, Serialize};
 
@@ -197,9 +199,8 @@ impl Copies {
 /// A buffer on its way to the host.
 pub struct BufferCopy<T> {
     /// One for as much of it as the device allocates at once.
-    readbacks: Vec<Readback<T>>,
+    readbacks: VecDeque<Readback<T>>,
     elements: Vec<T>,
-    arrived: usize,
 }
 
 impl<T: Pod> BufferCopy<T> {
@@ -211,25 +212,24 @@ impl<T: Pod> BufferCopy<T> {
         let name = format!("{}.copy", row.name);
         let most = rec.ctx().info().max_memory_allocation_size / size_of::<T>() as u64;
         let most = usize::try_from(most).unwrap_or(usize::MAX);
-        let mut readbacks = Vec::new();
+        let mut readbacks = VecDeque::new();
         let mut start = 0;
         while start < source.len() || readbacks.is_empty() {
             let end = source.len().min(start.saturating_add(most));
             let mut readback = Readback::new(rec.ctx(), &name, end - start, 1)?;
             readback.record_range(rec, source, start..end, 0);
-            readbacks.push(readback);
+            readbacks.push_back(readback);
             start = end;
         }
         Ok(Self {
             readbacks,
             elements: Vec::new(),
-            arrived: 0,
         })
     }
 
     /// Has its frame finished? Does not wait.
     pub fn is_there(&mut self) -> bool {
-        while let Some(next) = self.readbacks.get_mut(self.arrived) {
+        while let Some(next) = self.readbacks.front_mut() {
             let Some((_, mut elements)) = next.poll() else {
                 return false;
             };
@@ -238,7 +238,8 @@ impl<T: Pod> BufferCopy<T> {
             } else {
                 self.elements.append(&mut elements);
             }
-            self.arrived += 1;
+            // Its memory is needed no longer.
+            self.readbacks.pop_front();
         }
         true
     }

@@ -70,7 +70,7 @@ pub fn largest_atlas_of(device: &DeviceInfo, settings: &Settings) -> u64 {
         return largest_atlas(device);
     }
     let block = largest_buffer(device).0;
-    let samples = sample_limit(device, objects).0;
+    let samples = sample_limit(device, settings).0;
     let mut size = side_of(texel_limit(device).0.min(samples));
     if settings.uses_raster() {
         size = size.min(device.max_image_side.into());
@@ -81,17 +81,19 @@ pub fn largest_atlas_of(device: &DeviceInfo, settings: &Settings) -> u64 {
     size
 }
 
-/// How many texels may be owned where so many objects have distances between them, and which limit says so.
-fn sample_limit(device: &DeviceInfo, objects: u64) -> (u64, &'static str) {
+/// How many texels may be owned where several objects have distances between them, and which limit says so.
+fn sample_limit(device: &DeviceInfo, settings: &Settings) -> (u64, &'static str) {
     let (single, limit_name) = single_elements(device);
-    let single = (single.saturating_sub(objects * PADDING), limit_name);
+    let padding = settings.objects.len() as u64 * PADDING;
+    let single = (single.saturating_sub(padding), limit_name);
     let in_quads = (quad_bytes(device) / SAMPLE, limit_name);
-    let limits = [
-        single,
-        in_quads,
-        (device.max_memory_allocation_size / SAMPLE, ALLOCATION),
-    ];
-    limits.into_iter().min().unwrap_or(single)
+    let allocated = (device.max_memory_allocation_size / SAMPLE, ALLOCATION);
+    let least = single.min(in_quads).min(allocated);
+    match settings.uses_raster() {
+        // What is drawn is read through views, one place a texel.
+        true => least.min((device.max_texel_buffer_elements.into(), TEXEL_ELEMENTS)),
+        false => least,
+    }
 }
 
 /// Bytes of the largest storage block that distances between objects are taken from, if all texels are owned.
@@ -131,7 +133,7 @@ fn too_large_an_atlas(device: &DeviceInfo, settings: &Settings) -> String {
         format!("is drawn into, and an image has {most} pixels a side at the most")
     } else {
         let samples = human(texels * SAMPLE);
-        let held = of(sample_limit(device, objects), "one buffer");
+        let held = of(sample_limit(device, settings), "one buffer");
         format!("takes {samples} for distances between objects, and {held}")
     };
     let mut by_trees = settings.clone();
@@ -185,14 +187,19 @@ fn side_of(texels: u64) -> u64 {
 pub fn most_triangles(device: &DeviceInfo) -> u64 {
     let bytes = largest_buffer(device).0;
     // The table that is a storage block, and the largest that is read as texels of 16 bytes.
-    (bytes / CORNERS).min(quad_bytes(device) / STRIP)
+    (bytes / CORNERS).min(viewed_bytes(device) / STRIP)
 }
 
-/// How many bytes kernels reach of a buffer that they read as texels of 16 bytes.
+/// How many bytes pictures reach of a buffer that they read as texels of 16 bytes: through a view, on every device.
+fn viewed_bytes(device: &DeviceInfo) -> u64 {
+    (16 * u64::from(device.max_texel_buffer_elements)).min(device.max_memory_allocation_size)
+}
+
+/// How many bytes kernels reach of a buffer that they alone read as texels of 16 bytes.
 fn quad_bytes(device: &DeviceInfo) -> u64 {
     let bytes = match device.reads_blocks {
         true => device.max_storage_buffer_range,
-        false => 16 * u64::from(device.max_texel_buffer_elements),
+        false => viewed_bytes(device),
     };
     bytes.min(device.max_memory_allocation_size)
 }
@@ -233,7 +240,7 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
     if particles > most {
         let most = number(most);
         problems.push(format!(
-            "particles.count = {} takes {} a table, and a table holds {most} ({limit_name}): use at most {most}",
+            "particles.count = {} takes {} a table, and there is room for {most} ({limit_name}): use at most {most}",
             number(particles),
             human(particles * PARTICLE),
         ));
@@ -253,7 +260,7 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
         ));
     }
     let vertices = scene.surface.positions.len() as u64 * VERTEX;
-    let limit = largest_buffer(device).0;
+    let limit = largest_buffer(device).0.min(viewed_bytes(device));
     if vertices > limit && triangles <= most {
         problems.push(format!(
             "the meshes have {} vertices, which take {}, and {holds}: use at most {}",
@@ -347,8 +354,15 @@ pub fn check_method(device: &DeviceInfo, setup: &Setup, settings: &Settings) -> 
     let method = settings.distance.method;
     let samples = size_of_val(&setup.distance.samples[..]) as u64;
     let is_drawn = settings.uses_raster();
+    let texels = setup.atlas.texel_count() as u64;
     let (what, limit) = if method != DistanceMethod::Bvh && samples > largest_buffer(device).0 {
         (format!("takes {}", human(samples)), holds(device))
+    } else if is_drawn && texels > device.max_texel_buffer_elements.into() {
+        let limit = format!(
+            "a texel buffer holds {}",
+            number(device.max_texel_buffer_elements.into())
+        );
+        (format!("draws into {} texels", number(texels)), limit)
     } else if is_drawn && setup.atlas.pitch.max(setup.atlas.size) > device.max_image_side {
         let most = number(device.max_image_side.into());
         let size = number(setup.atlas.size.into());
