@@ -29,6 +29,12 @@ test: ## set up what is missing, and run every test with Vulkan's validation lay
 	@.ci/setup test
 	@.ci/test $(ONLY)
 
+hashes: ## write the states that `myxo selftest` expects to assets/hashes.tsv; a change of them goes into CHANGELOG.md
+	@.ci/setup demo
+	cargo build --release
+	$(MYXO) selftest --engine cpu --table hashes.part
+	mv hashes.part assets/hashes.tsv
+
 long: fuzz ## run the long proofs: fuzz targets, built-in scenes by every strategy (the table goes to benches/results/strategies.md), statistics, runs that are killed (an hour)
 	@.ci/setup test
 	MYXO_CHECK=1 cargo test --release --test command_line -- --ignored --nocapture --test-threads=1

@@ -27,6 +27,7 @@ mod outputs;
 mod profile;
 mod query;
 mod runs;
+mod selftest;
 mod shaders;
 #[cfg(unix)]
 mod special_files;

@@ -1,0 +1,118 @@
+//! `myxo selftest`: states of built-in scenes by both engines against the table that the program carries.
+
+use std::fs;
+
+use crate::program::{Folder, failed, myxo, no_device, path, program, refused, text};
+use serde_json::Value;
+
+fn json(file: &std::path::Path) -> Value {
+    serde_json::from_slice(&fs::read(file).expect("it was written")).expect("it is JSON")
+}
+
+/// Twenty steps of every scene by every strategy, device and twins: equal to the bit, and to what the repository keeps.
+#[test]
+fn every_scene_ends_in_the_states_of_the_table_by_both_engines() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let file = folder.file("selftest.json");
+    let output = myxo(&["selftest", "--json", path(&file)]);
+    let told = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    assert!(told.contains("its arithmetic is the processor's"), "{told}");
+    let report = json(&file);
+    assert_eq!(report["broken_rules"], serde_json::json!([]));
+    let runs = report["runs"].as_array().expect("they are listed");
+    // 13 scenes, five of them with six strategies, and some that are like no scene.
+    assert!(runs.len() > 40, "{}", runs.len());
+    for run in runs {
+        assert!(run["expected"].is_string(), "the table lacks {run}");
+        assert_eq!(run["processor"], run["expected"], "{run}");
+        if run["run"] != "layout" {
+            assert_eq!(run["device"], run["expected"], "{run}");
+        }
+    }
+    let strategies = |scene: &str| {
+        let own = runs.iter().filter(|run| run["scene"] == scene);
+        own.map(|run| run["device"].clone()).collect::<Vec<_>>()
+    };
+    // Those that keep every particle differ only in how.
+    let crowd = strategies("crowd");
+    assert_eq!(crowd[3..].iter().filter(|hash| **hash == crowd[3]).count(), 4);
+}
+
+/// Would catch: a report that says that something differs and not what, or names another kernel.
+#[test]
+fn a_kernel_that_calculates_otherwise_is_named() {
+    if no_device() {
+        return;
+    }
+    let modules = Folder::new();
+    let built = concat!(env!("OUT_DIR"), "/diffuse.comp.spv");
+    let mut module = fs::read(built).expect("the build left it");
+    // A ninth, one unit larger.
+    let ninth = (1.0_f32 / 9.0).to_le_bytes();
+    let at = module.windows(4).position(|word| word == ninth);
+    let at = at.expect("the mean of nine texels is in it");
+    module[at] += 1;
+    modules.with("diffuse.comp.spv", module);
+    let folder = Folder::new();
+    let file = folder.file("selftest.json");
+    let output = program()
+        .args(["selftest", "--scene", "cube", "--json", path(&file)])
+        .env("MYXO_SPIRV", modules.path())
+        .env("MYXO_CARD_FORMS", "0")
+        .output()
+        .expect("the program starts");
+    let told = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.contains("DIFFERS"), "{told}");
+    let report = json(&file);
+    let runs = report["runs"].as_array().expect("they are listed");
+    let differing: Vec<_> = runs.iter().filter(|run| run["agrees"] == false).collect();
+    assert_eq!(differing.len(), 1, "{report}");
+    let difference = &differing[0]["difference"];
+    assert_eq!(difference["kernel"], "diffuse", "{difference}");
+    assert_eq!(difference["field"], "next trail", "{difference}");
+    assert!(difference["elements"].as_u64() > Some(0), "{difference}");
+    // The processor is right.
+    assert_eq!(differing[0]["processor"], differing[0]["expected"]);
+}
+
+#[test]
+fn the_processor_alone_needs_no_device_and_makes_the_table() {
+    let folder = Folder::new();
+    let file = folder.file("hashes.tsv");
+    let mut run = program();
+    run.args(["selftest", "--engine", "cpu", "--scene", "plane"]);
+    // No driver is asked.
+    run.env("VK_DRIVER_FILES", "none.json")
+        .env("VK_ICD_FILENAMES", "none.json");
+    let output = run
+        .args(["--table", path(&file)])
+        .output()
+        .expect("the program starts");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let kept = include_str!("../../assets/hashes.tsv");
+    let table = fs::read_to_string(&file).expect("it was written");
+    let own = |table: &str| -> Vec<String> {
+        let lines = table.lines().filter(|line| line.starts_with("plane\t"));
+        lines.map(str::to_owned).collect()
+    };
+    assert_eq!(own(&table).len(), 2, "{table}");
+    assert_eq!(own(&table), own(kept));
+}
+
+#[test]
+fn what_cannot_be_tested_is_refused() {
+    let message = refused(2, &["selftest", "--scene", "torsu"]);
+    assert!(message.contains("no such built-in scene"), "{message}");
+    let folder = Folder::new();
+    let file = folder.file("hashes.tsv");
+    let message = failed(&["selftest", "--engine", "gpu", "--table", path(&file)]);
+    assert!(message.contains("leave out --engine gpu"), "{message}");
+    let nowhere = folder.file("no/folder/report.json");
+    let message = failed(&["selftest", "--engine", "cpu", "--json", path(&nowhere)]);
+    assert!(message.contains("report.json"), "{message}");
+}
