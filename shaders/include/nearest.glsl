@@ -5,22 +5,12 @@
 #define MYXO_NEAREST
 
 #include "tables.glsl"
+#include "vectors.glsl"
 
 // What of a triangle is nearest: its inside, an edge (by its first corner) or a corner.
 const uint FEATURE_FACE = 0u;
 const uint FEATURE_EDGE = 1u;
 const uint FEATURE_CORNER = 4u;
-
-// The order of sums is the twin's; dot() may take any.
-float dot_of(vec3 a, vec3 b) {
-    precise float sum = (a.x * b.x + a.y * b.y) + a.z * b.z;
-    return sum;
-}
-
-vec3 cross_of(vec3 a, vec3 b) {
-    precise vec3 product = a.yzx * b.zxy - a.zxy * b.yzx;
-    return product;
-}
 
 // What remains of a way after u times one and v times the other.
 vec3 rest_of(vec3 way, vec3 ab, vec3 ac, float u, float v) {

@@ -31,11 +31,6 @@ vec2 seen_from(vec2 point, float x, float y, vec2 heading) {
     return seen;
 }
 
-float cross_of(vec2 a, vec2 b) {
-    precise float area = a.x * b.y - a.y * b.x;
-    return area;
-}
-
 // How far ahead the edge from right to left is.
 float way_to(vec2 right, vec2 left) {
     precise float part = clamp(-right.y / max(left.y - right.y, TINY), 0.0, 1.0);
