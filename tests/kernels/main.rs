@@ -6,6 +6,7 @@ mod common;
 mod places;
 
 mod alone;
+mod bits;
 mod choices;
 mod crossing;
 mod distances;
