@@ -161,6 +161,7 @@ impl Terrain<'_> {
             .ground
             .place_in(object, self.flight_of_walker(w).position);
         let slot = nearest_on(nodes, faces, tree, place, UNLIMITED);
+        // As the kernel does where a search has not ended.
         if slot == NONE {
             return 0.0;
         }

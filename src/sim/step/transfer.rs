@@ -231,6 +231,7 @@ pub fn transfer_out(
                 let place = ground.place_in(target, flight.position);
                 let root = terrain.roots[target as usize];
                 let face = nearest_on(nodes, faces, root, place, UNLIMITED);
+                // As the kernel does where a search has not ended.
                 if face != NONE {
                     triangle = faces[face as usize].triangle;
                 }
