@@ -48,6 +48,7 @@ void main() {
     Landing landing = landing_on(transfer.triangle, Flight(transfer.position, transfer.heading, transfer.normal));
     Particle landed = Particle(transfer.triangle, landing.u, landing.v, load_paged(particles, slot).w);
     store_paged(particles, slot, words_of(landed));
-    Motion goes_on = Motion(landing.heading_p, landing.heading_h, motion.pending + transfer.rest, motion.flags & ~SELECTED);
+    precise float pending = motion.pending + transfer.rest;
+    Motion goes_on = Motion(landing.heading_p, landing.heading_h, settled(pending), motion.flags & ~SELECTED);
     store_paged(motions, slot, words_of(goes_on));
 }

@@ -90,8 +90,7 @@ uint nearest_triangle(vec2 position) {
 
 // Where a place of one object's space is in another's, if they stand so.
 vec3 place_in(Pose target, Pose source, vec3 position) {
-    vec3 in_world = turned_to_world(source, position) + translation_of(source);
-    return turned_to_object(target, in_world - translation_of(target));
+    return place_in_object(target, place_in_world(source, position));
 }
 
 // How two objects stood when the last step began, and how they stand now.
@@ -104,7 +103,8 @@ vec3 place_at(float time, Walker w, Standing standing) {
     vec3 position = position_on(shape, frame_of(w.triangle), uv.x, uv.y);
     vec3 before = place_in(standing.target_before, standing.source_before, position);
     vec3 now = place_in(standing.target_now, standing.source_now, position);
-    return now + (1.0 - time) * (before - now);
+    precise vec3 place = now + (1.0 - time) * (before - now);
+    return place;
 }
 
 // Where the last step met the target first, found by walking back; and what was walked since then.
@@ -121,16 +121,18 @@ Meeting meeting_behind(Particle particle, Motion motion, uint source, uint targe
         // To the next edge, over it, and to the one behind it: in a call there is one straight segment.
         float before = w.remaining;
         walk(w, min(i, 1u), BORDER_REFLECTS);
-        float segment = before - w.remaining;
+        precise float segment = before - w.remaining;
+        precise float older_way = walked + segment;
         goes_on = w.status == WALK_OUT_OF_ATTEMPTS && i < params.attempts;
-        float time = goes_on ? 1.0 - (walked + segment) / way : 0.0;
-        vec3 older = place_at(time, w, standing);
+        precise float time = 1.0 - share(older_way, way);
+        vec3 older = place_at(goes_on ? time : 0.0, w, standing);
         Meeting meeting = meeting_between(target, older, newer, flight_of_walker(w), -1.0);
         if (meeting.slot != NONE) {
             first = meeting;
-            rest = walked + (1.0 - meeting.t) * segment;
+            precise float since = walked + (1.0 - meeting.t) * segment;
+            rest = since;
         }
-        walked += segment;
+        walked = older_way;
         newer = older;
     }
     return first;
@@ -167,8 +169,9 @@ void main() {
     bool crosses = false;
     if (near != NONE) {
         float speed = physarums[OWN_PHYSARUM ? source : 0u].speed;
+        precise float way = speed - motion.pending;
         float rest;
-        Meeting meeting = meeting_behind(particle, motion, source, target, max(speed - motion.pending, 0.0), rest);
+        Meeting meeting = meeting_behind(particle, motion, source, target, positive(way), rest);
         if (meeting.slot != NONE) {
             Walker w = walker_on_target(meeting, source, rest);
             triangle = w.triangle;
@@ -192,6 +195,7 @@ void main() {
         }
     }
     if (crosses) count_one(flow[0].crossed)
-    transfers[i] = Transfer(flight.position, slot, flight.heading, source, flight.normal, target, triangle, left, 0u, 0u);
+    transfers[i] = Transfer(settled(flight.position), slot, settled(flight.heading), source, settled(flight.normal), target,
+        triangle, settled(left), 0u, 0u);
     count_one(flux[source * params.object_count + target])
 }

@@ -67,7 +67,7 @@ void walk_on_source(uint i) {
             break;
         }
         if (meeting.slot != NONE) {
-            float rest = w.remaining + (1.0 - meeting.t) * (before - w.remaining);
+            precise float rest = w.remaining + (1.0 - meeting.t) * (before - w.remaining);
             Walker outer = walker_from(meeting, 1.0, rest);
             Walker inner = walker_from(meeting, -1.0, rest);
             outer.status = WALK_OUT_OF_ATTEMPTS;

@@ -66,25 +66,27 @@ const float LEAST_SINE = 0.02;
 uvec2 place_across(ObjectPair pair, vec3 position, uint own_triangle, uint triangle) {
     uvec4 shape = fetch4(triangles, triangle);
     Frame frame = frame_of(triangle);
-    vec3 place = place_in_other(pair, position) - frame.origin;
+    precise vec3 place = place_in_other(pair, position) - frame.origin;
     vec3 normal = frame_of(own_triangle).normal;
-    vec3 own_normal = vec3(dot(pair.x.xyz, normal), dot(pair.y.xyz, normal), dot(pair.z.xyz, normal));
-    float cosine = dot(own_normal, frame.normal);
-    float sine = length(cross(own_normal, frame.normal));
+    vec3 own_normal = vec3(dot_of(pair.x.xyz, normal), dot_of(pair.y.xyz, normal), dot_of(pair.z.xyz, normal));
+    float cosine = dot_of(own_normal, frame.normal);
+    float sine = length_of(cross_of(own_normal, frame.normal));
     // Over the plane there is no line behind: such a place is covered from afar.
-    float depth = max(-dot(place, frame.normal), 0.0);
-    if (sine < LEAST_SINE || depth > params.farthest * sine) return uvec2(NONE);
-    float behind = depth / sine;
+    float depth = positive(-dot_of(place, frame.normal));
+    precise float most = params.farthest * sine;
+    if (sine < LEAST_SINE || depth > most) return uvec2(NONE);
+    float by_sine = reciprocal(sine);
+    precise float behind = depth * by_sine;
     // Down the own plane to the line, and from there up the other one.
-    vec3 to_line = (behind / sine) * (frame.normal - cosine * own_normal);
-    vec3 up = (own_normal - cosine * frame.normal) / sine;
+    precise vec3 to_line = (behind * by_sine) * (frame.normal - cosine * own_normal);
+    precise vec3 up = by_sine * (own_normal - cosine * frame.normal);
     // It is the nearest triangle that is known, so the walk goes there from the nearest point.
     vec2 weights = nearest_weights(uintBitsToFloat(shape.x), uintBitsToFloat(shape.y), uintBitsToFloat(shape.z),
-        dot(place, frame.p), dot(place, frame.h));
-    vec3 way = to_line + behind * up;
-    vec2 flat_way = vec2(dot(way, frame.p), dot(way, frame.h));
-    float distance = length(flat_way);
-    vec2 heading = distance > 0.0 ? flat_way / distance : vec2(1.0, 0.0);
+        dot_of(place, frame.p), dot_of(place, frame.h));
+    precise vec3 way = to_line + behind * up;
+    vec2 flat_way = vec2(dot_of(way, frame.p), dot_of(way, frame.h));
+    float distance = root(dot_of(flat_way, flat_way));
+    vec2 heading = flat_direction(flat_way);
     Walker w = walker_at(triangle, weights.x, weights.y, heading, distance);
     walk(w, params.attempts, BORDER_REFLECTS);
     vec2 uv = walker_uv(w);

@@ -22,8 +22,8 @@ struct Meeting {
     vec3 normal;   // of the plane that it was in
 };
 
-// Cross products of unit normals that are shorter than this tell no line.
-const float PARALLEL = 1.0e-3;
+// Cross products of unit normals whose square is less than this tell no line.
+const float PARALLEL_SQUARE = 1.0e-6;
 
 Flight flight_of_walker(Walker w) {
     vec2 uv = walker_uv(w);
@@ -32,7 +32,7 @@ Flight flight_of_walker(Walker w) {
 }
 
 vec3 place_of(Pose target, Flight flight) {
-    return turned_to_object(target, flight.position - translation_of(target));
+    return place_in_object(target, flight.position);
 }
 
 // Where the straight way between two walkers meets the target first; `on` is one of them that is in the triangle that
@@ -45,7 +45,8 @@ Meeting meeting_between(uint target, vec3 from, vec3 to, Flight on, float side) 
     meeting.v = crossing.v;
     meeting.t = crossing.t;
     Pose pose = pose_of(target);
-    meeting.heading = side * turned_to_object(pose, on.heading);
+    precise vec3 heading = side * turned_to_object(pose, on.heading);
+    meeting.heading = heading;
     meeting.normal = turned_to_object(pose, on.normal);
     return meeting;
 }
@@ -54,40 +55,43 @@ Meeting meeting_between(uint target, vec3 from, vec3 to, Flight on, float side) 
 Walker walker_from(Meeting meeting, float side, float rest) {
     uint triangle = triangle_of(meeting.slot);
     Frame frame = frame_of(triangle);
-    vec3 axis = cross(meeting.normal, frame.normal);
-    float sine = length(axis);
+    vec3 crossed = cross_of(meeting.normal, frame.normal);
+    float square = dot_of(crossed, crossed);
     vec3 heading;
-    if (sine < PARALLEL) {
+    if (square < PARALLEL_SQUARE) {
         heading = folded(meeting.heading, meeting.normal, frame.normal);
     } else {
-        axis /= sine;
-        vec3 across = cross(axis, frame.normal);
-        float outwards = dot(across, meeting.normal) < 0.0 ? -side : side;
-        float along = dot(meeting.heading, axis);
-        heading = along * axis + outwards * sqrt(max(1.0 - along * along, 0.0)) * across;
+        precise vec3 axis = crossed * inverse_root(square);
+        vec3 across = cross_of(axis, frame.normal);
+        float outwards = dot_of(across, meeting.normal) < 0.0 ? -side : side;
+        float along = dot_of(meeting.heading, axis);
+        precise float rest_square = 1.0 - along * along;
+        precise vec3 folded_heading = along * axis + (outwards * root(rest_square)) * across;
+        heading = folded_heading;
     }
-    vec2 flat_heading = flat_direction(vec2(dot(heading, frame.p), dot(heading, frame.h)));
+    vec2 flat_heading = flat_direction(vec2(dot_of(heading, frame.p), dot_of(heading, frame.h)));
     return walker_at(triangle, meeting.u, meeting.v, flat_heading, rest);
 }
 
 // The signed distance of a walker to an object that it has come from.
 float distance_to_object(uint object, Walker w, uint first_vertex_normal) {
-    uint root = roots[object];
+    uint tree = roots[object];
     vec3 place = place_of(pose_of(object), flight_of_walker(w));
     // The way began on the object, but that may have moved since: it may be any depth away.
-    uint slot = nearest_on(root, place, UNLIMITED);
+    uint slot = nearest_on(tree, place, UNLIMITED);
     // A search that has not ended may have found nothing.
     if (slot == NONE) return 0.0;
     vec4 point = nearest_on_face(slot, place);
-    float distance = sqrt(point.z);
-    return is_outside(root, slot, place, point, first_vertex_normal) ? distance : -distance;
+    float distance = root(point.z);
+    return is_outside(tree, slot, place, point, first_vertex_normal) ? distance : -distance;
 }
 
 // Is the inner one of two ends less covered by the object that the walk comes from? If both are as good, it is not.
 bool inner_is_better(uint source, Walker outer, Walker inner, uint first_vertex_normal) {
     float outer_distance = distance_to_object(source, outer, first_vertex_normal);
     float inner_distance = distance_to_object(source, inner, first_vertex_normal);
-    return inner_distance > outer_distance + 4.0 * slack_of_tree(roots[source]);
+    precise float least = outer_distance + 4.0 * slack_of_tree(roots[source]);
+    return inner_distance > least;
 }
 
 #endif

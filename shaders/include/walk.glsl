@@ -11,13 +11,17 @@
 
 #include "tables.glsl"
 #include "exact.glsl"
+#include "strict.glsl"
 
 const uint WALK_DONE = 0u;
 const uint WALK_BORDER = 1u;
 const uint WALK_OUT_OF_ATTEMPTS = 2u;
 
-// The unit of HalfEdge.fine: half of what the last bit of a cosine may be worth.
-const float FINE_UNIT = 1.0 / 33554432.0;
+// The step of HalfEdge.fine: 32,767 of them are half of what the last bit of a cosine may be worth.
+const float FINE_STEP = 9.095225e-13;
+
+// Rates below that are none: a walk that nears an edge so slowly does not get there. 2^-100.
+const float LEAST_RATE = 7.8886091e-31;
 
 struct Walker {
     uint triangle;
@@ -37,9 +41,14 @@ struct Walker {
     float carry_remaining;
 };
 
+// A number, or 0 if it is negative. max() may take either of two zeros.
+float positive(float x) {
+    return x > 0.0 ? x : 0.0;
+}
+
 Walker walker_at(uint triangle, float u, float v, vec2 heading, float length) {
     precise float weight_a = (1.0 - u) - v;
-    return Walker(triangle, max(weight_a, 0.0), u, v, heading.x, heading.y, length, NONE, WALK_DONE,
+    return Walker(triangle, positive(weight_a), u, v, heading.x, heading.y, length, NONE, WALK_DONE,
         0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
 }
 
@@ -52,7 +61,7 @@ vec2 moved(float weight, float carry, float rate, float distance) {
         return sum.x > 0.0 ? sum : vec2(0.0);
     }
     precise float sum = weight + change;
-    return vec2(max(sum, 0.0), 0.0);
+    return vec2(positive(sum), 0.0);
 }
 
 // One minus a place on an edge, and its carry.
@@ -70,7 +79,8 @@ vec2 from_other_end(vec2 along) {
 vec2 shortened(float remaining, float carry, float distance) {
     if (WALK_CARRIES) {
         precise float way = distance - carry;
-        precise float left = max(remaining - way, 0.0);
+        precise float rest = remaining - way;
+        float left = positive(rest);
         precise float dropped = (remaining - left) - way;
         return vec2(left, dropped);
     }
@@ -81,7 +91,7 @@ vec2 shortened(float remaining, float carry, float distance) {
 // A heading and its carry after a rotation: p, h, and what rounding dropped of each.
 vec4 turned_by(vec2 heading, vec2 carry, vec2 rotation, uint fine) {
     if (WALK_CARRIES) {
-        vec2 more = FINE_UNIT * unpackSnorm2x16(fine);
+        precise vec2 more = FINE_STEP * vec2(float(int(fine << 16u) >> 16), float(int(fine) >> 16));
         vec2 cos_p = exact_product(rotation.x, heading.x);
         vec2 sin_p = exact_product(rotation.y, heading.x);
         vec2 cos_h = exact_product(rotation.x, heading.y);
@@ -112,18 +122,19 @@ void walk(inout Walker w, uint attempts, bool reflects) {
         float ab = shape.x;
         float cp = shape.y;
         float ch = shape.z;
-        precise float rate_c = w.heading_h / ch;
-        precise float rate_b = (w.heading_p - rate_c * cp) / ab;
+        float rate_c = quotient(w.heading_h, ch);
+        precise float rest_p = w.heading_p - rate_c * cp;
+        float rate_b = quotient(rest_p, ab);
         precise float rate_a = -rate_b - rate_c;
 
         // The half-edge of corner k lies opposite corner k + 2: it is reached when that corner's weight is zero.
         // The one that the walk came in by is left out: rounding must not send it straight back.
-        bool towards_ab = rate_c < 0.0 && w.entered_by != 0u;
-        bool towards_bc = rate_a < 0.0 && w.entered_by != 1u;
-        bool towards_ca = rate_b < 0.0 && w.entered_by != 2u;
-        precise float to_ab = towards_ab ? w.weight_c / -rate_c : w.remaining;
-        precise float to_bc = towards_bc ? w.weight_a / -rate_a : w.remaining;
-        precise float to_ca = towards_ca ? w.weight_b / -rate_b : w.remaining;
+        bool towards_ab = rate_c < -LEAST_RATE && w.entered_by != 0u;
+        bool towards_bc = rate_a < -LEAST_RATE && w.entered_by != 1u;
+        bool towards_ca = rate_b < -LEAST_RATE && w.entered_by != 2u;
+        float to_ab = towards_ab ? quotient(w.weight_c, -rate_c) : w.remaining;
+        float to_bc = towards_bc ? quotient(w.weight_a, -rate_a) : w.remaining;
+        float to_ca = towards_ca ? quotient(w.weight_b, -rate_b) : w.remaining;
         float distance = min(min(to_ab, to_bc), min(to_ca, w.remaining));
         bool ends = distance == w.remaining;
         uint corner = to_ab == distance ? 0u : to_bc == distance ? 1u : 2u;
@@ -182,8 +193,9 @@ void walk(inout Walker w, uint attempts, bool reflects) {
 
 // u and v for storage: inside the triangle whatever the rounding.
 vec2 walker_uv(Walker w) {
-    float u = clamp(w.weight_b, 0.0, 1.0);
-    return vec2(u, clamp(w.weight_c, 0.0, 1.0 - u));
+    float u = within(w.weight_b, 0.0, 1.0);
+    precise float most = 1.0 - u;
+    return vec2(u, within(w.weight_c, 0.0, most));
 }
 
 // Repeated rotations let the length of a heading drift by rounding; one step of Newton brings it back to 1.

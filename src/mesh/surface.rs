@@ -46,6 +46,9 @@ pub struct HalfEdge {
 /// Half the distance of two neighbouring float32 numbers just below 1: as much as rounding can drop of a cosine.
 const FINE_UNIT: f64 = 1.0 / 33_554_432.0;
 
+/// The step of [`HalfEdge::fine`].
+const FINE_STEP: f32 = (FINE_UNIT / 32_767.0) as f32;
+
 impl HalfEdge {
     /// With the rotation by the angle of a unit vector.
     fn new(twin: u32, rotation: DVec2) -> Self {
@@ -65,8 +68,7 @@ impl HalfEdge {
     /// What rounding dropped of `cos` and `sin`.
     #[must_use]
     pub fn fine_parts(&self) -> [f32; 2] {
-        [self.fine as i16, (self.fine >> 16) as i16]
-            .map(|share| FINE_UNIT as f32 * (f32::from(share) / 32_767.0).max(-1.0))
+        [self.fine as i16, (self.fine >> 16) as i16].map(|steps| FINE_STEP * f32::from(steps))
     }
 
     /// Cosine and sine to a dozen digits.

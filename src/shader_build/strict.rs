@@ -17,12 +17,10 @@ pub const NOT_YET: &[&str] = &[
     "distance_brute",
     "distance_merge",
     "distance_tiles",
-    "transfer_in",
     "transfer_out",
     "transfer_queries",
     "tree_queries",
     "unfold",
-    "walk_queries",
 ];
 
 /// Does a kernel decide the state of a simulation? Every one in `shaders` does, unless a list says otherwise; those of other folders

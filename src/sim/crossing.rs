@@ -12,9 +12,10 @@ use crate::mesh::surface::{HalfEdge, NONE};
 use crate::mesh::trees::nearest::nearest_on_face;
 use crate::mesh::trees::search::{UNLIMITED, first_crossing, nearest_on, slack_of};
 use crate::mesh::trees::sides::{Sides, is_outside};
+use crate::strict::{cross3, dot3, inverse_root, root, share};
 
-/// Cross products of unit normals that are shorter than this tell no line.
-const PARALLEL: f32 = 1e-3;
+/// Cross products of unit normals whose square is less than this tell no line.
+const PARALLEL_SQUARE: f32 = 1e-6;
 
 /// The surface, where its objects stand, and what tells crossings and sides.
 #[derive(Clone, Copy)]
@@ -132,36 +133,41 @@ impl Terrain<'_> {
     pub fn walker_from(&self, meeting: &Meeting, side: f32, rest: f32) -> Walker {
         let triangle = self.sides.faces[meeting.slot as usize].triangle;
         let frame = self.ground.frame(triangle);
-        let axis = meeting.normal.cross(frame.normal);
-        let sine = axis.length();
-        let heading = if sine < PARALLEL {
+        let crossed = cross3(meeting.normal, frame.normal);
+        let square = dot3(crossed, crossed);
+        let heading = if square < PARALLEL_SQUARE {
             folded(meeting.heading, meeting.normal, frame.normal)
         } else {
-            let axis = axis / sine;
-            let across = axis.cross(frame.normal);
-            let outwards = if across.dot(meeting.normal) < 0.0 {
+            let axis = crossed * inverse_root(square);
+            let across = cross3(axis, frame.normal);
+            let outwards = if dot3(across, meeting.normal) < 0.0 {
                 -side
             } else {
                 side
             };
-            let along = meeting.heading.dot(axis);
-            along * axis + outwards * (1.0 - along * along).max(0.0).sqrt() * across
+            let along = dot3(meeting.heading, axis);
+            along * axis + (outwards * root(1.0 - along * along)) * across
         };
-        let heading = flat_direction(Vec2::new(heading.dot(frame.p), heading.dot(frame.h)));
+        let heading = Vec2::new(dot3(heading, frame.p), dot3(heading, frame.h));
+        let heading = flat_direction(heading);
         Walker::at(triangle, meeting.u, meeting.v, heading.to_array(), rest)
     }
 
     /// The signed distance of a walker to an object that it has come from.
     fn distance_to_object(&self, object: u32, w: &Walker) -> f32 {
-        let root = self.roots[object as usize];
+        let tree = self.roots[object as usize];
         let Sides { nodes, faces, .. } = self.sides;
         let place = self
             .ground
             .place_in(object, self.flight_of_walker(w).position);
-        let slot = nearest_on(nodes, faces, root, place, UNLIMITED);
+        let slot = nearest_on(nodes, faces, tree, place, UNLIMITED);
+        // As the kernel does where a search has not ended.
+        if slot == NONE {
+            return 0.0;
+        }
         let point = nearest_on_face(&faces[slot as usize], place);
-        let distance = point.square.sqrt();
-        if is_outside(&self.sides, self.sign_rule, root, slot, place, &point) {
+        let distance = root(point.square);
+        if is_outside(&self.sides, self.sign_rule, tree, slot, place, &point) {
             distance
         } else {
             -distance
@@ -207,9 +213,10 @@ impl Terrain<'_> {
             let remaining = w.remaining;
             self.walk::<false>(&mut w, i.min(1));
             let segment = remaining - w.remaining;
+            let older_way = walked + segment;
             let goes_on = w.status == WALK_OUT_OF_ATTEMPTS && i < attempts;
             let time = if goes_on {
-                1.0 - (walked + segment) / way
+                1.0 - share(older_way, way)
             } else {
                 0.0
             };
@@ -221,7 +228,7 @@ impl Terrain<'_> {
             if !goes_on {
                 break;
             }
-            walked += segment;
+            walked = older_way;
             newer = older;
         }
         first

@@ -1,26 +1,15 @@
-//! Directions of vectors that may have no length. Twin of `shaders/include/direction.glsl`.
+//! Directions in and across tangent frames. Twin of `shaders/include/direction.glsl`.
 
 use glam::{Vec2, Vec3};
+
+use crate::strict::{cross3, direction2_or, direction3_or};
 
 /// The smallest number that every device calculates with: a smaller square may count as zero.
 pub(super) const LEAST_SQUARE: f32 = f32::MIN_POSITIVE;
 
-/// The direction of a vector, or another one if the vector is too short to have one.
-pub(super) fn direction_or(way: Vec3, other: Vec3) -> Vec3 {
-    if way.length_squared() >= LEAST_SQUARE {
-        way.normalize()
-    } else {
-        other
-    }
-}
-
 /// In a triangle's tangent frame: along AB if the vector is too short.
 pub(super) fn flat_direction(way: Vec2) -> Vec2 {
-    if way.length_squared() >= LEAST_SQUARE {
-        way.normalize()
-    } else {
-        Vec2::X
-    }
+    direction2_or(way, Vec2::X)
 }
 
 /// Some direction that is at right angles to another one.
@@ -30,5 +19,5 @@ pub(super) fn perpendicular(direction: Vec3) -> Vec3 {
     } else {
         Vec3::Y
     };
-    direction.cross(axis).normalize()
+    direction3_or(cross3(direction, axis), axis)
 }

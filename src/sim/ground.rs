@@ -3,10 +3,13 @@
 
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
-use super::direction::{direction_or, flat_direction, perpendicular};
+use super::direction::{flat_direction, perpendicular};
 use super::setup::Setup;
 use super::types::{Motion, Particle, Pose, Transfer, Vertex};
 use crate::mesh::surface::Triangle;
+use crate::strict::{
+    cross3, direction3_or, dot2, dot3, quotient, settled, settled3, share, within,
+};
 
 /// The surface and where its objects stand.
 #[derive(Clone, Copy)]
@@ -23,8 +26,7 @@ pub struct Ground<'a> {
 
 /// Where a place of one object's space is in another's, if they stand so.
 pub(super) fn place_in(target: &Pose, source: &Pose, position: Vec3) -> Vec3 {
-    let in_world = turned_to_world(source, position) + translation_of(source);
-    turned_to_object(target, in_world - translation_of(target))
+    place_in_object(target, place_in_world(source, position))
 }
 
 /// Where a particle is and where it is going, in world space.
@@ -38,6 +40,17 @@ pub struct Flight {
     pub normal: Vec3,
 }
 
+impl Flight {
+    /// As transfers store it.
+    pub(super) fn settled(self) -> Self {
+        Self {
+            position: settled3(self.position),
+            heading: settled3(self.heading),
+            normal: settled3(self.normal),
+        }
+    }
+}
+
 /// A triangle's corner A, the axes of its tangent frame and its unit normal, object space.
 pub(super) struct Frame {
     pub(super) origin: Vec3,
@@ -47,49 +60,56 @@ pub(super) struct Frame {
 }
 
 fn turned_to_world(pose: &Pose, direction: Vec3) -> Vec3 {
-    Vec3::new(
-        pose.x.xyz().dot(direction),
-        pose.y.xyz().dot(direction),
-        pose.z.xyz().dot(direction),
-    )
+    let row = |row: Vec4| dot3(row.xyz(), direction);
+    Vec3::new(row(pose.x), row(pose.y), row(pose.z))
 }
 
 fn turned_to_object(pose: &Pose, direction: Vec3) -> Vec3 {
     let [x, y, z] = [pose.x, pose.y, pose.z].map(Vec4::xyz);
-    direction.x * x + direction.y * y + direction.z * z
+    (direction.x * x + direction.y * y) + direction.z * z
 }
 
 fn translation_of(pose: &Pose) -> Vec3 {
     Vec3::new(pose.x.w, pose.y.w, pose.z.w)
 }
 
+fn place_in_world(pose: &Pose, position: Vec3) -> Vec3 {
+    turned_to_world(pose, position) + translation_of(pose)
+}
+
+fn place_in_object(pose: &Pose, position: Vec3) -> Vec3 {
+    turned_to_object(pose, position - translation_of(pose))
+}
+
 /// The heading, turned about the line in which the two planes meet by the angle between their normals (Rodrigues).
 #[must_use]
 pub fn folded(heading: Vec3, from: Vec3, to: Vec3) -> Vec3 {
-    let axis = from.cross(to);
-    let cosine = from.dot(to);
+    let axis = cross3(from, to);
+    let cosine = dot3(from, to);
     if cosine < -0.99999 {
         return heading;
     }
-    cosine * heading + axis.cross(heading) + (axis.dot(heading) / (1.0 + cosine)) * axis
+    (cosine * heading + cross3(axis, heading)) + quotient(dot3(axis, heading), 1.0 + cosine) * axis
 }
 
 /// The weights of B and C at the point of a triangle that is nearest to `(x, y)` of its tangent frame.
 #[must_use]
 pub fn nearest_weights(shape: &Triangle, x: f32, y: f32) -> [f32; 2] {
     let &Triangle { ab, cp, ch, .. } = shape;
-    let v = y / ch;
-    let u = (x - v * cp) / ab;
+    let v = quotient(y, ch);
+    let u = quotient(x - v * cp, ab);
     if u >= 0.0 && v >= 0.0 && u + v <= 1.0 {
         return [u, v];
     }
-    let on_ab = (x / ab).clamp(0.0, 1.0);
-    let bc_x = cp - ab;
-    let on_bc = (((x - ab) * bc_x + y * ch) / (bc_x * bc_x + ch * ch)).clamp(0.0, 1.0);
-    let on_ac = ((x * cp + y * ch) / (cp * cp + ch * ch)).clamp(0.0, 1.0);
-    let ab_square = Vec2::new(x - on_ab * ab, y).length_squared();
-    let bc_square = Vec2::new(x - ab - on_bc * bc_x, y - on_bc * ch).length_squared();
-    let ac_square = Vec2::new(x - on_ac * cp, y - on_ac * ch).length_squared();
+    let (from_a, from_b) = (Vec2::new(x, y), Vec2::new(x - ab, y));
+    let (bc, ac) = (Vec2::new(cp - ab, ch), Vec2::new(cp, ch));
+    let on_ab = share(x, ab);
+    let on_bc = share(dot2(from_b, bc), dot2(bc, bc));
+    let on_ac = share(dot2(from_a, ac), dot2(ac, ac));
+    let square = |way: Vec2| dot2(way, way);
+    let ab_square = square(Vec2::new(x - on_ab * ab, y));
+    let bc_square = square(from_b - on_bc * bc);
+    let ac_square = square(from_a - on_ac * ac);
     if ab_square <= bc_square && ab_square <= ac_square {
         [on_ab, 0.0]
     } else if bc_square <= ac_square {
@@ -121,12 +141,12 @@ impl Ground<'_> {
         let [a, b, c] = [0, 1, 2].map(|corner| {
             self.vertices[self.corners[(3 * triangle + corner) as usize] as usize].position
         });
-        let p = direction_or(b - a, Vec3::X);
-        let normal = direction_or((b - a).cross(c - a), perpendicular(p));
+        let p = direction3_or(b - a, Vec3::X);
+        let normal = direction3_or(cross3(b - a, c - a), perpendicular(p));
         Frame {
             origin: a,
             p,
-            h: normal.cross(p),
+            h: cross3(normal, p),
             normal,
         }
     }
@@ -135,13 +155,13 @@ impl Ground<'_> {
     pub(super) fn position(&self, triangle: u32, frame: &Frame, [u, v]: [f32; 2]) -> Vec3 {
         let shape = &self.triangles[triangle as usize];
         let along = u * shape.ab + v * shape.cp;
-        frame.origin + along * frame.p + v * shape.ch * frame.h
+        let across = v * shape.ch;
+        (frame.origin + along * frame.p) + across * frame.h
     }
 
     /// A place of the world in an object's space.
     pub(super) fn place_in(&self, object: u32, position: Vec3) -> Vec3 {
-        let pose = &self.poses[object as usize];
-        turned_to_object(pose, position - translation_of(pose))
+        place_in_object(&self.poses[object as usize], position)
     }
 
     /// A direction of the world in an object's space.
@@ -157,7 +177,7 @@ impl Ground<'_> {
         let position = self.position(particle.triangle, &frame, [particle.u, particle.v]);
         let heading = motion.heading_p * frame.p + motion.heading_h * frame.h;
         Flight {
-            position: turned_to_world(pose, position) + translation_of(pose),
+            position: place_in_world(pose, position),
             heading: turned_to_world(pose, heading),
             normal: turned_to_world(pose, frame.normal),
         }
@@ -169,13 +189,15 @@ impl Ground<'_> {
         let shape = &self.triangles[triangle as usize];
         let pose = self.pose(triangle);
         let frame = self.frame(triangle);
-        let place = turned_to_object(pose, flight.position - translation_of(pose)) - frame.origin;
-        let weights = nearest_weights(shape, place.dot(frame.p), place.dot(frame.h));
+        let place = place_in_object(pose, flight.position) - frame.origin;
+        let weights = nearest_weights(shape, dot3(place, frame.p), dot3(place, frame.h));
         let from = turned_to_object(pose, flight.normal);
         let heading = folded(turned_to_object(pose, flight.heading), from, frame.normal);
-        let heading = flat_direction(Vec2::new(heading.dot(frame.p), heading.dot(frame.h)));
-        let u = weights[0].clamp(0.0, 1.0);
-        ([u, weights[1].clamp(0.0, 1.0 - u)], heading.to_array())
+        let heading = Vec2::new(dot3(heading, frame.p), dot3(heading, frame.h));
+        let heading = flat_direction(heading).to_array();
+        let u = within(weights[0], 0.0, 1.0);
+        let v = within(weights[1], 0.0, 1.0 - u);
+        ([settled(u), settled(v)], heading)
     }
 
     /// Lets the particle of a transfer land.
@@ -195,7 +217,7 @@ impl Ground<'_> {
         *motion = Motion {
             heading_p,
             heading_h,
-            pending: motion.pending + transfer.rest,
+            pending: settled(motion.pending + transfer.rest),
             flags: motion.flags & !Motion::SELECTED,
         };
     }

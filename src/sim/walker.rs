@@ -5,6 +5,7 @@
 use super::exact::{exact_product, exact_sum};
 use super::types::Walker;
 use crate::mesh::surface::{HalfEdge, NONE, Triangle};
+use crate::strict::{quotient, within};
 
 /// The whole length was walked.
 pub const WALK_DONE: u32 = 0;
@@ -13,13 +14,21 @@ pub const WALK_BORDER: u32 = 1;
 /// The walk ran out of edge-crossing attempts.
 pub const WALK_OUT_OF_ATTEMPTS: u32 = 2;
 
+/// Rates below that are none: a walk that nears an edge so slowly does not get there. 2^-100.
+const LEAST_RATE: f32 = 7.888_609e-31;
+
+/// A number, or 0 if it is negative. `max` may take either of two zeros.
+pub(super) fn positive(x: f32) -> f32 {
+    if x > 0.0 { x } else { 0.0 }
+}
+
 impl Walker {
     /// A walk that starts at `(triangle, u, v)` and has `length` (world units) before it.
     #[must_use]
     pub fn at(triangle: u32, u: f32, v: f32, heading: [f32; 2], length: f32) -> Self {
         Self {
             triangle,
-            weight_a: ((1.0 - u) - v).max(0.0),
+            weight_a: positive((1.0 - u) - v),
             weight_b: u,
             weight_c: v,
             heading_p: heading[0],
@@ -39,8 +48,8 @@ impl Walker {
     /// `(u, v)` for storage: inside the triangle whatever the rounding.
     #[must_use]
     pub fn uv(&self) -> [f32; 2] {
-        let u = self.weight_b.clamp(0.0, 1.0);
-        [u, self.weight_c.clamp(0.0, 1.0 - u)]
+        let u = within(self.weight_b, 0.0, 1.0);
+        [u, within(self.weight_c, 0.0, 1.0 - u)]
     }
 
     /// The heading, brought back to length 1 by one step of Newton's method.
@@ -60,7 +69,7 @@ fn moved<const CARRIES: bool>(weight: f32, carry: f32, rate: f32, distance: f32)
         let sum = exact_sum(weight, carried);
         return if sum[0] > 0.0 { sum } else { [0.0; 2] };
     }
-    [(weight + change).max(0.0), 0.0]
+    [positive(weight + change), 0.0]
 }
 
 /// One minus a place on an edge, and its carry.
@@ -76,7 +85,7 @@ fn from_other_end<const CARRIES: bool>(along: [f32; 2]) -> [f32; 2] {
 fn shortened<const CARRIES: bool>(remaining: f32, carry: f32, distance: f32) -> [f32; 2] {
     if CARRIES {
         let way = distance - carry;
-        let left = (remaining - way).max(0.0);
+        let left = positive(remaining - way);
         return [left, (remaining - left) - way];
     }
     [remaining - distance, 0.0]
@@ -117,13 +126,13 @@ pub fn walk<const CARRIES: bool>(
 ) {
     loop {
         let t = triangles[w.triangle as usize];
-        let rate_c = w.heading_h / t.ch;
-        let rate_b = (w.heading_p - rate_c * t.cp) / t.ab;
+        let rate_c = quotient(w.heading_h, t.ch);
+        let rate_b = quotient(w.heading_p - rate_c * t.cp, t.ab);
         let rate_a = -rate_b - rate_c;
 
         let way = |rate: f32, weight: f32, corner: u32| {
-            if rate < 0.0 && w.entered_by != corner {
-                weight / -rate
+            if rate < -LEAST_RATE && w.entered_by != corner {
+                quotient(weight, -rate)
             } else {
                 w.remaining
             }

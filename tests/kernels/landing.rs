@@ -12,6 +12,7 @@ use myxo::sim::kernels::{TransferIn, TransferInArgs, TransferInConstants, Transf
 use myxo::sim::twin::transfer::transfer_in;
 use myxo::sim::types::{Border, Flow, Motion, Particle, Pose, Transfer, Vertex};
 
+use crate::bits::assert_same_bits;
 use crate::common::gpu;
 
 fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffer<T> {
@@ -98,23 +99,6 @@ fn transfers(count: u32, objects: u32) -> Vec<Transfer> {
     (0..count).map(transfer).collect()
 }
 
-fn assert_same_places(what: &str, kernel: &[Particle], twin: &[Particle], bound: f32) {
-    for (a, b) in kernel.iter().zip(twin) {
-        assert_eq!((a.triangle, a.id), (b.triangle, b.id), "{what}");
-        let off = (a.u - b.u).abs().max((a.v - b.v).abs());
-        assert!(off <= bound, "{what}: {a:?} by the kernel, {b:?}");
-    }
-}
-
-fn assert_same_headings(what: &str, kernel: &[Motion], twin: &[Motion], bound: f32) {
-    for (a, b) in kernel.iter().zip(twin) {
-        assert_eq!((a.flags, a.pending), (b.flags, b.pending), "{what}");
-        let off = (a.heading_p - b.heading_p).abs() + (a.heading_h - b.heading_h).abs();
-        assert!(off <= bound, "{what}: {a:?} by the kernel, {b:?}");
-        assert!((a.heading_p.hypot(a.heading_h) - 1.0).abs() < 1e-6);
-    }
-}
-
 #[test]
 fn transfer_in_agrees_with_its_twin() {
     let Some(gpu) = gpu() else { return };
@@ -197,8 +181,16 @@ fn transfer_in_agrees_with_its_twin() {
         assert_eq!(ctx.download(&border_buffer).unwrap(), borders, "{what}");
         let came: u32 = borders.iter().map(|border| border.came).sum();
         assert_eq!(came, 3 + if windows { count - back } else { 0 }, "{what}");
-        assert_same_places(&what, &ctx.download(&particles).unwrap(), &twin, 2e-4);
-        assert_same_headings(&what, &ctx.download(&motions).unwrap(), &twin_motions, 2e-4);
+        assert_same_bits(&what, &ctx.download(&particles).unwrap(), &twin);
+        assert_same_bits(&what, &ctx.download(&motions).unwrap(), &twin_motions);
+        for Motion {
+            heading_p,
+            heading_h,
+            ..
+        } in twin_motions
+        {
+            assert!((heading_p.hypot(heading_h) - 1.0).abs() < 1e-6, "{what}");
+        }
     }
     gpu.finish();
 }

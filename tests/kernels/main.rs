@@ -7,6 +7,7 @@ mod places;
 
 mod alone;
 mod arithmetic;
+mod bits;
 mod choices;
 mod crossing;
 mod distances;

@@ -15,8 +15,9 @@ use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::types::{Border, Flow, Motion, Particle, Physarum, Pose, Transfer};
-use crate::sim::walker::WALK_OUT_OF_ATTEMPTS;
+use crate::sim::walker::{WALK_OUT_OF_ATTEMPTS, positive};
 use crate::sim::work::{Call, StepKernel};
+use crate::strict::settled;
 
 impl Plan<'_> {
     /// Lets those land that have left.
@@ -208,7 +209,7 @@ pub fn transfer_out(
         if near != NONE {
             let own = if constants.own_physarum { source } else { 0 };
             let speed = physarums[own as usize].speed;
-            let way = (speed - motion.pending).max(0.0);
+            let way = positive(speed - motion.pending);
             let met = terrain.meeting_behind(
                 poses_before,
                 particle,
@@ -230,7 +231,10 @@ pub fn transfer_out(
                 let place = ground.place_in(target, flight.position);
                 let root = terrain.roots[target as usize];
                 let face = nearest_on(nodes, faces, root, place, UNLIMITED);
-                triangle = faces[face as usize].triangle;
+                // As the kernel does where a search has not ended.
+                if face != NONE {
+                    triangle = faces[face as usize].triangle;
+                }
             }
         }
         let is_no_go = |triangle: u32, [u, v]: [f32; 2]| {
@@ -252,6 +256,7 @@ pub fn transfer_out(
             crosses = false;
         }
         flow.crossed = flow.crossed.saturating_add(u32::from(crosses));
+        let flight = flight.settled();
         transfers[i as usize] = Transfer {
             position: flight.position,
             particle: slot,
@@ -260,7 +265,7 @@ pub fn transfer_out(
             normal: flight.normal,
             target,
             triangle,
-            rest: left,
+            rest: settled(left),
             ..Transfer::default()
         };
         let left = &mut flux[(source * params.object_count + target) as usize];

@@ -6,6 +6,7 @@ use super::distance::{job_of, place_in_other};
 use crate::mesh::surface::{AtlasMap, HalfEdge, NONE};
 use crate::scene::settings::DistanceMethod;
 use crate::sim::arrays::Arrays;
+use crate::sim::direction::flat_direction;
 use crate::sim::distance::TILE_SAMPLES;
 use crate::sim::field::{atlas_position, packed_position};
 use crate::sim::ground::{Ground, nearest_weights};
@@ -15,8 +16,9 @@ use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::surroundings::{COVERED, MARKS, marks_at};
 use crate::sim::types::{DistanceJob, ListedTile, ObjectPair, SurfaceSample, Walker};
-use crate::sim::walker::walk;
+use crate::sim::walker::{positive, walk};
 use crate::sim::work::{Call, StepKernel};
+use crate::strict::{cross3, dot2, dot3, length3, reciprocal, root};
 
 impl Plan<'_> {
     /// Finds where walks go on on other objects.
@@ -161,10 +163,13 @@ pub fn unfold(
         }
         let triangle = inputs.nearest[texel as usize];
         let (first, count) = (pairs.0 as usize, pairs.1 as usize);
-        let pair = inputs.pairs[first..first + count]
+        let (last, others) = inputs.pairs[first..first + count]
+            .split_last()
+            .expect("what is covered has another object");
+        let pair = others
             .iter()
             .find(|pair| triangle.wrapping_sub(pair.first_face) < pair.face_count)
-            .expect("it is a triangle of one of them");
+            .unwrap_or(last);
         let own_triangle = inputs.owners[sample];
         let [place, on] = place_across(
             constants,
@@ -194,25 +199,22 @@ fn place_across(
     let frame = ground.frame(triangle);
     let place = place_in_other(pair, position) - frame.origin;
     let normal = ground.frame(own_triangle).normal;
-    let own_normal = Vec3::from([pair.x, pair.y, pair.z].map(|row| row.truncate().dot(normal)));
-    let cosine = own_normal.dot(frame.normal);
-    let sine = own_normal.cross(frame.normal).length();
-    let depth = (-place.dot(frame.normal)).max(0.0);
+    let own_normal = Vec3::from([pair.x, pair.y, pair.z].map(|row| dot3(row.truncate(), normal)));
+    let cosine = dot3(own_normal, frame.normal);
+    let sine = length3(cross3(own_normal, frame.normal));
+    let depth = positive(-dot3(place, frame.normal));
     if sine < LEAST_SINE || depth > params.farthest * sine {
         return [NONE; 2];
     }
-    let behind = depth / sine;
-    let to_line = (behind / sine) * (frame.normal - cosine * own_normal);
-    let up = (own_normal - cosine * frame.normal) / sine;
-    let [u, v] = nearest_weights(shape, place.dot(frame.p), place.dot(frame.h));
+    let by_sine = reciprocal(sine);
+    let behind = depth * by_sine;
+    let to_line = (behind * by_sine) * (frame.normal - cosine * own_normal);
+    let up = by_sine * (own_normal - cosine * frame.normal);
+    let [u, v] = nearest_weights(shape, dot3(place, frame.p), dot3(place, frame.h));
     let way = to_line + behind * up;
-    let flat_way = Vec2::new(way.dot(frame.p), way.dot(frame.h));
-    let distance = flat_way.length();
-    let heading = if distance > 0.0 {
-        flat_way / distance
-    } else {
-        Vec2::X
-    };
+    let flat_way = Vec2::new(dot3(way, frame.p), dot3(way, frame.h));
+    let distance = root(dot2(flat_way, flat_way));
+    let heading = flat_direction(flat_way);
     let mut w = Walker::at(triangle, u, v, heading.to_array(), distance);
     let reflects = constants.border_reflects;
     walk::<false>(

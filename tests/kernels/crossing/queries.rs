@@ -3,7 +3,7 @@
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use myxo::mesh::surface::Surface;
 use myxo::mesh::trees::sides::Sides;
-use myxo::mesh::walk::{SurfacePoint, WalkQuery, WalkStatus};
+use myxo::mesh::walk::{SurfacePoint, WalkEnd, WalkQuery, WalkStatus};
 use myxo::mesh::{Mesh, trees::Trees};
 use myxo::scene::settings::SignRule;
 use myxo::sim::crossing::Terrain;
@@ -79,28 +79,13 @@ fn agree(gpu: &Gpu, surface: &Surface, poses: [Pose; 2], queries: &[WalkQuery]) 
         dispatches += 1;
         assert!(dispatches < 1000, "{phases:?}");
     }
-    let (mut changed, mut elsewhere) = (0, 0);
-    for ((end, w), query) in ends.iter().zip(walkers.iter().step_by(2)).zip(queries) {
-        let of_twin = end_of(w, query);
-        if end.point.triangle != of_twin.point.triangle {
-            elsewhere += 1;
-            continue;
-        }
-        changed += usize::from(end.point.triangle >= first);
-        assert!(end.status != WalkStatus::OutOfAttempts);
-        assert_eq!(end.status, of_twin.status);
-        let flight = |end: &myxo::mesh::walk::WalkEnd| {
-            let [u, v] = [end.point.u as f32, end.point.v as f32];
-            let heading = [end.heading.x as f32, end.heading.y as f32];
-            terrain.flight_of_walker(&Walker::at(end.point.triangle, u, v, heading, 0.0))
-        };
-        let (ours, twins) = (flight(end), flight(&of_twin));
-        assert!(ours.position.distance(twins.position) < 1e-4);
-        assert!(ours.heading.distance(twins.heading) < 1e-3);
-        assert!((end.travelled - of_twin.travelled).abs() < 1e-5);
-    }
-    assert!(elsewhere * 100 <= count, "{elsewhere} of {count} elsewhere");
-    changed
+    let of_twin = walkers.iter().step_by(2).zip(queries);
+    let of_twin: Vec<WalkEnd> = of_twin.map(|(w, query)| end_of(w, query)).collect();
+    assert_eq!(ends, of_twin);
+    let has_ended = |end: &WalkEnd| end.status != WalkStatus::OutOfAttempts;
+    assert!(ends.iter().all(has_ended));
+    let has_changed = |end: &&WalkEnd| end.point.triangle >= first;
+    ends.iter().filter(has_changed).count()
 }
 
 #[test]
