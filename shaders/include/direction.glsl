@@ -5,9 +5,6 @@
 
 #include "vectors.glsl"
 
-// The smallest number that every device calculates with: a smaller square may count as zero.
-const float LEAST_SQUARE = 1.17549435e-38;
-
 // In a triangle's tangent frame: along AB if the vector is too short.
 vec2 flat_direction(vec2 way) {
     return direction_or(way, vec2(1.0, 0.0));

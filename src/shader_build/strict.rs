@@ -20,7 +20,6 @@ pub const NOT_YET: &[&str] = &[
     "transfer_out",
     "transfer_queries",
     "tree_queries",
-    "unfold",
 ];
 
 /// Does a kernel decide the state of a simulation? Every one in `shaders` does, unless a list says otherwise; those of other folders

@@ -4,9 +4,6 @@ use glam::{Vec2, Vec3};
 
 use crate::strict::{cross3, direction2_or, direction3_or};
 
-/// The smallest number that every device calculates with: a smaller square may count as zero.
-pub(super) const LEAST_SQUARE: f32 = f32::MIN_POSITIVE;
-
 /// In a triangle's tangent frame: along AB if the vector is too short.
 pub(super) fn flat_direction(way: Vec2) -> Vec2 {
     direction2_or(way, Vec2::X)

@@ -39,7 +39,10 @@ fn every_scene_ends_in_the_states_of_the_table_by_both_engines() {
     };
     // Those that keep every particle differ only in how.
     let crowd = strategies("crowd");
-    assert_eq!(crowd[3..].iter().filter(|hash| **hash == crowd[3]).count(), 4);
+    assert_eq!(
+        crowd[3..].iter().filter(|hash| **hash == crowd[3]).count(),
+        4
+    );
 }
 
 /// Would catch: a report that says that something differs and not what, or names another kernel.
