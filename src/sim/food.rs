@@ -14,6 +14,7 @@ use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use glam::{DVec3, UVec2};
 use rayon::prelude::*;
 
+use super::spread::TINY_TRAIL;
 use super::types::{Mark, Meal};
 use crate::error::{Error, Result};
 use crate::mesh::atlas::{Atlas, AtlasError, Control};
@@ -179,7 +180,7 @@ impl Pantry {
             control.check()?;
             for &(texel, distance) in reached.iter() {
                 let value = place.falloff(distance.into()) as f32;
-                if value > 0.0 {
+                if value >= TINY_TRAIL {
                     falloff[texel as usize] = value;
                     entries.push((texel, food, value));
                 }
@@ -191,7 +192,7 @@ impl Pantry {
             }
             let filled = atlas.seams.iter().filter_map(|seam| {
                 let value = mixed(seam, &falloff);
-                (value > 0.0).then_some((seam.texel, food, value))
+                (value >= TINY_TRAIL).then_some((seam.texel, food, value))
             });
             entries.extend(filled);
             for &(texel, _) in reached.iter() {
