@@ -14,7 +14,6 @@ use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use glam::{DVec3, UVec2};
 use rayon::prelude::*;
 
-use super::spread::TINY_TRAIL;
 use super::types::{Mark, Meal};
 use crate::error::{Error, Result};
 use crate::mesh::atlas::{Atlas, AtlasError, Control};
@@ -39,6 +38,9 @@ const WAYS_SHARE: f32 = 0.8;
 const MARKER_SHARE: f64 = 0.08;
 /// World lengths for a part of the object's own extent.
 const MARKER_RADIUS: f64 = 0.03;
+
+/// Below this share of a strength nothing is smelled: products with smaller ones could be too small for some devices.
+const FAINTEST: f32 = 1e-20;
 
 /// A food or a marker where it lies. Lengths are world lengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -180,7 +182,7 @@ impl Pantry {
             control.check()?;
             for &(texel, distance) in reached.iter() {
                 let value = place.falloff(distance.into()) as f32;
-                if value >= TINY_TRAIL {
+                if value >= FAINTEST {
                     falloff[texel as usize] = value;
                     entries.push((texel, food, value));
                 }
@@ -192,7 +194,7 @@ impl Pantry {
             }
             let filled = atlas.seams.iter().filter_map(|seam| {
                 let value = mixed(seam, &falloff);
-                (value >= TINY_TRAIL).then_some((seam.texel, food, value))
+                (value >= FAINTEST).then_some((seam.texel, food, value))
             });
             entries.extend(filled);
             for &(texel, _) in reached.iter() {
