@@ -123,6 +123,8 @@ pub mod error;
 #[doc(hidden)]
 pub mod plain_text;
 #[doc(hidden)]
+pub mod portable;
+#[doc(hidden)]
 pub mod regular_file;
 pub mod rng;
 #[doc(hidden)]

@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 
 use super::Mesh;
 use super::primitive::Builder;
+use crate::portable::{acos, cos, direction, tan};
 
 /// Columns of quads across a tooth, and across the gap between two.
 const TOOTH_COLUMNS: usize = 4;
@@ -50,9 +51,9 @@ impl Gear {
 
     /// Half the angle that a tooth that points outwards takes at a distance from the axis.
     fn half_angle_outwards(&self, distance: f64) -> f64 {
-        let involute = |angle: f64| angle.tan() - angle;
-        let base = self.radius * PRESSURE_ANGLE.cos();
-        let at = (base / distance.max(base)).acos();
+        let involute = |angle: f64| tan(angle) - angle;
+        let base = self.radius * cos(PRESSURE_ANGLE);
+        let at = acos(base / distance.max(base));
         0.25 * self.pitch() + involute(PRESSURE_ANGLE) - involute(at)
     }
 
@@ -94,7 +95,7 @@ impl Gear {
         let module = self.module();
         let (foot, tip) = if self.is_ring {
             // Inside the base circle there is no involute to touch.
-            let base = self.radius * PRESSURE_ANGLE.cos();
+            let base = self.radius * cos(PRESSURE_ANGLE);
             (
                 self.radius + 1.25 * module,
                 (self.radius - module).max(1.002 * base),
@@ -105,8 +106,9 @@ impl Gear {
         let levels = (0..=LEVELS).map(|level| {
             let share = level as f64 / LEVELS as f64;
             let distance = foot + share * (tip - foot);
+            let square = (1.0 - share) * (1.0 - share);
             // The foot spreads, so that no crease is sharper than it must be.
-            let spread = 0.06 * self.pitch() * (1.0 - share).powi(4);
+            let spread = 0.06 * self.pitch() * square * square;
             [
                 distance,
                 (self.half_angle(distance) + spread).max(0.02 * self.pitch()),
@@ -135,8 +137,7 @@ pub fn gear(gear: &Gear) -> Mesh {
 
     // The flat side, as points in the plane: the body's rings from its end to the foot circle, then the teeth.
     let mut flat = Flat::default();
-    let place =
-        |angle: f64, distance: f64| DVec2::new(distance * angle.cos(), distance * angle.sin());
+    let place = |angle: f64, distance: f64| distance * direction(angle);
     for ring in 0..=rings {
         let share = ring as f64 / rings as f64;
         let distance = body_end + share * (foot - body_end);

@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 use super::MeshReport;
 use super::edges::{EdgeGroups, ends};
 use super::surface::NONE;
+use crate::portable::atan2;
 
 /// Flips triangles until neighbours agree, and says which were flipped: of those, corners 1 and 2 are swapped.
 ///
@@ -185,7 +186,7 @@ fn winding_number(
         let [la, lb, lc] = [a, b, c].map(DVec3::length);
         let over = a.dot(b.cross(c));
         let under = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-        over.atan2(under)
+        atan2(over, under)
     });
     half_angles.sum::<f64>() / (2.0 * std::f64::consts::PI)
 }

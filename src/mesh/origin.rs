@@ -4,6 +4,8 @@
 
 use glam::DVec3;
 
+use crate::portable::power_of_two_from;
+
 /// In extents of a model or scene: what reaches no farther from the origin is counted from the origin itself. Single
 /// precision loses five bits there at the most.
 const NEAR: f64 = 16.0;
@@ -34,7 +36,7 @@ pub fn of_scene(low: DVec3, high: DVec3) -> DVec3 {
     if !is_far_away(low, high) {
         return DVec3::ZERO;
     }
-    let apart = (APART * (high - low).max_element()).log2().ceil().exp2();
+    let apart = power_of_two_from(APART * (high - low).max_element());
     (low.midpoint(high) / apart).round() * apart
 }
 

@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 
 use super::Mesh;
 use super::soup::Soup;
+use crate::portable::sin_cos;
 
 /// A cube with edges of 2 about the origin; each face is a grid of `divisions` squared quads of two triangles.
 #[must_use]
@@ -57,9 +58,9 @@ pub fn torus(major: u32, minor: u32, tube: f64) -> Mesh {
     );
     let mut builder = Builder::default();
     for i in 0..major {
-        let (sin_major, cos_major) = turn(i, major).sin_cos();
+        let (sin_major, cos_major) = sin_cos(turn(i, major));
         for j in 0..minor {
-            let (sin_minor, cos_minor) = turn(j, minor).sin_cos();
+            let (sin_minor, cos_minor) = sin_cos(turn(j, minor));
             let out = 1.0 + tube * cos_minor;
             builder.vertex(DVec3::new(
                 out * cos_major,
@@ -172,7 +173,7 @@ pub fn capsule(segments: u32, rings: u32, length: f64) -> Mesh {
     // Heights and radii of the circles, bottom to top, without the poles.
     let mut circles = Vec::new();
     for i in 1..=rings {
-        let (sin, cos) = (0.5 * PI * f64::from(i) / f64::from(rings)).sin_cos();
+        let (sin, cos) = sin_cos(0.5 * PI * f64::from(i) / f64::from(rings));
         circles.push((-0.5 * length - radius * cos, radius * sin));
     }
     for i in 1..side_rings {
@@ -182,14 +183,14 @@ pub fn capsule(segments: u32, rings: u32, length: f64) -> Mesh {
         ));
     }
     for i in 0..rings {
-        let (sin, cos) = (0.5 * PI * f64::from(i) / f64::from(rings)).sin_cos();
+        let (sin, cos) = sin_cos(0.5 * PI * f64::from(i) / f64::from(rings));
         circles.push((0.5 * length + radius * sin, radius * cos));
     }
     let mut builder = Builder::default();
     let bottom = builder.vertex(DVec3::new(0.0, -0.5 * length - radius, 0.0));
     for &(height, around) in &circles {
         for i in 0..segments {
-            let (sin, cos) = turn(i, segments).sin_cos();
+            let (sin, cos) = sin_cos(turn(i, segments));
             builder.vertex(DVec3::new(around * cos, height, around * sin));
         }
     }

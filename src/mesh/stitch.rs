@@ -17,6 +17,7 @@ use glam::{DVec3, Vec3};
 
 use super::MeshReport;
 use super::edges::{EdgeGroups, ends, previous};
+use crate::portable::{exponent_of, power_of_two};
 
 /// Parts of the diagonal of the model's box by which vertices may differ through rounding: for a model near the origin a
 /// little more than what six digits leave.
@@ -158,7 +159,7 @@ impl<'a> Seams<'a> {
     fn partners(&self, borders: &[u32]) -> Vec<Partner> {
         let mut in_cell: HashMap<[i64; 4], Vec<u32>> = HashMap::with_capacity(borders.len());
         for (border, &halfedge) in borders.iter().enumerate() {
-            let level = level(self.length(halfedge));
+            let level = exponent_of(self.length(halfedge));
             let [x, y, z] = self.cell(level, self.middle(halfedge));
             let cell = in_cell.entry([level, x, y, z]).or_default();
             cell.push(border as u32);
@@ -169,7 +170,8 @@ impl<'a> Seams<'a> {
             let mut found = Partner::None;
             let mut looked_at = 0;
             // What lies on it may be a little shorter or longer.
-            for level in level(length) - 1..=level(length) + 1 {
+            let level = exponent_of(length);
+            for level in level - 1..=level + 1 {
                 let [low, high] = [-apart, apart].map(|way| self.cell(level, middle + way));
                 for [x, y, z] in cells(low, high) {
                     for &other in in_cell.get(&[level, x, y, z]).into_iter().flatten() {
@@ -199,7 +201,7 @@ impl<'a> Seams<'a> {
 
     /// The cell of a place in the grid of one level.
     fn cell(&self, level: i64, place: DVec3) -> [i64; 3] {
-        let longest = f64::from(level as i32 + 1).exp2();
+        let longest = power_of_two(level + 1);
         let width = 2.0 * self.reach.min(OF_EDGE * longest);
         (place / width).floor().to_array().map(|c| c as i64)
     }
@@ -265,11 +267,6 @@ pub(crate) fn has_inside([a, b, c]: [DVec3; 3]) -> bool {
     let shortest = edges[0].min(edges[1]).min(edges[2]);
     let lowest = (b - a).cross(c - a).length() / longest;
     shortest >= SMALLEST_LENGTH && lowest >= SMALLEST_LENGTH
-}
-
-/// The power of two that a length reaches.
-fn level(length: f64) -> i64 {
-    length.log2().floor() as i64
 }
 
 /// The cells from one to another, at most three on each axis.

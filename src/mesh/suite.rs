@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::Mesh;
 use super::soup::Soup;
+use crate::portable::sin_cos;
 use crate::rng::{Purpose, random, unit};
 
 /// Closed meshes without an oddity.
@@ -173,8 +174,8 @@ pub fn moebius(segments: u32) -> Mesh {
     for i in 0..segments {
         let turn = f64::from(i) / f64::from(segments);
         for across in [-0.3, 0.0, 0.3] {
-            let (sin_half, cos_half) = (turn * PI).sin_cos();
-            let (sin, cos) = (turn * TAU).sin_cos();
+            let (sin_half, cos_half) = sin_cos(turn * PI);
+            let (sin, cos) = sin_cos(turn * TAU);
             let out = 1.0 + across * cos_half;
             positions.push(DVec3::new(out * cos, across * sin_half, out * sin).as_vec3());
         }
@@ -281,7 +282,7 @@ fn joined(name: &str, parts: &[(&Mesh, f32, f32)]) -> Mesh {
 }
 
 fn circle(i: u32, n: u32, radius: f32, height: f32) -> Vec3 {
-    let (sin, cos) = (TAU * f64::from(i) / f64::from(n)).sin_cos();
+    let (sin, cos) = sin_cos(TAU * f64::from(i) / f64::from(n));
     Vec3::new(radius * cos as f32, height, radius * sin as f32)
 }
 

@@ -15,6 +15,7 @@ use glam::DVec2;
 use super::atlas::{AtlasError, Control};
 use super::surface::{NONE, Surface};
 use super::walk::SurfacePoint;
+use crate::portable::atan2;
 use window::{Window, crossing, cut, is_beaten};
 
 #[cfg(test)]
@@ -182,7 +183,7 @@ impl<'a> Search<'a> {
         for h in 0..surface.halfedges.len() as u32 {
             let [start, end] = ends_of(surface, h);
             let apex = seen_from(surface, h).apex;
-            angles[start as usize] += apex.y.atan2(apex.x);
+            angles[start as usize] += atan2(apex.y, apex.x);
             if surface.halfedges[h as usize].twin == NONE {
                 at_border[start as usize] = true;
                 at_border[end as usize] = true;
@@ -246,7 +247,8 @@ impl<'a> Search<'a> {
 
     /// How much is done when windows have come so far: by area of what is reached, or by vertices where all are.
     fn share(&self, distance: f64) -> f32 {
-        let by_distance = (distance / self.found.reach).powi(2);
+        let way = distance / self.found.reach;
+        let by_distance = way * way;
         let by_vertices = f64::from(self.reached_count) / f64::from(self.to_reach.max(1));
         by_distance.max(by_vertices).min(1.0) as f32
     }

@@ -459,7 +459,8 @@ fn check_thinness(objects: &[ObjectSettings], surface: &Surface) -> Result<(), S
         let (mut all, mut thin, mut thinnest) = (0.0, 0.0, f64::INFINITY);
         for shape in &surface.triangles[first as usize..end as usize] {
             let [ab, cp, ch] = [shape.ab, shape.cp, shape.ch].map(f64::from);
-            let longest = ab.max(cp.hypot(ch)).max((cp - ab).hypot(ch));
+            let length = |p: f64| (p * p + ch * ch).sqrt();
+            let longest = ab.max(length(cp)).max(length(cp - ab));
             let width = ab * ch / (longest * longest);
             all += ab * ch;
             if width < THINNEST {

@@ -8,12 +8,13 @@
 //! where `position` has what `slide` adds, and a keyframe turns and moves the object from where it stands. A model's own
 //! animation, where it is used, takes the keyframe's place.
 
-use glam::{Affine3A, DAffine3, DQuat, DVec3, EulerRot, Vec3};
+use glam::{Affine3A, DAffine3, DQuat, DVec3, Vec3};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
 use super::settings::{Easing, ModelAnimation, ObjectSettings, Repeat};
 use crate::mesh::RigidTrack;
+use crate::portable::{log10, power_of_ten, sin, turn_about, turn_about_axes, turn_between};
 
 /// `motion` of an `[[object]]`. The default stands still.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -150,8 +151,8 @@ impl Origins {
 /// A place rounded to decimals, down to a ten-millionth of the scene's radius: what single precision holds of it.
 #[must_use]
 pub fn in_decimals(place: DVec3, radius: f32) -> [f64; 3] {
-    let digits = (7.0 - f64::from(radius).log10().floor()).clamp(-30.0, 15.0) as i32;
-    let up = 10.0_f64.powi(digits.abs());
+    let digits = (7.0 - log10(radius.into()).floor()).clamp(-30.0, 15.0) as i32;
+    let up = power_of_ten(digits.unsigned_abs());
     place.to_array().map(|x| {
         if digits >= 0 {
             (x * up).round() / up
@@ -202,10 +203,10 @@ pub fn pose_from(
         }
     };
     let keyframe = keyframe * DAffine3::from_translation(origins.surface);
-    let slid = wide(motion.slide) * cycle(time, motion.slide_period, motion.slide_phase).sin();
+    let slid = wide(motion.slide) * sin(cycle(time, motion.slide_period, motion.slide_phase));
     let position = near(DVec3::from_array(object.position) - origins.world);
     let place = DAffine3::from_translation(position + slid);
-    let swung = cycle(time, motion.swing_period, motion.swing_phase).sin();
+    let swung = sin(cycle(time, motion.swing_period, motion.swing_phase));
     let turned = turn(swung * wide(motion.swing)) * turn_for(motion.spin, time);
     let pivot = near(DVec3::from_array(motion.pivot) - origins.surface);
     let own = DAffine3::from_rotation_translation(turned, pivot - turned * pivot);
@@ -229,9 +230,7 @@ pub fn double(pose: &Affine3A) -> DAffine3 {
 
 /// The rotation that scene files mean: about X, then Y, then Z, each about the world's axis.
 pub(super) fn euler(degrees: [f32; 3]) -> DQuat {
-    let [x, y, z] = degrees.map(|angle| f64::from(angle).to_radians());
-    // ZYX applied right to left: the X rotation comes first.
-    DQuat::from_euler(EulerRot::ZYX, z, y, x)
+    turn_about_axes(wide(degrees).map(f64::to_radians))
 }
 
 fn wide(vector: [f32; 3]) -> DVec3 {
@@ -249,7 +248,7 @@ fn turn(degrees: DVec3) -> DQuat {
     if angle == 0.0 {
         return DQuat::IDENTITY;
     }
-    DQuat::from_axis_angle(degrees / angle, angle.to_radians())
+    turn_about(degrees / angle, angle.to_radians())
 }
 
 /// What a turning rate, degrees a second, comes to; whole turns are taken off before they cost digits.
@@ -260,7 +259,7 @@ fn turn_for(rate: [f32; 3], time: f64) -> DQuat {
         return DQuat::IDENTITY;
     }
     let degrees = (speed * time) % 360.0;
-    DQuat::from_axis_angle(rate / speed, degrees.to_radians())
+    turn_about(rate / speed, degrees.to_radians())
 }
 
 /// Between two keyframes the rotation takes the shorter way round, at an even rate.
@@ -301,7 +300,7 @@ fn between_keyframes(motion: &MotionSettings, time: f64) -> (DQuat, DVec3) {
         Easing::Linear => share,
         Easing::Smooth => share * share * (3.0 - 2.0 * share),
     };
-    let rotation = euler(from.rotation).slerp(euler(to.rotation), share);
+    let rotation = turn_between(euler(from.rotation), euler(to.rotation), share);
     let position = wide(from.position).lerp(wide(to.position), share);
     (rotation, position)
 }

@@ -11,6 +11,7 @@
 use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, GrayImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
+use rayon::prelude::*;
 
 use super::field::fill_gutters;
 use super::texture_map;
@@ -21,6 +22,7 @@ use crate::plain_text::Shown as _;
 use crate::scene::BUILTIN;
 use crate::scene::builtin::MAPS;
 use crate::scene::settings::AreaSettings;
+use crate::strict::settled;
 use crate::whole_file::WholeFile;
 
 /// The bias of texels that no particle may enter.
@@ -100,6 +102,8 @@ impl AreaMap {
             )));
         }
         fill_gutters(&atlas.seams, &mut bias);
+        bias.par_iter_mut()
+            .for_each(|value| *value = settled(*value));
         Ok(bias)
     }
 }

@@ -198,7 +198,8 @@ fn left_of(snapshot: &Snapshot, old: &Setup, new: &Setup, from: &[Option<usize>]
         let first = |setup: &Setup, object: usize| setup.surface.objects[object].triangles.0;
         let triangle = place.point.triangle - first(new, object) + first(old, was);
         let at = |other: &FoodPlace| {
-            let apart = (other.point.u - place.point.u).hypot(other.point.v - place.point.v);
+            let [u, v] = [other.point.u - place.point.u, other.point.v - place.point.v];
+            let apart = (u * u + v * v).sqrt();
             other.point.triangle == triangle && apart < 1e-3 && other.amount == place.amount
         };
         let food = old.pantry.places.iter().position(at)?;

@@ -428,11 +428,7 @@ fn kept_pairs(
 /// In the precision that devices work with.
 fn rows(pose: DAffine3) -> Pose {
     let rows = glam::DMat4::from(pose).transpose().as_mat4();
-    Pose {
-        x: rows.x_axis,
-        y: rows.y_axis,
-        z: rows.z_axis,
-    }
+    Pose::of_rows([rows.x_axis, rows.y_axis, rows.z_axis])
 }
 
 impl ObjectPair {

@@ -39,6 +39,9 @@ const MARKER_SHARE: f64 = 0.08;
 /// World lengths for a part of the object's own extent.
 const MARKER_RADIUS: f64 = 0.03;
 
+/// Below this share of a strength nothing is smelled: products with smaller ones could be too small for some devices.
+const FAINTEST: f32 = 1e-20;
+
 /// A food or a marker where it lies. Lengths are world lengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoodPlace {
@@ -179,7 +182,7 @@ impl Pantry {
             control.check()?;
             for &(texel, distance) in reached.iter() {
                 let value = place.falloff(distance.into()) as f32;
-                if value > 0.0 {
+                if value >= FAINTEST {
                     falloff[texel as usize] = value;
                     entries.push((texel, food, value));
                 }
@@ -191,7 +194,7 @@ impl Pantry {
             }
             let filled = atlas.seams.iter().filter_map(|seam| {
                 let value = mixed(seam, &falloff);
-                (value > 0.0).then_some((seam.texel, food, value))
+                (value >= FAINTEST).then_some((seam.texel, food, value))
             });
             entries.extend(filled);
             for &(texel, _) in reached.iter() {

@@ -90,7 +90,7 @@ pub(super) fn is_within_rounding(own: &Tree, before: &Pose, now: &Pose, far: f64
         r = r.max(corner.length());
         d = d.max(place.length());
     }
-    way <= (4.0 * r + 2.5 * d + far) * 2.0_f64.powi(-23)
+    way <= (4.0 * r + 2.5 * d + far) * f64::from(f32::EPSILON)
 }
 
 /// Corners of the box round an object, in its own space: they move farthest.

@@ -4,6 +4,7 @@
 //! The host lists the texels of a dab, so that simulation and twin paint the same ones; the kernels `paint` and `summon`
 //! do the rest.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use glam::{DAffine3, DVec2, DVec3, UVec2, Vec2, Vec3};
@@ -15,8 +16,10 @@ use super::setup::Setup;
 use super::types::{Particle, Pose};
 use crate::error::{Error, Result};
 use crate::mesh::surface::NONE;
+use crate::portable::direction;
 use crate::rng::{Purpose, random, seed_word, unit};
 use crate::scene::settings::Settings;
+use crate::strict::settled;
 
 /// Places of an object that particles of one dab come to.
 const PLACES: u32 = 4096;
@@ -95,7 +98,7 @@ impl Ring {
         std::array::from_fn(|k| {
             let (circle, place) = (k % 2, k / 2);
             let turn = (place as f32 + 0.5 * circle as f32) / (LOOKS / 2) as f32;
-            [0.5, 0.9][circle] * Vec2::from_angle(turn * std::f32::consts::TAU)
+            [0.5, 0.9][circle] * direction(f64::from(turn) * TAU).as_vec2()
         })
     }
 
@@ -268,8 +271,8 @@ impl Dab {
                 let v = if u + v > 1.0 { 1.0 - u } else { v };
                 Particle {
                     triangle,
-                    u,
-                    v,
+                    u: settled(u),
+                    v: settled(v),
                     id: NONE,
                 }
             }));
@@ -519,7 +522,7 @@ impl InObject {
         let from_a = ball.center - a;
         let origin = map.origin.as_dvec2();
         let middle = origin + from_a.dot(along) * p + from_a.dot(across) * h;
-        let extent = reach.sqrt() * DVec2::new(p.x.hypot(h.x), p.y.hypot(h.y));
+        let extent = reach.sqrt() * (p * p + h * h).map(f64::sqrt);
         let (u_end, v_end) = (origin + du, origin + dv);
         let mut low = origin.min(u_end).min(v_end) - 1.0;
         let mut high = origin.max(u_end).max(v_end) + 1.0;

@@ -2,6 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::portable::direction;
 use crate::scene::settings::PhysarumSettings;
 
 /// A row of the table that has one an object; `shaders/include/types.glsl` declares it for kernels.
@@ -37,15 +38,15 @@ pub struct Physarum {
 impl Physarum {
     /// In a scene of this radius; `factor` is what decrowding weights are multiplied by.
     pub(super) fn of(physarum: &PhysarumSettings, radius: f32, factor: f32) -> Self {
-        let (sensor_sin, sensor_cos) = physarum.sensor_angle.to_radians().sin_cos();
-        let (rotation_sin, rotation_cos) = physarum.rotation_angle.to_radians().sin_cos();
+        let [sensor, rotation] = [physarum.sensor_angle, physarum.rotation_angle]
+            .map(|degrees| direction(f64::from(degrees).to_radians()).as_vec2());
         Self {
             speed: physarum.speed * radius,
             sensor_offset: physarum.sensor_offset * radius,
-            sensor_cos,
-            sensor_sin,
-            rotation_cos,
-            rotation_sin,
+            sensor_cos: sensor.x,
+            sensor_sin: sensor.y,
+            rotation_cos: rotation.x,
+            rotation_sin: rotation.y,
             sensor_noise: physarum.sensor_noise,
             favourite_density: physarum.favourite_density,
             gravity_weight: physarum.gravity_weight / radius,

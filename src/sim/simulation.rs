@@ -366,7 +366,8 @@ impl Simulation {
                 there.0, there.1, here.0, here.1
             )));
         }
-        let snapshot = snapshot.counted_from(self.setup().origin());
+        let mut snapshot = snapshot.counted_from(self.setup().origin()).into_owned();
+        snapshot.settle();
         let mut course = self.course.clone();
         course.restore(&snapshot).map_err(Error::Invalid)?;
         let foods = self.setup().pantry.places.len();
@@ -378,7 +379,7 @@ impl Simulation {
         self.state.near.reach = 0.0;
         self.course = course;
         self.upload_poses()?;
-        self.upload_state(snapshot.into_owned(), &self.settings().clone())
+        self.upload_state(snapshot, &self.settings().clone())
     }
 }
 

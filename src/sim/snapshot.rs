@@ -12,6 +12,7 @@ use super::movement::SavedMovement;
 use super::setup::Setup;
 use super::transfers::TransferState;
 use super::types::{Motion, Particle, Pose, Transfer};
+use crate::strict::settled;
 
 /// The state after some step. The default is that of no scene.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -123,6 +124,22 @@ impl Snapshot {
             transfer.position = (transfer.position.as_dvec3() + by).as_vec3();
         }
         Cow::Owned(state)
+    }
+
+    /// Makes plain zeros of those with a sign and of what some devices take for zero, as steps store them: checkpoints of earlier
+    /// versions have others.
+    pub(super) fn settle(&mut self) {
+        self.particles.par_iter_mut().for_each(|particle| {
+            particle.u = settled(particle.u);
+            particle.v = settled(particle.v);
+        });
+        self.motions.par_iter_mut().for_each(|motion| {
+            motion.heading_p = settled(motion.heading_p);
+            motion.heading_h = settled(motion.heading_h);
+            motion.pending = settled(motion.pending);
+        });
+        let texels = self.trail.par_iter_mut().chain(&mut self.bias);
+        texels.for_each(|value| *value = settled(*value));
     }
 
     /// Earlier versions counted within steps, and marked when a particle advanced last: both mean nothing any more.
@@ -250,6 +267,27 @@ mod tests {
         assert_eq!(moved.distance_poses[0].x.w, -63.0);
         assert_eq!(moved.origin, origin);
         assert_eq!(*moved.counted_from(DVec3::ZERO), near);
+    }
+
+    #[test]
+    fn what_some_devices_take_for_zero_is_taken_up_as_zero() {
+        let mut odd = snapshot();
+        odd.particles[5].u = -0.0;
+        odd.particles[6].v = 1e-40;
+        odd.motions[7].heading_h = -0.0;
+        odd.motions[8].heading_p = -1e-45;
+        odd.motions[9].pending = f32::MIN_POSITIVE.next_down();
+        odd.trail[2] = -0.0;
+        odd.bias = vec![1e-42, -0.0, f32::MIN_POSITIVE, -3.0];
+        odd.settle();
+        let mut plain = snapshot();
+        plain.particles[5].u = 0.0;
+        plain.particles[6].v = 0.0;
+        plain.motions[8].heading_p = 0.0;
+        plain.motions[9].pending = 0.0;
+        plain.bias = vec![0.0, 0.0, f32::MIN_POSITIVE, -3.0];
+        assert_eq!(odd.hash(), plain.hash());
+        assert!(odd.bias.iter().all(|value| value.to_bits() != 0x8000_0000));
     }
 
     fn snapshot() -> Snapshot {

@@ -17,7 +17,9 @@ use rayon::prelude::*;
 use super::types::{Motion, Particle};
 use crate::mesh::surface::Surface;
 use crate::mesh::walk::{BorderRule, Frame, SurfacePoint, walk};
+use crate::portable;
 use crate::rng::{Purpose, random, unit};
+use crate::strict::{settled, within};
 
 pub use mask::{Mask, MaskTable};
 pub use rules::Masks;
@@ -225,8 +227,7 @@ impl<'a> Drawer<'a> {
 }
 
 fn direction(word: u32) -> DVec2 {
-    let (sin, cos) = (TAU * f64::from(unit(word))).sin_cos();
-    DVec2::new(cos, sin)
+    portable::direction(TAU * f64::from(unit(word)))
 }
 
 /// The surface point that is nearest to a place, which is given in the space of each object (scaled, as the surface's
@@ -326,19 +327,19 @@ pub(super) fn uniform_in_triangle(words: [u32; 4]) -> (f32, f32) {
 }
 
 fn particle(id: u32, point: SurfacePoint) -> Particle {
-    let u = (point.u as f32).clamp(0.0, 1.0);
+    let u = within(point.u as f32, 0.0, 1.0);
     Particle {
         triangle: point.triangle,
-        u,
-        v: (point.v as f32).clamp(0.0, 1.0 - u),
+        u: settled(u),
+        v: settled(within(point.v as f32, 0.0, 1.0 - u)),
         id,
     }
 }
 
 fn motion(heading: DVec2) -> Motion {
     Motion {
-        heading_p: heading.x as f32,
-        heading_h: heading.y as f32,
+        heading_p: settled(heading.x as f32),
+        heading_h: settled(heading.y as f32),
         pending: 0.0,
         flags: 0,
     }

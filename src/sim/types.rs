@@ -4,6 +4,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3, Vec4};
 
+use crate::strict::settled;
+
 pub use super::physarum::Physarum;
 pub use crate::mesh::atlas::{ExchangeEntry, ExchangeRow};
 pub use crate::mesh::surface::{AtlasMap, HalfEdge, Seam, Triangle};
@@ -299,14 +301,18 @@ pub struct Pose {
     pub z: Vec4,
 }
 
+impl Pose {
+    /// Of rows whose numbers may be too small for some devices.
+    pub(super) fn of_rows(rows: [Vec4; 3]) -> Self {
+        let [x, y, z] = rows.map(|row| row.map(settled));
+        Self { x, y, z }
+    }
+}
+
 impl From<Affine3A> for Pose {
     fn from(world_from_object: Affine3A) -> Self {
         let rows = glam::Mat4::from(world_from_object).transpose();
-        Self {
-            x: rows.x_axis,
-            y: rows.y_axis,
-            z: rows.z_axis,
-        }
+        Self::of_rows([rows.x_axis, rows.y_axis, rows.z_axis])
     }
 }
 

@@ -36,7 +36,14 @@ fn files(folder: &str, endings: &[&str]) -> Vec<(PathBuf, String)> {
 /// The layers, lowest first; a layer uses only those in earlier rows. `mesh` and `gpu` share a row: neither knows
 /// the other.
 const LAYERS: &[&[&str]] = &[
-    &["commit", "error", "regular_file", "rng", "whole_file"],
+    &[
+        "commit",
+        "error",
+        "portable",
+        "regular_file",
+        "rng",
+        "whole_file",
+    ],
     &["mesh", "gpu"],
     &["scene"],
     &["sim"],
@@ -308,6 +315,125 @@ fn tests_wait_for_conditions_and_not_for_times() {
     let text = "fn a() {\n    while b() {\n        if c() {\n            CALL(D);\n        }\n    }\n    CALL(D);\n}\n";
     let text = text.replace("CALL", &["sl", "eep"].concat());
     assert_eq!(fixed_sleeps(&text), [7]);
+}
+
+/// Calls whose last bits are those of the system's library, or of the processor's instructions.
+const NOT_PORTABLE: &[&str] = &[
+    ".sin(",
+    ".cos(",
+    ".tan(",
+    ".sin_cos(",
+    ".asin(",
+    ".acos(",
+    ".atan(",
+    ".atan2(",
+    ".sinh(",
+    ".cosh(",
+    ".tanh(",
+    ".exp(",
+    ".exp2(",
+    ".exp_m1(",
+    ".ln(",
+    ".ln_1p(",
+    ".log(",
+    ".log2(",
+    ".log10(",
+    ".powf(",
+    ".powi(",
+    ".hypot(",
+    ".cbrt(",
+    ".mul_add(",
+    "from_angle",
+    "angle_between",
+    "angle_to",
+    "to_angle",
+    "from_axis_angle",
+    "from_scaled_axis",
+    "from_euler",
+    "from_rotation_x",
+    "from_rotation_y",
+    "from_rotation_z",
+    "slerp",
+];
+
+/// Files of these layers that may call them, and why.
+const NEED_NOT_BE_PORTABLE: &[(&str, &str)] = &[
+    (
+        "src/sim/step/advance.rs",
+        "a twin whose kernel calls the device's",
+    ),
+    (
+        "src/sim/step/respawn.rs",
+        "a twin whose kernel calls the device's",
+    ),
+    (
+        "src/sim/twin/summon.rs",
+        "a twin whose kernel calls the device's",
+    ),
+    (
+        "src/mesh/trees/sides.rs",
+        "a twin whose kernel calls the device's",
+    ),
+];
+
+/// Lines of code that call what is not portable. A function of `portable` may have the name of one.
+fn calls_that_differ(text: &str) -> Vec<usize> {
+    let mut found = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        let code = line.split("//").next().unwrap_or_default();
+        let is_use = code.trim_start().starts_with("use crate::portable::");
+        let calls = |name: &&&str| {
+            code.match_indices(**name).any(|(at, _)| {
+                name.starts_with('.') || code[..at].ends_with("::") || code[..at].ends_with('.')
+            })
+        };
+        if !is_use && NOT_PORTABLE.iter().any(|name| calls(&name)) {
+            found.push(number);
+        }
+    }
+    found
+}
+
+/// What decides a state has the same bits on every machine.
+#[test]
+fn what_decides_a_state_is_portable() {
+    let mut wrong = Vec::new();
+    for folder in ["src/sim", "src/mesh", "src/scene"] {
+        for (path, text) in files(folder, &["rs"]) {
+            // Such a file is a module of tests by what its parent says.
+            let name = path.file_stem().unwrap().to_str().unwrap();
+            let parent = path.with_file_name("mod.rs");
+            let parent = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(parent));
+            let is_of_tests = format!("#[cfg(test)]\nmod {name};");
+            if parent.is_ok_and(|parent| parent.contains(&is_of_tests)) {
+                continue;
+            }
+            let calls = calls_that_differ(&text[..first_of_tests(&path, &text)]);
+            let listed = NEED_NOT_BE_PORTABLE
+                .iter()
+                .any(|(file, _)| Path::new(file) == path);
+            match (listed, calls.is_empty()) {
+                (true, true) => wrong.push(format!(
+                    "{} has none any more: take it out of the list",
+                    path.display()
+                )),
+                (false, false) => wrong.extend(
+                    calls
+                        .iter()
+                        .map(|line| format!("{}:{line}", path.display())),
+                ),
+                _ => {}
+            }
+        }
+    }
+    assert!(
+        wrong.is_empty(),
+        "take the functions of src/portable.rs, or products and roots:\n{}",
+        wrong.join("\n")
+    );
+    let text = "let a = x.sin();\n// x.sin()\nlet b = sin(x);\nuse crate::portable::{angle_between};\nangle_between(a, b)\n\
+        a.angle_between(b)\nDVec2::from_angle(a)\nx.sinking()\n";
+    assert_eq!(calls_that_differ(text), [1, 6, 7]);
 }
 
 #[test]

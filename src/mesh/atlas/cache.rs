@@ -21,7 +21,7 @@ use crate::whole_file::WholeFile;
 
 const MAGIC: &[u8; 8] = b"MYXOAT01";
 /// Raised whenever the same surface and options come to lie differently than before.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 /// Beyond so many bytes, or files, those that were used least recently go.
 const MOST_BYTES: u64 = 256 << 20;
 const MOST_FILES: usize = 64;
@@ -122,7 +122,7 @@ fn flattened(
     corners: &[[IVec2; 3]],
     fixed: Fixed,
 ) -> Option<usize> {
-    let texel = f64::from(fixed.texel).powi(2);
+    let texel = f64::from(fixed.texel) * f64::from(fixed.texel);
     let texels = |corners: &[IVec2; 3]| twice_area(*corners).unsigned_abs() as f64 / (2.0 * texel);
     let whole: f64 = corners.iter().map(texels).sum();
     let density = whole / surface_area(surface);

@@ -2,7 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use glam::DVec2;
 use rayon::prelude::*;
 
 use super::super::surface::Surface;
@@ -11,6 +10,7 @@ use super::flat::FlatChart;
 use super::nearness::is_near_itself;
 use super::piece::Piece;
 use super::{AtlasError, AtlasOptions, Control, charts};
+use crate::portable::direction;
 use crate::rng::{Purpose, random, unit};
 
 /// How full of triangles the texture may become at the least; what is near itself is judged at that scale.
@@ -80,6 +80,6 @@ fn turn_at_random(pieces: &mut [Piece], seed: u64) {
             (seed >> 32) as u32,
             Purpose::Start,
         );
-        piece.turn_to(DVec2::from_angle(TAU * f64::from(unit(words[0]))));
+        piece.turn_to(direction(TAU * f64::from(unit(words[0]))));
     }
 }

@@ -255,7 +255,8 @@ impl Packer {
     fn full_scale(&self, sheet: Sheet) -> f64 {
         let coarse = Sheet::new(sheet.size, sheet.fixed.gutter, COARSE_CELLS);
         let limit = 0.7 * self.scale_limit(sheet);
-        let room = 0.8 * (coarse.cells() as f64).powi(2);
+        let cells = coarse.cells() as f64;
+        let room = 0.8 * (cells * cells);
         let mut scale = limit;
         for _ in 0..5 {
             let share = room / self.taken(coarse, scale).max(1.0);

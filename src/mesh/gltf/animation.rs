@@ -9,6 +9,7 @@ use super::scene::{Placement, Scene, parent_from_node, unit};
 use super::{accessor, damaged};
 use crate::mesh::MeshReport;
 use crate::mesh::error::MeshProblem;
+use crate::portable::turn_between;
 
 /// How far a transform may be from rigid: rounding of animations in float32 is far below, what can be seen above.
 const RIGID_WITHIN: f64 = 1e-3;
@@ -136,7 +137,7 @@ impl Channel {
             (Interpolation::Step, _) => a,
             (Interpolation::Linear, Property::Rotation) => {
                 let (a, b) = (unit(a), unit(b));
-                a.slerp(b, share).to_array()
+                turn_between(a, b, share).to_array()
             }
             (Interpolation::Linear, _) => std::array::from_fn(|i| a[i] + share * (b[i] - a[i])),
             (Interpolation::CubicSpline, _) => {

@@ -6,6 +6,7 @@ use glam::{DVec3, Vec4};
 use rayon::prelude::*;
 
 use crate::mesh::surface::{NONE, Surface};
+use crate::portable::atan2;
 
 /// One for each half-edge, the sum of the unit normals on its two sides; then one for each vertex, the sum of the unit
 /// normals round it, each times its angle there. At an open border there is one side. Unit vectors, or zero.
@@ -34,7 +35,7 @@ pub(super) fn pseudonormals(surface: &Surface) -> Vec<Vec4> {
         for (k, &vertex) in surface.corners[triangle].iter().enumerate() {
             let here = places[k];
             let (to_next, to_last) = (places[(k + 1) % 3] - here, places[(k + 2) % 3] - here);
-            let angle = to_next.cross(to_last).length().atan2(to_next.dot(to_last));
+            let angle = atan2(to_next.cross(to_last).length(), to_next.dot(to_last));
             vertices[vertex as usize] += angle * normal;
         }
     }

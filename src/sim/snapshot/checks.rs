@@ -52,7 +52,8 @@ impl Snapshot {
                     "particle {id} is outside its triangle {triangle}: u = {u}, v = {v}"
                 ));
             }
-            let length = motion.heading_p.hypot(motion.heading_h);
+            let [p, h] = [motion.heading_p, motion.heading_h];
+            let length = (p * p + h * h).sqrt();
             let is_unit = (length - 1.0).abs() < 1e-5;
             if !is_unit {
                 return Err(format!("the heading of particle {id} has length {length}"));

@@ -108,7 +108,7 @@ impl MaskTable {
             let longest = edges.map(|edge| (edge * to_texture * side).length());
             let longest = longest.into_iter().fold(0.0, f32::max);
             let rows = (longest.ceil() as u32).clamp(1, FINEST);
-            let cell_area = area(surface, triangle) / f64::from(rows).powi(2);
+            let cell_area = area(surface, triangle) / f64::from(rows * rows);
             let first = table.cells.len() as u32;
             for cell in 0..rows * rows {
                 let corners = corners(cell, rows);

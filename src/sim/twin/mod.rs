@@ -223,8 +223,9 @@ impl Simulation {
     /// When its poses are damaged.
     pub fn restore(&mut self, snapshot: &Snapshot) {
         let Self { course, arrays } = self;
-        let snapshot = &*snapshot.counted_from(course.setup.origin());
-        course.restore(snapshot).expect("the poses are sound");
+        let mut snapshot = snapshot.counted_from(course.setup.origin()).into_owned();
+        snapshot.settle();
+        course.restore(&snapshot).expect("the poses are sound");
         if let Some(poses) = course.moved() {
             arrays.poses = poses;
         }

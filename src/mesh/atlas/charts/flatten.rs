@@ -5,10 +5,14 @@
 //! (Chebyshev's principle for maps, proved by Grave). It says by how much the boundary must bend, bending the boundary
 //! gives a closed curve in the plane, and the interior follows by harmonic extension. One factorisation serves both.
 
-use faer::linalg::solvers::Solve;
-use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering,
+    factorize_symbolic_cholesky,
+};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Mat, Side};
+use faer::{Conj, Mat, Par, Side};
 use glam::{DMat2, DVec2};
 use std::f64::consts::{PI, TAU};
 
@@ -16,6 +20,7 @@ use super::metric::Metric;
 use super::patch::Patch;
 use crate::mesh::edges::next;
 use crate::mesh::surface::NONE;
+use crate::portable::{self, exp};
 
 /// Patches with fewer inner vertices are factored at once; for the others a look at how they scale comes first.
 const WORTH_A_LOOK: usize = 300;
@@ -49,7 +54,7 @@ pub(super) fn flatten(
         }
         let growth = |corners: &[u32; 3]| {
             let sum: f64 = corners.iter().map(|&v| u[v as usize]).sum();
-            (2.0 / 3.0 * sum).exp()
+            exp(2.0 / 3.0 * sum)
         };
         let growths: Vec<f64> = patch.corners.iter().map(growth).collect();
         if !hopeful(&growths) {
@@ -95,7 +100,10 @@ fn border_curve(
         .map(|&h| {
             direction += PI + bend[patch.vertex_of(h) as usize];
             let shape = patch.shape(metric, h as usize / 3);
-            (shape.lengths[h as usize % 3], DVec2::from_angle(direction))
+            (
+                shape.lengths[h as usize % 3],
+                portable::direction(direction),
+            )
         })
         .collect();
     // Least change of lengths, relative to themselves, that closes the curve.
@@ -236,7 +244,7 @@ impl Laplacian {
     }
 
     /// `None` when there is nothing to factor, and `None` outside where it cannot be.
-    fn factor(&self) -> Option<Option<Llt<usize, f64>>> {
+    fn factor(&self) -> Option<Option<Factor>> {
         let n = self.inner.len();
         if n == 0 {
             return Some(None);
@@ -246,10 +254,56 @@ impl Laplacian {
         }
         let symbolic =
             SymbolicSparseColMatRef::new_checked(n, n, &self.column_starts, None, &self.rows);
-        let order = SymbolicLlt::try_new(symbolic, Side::Lower).ok()?;
         let matrix = SparseColMatRef::new(symbolic, &self.values);
-        let factor = Llt::try_new_with_symbolic(order, matrix, Side::Lower).ok()?;
-        Some(Some(factor))
+        Some(Some(Factor::of(matrix)?))
+    }
+}
+
+/// A matrix as `L L^T`, column by column.
+///
+/// Blocks of columns would take less time where there are many, but the crate multiplies those by the widest instructions that a
+/// processor has, and sums of another order have other bits. One column at a time it adds in the order of the columns.
+struct Factor {
+    symbolic: SymbolicCholesky<usize>,
+    values: Vec<f64>,
+}
+
+impl Factor {
+    /// `None` where it has none.
+    fn of(lower: SparseColMatRef<'_, usize, f64>) -> Option<Self> {
+        let params = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
+            ..Default::default()
+        };
+        let order = SymmetricOrdering::Amd;
+        let symbolic =
+            factorize_symbolic_cholesky(lower.symbolic(), Side::Lower, order, params).ok()?;
+        let mut values = vec![0.0; symbolic.len_val()];
+        let room = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+        symbolic
+            .factorize_numeric_llt(
+                &mut values,
+                lower,
+                Side::Lower,
+                Default::default(),
+                Par::Seq,
+                MemStack::new(&mut MemBuffer::new(room)),
+                Default::default(),
+            )
+            .ok()?;
+        Some(Self { symbolic, values })
+    }
+
+    fn solve_in_place(&self, right: &mut Mat<f64>) {
+        let room = self
+            .symbolic
+            .solve_in_place_scratch::<f64>(right.ncols(), Par::Seq);
+        LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
+            Conj::No,
+            right.as_mut(),
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(room)),
+        );
     }
 }
 

@@ -273,7 +273,7 @@ impl<'a> Merger<'a> {
 fn score(a: &Piece, b: &Piece, shared: f64) -> f64 {
     let perimeter = (a.perimeter + b.perimeter - 2.0 * shared).max(1e-9 * a.perimeter);
     let area = a.area + b.area;
-    area / (perimeter * perimeter) / area.powf(0.25)
+    area / (perimeter * perimeter) / area.sqrt().sqrt()
 }
 
 /// Two ascending lists as one.

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use crate::mesh::surface::Surface;
 use crate::mesh::walk::Frame;
+use crate::portable::{angle_between, atan2};
 
 /// The shape of one triangle: corner A is the origin, B is `(ab, 0)`, C is `(cp, ch)`.
 #[derive(Clone, Copy, Debug)]
@@ -25,12 +26,13 @@ impl Shape {
         let (bp, double_area) = (cp - ab, ab * ch);
         // The dot product of the two edges that leave each corner; their cross product is twice the area at all three.
         let dots = [ab * cp, -ab * bp, cp * bp + ch * ch];
+        let length = |p: f64| (p * p + ch * ch).sqrt();
         Self {
             ab,
             cp,
             ch,
-            lengths: [ab, bp.hypot(ch), cp.hypot(ch)],
-            angles: dots.map(|dot| double_area.atan2(dot)),
+            lengths: [ab, length(bp), length(cp)],
+            angles: dots.map(|dot| atan2(double_area, dot)),
             weights: [dots[2], dots[0], dots[1]].map(|dot| 0.5 * dot / double_area),
         }
     }
@@ -89,7 +91,7 @@ impl Metric {
     /// going `turn`.
     pub fn step(&self, from: u32, to: u32, turn: f64) -> f64 {
         let (from, to) = (from as usize, to as usize);
-        let angle = self.normals[from].angle_between(self.normals[to]);
+        let angle = angle_between(self.normals[from], self.normals[to]);
         let angle = if angle.is_finite() { angle } else { 0.0 };
         self.centroids[from].distance(self.centroids[to]) + turn * angle
     }

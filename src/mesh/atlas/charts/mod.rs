@@ -22,6 +22,7 @@ use rayon::prelude::*;
 use super::flat::FlatChart;
 use super::{AtlasError, Control};
 use crate::mesh::surface::{NONE, Surface};
+use crate::portable::ln;
 use cluster::Graph;
 use merge::{Merger, Pool};
 use metric::Metric;
@@ -97,14 +98,14 @@ pub(super) fn flat_charts(
     let all: Vec<u32> = (0..surface.corners.len() as u32).collect();
     let graph =
         pool.with(|places| Graph::new(surface, &all, places, |a, b| metric.step(a, b, 0.0)));
-    let first_count = pieces.len() as f32;
+    let first_count = pieces.len() as f64;
     let mut merger = Merger::new(surface, &metric, &pool, control, pieces);
     for bounds in [&STRICT, &LOOSE] {
         for _ in 0..REPEATS {
             let before = merger.pieces.iter().flatten().count();
             merger.run(bounds, |count| {
-                let joined = 1.0 - (count as f32).ln() / first_count.ln().max(1.0);
-                progress.tell(0.15 + 0.55 * joined.clamp(0.0, 1.0))
+                let joined = 1.0 - ln(count as f64) / ln(first_count).max(1.0);
+                progress.tell(0.15 + 0.55 * joined.clamp(0.0, 1.0) as f32)
             })?;
             merger.smooth(&graph, &SMOOTHING, &STRICT)?;
             progress.advance(0.05)?;
