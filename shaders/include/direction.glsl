@@ -4,13 +4,10 @@
 #ifndef MYXO_DIRECTION
 #define MYXO_DIRECTION
 
+#include "vectors.glsl"
+
 // The smallest number that every device calculates with: a smaller square may count as zero.
 const float LEAST_SQUARE = 1.17549435e-38;
-
-// The direction of a vector, or another one if the vector is too short to have one.
-vec3 direction_or(vec3 way, vec3 other) {
-    return dot(way, way) >= LEAST_SQUARE ? normalize(way) : other;
-}
 
 // In a triangle's tangent frame: along AB if the vector is too short.
 vec2 flat_direction(vec2 way) {

@@ -5,21 +5,20 @@
 #define MYXO_NEAREST
 
 #include "tables.glsl"
+#include "vectors.glsl"
 
 // What of a triangle is nearest: its inside, an edge (by its first corner) or a corner.
 const uint FEATURE_FACE = 0u;
 const uint FEATURE_EDGE = 1u;
 const uint FEATURE_CORNER = 4u;
 
-// The order of sums is the twin's; dot() may take any.
-float dot_of(vec3 a, vec3 b) {
-    precise float sum = (a.x * b.x + a.y * b.y) + a.z * b.z;
-    return sum;
-}
+// A triangle whose normal has a smaller square has no inside: numbers cannot tell it from a line. 2^-100.
+const float LEAST_NORMAL = 7.8886091e-31;
 
-vec3 cross_of(vec3 a, vec3 b) {
-    precise vec3 product = a.yzx * b.zxy - a.zxy * b.yzx;
-    return product;
+// n / d from 0 to 1, exactly 1 where they are equal; `by` is 1 / d.
+float share_by(float n, float d, float by) {
+    precise float part = n * by;
+    return n >= d ? 1.0 : n <= 0.0 ? 0.0 : min(part, 1.0);
 }
 
 // What remains of a way after u times one and v times the other.
@@ -29,24 +28,25 @@ vec3 rest_of(vec3 way, vec3 ab, vec3 ac, float u, float v) {
 }
 
 // The weights of B and C of the nearest point, the square of the distance and the feature that it lies on (as a float).
+// Of the sides from A to B and C, `ab_by` and `ac_by` are 1 over the squares of their lengths.
 // One way through: devices that run both sides of every branch would pay for each region. The inside counts where the
 // place projects into it; else the nearest of three points, one on each edge.
-vec4 nearest_in_face(vec3 way, vec3 ab, vec3 ac) {
+vec4 nearest_in_face(vec3 way, vec3 ab, float ab_by, vec3 ac, float ac_by) {
     float ab_way = dot_of(ab, way);
     float ac_way = dot_of(ac, way);
     float ab_ab = dot_of(ab, ab);
     float ab_ac = dot_of(ab, ac);
     float ac_ac = dot_of(ac, ac);
 
-    precise float t_ab = clamp(ab_way / ab_ab, 0.0, 1.0);
-    precise float t_ca = clamp(ac_way / ac_ac, 0.0, 1.0);
+    float t_ab = share_by(ab_way, ab_ab, ab_by);
+    float t_ca = share_by(ac_way, ac_ac, ac_by);
     precise float bc_way = (ac_way - ab_way) + (ab_ab - ab_ac);
     precise float bc_bc = (ab_ab - ab_ac) + (ac_ac - ab_ac);
-    precise float t_bc = clamp(bc_way / bc_bc, 0.0, 1.0);
+    float t_bc = share(bc_way, bc_bc);
     precise float rest_bc = 1.0 - t_bc;
-    vec3 from_ab = rest_of(way, ab, ac, t_ab, 0.0);
+    precise vec3 from_ab = way - t_ab * ab;
     vec3 from_bc = rest_of(way, ab, ac, rest_bc, t_bc);
-    vec3 from_ca = rest_of(way, ab, ac, 0.0, t_ca);
+    precise vec3 from_ca = way - t_ca * ac;
     float square_ab = dot_of(from_ab, from_ab);
     float square_bc = dot_of(from_bc, from_bc);
     float square_ca = dot_of(from_ca, from_ca);
@@ -70,19 +70,27 @@ vec4 nearest_in_face(vec3 way, vec3 ab, vec3 ac) {
     // On from the nearest edge, and by way of the normal: so the digits of needles are kept.
     vec3 normal = cross_of(ab, ac);
     float normal_square = dot_of(normal, normal);
-    precise float more_u = dot_of(cross_of(from_edge, ac), normal) / normal_square;
-    precise float more_v = dot_of(cross_of(ab, from_edge), normal) / normal_square;
+    float by = reciprocal(normal_square);
+    precise float more_u = dot_of(cross_of(from_edge, ac), normal) * by;
+    precise float more_v = dot_of(cross_of(ab, from_edge), normal) * by;
     precise float inner_u = u + more_u;
     precise float inner_v = v + more_v;
     precise float inner_w = (1.0 - inner_u) - inner_v;
     vec3 from_inner = rest_of(from_edge, ab, ac, more_u, more_v);
     float inner_square = dot_of(from_inner, from_inner);
-    bool is_inner = inner_u > 0.0 && inner_v > 0.0 && inner_w > 0.0 && inner_square < square;
+    bool is_inner = normal_square >= LEAST_NORMAL && inner_u > 0.0 && inner_v > 0.0 && inner_w > 0.0 && inner_square < square;
     return is_inner ? vec4(inner_u, inner_v, inner_square, float(FEATURE_FACE)) : vec4(u, v, square, float(feature));
 }
 
 vec3 face_word(uint slot, uint k) {
     return uintBitsToFloat(fetch4(faces, 3u * slot + k).xyz);
+}
+
+// `way` leads to the place from the face's first corner.
+vec4 nearest_by_way(uint slot, vec3 way) {
+    vec4 ab = uintBitsToFloat(fetch4(faces, 3u * slot + 1u));
+    vec4 ac = uintBitsToFloat(fetch4(faces, 3u * slot + 2u));
+    return nearest_in_face(way, ab.xyz, ab.w, ac.xyz, ac.w);
 }
 
 uint triangle_of(uint slot) {
@@ -98,7 +106,7 @@ bool is_nearer(float square, uint triangle, float best_square, uint best_triangl
 // The nearest point of one face, as nearest_in_face says it.
 vec4 nearest_on_face(uint slot, vec3 place) {
     precise vec3 way = place - face_word(slot, 0u);
-    return nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u));
+    return nearest_by_way(slot, way);
 }
 
 #endif

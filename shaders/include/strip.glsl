@@ -7,6 +7,7 @@
 #define MYXO_STRIP
 
 #include "direction.glsl"
+#include "vectors.glsl"
 #include "strip_table.glsl"
 
 const uint WALK_DONE = 0u;
@@ -29,11 +30,6 @@ vec2 seen_from(vec2 point, float x, float y, vec2 heading) {
     precise vec2 way = vec2(x - point.x, y - point.y);
     precise vec2 seen = vec2(way.x * heading.x + way.y * heading.y, way.y * heading.x - way.x * heading.y);
     return seen;
-}
-
-float cross_of(vec2 a, vec2 b) {
-    precise float area = a.x * b.y - a.y * b.x;
-    return area;
 }
 
 // How far ahead the edge from right to left is.

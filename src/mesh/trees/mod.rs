@@ -16,6 +16,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3, Vec4};
 
 use super::surface::Surface;
+use crate::strict::{dot3, reciprocal};
 pub use afar::FacePoint;
 pub use build::{GREATEST_DEPTH, Node};
 pub use dipoles::Dipole;
@@ -30,12 +31,27 @@ pub struct Face {
     pub triangle: u32,
     /// B - A.
     pub ab: Vec3,
-    /// Nothing.
-    pub pad0: u32,
+    /// 1 over the square of its length.
+    pub ab_by: f32,
     /// C - A.
     pub ac: Vec3,
-    /// Nothing.
-    pub pad1: u32,
+    /// 1 over the square of its length.
+    pub ac_by: f32,
+}
+
+impl Face {
+    /// A triangle by its corner A and the ways from it to B and C.
+    #[must_use]
+    pub fn new(triangle: u32, a: Vec3, ab: Vec3, ac: Vec3) -> Self {
+        Self {
+            a,
+            triangle,
+            ab,
+            ab_by: reciprocal(dot3(ab, ab)),
+            ac,
+            ac_by: reciprocal(dot3(ac, ac)),
+        }
+    }
 }
 
 /// One object's part of the pooled arrays.
@@ -116,13 +132,6 @@ impl Trees {
 fn face(surface: &Surface, triangle: u32) -> Face {
     let corners = surface.corners[triangle as usize];
     let [a, b, c] = corners.map(|vertex| surface.positions[vertex as usize]);
-    Face {
-        a,
-        triangle,
-        // Each difference of two floats is rounded once.
-        ab: b - a,
-        pad0: 0,
-        ac: c - a,
-        pad1: 0,
-    }
+    // Each difference of two floats is rounded once.
+    Face::new(triangle, a, b - a, c - a)
 }

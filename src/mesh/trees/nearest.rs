@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::Face;
+use crate::strict::{cross3, dot3, reciprocal, share};
 
 /// Nearest is the inside of the triangle.
 pub const FEATURE_FACE: u32 = 0;
@@ -24,31 +25,47 @@ pub struct NearestPoint {
     pub feature: u32,
 }
 
+/// A triangle whose normal has a smaller square has no inside. 2^-100.
+const LEAST_NORMAL: f32 = 7.888_609e-31;
+
+/// n / d from 0 to 1, exactly 1 where they are equal; `by` is 1 / d.
+#[inline]
+pub(super) fn share_by(n: f32, d: f32, by: f32) -> f32 {
+    if n >= d {
+        1.0
+    } else if n <= 0.0 {
+        0.0
+    } else {
+        (n * by).min(1.0)
+    }
+}
+
 fn rest_of(way: Vec3, ab: Vec3, ac: Vec3, u: f32, v: f32) -> Vec3 {
     (way - u * ab) - v * ac
 }
 
-/// The nearest point of a triangle, `way` being the way to the place from corner A.
+/// The nearest point of a triangle, `way` being the way to the place from corner A. Of the sides from A to B and C, `ab_by` and
+/// `ac_by` are 1 over the squares of their lengths.
 #[must_use]
-pub fn nearest_in_face(way: Vec3, ab: Vec3, ac: Vec3) -> NearestPoint {
-    let ab_way = ab.dot(way);
-    let ac_way = ac.dot(way);
-    let ab_ab = ab.dot(ab);
-    let ab_ac = ab.dot(ac);
-    let ac_ac = ac.dot(ac);
+pub fn nearest_in_face(way: Vec3, ab: Vec3, ab_by: f32, ac: Vec3, ac_by: f32) -> NearestPoint {
+    let ab_way = dot3(ab, way);
+    let ac_way = dot3(ac, way);
+    let ab_ab = dot3(ab, ab);
+    let ab_ac = dot3(ab, ac);
+    let ac_ac = dot3(ac, ac);
 
-    let t_ab = (ab_way / ab_ab).clamp(0.0, 1.0);
-    let t_ca = (ac_way / ac_ac).clamp(0.0, 1.0);
+    let t_ab = share_by(ab_way, ab_ab, ab_by);
+    let t_ca = share_by(ac_way, ac_ac, ac_by);
     let bc_way = (ac_way - ab_way) + (ab_ab - ab_ac);
     let bc_bc = (ab_ab - ab_ac) + (ac_ac - ab_ac);
-    let t_bc = (bc_way / bc_bc).clamp(0.0, 1.0);
+    let t_bc = share(bc_way, bc_bc);
     let rest_bc = 1.0 - t_bc;
-    let from_ab = rest_of(way, ab, ac, t_ab, 0.0);
+    let from_ab = way - t_ab * ab;
     let from_bc = rest_of(way, ab, ac, rest_bc, t_bc);
-    let from_ca = rest_of(way, ab, ac, 0.0, t_ca);
-    let square_ab = from_ab.dot(from_ab);
-    let square_bc = from_bc.dot(from_bc);
-    let square_ca = from_ca.dot(from_ca);
+    let from_ca = way - t_ca * ac;
+    let square_ab = dot3(from_ab, from_ab);
+    let square_bc = dot3(from_bc, from_bc);
+    let square_ca = dot3(from_ca, from_ca);
 
     let is_bc = square_bc < square_ab;
     let (mut u, mut v, mut from_edge, mut square) = if is_bc {
@@ -74,16 +91,22 @@ pub fn nearest_in_face(way: Vec3, ab: Vec3, ac: Vec3) -> NearestPoint {
         FEATURE_EDGE
     };
 
-    let normal = ab.cross(ac);
-    let normal_square = normal.dot(normal);
-    let more_u = from_edge.cross(ac).dot(normal) / normal_square;
-    let more_v = ab.cross(from_edge).dot(normal) / normal_square;
+    let normal = cross3(ab, ac);
+    let normal_square = dot3(normal, normal);
+    let by = reciprocal(normal_square);
+    let more_u = dot3(cross3(from_edge, ac), normal) * by;
+    let more_v = dot3(cross3(ab, from_edge), normal) * by;
     let inner_u = u + more_u;
     let inner_v = v + more_v;
     let inner_w = (1.0 - inner_u) - inner_v;
     let from_inner = rest_of(from_edge, ab, ac, more_u, more_v);
-    let inner_square = from_inner.dot(from_inner);
-    if inner_u > 0.0 && inner_v > 0.0 && inner_w > 0.0 && inner_square < square {
+    let inner_square = dot3(from_inner, from_inner);
+    if normal_square >= LEAST_NORMAL
+        && inner_u > 0.0
+        && inner_v > 0.0
+        && inner_w > 0.0
+        && inner_square < square
+    {
         return NearestPoint {
             u: inner_u,
             v: inner_v,
@@ -108,5 +131,5 @@ pub fn is_nearer(square: f32, triangle: u32, best_square: f32, best_triangle: u3
 /// The nearest point of a face.
 #[must_use]
 pub fn nearest_on_face(face: &Face, place: Vec3) -> NearestPoint {
-    nearest_in_face(place - face.a, face.ab, face.ac)
+    nearest_in_face(place - face.a, face.ab, face.ab_by, face.ac, face.ac_by)
 }

@@ -58,14 +58,7 @@ fn trees_of_nested_triangles_are_not_too_deep() {
     let mut faces: Vec<Face> = (0..110)
         .map(|i| {
             let size = 0.5f32.powi(i);
-            Face {
-                a: Vec3::ZERO,
-                triangle: i as u32,
-                ab: Vec3::X * size,
-                pad0: 0,
-                ac: Vec3::Y * size,
-                pad1: 0,
-            }
+            Face::new(i as u32, Vec3::ZERO, Vec3::X * size, Vec3::Y * size)
         })
         .collect();
     let mut nodes = Vec::new();
@@ -135,14 +128,7 @@ fn faces_without_area_have_nearest_points() {
         [Vec3::X, 2.0 * Vec3::X],
     ];
     for [ab, ac] in shapes {
-        let mut faces = [Face {
-            a: Vec3::ZERO,
-            triangle: 0,
-            ab,
-            pad0: 0,
-            ac,
-            pad1: 0,
-        }];
+        let mut faces = [Face::new(0, Vec3::ZERO, ab, ac)];
         let mut nodes = Vec::new();
         build::append_tree(&mut nodes, &mut faces, 0);
         let trees = Trees {
