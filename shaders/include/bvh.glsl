@@ -227,7 +227,8 @@ Crossing first_crossing(uint root, vec3 from, vec3 to) {
                 float from_plane = dot_of(ac, along);
                 float passed = volume < 0.0 ? -from_plane : from_plane;
                 float size = abs(volume);
-                float t = share_by(passed, size, abs(by));
+                precise float part = passed * abs(by);
+                float t = passed >= size ? 1.0 : within(part, 0.0, 1.0);
                 bool crosses = u >= -CROSSING_MARGIN && v >= -CROSSING_MARGIN && w >= -CROSSING_MARGIN && passed >= 0.0 && passed <= size && size >= LEAST_VOLUME;
                 if (crosses && is_nearer(t, first.w, best.t, best_triangle)) {
                     best.slot = slot;

@@ -12,13 +12,25 @@ const uint FEATURE_FACE = 0u;
 const uint FEATURE_EDGE = 1u;
 const uint FEATURE_CORNER = 4u;
 
-// A triangle whose normal has a smaller square has no inside: numbers cannot tell it from a line. 2^-100.
-const float LEAST_NORMAL = 7.8886091e-31;
+// Nothing is divided by less, and a triangle whose normal has a smaller square has no inside: numbers cannot tell it from a line.
+// 2^-100.
+const float LEAST_DIVISOR = 7.8886091e-31;
 
-// n / d from 0 to 1, exactly 1 where they are equal; `by` is 1 / d.
-float share_by(float n, float d, float by) {
+// 1 / x of a positive number, off by 2.4 units in the last place: as reciprocal(), but what is wrong with the guess is not found
+// exactly. Searches ask for little else.
+float about_reciprocal(float x) {
+    float a = max(x, LEAST_DIVISOR);
+    float guess = uintBitsToFloat(0x7ef33400u - floatBitsToUint(a));
+    precise float better = guess * (2.0013 - a * guess);
+    precise float wrong = 1.0 - a * better;
+    precise float result = better + better * (wrong + wrong * wrong);
+    return result;
+}
+
+// A part of 1 by n / d; `by` is 1 / d.
+float part_by(float n, float by) {
     precise float part = n * by;
-    return n >= d ? 1.0 : n <= 0.0 ? 0.0 : min(part, 1.0);
+    return n > 0.0 ? min(part, 1.0) : 0.0;
 }
 
 // What remains of a way after u times one and v times the other.
@@ -28,24 +40,21 @@ vec3 rest_of(vec3 way, vec3 ab, vec3 ac, float u, float v) {
 }
 
 // The weights of B and C of the nearest point, the square of the distance and the feature that it lies on (as a float).
-// Of the sides from A to B and C, `ab_by` and `ac_by` are 1 over the squares of their lengths.
+// Of the sides from A to B and C, `ab_by` and `ac_by` are 1 over the squares of their lengths, rounded so that
+// a square times that is not less than 1.
 // One way through: devices that run both sides of every branch would pay for each region. The inside counts where the
 // place projects into it; else the nearest of three points, one on each edge.
 vec4 nearest_in_face(vec3 way, vec3 ab, float ab_by, vec3 ac, float ac_by) {
-    float ab_way = dot_of(ab, way);
-    float ac_way = dot_of(ac, way);
-    float ab_ab = dot_of(ab, ab);
-    float ab_ac = dot_of(ab, ac);
-    float ac_ac = dot_of(ac, ac);
-
-    float t_ab = share_by(ab_way, ab_ab, ab_by);
-    float t_ca = share_by(ac_way, ac_ac, ac_by);
-    precise float bc_way = (ac_way - ab_way) + (ab_ab - ab_ac);
-    precise float bc_bc = (ab_ab - ab_ac) + (ac_ac - ab_ac);
-    float t_bc = share(bc_way, bc_bc);
+    precise vec3 bc = ac - ab;
+    precise vec3 from_b = way - ab;
+    float bc_way = dot_of(bc, from_b);
+    float bc_bc = dot_of(bc, bc);
+    float t_ab = part_by(dot_of(ab, way), ab_by);
+    float t_ca = part_by(dot_of(ac, way), ac_by);
+    float t_bc = bc_way >= bc_bc ? 1.0 : part_by(bc_way, about_reciprocal(bc_bc));
     precise float rest_bc = 1.0 - t_bc;
     precise vec3 from_ab = way - t_ab * ab;
-    vec3 from_bc = rest_of(way, ab, ac, rest_bc, t_bc);
+    precise vec3 from_bc = from_b - t_bc * bc;
     precise vec3 from_ca = way - t_ca * ac;
     float square_ab = dot_of(from_ab, from_ab);
     float square_bc = dot_of(from_bc, from_bc);
@@ -70,15 +79,16 @@ vec4 nearest_in_face(vec3 way, vec3 ab, float ab_by, vec3 ac, float ac_by) {
     // On from the nearest edge, and by way of the normal: so the digits of needles are kept.
     vec3 normal = cross_of(ab, ac);
     float normal_square = dot_of(normal, normal);
-    float by = reciprocal(normal_square);
-    precise float more_u = dot_of(cross_of(from_edge, ac), normal) * by;
-    precise float more_v = dot_of(cross_of(ab, from_edge), normal) * by;
+    float by = about_reciprocal(normal_square);
+    vec3 turned = cross_of(normal, from_edge);
+    precise float more_u = dot_of(ac, turned) * by;
+    precise float more_v = -(dot_of(ab, turned) * by);
     precise float inner_u = u + more_u;
     precise float inner_v = v + more_v;
     precise float inner_w = (1.0 - inner_u) - inner_v;
     vec3 from_inner = rest_of(from_edge, ab, ac, more_u, more_v);
     float inner_square = dot_of(from_inner, from_inner);
-    bool is_inner = normal_square >= LEAST_NORMAL && inner_u > 0.0 && inner_v > 0.0 && inner_w > 0.0 && inner_square < square;
+    bool is_inner = normal_square >= LEAST_DIVISOR && inner_u > 0.0 && inner_v > 0.0 && inner_w > 0.0 && inner_square < square;
     return is_inner ? vec4(inner_u, inner_v, inner_square, float(FEATURE_FACE)) : vec4(u, v, square, float(feature));
 }
 

@@ -77,7 +77,7 @@ fn strict_arithmetic_is_that_of_the_host() {
             assert_eq!(
                 bits(found),
                 bits(expected),
-                "{word:x}, {k}: {found}, and {expected}"
+                "{word}, {k}: {found}, and {expected}"
             );
         }
     }

@@ -31,11 +31,11 @@ pub struct Face {
     pub triangle: u32,
     /// B - A.
     pub ab: Vec3,
-    /// 1 over the square of its length.
+    /// 1 over the square of its length, rounded so that the square times this is not less than 1.
     pub ab_by: f32,
     /// C - A.
     pub ac: Vec3,
-    /// 1 over the square of its length.
+    /// The same of that.
     pub ac_by: f32,
 }
 
@@ -43,13 +43,17 @@ impl Face {
     /// A triangle by its corner A and the ways from it to B and C.
     #[must_use]
     pub fn new(triangle: u32, a: Vec3, ab: Vec3, ac: Vec3) -> Self {
+        let one_over = |square: f32| {
+            let by = reciprocal(square);
+            if square * by < 1.0 { by.next_up() } else { by }
+        };
         Self {
             a,
             triangle,
             ab,
-            ab_by: reciprocal(dot3(ab, ab)),
+            ab_by: one_over(dot3(ab, ab)),
             ac,
-            ac_by: reciprocal(dot3(ac, ac)),
+            ac_by: one_over(dot3(ac, ac)),
         }
     }
 }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::Face;
-use crate::strict::{cross3, dot3, reciprocal, share};
+use crate::strict::{cross3, dot3};
 
 /// Nearest is the inside of the triangle.
 pub const FEATURE_FACE: u32 = 0;
@@ -25,19 +25,23 @@ pub struct NearestPoint {
     pub feature: u32,
 }
 
-/// A triangle whose normal has a smaller square has no inside. 2^-100.
-const LEAST_NORMAL: f32 = 7.888_609e-31;
+/// Nothing is divided by less, and a triangle whose normal has a smaller square has no inside. 2^-100.
+const LEAST_DIVISOR: f32 = 7.888_609e-31;
 
-/// n / d from 0 to 1, exactly 1 where they are equal; `by` is 1 / d.
+/// 1 / x of a positive number, off by 2.4 units in the last place.
 #[inline]
-pub(super) fn share_by(n: f32, d: f32, by: f32) -> f32 {
-    if n >= d {
-        1.0
-    } else if n <= 0.0 {
-        0.0
-    } else {
-        (n * by).min(1.0)
-    }
+fn about_reciprocal(x: f32) -> f32 {
+    let a = x.max(LEAST_DIVISOR);
+    let guess = f32::from_bits(0x7ef3_3400 - a.to_bits());
+    let better = guess * (2.0013 - a * guess);
+    let wrong = 1.0 - a * better;
+    better + better * (wrong + wrong * wrong)
+}
+
+/// A part of 1 by n / d; `by` is 1 / d.
+#[inline]
+fn part_by(n: f32, by: f32) -> f32 {
+    if n > 0.0 { (n * by).min(1.0) } else { 0.0 }
 }
 
 fn rest_of(way: Vec3, ab: Vec3, ac: Vec3, u: f32, v: f32) -> Vec3 {
@@ -45,23 +49,23 @@ fn rest_of(way: Vec3, ab: Vec3, ac: Vec3, u: f32, v: f32) -> Vec3 {
 }
 
 /// The nearest point of a triangle, `way` being the way to the place from corner A. Of the sides from A to B and C, `ab_by` and
-/// `ac_by` are 1 over the squares of their lengths.
+/// `ac_by` are 1 over the squares of their lengths, rounded so that a square times that is not less than 1.
 #[must_use]
 pub fn nearest_in_face(way: Vec3, ab: Vec3, ab_by: f32, ac: Vec3, ac_by: f32) -> NearestPoint {
-    let ab_way = dot3(ab, way);
-    let ac_way = dot3(ac, way);
-    let ab_ab = dot3(ab, ab);
-    let ab_ac = dot3(ab, ac);
-    let ac_ac = dot3(ac, ac);
-
-    let t_ab = share_by(ab_way, ab_ab, ab_by);
-    let t_ca = share_by(ac_way, ac_ac, ac_by);
-    let bc_way = (ac_way - ab_way) + (ab_ab - ab_ac);
-    let bc_bc = (ab_ab - ab_ac) + (ac_ac - ab_ac);
-    let t_bc = share(bc_way, bc_bc);
+    let bc = ac - ab;
+    let from_b = way - ab;
+    let bc_way = dot3(bc, from_b);
+    let bc_bc = dot3(bc, bc);
+    let t_ab = part_by(dot3(ab, way), ab_by);
+    let t_ca = part_by(dot3(ac, way), ac_by);
+    let t_bc = if bc_way >= bc_bc {
+        1.0
+    } else {
+        part_by(bc_way, about_reciprocal(bc_bc))
+    };
     let rest_bc = 1.0 - t_bc;
     let from_ab = way - t_ab * ab;
-    let from_bc = rest_of(way, ab, ac, rest_bc, t_bc);
+    let from_bc = from_b - t_bc * bc;
     let from_ca = way - t_ca * ac;
     let square_ab = dot3(from_ab, from_ab);
     let square_bc = dot3(from_bc, from_bc);
@@ -93,15 +97,16 @@ pub fn nearest_in_face(way: Vec3, ab: Vec3, ab_by: f32, ac: Vec3, ac_by: f32) ->
 
     let normal = cross3(ab, ac);
     let normal_square = dot3(normal, normal);
-    let by = reciprocal(normal_square);
-    let more_u = dot3(cross3(from_edge, ac), normal) * by;
-    let more_v = dot3(cross3(ab, from_edge), normal) * by;
+    let by = about_reciprocal(normal_square);
+    let turned = cross3(normal, from_edge);
+    let more_u = dot3(ac, turned) * by;
+    let more_v = -(dot3(ab, turned) * by);
     let inner_u = u + more_u;
     let inner_v = v + more_v;
     let inner_w = (1.0 - inner_u) - inner_v;
     let from_inner = rest_of(from_edge, ab, ac, more_u, more_v);
     let inner_square = dot3(from_inner, from_inner);
-    if normal_square >= LEAST_NORMAL
+    if normal_square >= LEAST_DIVISOR
         && inner_u > 0.0
         && inner_v > 0.0
         && inner_w > 0.0

@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use super::nearest::{is_nearer, nearest_on_face, share_by};
+use super::nearest::{is_nearer, nearest_on_face};
 use super::{Face, GREATEST_DEPTH, Node};
 use crate::mesh::surface::NONE;
 use crate::strict::{cross3, dot3, reciprocal, within};
@@ -209,7 +209,11 @@ pub fn first_crossing(nodes: &[Node], faces: &[Face], root: u32, from: Vec3, to:
                 from_plane
             };
             let size = volume.abs();
-            let t = share_by(passed, size, by.abs());
+            let t = if passed >= size {
+                1.0
+            } else {
+                within(passed * by.abs(), 0.0, 1.0)
+            };
             let crosses = u >= -CROSSING_MARGIN
                 && v >= -CROSSING_MARGIN
                 && w >= -CROSSING_MARGIN
