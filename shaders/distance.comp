@@ -67,7 +67,7 @@ Found nearest_of(uint first, uint end, vec3 place) {
     for (uint k = first; k < end; k++) {
         if (k == first || k % 4u == 0u) four = fetch4(candidates, k / 4u);
         uint slot = four[k % 4u];
-        uvec4 corner = fetch4(faces, 3u * slot);
+        uvec4 corner = fetch4(faces, 4u * slot);
         precise vec3 way = place - uintBitsToFloat(corner.xyz);
         vec4 point = nearest_by_way(slot, way);
         if (is_nearer(point.z, corner.w, best.point.z, best.triangle)) {

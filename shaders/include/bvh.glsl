@@ -113,7 +113,7 @@ uint nearest_on(uint root, vec3 place, float reach) {
         uint slot = link % LEAF;
         if (slot < end) {
             while (true) {
-                uvec4 first = fetch4(faces, 3u * slot);
+                uvec4 first = fetch4(faces, 4u * slot);
                 precise vec3 way = place - uintBitsToFloat(first.xyz);
                 float square = nearest_by_way(slot, way).z;
                 if (is_nearer(square, first.w, best_square, best_triangle)) {
@@ -212,7 +212,7 @@ Crossing first_crossing(uint root, vec3 from, vec3 to) {
         uint slot = link % LEAF;
         if (slot < end) {
             while (true) {
-                uvec4 first = fetch4(faces, 3u * slot);
+                uvec4 first = fetch4(faces, 4u * slot);
                 vec3 ab = face_word(slot, 1u);
                 vec3 ac = face_word(slot, 2u);
                 precise vec3 start = from - uintBitsToFloat(first.xyz);

@@ -1,5 +1,5 @@
 // nearest: the point of a triangle that is nearest to a place. Twin of src/mesh/trees/nearest.rs.
-// The includer declares `faces` first, a table of three words.
+// The includer declares `faces` first, a table of four words.
 
 #ifndef MYXO_NEAREST
 #define MYXO_NEAREST
@@ -12,22 +12,7 @@ const uint FEATURE_FACE = 0u;
 const uint FEATURE_EDGE = 1u;
 const uint FEATURE_CORNER = 4u;
 
-// Nothing is divided by less, and a triangle whose normal has a smaller square has no inside: numbers cannot tell it from a line.
-// 2^-100.
-const float LEAST_DIVISOR = 7.8886091e-31;
-
-// 1 / x of a positive number, off by 2.4 units in the last place: as reciprocal(), but what is wrong with the guess is not found
-// exactly. Searches ask for little else.
-float about_reciprocal(float x) {
-    float a = max(x, LEAST_DIVISOR);
-    float guess = uintBitsToFloat(0x7ef33400u - floatBitsToUint(a));
-    precise float better = guess * (2.0013 - a * guess);
-    precise float wrong = 1.0 - a * better;
-    precise float result = better + better * (wrong + wrong * wrong);
-    return result;
-}
-
-// A part of 1 by n / d; `by` is 1 / d.
+// A part of 1 by n / d; `by` is 1 / d, rounded so that d times it is not less than 1.
 float part_by(float n, float by) {
     precise float part = n * by;
     return n > 0.0 ? min(part, 1.0) : 0.0;
@@ -40,18 +25,18 @@ vec3 rest_of(vec3 way, vec3 ab, vec3 ac, float u, float v) {
 }
 
 // The weights of B and C of the nearest point, the square of the distance and the feature that it lies on (as a float).
-// Of the sides from A to B and C, `ab_by` and `ac_by` are 1 over the squares of their lengths, rounded so that
-// a square times that is not less than 1.
+// The sides from A to B and C have 1 over the squares of their lengths as w, `steep` that of the side from B to C; its other words
+// are the normal over the square of its length, or zero if the triangle has no inside. So nothing is divided here.
 // One way through: devices that run both sides of every branch would pay for each region. The inside counts where the
 // place projects into it; else the nearest of three points, one on each edge.
-vec4 nearest_in_face(vec3 way, vec3 ab, float ab_by, vec3 ac, float ac_by) {
+vec4 nearest_in_face(vec3 way, vec4 ab_by, vec4 ac_by, vec4 steep) {
+    vec3 ab = ab_by.xyz;
+    vec3 ac = ac_by.xyz;
     precise vec3 bc = ac - ab;
     precise vec3 from_b = way - ab;
-    float bc_way = dot_of(bc, from_b);
-    float bc_bc = dot_of(bc, bc);
-    float t_ab = part_by(dot_of(ab, way), ab_by);
-    float t_ca = part_by(dot_of(ac, way), ac_by);
-    float t_bc = bc_way >= bc_bc ? 1.0 : part_by(bc_way, about_reciprocal(bc_bc));
+    float t_ab = part_by(dot_of(ab, way), ab_by.w);
+    float t_ca = part_by(dot_of(ac, way), ac_by.w);
+    float t_bc = part_by(dot_of(bc, from_b), steep.w);
     precise float rest_bc = 1.0 - t_bc;
     precise vec3 from_ab = way - t_ab * ab;
     precise vec3 from_bc = from_b - t_bc * bc;
@@ -77,34 +62,32 @@ vec4 nearest_in_face(vec3 way, vec3 ab, float ab_by, vec3 ac, float ac_by) {
         : is_bc ? FEATURE_EDGE + 1u : FEATURE_EDGE;
 
     // On from the nearest edge, and by way of the normal: so the digits of needles are kept.
-    vec3 normal = cross_of(ab, ac);
-    float normal_square = dot_of(normal, normal);
-    float by = about_reciprocal(normal_square);
-    vec3 turned = cross_of(normal, from_edge);
-    precise float more_u = dot_of(ac, turned) * by;
-    precise float more_v = -(dot_of(ab, turned) * by);
+    vec3 turned = cross_of(steep.xyz, from_edge);
+    float more_u = dot_of(ac, turned);
+    float more_v = -dot_of(ab, turned);
     precise float inner_u = u + more_u;
     precise float inner_v = v + more_v;
     precise float inner_w = (1.0 - inner_u) - inner_v;
     vec3 from_inner = rest_of(from_edge, ab, ac, more_u, more_v);
     float inner_square = dot_of(from_inner, from_inner);
-    bool is_inner = normal_square >= LEAST_DIVISOR && inner_u > 0.0 && inner_v > 0.0 && inner_w > 0.0 && inner_square < square;
+    bool is_inner = inner_u > 0.0 && inner_v > 0.0 && inner_w > 0.0 && inner_square < square;
     return is_inner ? vec4(inner_u, inner_v, inner_square, float(FEATURE_FACE)) : vec4(u, v, square, float(feature));
 }
 
 vec3 face_word(uint slot, uint k) {
-    return uintBitsToFloat(fetch4(faces, 3u * slot + k).xyz);
+    return uintBitsToFloat(fetch4(faces, 4u * slot + k).xyz);
 }
 
 // `way` leads to the place from the face's first corner.
 vec4 nearest_by_way(uint slot, vec3 way) {
-    vec4 ab = uintBitsToFloat(fetch4(faces, 3u * slot + 1u));
-    vec4 ac = uintBitsToFloat(fetch4(faces, 3u * slot + 2u));
-    return nearest_in_face(way, ab.xyz, ab.w, ac.xyz, ac.w);
+    vec4 ab_by = uintBitsToFloat(fetch4(faces, 4u * slot + 1u));
+    vec4 ac_by = uintBitsToFloat(fetch4(faces, 4u * slot + 2u));
+    vec4 steep = uintBitsToFloat(fetch4(faces, 4u * slot + 3u));
+    return nearest_in_face(way, ab_by, ac_by, steep);
 }
 
 uint triangle_of(uint slot) {
-    return fetch4(faces, 3u * slot).w;
+    return fetch4(faces, 4u * slot).w;
 }
 
 // Is a face nearer than the nearest so far? Of equally near ones it is the one with the lowest triangle, so that the

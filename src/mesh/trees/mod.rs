@@ -37,6 +37,10 @@ pub struct Face {
     pub ac: Vec3,
     /// The same of that.
     pub ac_by: f32,
+    /// The normal over the square of its length; zero if the triangle has no inside, because numbers cannot tell it from a line.
+    pub steep: Vec3,
+    /// The same of C - B.
+    pub bc_by: f32,
 }
 
 impl Face {
@@ -47,6 +51,13 @@ impl Face {
             let by = reciprocal(square);
             if square * by < 1.0 { by.next_up() } else { by }
         };
+        let [side, other] = [ab, ac].map(Vec3::as_dvec3);
+        let normal = side.cross(other);
+        let square = normal.length_squared();
+        let most = side.length_squared() * other.length_squared();
+        // By its sine, and so that what it is multiplied by stays a number.
+        let is_line = square <= 1e-20 * most || square < 1e-60;
+        let bc = ac - ab;
         Self {
             a,
             triangle,
@@ -54,6 +65,12 @@ impl Face {
             ab_by: one_over(dot3(ab, ab)),
             ac,
             ac_by: one_over(dot3(ac, ac)),
+            steep: if is_line {
+                Vec3::ZERO
+            } else {
+                (normal / square).as_vec3()
+            },
+            bc_by: one_over(dot3(bc, bc)),
         }
     }
 }

@@ -25,19 +25,6 @@ pub struct NearestPoint {
     pub feature: u32,
 }
 
-/// Nothing is divided by less, and a triangle whose normal has a smaller square has no inside. 2^-100.
-const LEAST_DIVISOR: f32 = 7.888_609e-31;
-
-/// 1 / x of a positive number, off by 2.4 units in the last place.
-#[inline]
-fn about_reciprocal(x: f32) -> f32 {
-    let a = x.max(LEAST_DIVISOR);
-    let guess = f32::from_bits(0x7ef3_3400 - a.to_bits());
-    let better = guess * (2.0013 - a * guess);
-    let wrong = 1.0 - a * better;
-    better + better * (wrong + wrong * wrong)
-}
-
 /// A part of 1 by n / d; `by` is 1 / d.
 #[inline]
 fn part_by(n: f32, by: f32) -> f32 {
@@ -48,21 +35,16 @@ fn rest_of(way: Vec3, ab: Vec3, ac: Vec3, u: f32, v: f32) -> Vec3 {
     (way - u * ab) - v * ac
 }
 
-/// The nearest point of a triangle, `way` being the way to the place from corner A. Of the sides from A to B and C, `ab_by` and
-/// `ac_by` are 1 over the squares of their lengths, rounded so that a square times that is not less than 1.
+/// The nearest point of a face.
 #[must_use]
-pub fn nearest_in_face(way: Vec3, ab: Vec3, ab_by: f32, ac: Vec3, ac_by: f32) -> NearestPoint {
+pub fn nearest_on_face(face: &Face, place: Vec3) -> NearestPoint {
+    let way = place - face.a;
+    let (ab, ac) = (face.ab, face.ac);
     let bc = ac - ab;
     let from_b = way - ab;
-    let bc_way = dot3(bc, from_b);
-    let bc_bc = dot3(bc, bc);
-    let t_ab = part_by(dot3(ab, way), ab_by);
-    let t_ca = part_by(dot3(ac, way), ac_by);
-    let t_bc = if bc_way >= bc_bc {
-        1.0
-    } else {
-        part_by(bc_way, about_reciprocal(bc_bc))
-    };
+    let t_ab = part_by(dot3(ab, way), face.ab_by);
+    let t_ca = part_by(dot3(ac, way), face.ac_by);
+    let t_bc = part_by(dot3(bc, from_b), face.bc_by);
     let rest_bc = 1.0 - t_bc;
     let from_ab = way - t_ab * ab;
     let from_bc = from_b - t_bc * bc;
@@ -95,23 +77,15 @@ pub fn nearest_in_face(way: Vec3, ab: Vec3, ab_by: f32, ac: Vec3, ac_by: f32) ->
         FEATURE_EDGE
     };
 
-    let normal = cross3(ab, ac);
-    let normal_square = dot3(normal, normal);
-    let by = about_reciprocal(normal_square);
-    let turned = cross3(normal, from_edge);
-    let more_u = dot3(ac, turned) * by;
-    let more_v = -(dot3(ab, turned) * by);
+    let turned = cross3(face.steep, from_edge);
+    let more_u = dot3(ac, turned);
+    let more_v = -dot3(ab, turned);
     let inner_u = u + more_u;
     let inner_v = v + more_v;
     let inner_w = (1.0 - inner_u) - inner_v;
     let from_inner = rest_of(from_edge, ab, ac, more_u, more_v);
     let inner_square = dot3(from_inner, from_inner);
-    if normal_square >= LEAST_DIVISOR
-        && inner_u > 0.0
-        && inner_v > 0.0
-        && inner_w > 0.0
-        && inner_square < square
-    {
+    if inner_u > 0.0 && inner_v > 0.0 && inner_w > 0.0 && inner_square < square {
         return NearestPoint {
             u: inner_u,
             v: inner_v,
@@ -131,10 +105,4 @@ pub fn nearest_in_face(way: Vec3, ab: Vec3, ab_by: f32, ac: Vec3, ac_by: f32) ->
 #[must_use]
 pub fn is_nearer(square: f32, triangle: u32, best_square: f32, best_triangle: u32) -> bool {
     square < best_square || (square == best_square && triangle < best_triangle)
-}
-
-/// The nearest point of a face.
-#[must_use]
-pub fn nearest_on_face(face: &Face, place: Vec3) -> NearestPoint {
-    nearest_in_face(place - face.a, face.ab, face.ab_by, face.ac, face.ac_by)
 }
