@@ -67,9 +67,9 @@ Found nearest_of(uint first, uint end, vec3 place) {
     for (uint k = first; k < end; k++) {
         if (k == first || k % 4u == 0u) four = fetch4(candidates, k / 4u);
         uint slot = four[k % 4u];
-        uvec4 corner = fetch4(faces, 3u * slot);
+        uvec4 corner = fetch4(faces, 4u * slot);
         precise vec3 way = place - uintBitsToFloat(corner.xyz);
-        vec4 point = nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u));
+        vec4 point = nearest_by_way(slot, way);
         if (is_nearer(point.z, corner.w, best.point.z, best.triangle)) {
             best = Found(slot, corner.w, point);
         }
@@ -78,7 +78,7 @@ Found nearest_of(uint first, uint end, vec3 place) {
 }
 
 Found nearest_in_tree(ObjectPair pair, vec3 place, uint hint, float bound) {
-    if (hint != TILE_UNKNOWN) bound = min(bound, sqrt(nearest_on_face(hint, place).z));
+    if (hint != TILE_UNKNOWN) bound = min(bound, root(nearest_on_face(hint, place).z));
     uint slot = nearest_on(pair.first_node, place, bound);
     // A search that finds nothing nearer in time leaves the hint; else that is beyond the bound, and not counted.
     if (slot == NONE && hint != TILE_UNKNOWN) slot = hint;
@@ -126,7 +126,7 @@ void main() {
         } else {
             found = nearest_in_tree(pair, place, hint, bound);
         }
-        float distance = sqrt(found.point.z);
+        float distance = root(found.point.z);
         if (found.slot != NONE && distance < bound) {
             float candidate = candidate_distance(pair, found.slot, place, found.point, params.reach, params.first_vertex_normal);
             bool is_least = candidate < least;
@@ -135,7 +135,7 @@ void main() {
         }
         p = next_to_look_at(tile, p + 1u, least, triangle);
     }
-    distances[here.texel] = least;
+    distances[here.texel] = settled(least);
     nearest[here.texel] = triangle;
     if (SEES_ACROSS) {
         uint marked = marks_at(least, params.deepest, params.threshold, params.near, params.sight);

@@ -74,13 +74,13 @@ void main() {
             look_at(min(k + 3u, last), place, best);
         }
         vec4 point = nearest_on_face(best.slot, place);
-        float distance = sqrt(point.z);
+        float distance = root(point.z);
         float candidate = candidate_distance(pair, best.slot, place, point, params.reach, params.first_vertex_normal);
         if (candidate < least) {
             least = candidate;
             triangle = distance < params.reach ? best.triangle : NONE;
         }
     }
-    distances[here.texel] = least;
+    distances[here.texel] = settled(least);
     nearest[here.texel] = triangle;
 }

@@ -53,13 +53,13 @@ void main() {
         vec3 place = place_in_other(pair, here.position);
         uint slot = winner - 1u;
         vec4 point = nearest_on_face(slot, place);
-        float distance = sqrt(point.z);
+        float distance = root(point.z);
         float candidate = candidate_distance(pair, slot, place, point, params.reach, params.first_vertex_normal);
         if (candidate < least) {
             least = candidate;
             triangle = distance < params.reach ? triangle_of(slot) : NONE;
         }
     }
-    distances[here.texel] = least;
+    distances[here.texel] = settled(least);
     nearest[here.texel] = triangle;
 }

@@ -57,44 +57,56 @@ const float MARGIN_SLACK = 8.0;
 // A ball of places, and the face that is nearest to its middle.
 struct Ball {
     vec3 middle;
-    float radius;
+    float radius_square;
     float distance;  // of that face from the middle
     vec3 direction;  // the unit vector from there
     float bend;      // what its distance changes besides the change along that direction
     float farthest;  // how much farther from the middle a face may be at the most
 };
 
-Ball ball_of(uint root, uint slot, vec4 point, vec3 place, SampleTile tile) {
-    vec3 to_face = (face_word(slot, 0u) + point.x * face_word(slot, 1u)) + point.y * face_word(slot, 2u);
-    vec3 way = place - to_face;
-    vec3 from_middle = abs(tile.center) + abs(place);
-    float slack = 8.0 * slack_of_tree(root) + 4.0 * ROUNDING * max(max(from_middle.x, from_middle.y), from_middle.z);
+Ball ball_of(uint tree, uint slot, vec4 point, vec3 place, SampleTile tile) {
+    precise vec3 to_face = (face_word(slot, 0u) + point.x * face_word(slot, 1u)) + point.y * face_word(slot, 2u);
+    precise vec3 way = place - to_face;
+    precise vec3 from_middle = abs(tile.center) + abs(place);
+    precise float slack = 8.0 * slack_of_tree(tree) + 4.0 * ROUNDING * max(max(from_middle.x, from_middle.y), from_middle.z);
+    precise float radius = 1.001 * tile.radius + slack;
+    float distance = root(point.z);
+    precise float more_slack = slack + 1.0e-5 * (distance + radius);
+    precise float farthest = 2.0 * radius + more_slack;
+    precise float rest = distance - radius;
+    precise float bend = (0.5 * radius) * quotient(radius, rest) + more_slack;
+    precise float radius_square = radius * radius;
     Ball ball;
     ball.middle = place;
-    ball.radius = 1.001 * tile.radius + slack;
-    ball.distance = sqrt(point.z);
-    ball.direction = way / max(length(way), 1.0e-30);
-    slack += 1.0e-5 * (ball.distance + ball.radius);
-    ball.farthest = 2.0 * ball.radius + slack;
-    float rest = ball.distance - ball.radius;
-    ball.bend = rest > 0.0 ? min(0.5 * ball.radius * (ball.radius / rest) + slack, ball.farthest) : ball.farthest;
+    ball.radius_square = radius_square;
+    ball.distance = distance;
+    ball.direction = direction_or(way, vec3(0.0));
+    ball.bend = rest > 0.0 ? min(bend, farthest) : farthest;
+    ball.farthest = farthest;
     return ball;
 }
 
 // May what is convex hold the nearest point for some place in the ball? `way` leads to the middle from its nearest point.
 // Its distance changes over the ball at least as along `way`, since it is convex; that of the nearest face at most as
-// along its own way, and by what this bends. So the difference shrinks no faster than the two ways differ.
+// along its own way, and by what this bends. So the difference shrinks no faster than the two ways differ. Of lengths and of what
+// is asked of them squares are compared, which saves roots.
 bool may_be_nearest(Ball ball, vec3 way) {
-    float distance = length(way);
-    float more = distance - ball.distance;
-    float turn = length(way / max(distance, 1.0e-30) - ball.direction);
-    return more <= min(ball.farthest, ball.radius * turn + ball.bend);
+    float square = dot_of(way, way);
+    float by = inverse_root(square);
+    precise float distance = square * by;
+    precise float more = distance - ball.distance;
+    precise vec3 turned = way * by - ball.direction;
+    precise float turn_square = ball.radius_square * dot_of(turned, turned);
+    precise float beyond = more - ball.bend;
+    precise float beyond_square = beyond * beyond;
+    return more <= ball.farthest && (beyond <= 0.0 || beyond_square <= turn_square);
 }
 
 vec3 way_from_box(vec3 place, int node) {
     vec3 low = uintBitsToFloat(fetch4(nodes, 2 * node).xyz);
     vec3 high = uintBitsToFloat(fetch4(nodes, 2 * node + 1).xyz);
-    return place - clamp(place, low, high);
+    precise vec3 way = place - clamp(place, low, high);
+    return way;
 }
 
 // Puts the faces into candidates, from `first` up to `room`, that are nearest to some place in the ball, and maybe others.
@@ -129,11 +141,9 @@ uint collected(uint root, Ball ball, uint first, uint room, uint first_candidate
         uint slot = link % LEAF;
         if (slot < last) {
             while (true) {
-                vec3 ab = face_word(slot, 1u);
-                vec3 ac = face_word(slot, 2u);
-                vec3 way = ball.middle - face_word(slot, 0u);
-                vec4 point = nearest_in_face(way, ab, ac);
-                if (may_be_nearest(ball, (way - point.x * ab) - point.y * ac)) {
+                precise vec3 way = ball.middle - face_word(slot, 0u);
+                vec4 point = nearest_by_way(slot, way);
+                if (may_be_nearest(ball, rest_of(way, face_word(slot, 1u), face_word(slot, 2u), point.x, point.y))) {
                     if (end < room) candidates[first_candidate + end] = slot;
                     end++;
                 }
@@ -205,16 +215,18 @@ void main() {
         bool is_decided = decides(is_closed);
         bool may_be_inside = is_closed && is_in_box(pair.first_node, place);
         // Beyond what is asked for, so that it need not be asked again soon.
-        float limit = may_be_inside ? UNLIMITED : is_decided ? near + params.reach : near;
+        precise float twice_as_far = near + params.reach;
+        float limit = may_be_inside ? UNLIMITED : is_decided ? twice_as_far : near;
         uint slot = nearest_on(pair.first_node, place, limit);
         uint hint = is_decided ? TILE_OUTSIDE : TILE_UNKNOWN;
         float slack = slack_of_tree(pair.first_node);
         float margin = 0.0;
         if (slot == NONE) {
-            margin = is_decided ? max(params.reach - MARGIN_SLACK * slack, 0.0) : 0.0;
+            precise float beyond_reach = params.reach - MARGIN_SLACK * slack;
+            margin = is_decided && beyond_reach > 0.0 ? beyond_reach : 0.0;
         } else {
             vec4 point = nearest_on_face(slot, place);
-            float distance = sqrt(point.z);
+            float distance = root(point.z);
             precise float beyond = near + slack;
             bool searches = distance <= beyond || !is_decided;
             if (searches) {
@@ -227,8 +239,8 @@ void main() {
             } else {
                 bool inside = is_closed && !is_outside(pair.first_node, slot, place, point, params.first_vertex_normal);
                 hint = inside ? TILE_INSIDE : TILE_OUTSIDE;
-                margin = max(distance - beyond - MARGIN_SLACK * slack, 0.0);
-                margin = inside ? -margin : margin;
+                precise float rest = (distance - beyond) - MARGIN_SLACK * slack;
+                margin = rest > 0.0 ? (inside ? -rest : rest) : 0.0;
             }
         }
         if (!searches_ended()) {

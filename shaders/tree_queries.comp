@@ -44,7 +44,8 @@ void main() {
         query.slot = nearest_on(params.root, query.place, UNLIMITED);
         vec4 point = nearest_on_face(query.slot, query.place);
         bool outside = is_outside(params.root, query.slot, query.place, point, params.first_vertex_normal);
-        query.result = outside ? sqrt(point.z) : -sqrt(point.z);
+        float distance = root(point.z);
+        query.result = outside ? distance : -distance;
         query.u = point.x;
         query.v = point.y;
     }

@@ -30,8 +30,9 @@ const float UNLIMITED = 1.0e18;
 // What rounding may make of a length in a tree, by its largest coordinate.
 const float ROUNDING = 1.0e-6;
 
-// What rounding may make of a length itself: squares of it must not fall short of the distance that it was.
+// What rounding may make of a length itself: squares of it must not fall short of the distance that it was. And of its square.
 const float LENGTH_ROUNDING = 1.000001;
+const float SQUARE_ROUNDING = 1.000003;
 
 float box_square(vec3 place, vec3 low, vec3 high) {
     precise vec3 way = max(max(low - place, place - high), vec3(0.0));
@@ -54,6 +55,13 @@ float limit_of(float distance, float slack) {
     precise float most = distance * LENGTH_ROUNDING + slack;
     precise float square = most * most;
     return min(square, FAR);
+}
+
+// The same by the square of that distance. Instead of its root a number that is up to 7 % larger does, which is found by integers.
+float limit_of_square(float square, float slack) {
+    float above = uintBitsToFloat(0x1fc00000u + (floatBitsToUint(square) >> 1u));
+    precise float limit = (square * SQUARE_ROUNDING + (2.0 * slack) * above) + slack * slack;
+    return min(limit, FAR);
 }
 
 // Does a place lie in the box round an object?
@@ -105,9 +113,9 @@ uint nearest_on(uint root, vec3 place, float reach) {
         uint slot = link % LEAF;
         if (slot < end) {
             while (true) {
-                uvec4 first = fetch4(faces, 3u * slot);
+                uvec4 first = fetch4(faces, 4u * slot);
                 precise vec3 way = place - uintBitsToFloat(first.xyz);
-                float square = nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u)).z;
+                float square = nearest_by_way(slot, way).z;
                 if (is_nearer(square, first.w, best_square, best_triangle)) {
                     best_square = square;
                     best_triangle = first.w;
@@ -117,7 +125,7 @@ uint nearest_on(uint root, vec3 place, float reach) {
                 if (slot >= end) break;
             }
         }
-        limit = min(limit, limit_of(sqrt(best_square), slack));
+        limit = min(limit, limit_of_square(best_square, slack));
         searches = false;
         if (top > 0u) {
             while (true) {
@@ -142,10 +150,13 @@ struct Crossing {
 // How far outside of a triangle, in weights, a crossing still counts: so that none slips through between two.
 const float CROSSING_MARGIN = 1.0e-6;
 
-// Where in [0, 1] a segment enters a box, FAR if it doesn't.
-float entry_of(vec3 from, vec3 inverse, vec3 low, vec3 high) {
-    precise vec3 to_low = (low - from) * inverse;
-    precise vec3 to_high = (high - from) * inverse;
+// What spans less volume is parallel. 2^-100.
+const float LEAST_VOLUME = 7.8886091e-31;
+
+// Where in [0, 1] a segment enters a box, made larger by slack; FAR if it doesn't.
+float entry_of(vec3 from, vec3 inverse, vec3 low, vec3 high, float slack) {
+    precise vec3 to_low = ((low - slack) - from) * inverse;
+    precise vec3 to_high = ((high + slack) - from) * inverse;
     vec3 enters = min(to_low, to_high);
     vec3 leaves = max(to_low, to_high);
     float enter = max(max(enters.x, enters.y), max(enters.z, 0.0));
@@ -168,13 +179,13 @@ Crossing first_crossing(uint root, vec3 from, vec3 to) {
     uint best_triangle = NONE;
 
     precise vec3 way = to - from;
-    // Along an axis that the segment does not move on, it is in the slab or far outside.
-    vec3 inverse = vec3(way.x == 0.0 ? FAR : 1.0 / way.x, way.y == 0.0 ? FAR : 1.0 / way.y, way.z == 0.0 ? FAR : 1.0 / way.z);
+    // Along an axis that the segment does not move on, it is in the slab or far outside: the reciprocal of 0 is 2^100.
+    vec3 inverse = vec3(reciprocal(way.x), reciprocal(way.y), reciprocal(way.z));
     uvec4 root_low = fetch4(nodes, 2u * root);
     uvec4 root_high = fetch4(nodes, 2u * root + 1u);
-    vec3 slack = vec3(slack_of(root_low, root_high));
+    float slack = slack_of(root_low, root_high);
     uint link = root_low.w;
-    bool searches = entry_of(from, inverse, uintBitsToFloat(root_low.xyz) - slack, uintBitsToFloat(root_high.xyz) + slack) < FAR;
+    bool searches = entry_of(from, inverse, uintBitsToFloat(root_low.xyz), uintBitsToFloat(root_high.xyz), slack) < FAR;
     while (searches) {
         if (link < LEAF) {
             while (true) {
@@ -183,8 +194,8 @@ Crossing first_crossing(uint root, vec3 from, vec3 to) {
                 uvec4 high_a = fetch4(nodes, child + 1);
                 uvec4 low_b = fetch4(nodes, child + 2);
                 uvec4 high_b = fetch4(nodes, child + 3);
-                float entry_a = entry_of(from, inverse, uintBitsToFloat(low_a.xyz) - slack, uintBitsToFloat(high_a.xyz) + slack);
-                float entry_b = entry_of(from, inverse, uintBitsToFloat(low_b.xyz) - slack, uintBitsToFloat(high_b.xyz) + slack);
+                float entry_a = entry_of(from, inverse, uintBitsToFloat(low_a.xyz), uintBitsToFloat(high_a.xyz), slack);
+                float entry_b = entry_of(from, inverse, uintBitsToFloat(low_b.xyz), uintBitsToFloat(high_b.xyz), slack);
                 bool a_first = entry_a <= entry_b;
                 float far_entry = a_first ? entry_b : entry_a;
                 if (far_entry < FAR && far_entry <= best.t) {
@@ -201,24 +212,30 @@ Crossing first_crossing(uint root, vec3 from, vec3 to) {
         uint slot = link % LEAF;
         if (slot < end) {
             while (true) {
-                uvec4 first = fetch4(faces, 3u * slot);
+                uvec4 first = fetch4(faces, 4u * slot);
                 vec3 ab = face_word(slot, 1u);
                 vec3 ac = face_word(slot, 2u);
                 precise vec3 start = from - uintBitsToFloat(first.xyz);
                 vec3 across = cross_of(way, ac);
                 float volume = dot_of(ab, across);
                 vec3 along = cross_of(start, ab);
-                precise float u = dot_of(start, across) / volume;
-                precise float v = dot_of(way, along) / volume;
-                precise float t = dot_of(ac, along) / volume;
+                float by = reciprocal(volume);
+                precise float u = dot_of(start, across) * by;
+                precise float v = dot_of(way, along) * by;
                 precise float w = (1.0 - u) - v;
-                // No comparison holds for what is parallel.
-                bool crosses = u >= -CROSSING_MARGIN && v >= -CROSSING_MARGIN && w >= -CROSSING_MARGIN && t >= 0.0 && t <= 1.0;
+                // The end of the way belongs to it, so that whether it is passed is not asked of what is rounded.
+                float from_plane = dot_of(ac, along);
+                float passed = volume < 0.0 ? -from_plane : from_plane;
+                float size = abs(volume);
+                precise float part = passed * abs(by);
+                float t = passed >= size ? 1.0 : within(part, 0.0, 1.0);
+                bool crosses = u >= -CROSSING_MARGIN && v >= -CROSSING_MARGIN && w >= -CROSSING_MARGIN && passed >= 0.0 && passed <= size && size >= LEAST_VOLUME;
                 if (crosses && is_nearer(t, first.w, best.t, best_triangle)) {
                     best.slot = slot;
                     best.t = t;
-                    best.u = clamp(u, 0.0, 1.0);
-                    best.v = clamp(v, 0.0, 1.0 - best.u);
+                    best.u = within(u, 0.0, 1.0);
+                    precise float most = 1.0 - best.u;
+                    best.v = within(v, 0.0, most);
                     best_triangle = first.w;
                 }
                 slot++;

@@ -10,7 +10,7 @@
 
 // `slot` is the face that is nearest to the place, and `point` the nearest point on it.
 float candidate_distance(ObjectPair pair, uint slot, vec3 place, vec4 point, float reach, uint first_vertex_normal) {
-    float distance = sqrt(point.z);
+    float distance = root(point.z);
     // On the surface is outside: of two objects in one place, neither covers the other.
     bool outside = distance <= slack_of_tree(pair.first_node)
         || is_outside(pair.first_node, slot, place, point, first_vertex_normal);

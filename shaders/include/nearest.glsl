@@ -1,5 +1,5 @@
 // nearest: the point of a triangle that is nearest to a place. Twin of src/mesh/trees/nearest.rs.
-// The includer declares `faces` first, a table of three words.
+// The includer declares `faces` first, a table of four words.
 
 #ifndef MYXO_NEAREST
 #define MYXO_NEAREST
@@ -12,6 +12,12 @@ const uint FEATURE_FACE = 0u;
 const uint FEATURE_EDGE = 1u;
 const uint FEATURE_CORNER = 4u;
 
+// A part of 1 by n / d; `by` is 1 / d, rounded so that d times it is not less than 1.
+float part_by(float n, float by) {
+    precise float part = n * by;
+    return n > 0.0 ? min(part, 1.0) : 0.0;
+}
+
 // What remains of a way after u times one and v times the other.
 vec3 rest_of(vec3 way, vec3 ab, vec3 ac, float u, float v) {
     precise vec3 rest = (way - u * ab) - v * ac;
@@ -19,24 +25,22 @@ vec3 rest_of(vec3 way, vec3 ab, vec3 ac, float u, float v) {
 }
 
 // The weights of B and C of the nearest point, the square of the distance and the feature that it lies on (as a float).
+// The sides from A to B and C have 1 over the squares of their lengths as w, `steep` that of the side from B to C; its other words
+// are the normal over the square of its length, or zero if the triangle has no inside. So nothing is divided here.
 // One way through: devices that run both sides of every branch would pay for each region. The inside counts where the
 // place projects into it; else the nearest of three points, one on each edge.
-vec4 nearest_in_face(vec3 way, vec3 ab, vec3 ac) {
-    float ab_way = dot_of(ab, way);
-    float ac_way = dot_of(ac, way);
-    float ab_ab = dot_of(ab, ab);
-    float ab_ac = dot_of(ab, ac);
-    float ac_ac = dot_of(ac, ac);
-
-    precise float t_ab = clamp(ab_way / ab_ab, 0.0, 1.0);
-    precise float t_ca = clamp(ac_way / ac_ac, 0.0, 1.0);
-    precise float bc_way = (ac_way - ab_way) + (ab_ab - ab_ac);
-    precise float bc_bc = (ab_ab - ab_ac) + (ac_ac - ab_ac);
-    precise float t_bc = clamp(bc_way / bc_bc, 0.0, 1.0);
+vec4 nearest_in_face(vec3 way, vec4 ab_by, vec4 ac_by, vec4 steep) {
+    vec3 ab = ab_by.xyz;
+    vec3 ac = ac_by.xyz;
+    precise vec3 bc = ac - ab;
+    precise vec3 from_b = way - ab;
+    float t_ab = part_by(dot_of(ab, way), ab_by.w);
+    float t_ca = part_by(dot_of(ac, way), ac_by.w);
+    float t_bc = part_by(dot_of(bc, from_b), steep.w);
     precise float rest_bc = 1.0 - t_bc;
-    vec3 from_ab = rest_of(way, ab, ac, t_ab, 0.0);
-    vec3 from_bc = rest_of(way, ab, ac, rest_bc, t_bc);
-    vec3 from_ca = rest_of(way, ab, ac, 0.0, t_ca);
+    precise vec3 from_ab = way - t_ab * ab;
+    precise vec3 from_bc = from_b - t_bc * bc;
+    precise vec3 from_ca = way - t_ca * ac;
     float square_ab = dot_of(from_ab, from_ab);
     float square_bc = dot_of(from_bc, from_bc);
     float square_ca = dot_of(from_ca, from_ca);
@@ -58,10 +62,9 @@ vec4 nearest_in_face(vec3 way, vec3 ab, vec3 ac) {
         : is_bc ? FEATURE_EDGE + 1u : FEATURE_EDGE;
 
     // On from the nearest edge, and by way of the normal: so the digits of needles are kept.
-    vec3 normal = cross_of(ab, ac);
-    float normal_square = dot_of(normal, normal);
-    precise float more_u = dot_of(cross_of(from_edge, ac), normal) / normal_square;
-    precise float more_v = dot_of(cross_of(ab, from_edge), normal) / normal_square;
+    vec3 turned = cross_of(steep.xyz, from_edge);
+    float more_u = dot_of(ac, turned);
+    float more_v = -dot_of(ab, turned);
     precise float inner_u = u + more_u;
     precise float inner_v = v + more_v;
     precise float inner_w = (1.0 - inner_u) - inner_v;
@@ -72,11 +75,19 @@ vec4 nearest_in_face(vec3 way, vec3 ab, vec3 ac) {
 }
 
 vec3 face_word(uint slot, uint k) {
-    return uintBitsToFloat(fetch4(faces, 3u * slot + k).xyz);
+    return uintBitsToFloat(fetch4(faces, 4u * slot + k).xyz);
+}
+
+// `way` leads to the place from the face's first corner.
+vec4 nearest_by_way(uint slot, vec3 way) {
+    vec4 ab_by = uintBitsToFloat(fetch4(faces, 4u * slot + 1u));
+    vec4 ac_by = uintBitsToFloat(fetch4(faces, 4u * slot + 2u));
+    vec4 steep = uintBitsToFloat(fetch4(faces, 4u * slot + 3u));
+    return nearest_in_face(way, ab_by, ac_by, steep);
 }
 
 uint triangle_of(uint slot) {
-    return fetch4(faces, 3u * slot).w;
+    return fetch4(faces, 4u * slot).w;
 }
 
 // Is a face nearer than the nearest so far? Of equally near ones it is the one with the lowest triangle, so that the
@@ -88,7 +99,7 @@ bool is_nearer(float square, uint triangle, float best_square, uint best_triangl
 // The nearest point of one face, as nearest_in_face says it.
 vec4 nearest_on_face(uint slot, vec3 place) {
     precise vec3 way = place - face_word(slot, 0u);
-    return nearest_in_face(way, face_word(slot, 1u), face_word(slot, 2u));
+    return nearest_by_way(slot, way);
 }
 
 #endif

@@ -19,6 +19,9 @@ const uint SIGN_FACING = 2u;
 // From how many radii away faces together count as one dipole (Barill et al. 2018).
 const float DIPOLE_FAR = 2.0;
 
+// A place that spans less volume with a face lies in its plane. 2^-100.
+const float LEAST_SPANNED = 7.8886091e-31;
+
 // Is a place outside, by the pseudonormal of the feature that is nearest to it?
 // The way from a corner of the feature does as well as that from the nearest point, and is rounded less.
 bool outside_by_pseudonormal(uint slot, vec3 place, uint feature, uint first_vertex_normal) {
@@ -44,13 +47,14 @@ float solid_angle(uint slot, vec3 place) {
     precise vec3 a = face_word(slot, 0u) - place;
     precise vec3 b = a + face_word(slot, 1u);
     precise vec3 c = a + face_word(slot, 2u);
-    float length_a = sqrt(dot_of(a, a));
-    float length_b = sqrt(dot_of(b, b));
-    float length_c = sqrt(dot_of(c, c));
+    float length_a = length_of(a);
+    float length_b = length_of(b);
+    float length_c = length_of(c);
     float volume = dot_of(a, cross_of(b, c));
     precise float rest = ((length_a * length_b) * length_c + dot_of(a, b) * length_c)
         + (dot_of(b, c) * length_a + dot_of(c, a) * length_b);
-    return volume == 0.0 ? 0.0 : 2.0 * atan(volume, rest);
+    precise float angle = 2.0 * angle_of_vector(volume, rest);
+    return abs(volume) < LEAST_SPANNED ? 0.0 : angle;
 }
 
 // The solid angle of all faces of a tree; 4 pi from inside a closed mesh, 0 from outside.
@@ -59,7 +63,7 @@ float solid_angle_of_tree(uint root, vec3 place) {
     uint stack[GREATEST_DEPTH + 1u];
     stack[0] = root;
     uint top = 1u;
-    float sum = 0.0;
+    precise float sum = 0.0;
     while (top > 0u) {
         top--;
         uint node = stack[top];
@@ -67,11 +71,13 @@ float solid_angle_of_tree(uint root, vec3 place) {
         precise vec3 way = uintBitsToFloat(centre.xyz) - place;
         float square = dot_of(way, way);
         precise float near = DIPOLE_FAR * uintBitsToFloat(centre.w);
+        precise float near_square = near * near;
         uint link = fetch4(nodes, 2u * node).w;
-        if (square > near * near) {
+        if (square > near_square) {
             vec3 normal = uintBitsToFloat(fetch4(dipoles, 2u * node + 1u).xyz);
-            precise float share = dot_of(normal, way) / (square * sqrt(square));
-            sum += share;
+            float by = inverse_root(square);
+            precise float part = ((dot_of(normal, way) * by) * by) * by;
+            sum += part;
         } else if (link < LEAF) {
             stack[top] = link;
             stack[top + 1u] = link + 1u;
@@ -120,11 +126,11 @@ bool any_nearest_faces_place(uint root, vec3 place, float distance) {
     return any_does;
 }
 
-// Is a place outside? `slot` is the nearest face, and `point` the nearest point on it.
-bool is_outside(uint root, uint slot, vec3 place, vec4 point, uint first_vertex_normal) {
+// Is a place outside an object? `tree` is the first node of its tree, `slot` the nearest face, and `point` the nearest point on it.
+bool is_outside(uint tree, uint slot, vec3 place, vec4 point, uint first_vertex_normal) {
     bool outside = true;
-    if (SIGN_RULE == SIGN_WINDING) outside = solid_angle_of_tree(root, place) < 6.28318530718;  // half of the whole sphere
-    if (SIGN_RULE == SIGN_FACING) outside = any_nearest_faces_place(root, place, sqrt(point.z));
+    if (SIGN_RULE == SIGN_WINDING) outside = solid_angle_of_tree(tree, place) < 6.28318530718;  // half of the whole sphere
+    if (SIGN_RULE == SIGN_FACING) outside = any_nearest_faces_place(tree, place, root(point.z));
     // The nearest feature takes no search, so it also answers where one has not ended.
     bool by_feature = SIGN_RULE == SIGN_PSEUDONORMAL || !searches_ended();
     return by_feature ? outside_by_pseudonormal(slot, place, uint(point.w), first_vertex_normal) : outside;

@@ -7,27 +7,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Kernels in `shaders` that decide no state: they are of pictures.
-pub const OF_PICTURES: &[&str] = &["draw_order", "expose", "trail_histogram"];
-
-/// Kernels whose arithmetic is not strict yet.
-pub const NOT_YET: &[&str] = &[
-    "depth_queries",
-    "distance",
-    "distance_brute",
-    "distance_merge",
-    "distance_tiles",
-    "transfer_out",
-    "transfer_queries",
-    "tree_queries",
-];
+/// Kernels in `shaders` that decide no state: they are of pictures, or answer what is asked of depths.
+pub const OF_NO_STATE: &[&str] = &["depth_queries", "draw_order", "expose", "trail_histogram"];
 
 /// Does a kernel decide the state of a simulation? Every one in `shaders` does, unless a list says otherwise; those of other folders
 /// do not.
 pub fn must_be(path: &Path, stem: &str) -> bool {
     let folder = path.parent().and_then(Path::file_name);
     let is_of_steps = folder.is_none_or(|name| name != "selftest" && name != "choices");
-    is_of_steps && !OF_PICTURES.contains(&stem) && !NOT_YET.contains(&stem)
+    is_of_steps && !OF_NO_STATE.contains(&stem)
 }
 
 /// What is said of a kernel that is not strict: a line a lapse, with its place where that is known.

@@ -16,6 +16,7 @@ use crate::mesh::trees::nearest::nearest_on_face;
 use crate::mesh::trees::search::{UNLIMITED, first_crossing, nearest_on};
 use crate::mesh::trees::sides::{Sides, is_outside};
 use crate::scene::settings::SignRule;
+use crate::strict::root;
 
 /// Queries of one dispatch, so that none runs for seconds.
 const BATCH: usize = 1 << 16;
@@ -141,28 +142,28 @@ pub fn tree_queries(
     Ok(())
 }
 
-/// Answers one query about a tree on the host, in place; `root` is the tree's first node.
+/// Answers one query about a tree on the host, in place; `tree` is the first node of its tree.
 pub fn answer_on_host(
     constants: &TreeQueriesConstants,
     sides: &Sides,
-    root: u32,
+    tree: u32,
     query: &mut TreeQuery,
 ) {
     let (nodes, faces) = (sides.nodes, sides.faces);
     query.ended = 1;
     if constants.crossings {
-        let crossing = first_crossing(nodes, faces, root, query.place, query.end);
+        let crossing = first_crossing(nodes, faces, tree, query.place, query.end);
         query.slot = crossing.slot;
         query.result = crossing.t;
         query.u = crossing.u;
         query.v = crossing.v;
         return;
     }
-    query.slot = nearest_on(nodes, faces, root, query.place, UNLIMITED);
+    query.slot = nearest_on(nodes, faces, tree, query.place, UNLIMITED);
     let point = nearest_on_face(&faces[query.slot as usize], query.place);
     let rule = constants.sign_rule;
-    let outside = is_outside(sides, rule, root, query.slot, query.place, &point);
-    let distance = point.square.sqrt();
+    let outside = is_outside(sides, rule, tree, query.slot, query.place, &point);
+    let distance = root(point.square);
     query.result = if outside { distance } else { -distance };
     query.u = point.u;
     query.v = point.v;

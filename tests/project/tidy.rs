@@ -356,26 +356,6 @@ const NOT_PORTABLE: &[&str] = &[
     "slerp",
 ];
 
-/// Files of these layers that may call them, and why.
-const NEED_NOT_BE_PORTABLE: &[(&str, &str)] = &[
-    (
-        "src/sim/step/advance.rs",
-        "a twin whose kernel calls the device's",
-    ),
-    (
-        "src/sim/step/respawn.rs",
-        "a twin whose kernel calls the device's",
-    ),
-    (
-        "src/sim/twin/summon.rs",
-        "a twin whose kernel calls the device's",
-    ),
-    (
-        "src/mesh/trees/sides.rs",
-        "a twin whose kernel calls the device's",
-    ),
-];
-
 /// Lines of code that call what is not portable. A function of `portable` may have the name of one.
 fn calls_that_differ(text: &str) -> Vec<usize> {
     let mut found = Vec::new();
@@ -409,21 +389,7 @@ fn what_decides_a_state_is_portable() {
                 continue;
             }
             let calls = calls_that_differ(&text[..first_of_tests(&path, &text)]);
-            let listed = NEED_NOT_BE_PORTABLE
-                .iter()
-                .any(|(file, _)| Path::new(file) == path);
-            match (listed, calls.is_empty()) {
-                (true, true) => wrong.push(format!(
-                    "{} has none any more: take it out of the list",
-                    path.display()
-                )),
-                (false, false) => wrong.extend(
-                    calls
-                        .iter()
-                        .map(|line| format!("{}:{line}", path.display())),
-                ),
-                _ => {}
-            }
+            wrong.extend((calls.iter()).map(|line| format!("{}:{line}", path.display())));
         }
     }
     assert!(

@@ -16,6 +16,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3, Vec4};
 
 use super::surface::Surface;
+use crate::strict::{dot3, reciprocal};
 pub use afar::FacePoint;
 pub use build::{GREATEST_DEPTH, Node};
 pub use dipoles::Dipole;
@@ -30,12 +31,48 @@ pub struct Face {
     pub triangle: u32,
     /// B - A.
     pub ab: Vec3,
-    /// Nothing.
-    pub pad0: u32,
+    /// 1 over the square of its length, rounded so that the square times this is not less than 1.
+    pub ab_by: f32,
     /// C - A.
     pub ac: Vec3,
-    /// Nothing.
-    pub pad1: u32,
+    /// The same of that.
+    pub ac_by: f32,
+    /// The normal over the square of its length; zero if the triangle has no inside, because numbers cannot tell it from a line.
+    pub steep: Vec3,
+    /// The same of C - B.
+    pub bc_by: f32,
+}
+
+impl Face {
+    /// A triangle by its corner A and the ways from it to B and C.
+    #[must_use]
+    pub fn new(triangle: u32, a: Vec3, ab: Vec3, ac: Vec3) -> Self {
+        let one_over = |square: f32| {
+            let by = reciprocal(square);
+            if square * by < 1.0 { by.next_up() } else { by }
+        };
+        let [side, other] = [ab, ac].map(Vec3::as_dvec3);
+        let normal = side.cross(other);
+        let square = normal.length_squared();
+        let most = side.length_squared() * other.length_squared();
+        // By its sine, and so that what it is multiplied by stays a number.
+        let is_line = square <= 1e-20 * most || square < 1e-60;
+        let bc = ac - ab;
+        Self {
+            a,
+            triangle,
+            ab,
+            ab_by: one_over(dot3(ab, ab)),
+            ac,
+            ac_by: one_over(dot3(ac, ac)),
+            steep: if is_line {
+                Vec3::ZERO
+            } else {
+                (normal / square).as_vec3()
+            },
+            bc_by: one_over(dot3(bc, bc)),
+        }
+    }
 }
 
 /// One object's part of the pooled arrays.
@@ -116,13 +153,6 @@ impl Trees {
 fn face(surface: &Surface, triangle: u32) -> Face {
     let corners = surface.corners[triangle as usize];
     let [a, b, c] = corners.map(|vertex| surface.positions[vertex as usize]);
-    Face {
-        a,
-        triangle,
-        // Each difference of two floats is rounded once.
-        ab: b - a,
-        pad0: 0,
-        ac: c - a,
-        pad1: 0,
-    }
+    // Each difference of two floats is rounded once.
+    Face::new(triangle, a, b - a, c - a)
 }

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::Face;
+use crate::strict::{cross3, dot3};
 
 /// Nearest is the inside of the triangle.
 pub const FEATURE_FACE: u32 = 0;
@@ -24,31 +25,33 @@ pub struct NearestPoint {
     pub feature: u32,
 }
 
+/// A part of 1 by n / d; `by` is 1 / d.
+#[inline]
+fn part_by(n: f32, by: f32) -> f32 {
+    if n > 0.0 { (n * by).min(1.0) } else { 0.0 }
+}
+
 fn rest_of(way: Vec3, ab: Vec3, ac: Vec3, u: f32, v: f32) -> Vec3 {
     (way - u * ab) - v * ac
 }
 
-/// The nearest point of a triangle, `way` being the way to the place from corner A.
+/// The nearest point of a face.
 #[must_use]
-pub fn nearest_in_face(way: Vec3, ab: Vec3, ac: Vec3) -> NearestPoint {
-    let ab_way = ab.dot(way);
-    let ac_way = ac.dot(way);
-    let ab_ab = ab.dot(ab);
-    let ab_ac = ab.dot(ac);
-    let ac_ac = ac.dot(ac);
-
-    let t_ab = (ab_way / ab_ab).clamp(0.0, 1.0);
-    let t_ca = (ac_way / ac_ac).clamp(0.0, 1.0);
-    let bc_way = (ac_way - ab_way) + (ab_ab - ab_ac);
-    let bc_bc = (ab_ab - ab_ac) + (ac_ac - ab_ac);
-    let t_bc = (bc_way / bc_bc).clamp(0.0, 1.0);
+pub fn nearest_on_face(face: &Face, place: Vec3) -> NearestPoint {
+    let way = place - face.a;
+    let (ab, ac) = (face.ab, face.ac);
+    let bc = ac - ab;
+    let from_b = way - ab;
+    let t_ab = part_by(dot3(ab, way), face.ab_by);
+    let t_ca = part_by(dot3(ac, way), face.ac_by);
+    let t_bc = part_by(dot3(bc, from_b), face.bc_by);
     let rest_bc = 1.0 - t_bc;
-    let from_ab = rest_of(way, ab, ac, t_ab, 0.0);
-    let from_bc = rest_of(way, ab, ac, rest_bc, t_bc);
-    let from_ca = rest_of(way, ab, ac, 0.0, t_ca);
-    let square_ab = from_ab.dot(from_ab);
-    let square_bc = from_bc.dot(from_bc);
-    let square_ca = from_ca.dot(from_ca);
+    let from_ab = way - t_ab * ab;
+    let from_bc = from_b - t_bc * bc;
+    let from_ca = way - t_ca * ac;
+    let square_ab = dot3(from_ab, from_ab);
+    let square_bc = dot3(from_bc, from_bc);
+    let square_ca = dot3(from_ca, from_ca);
 
     let is_bc = square_bc < square_ab;
     let (mut u, mut v, mut from_edge, mut square) = if is_bc {
@@ -74,15 +77,14 @@ pub fn nearest_in_face(way: Vec3, ab: Vec3, ac: Vec3) -> NearestPoint {
         FEATURE_EDGE
     };
 
-    let normal = ab.cross(ac);
-    let normal_square = normal.dot(normal);
-    let more_u = from_edge.cross(ac).dot(normal) / normal_square;
-    let more_v = ab.cross(from_edge).dot(normal) / normal_square;
+    let turned = cross3(face.steep, from_edge);
+    let more_u = dot3(ac, turned);
+    let more_v = -dot3(ab, turned);
     let inner_u = u + more_u;
     let inner_v = v + more_v;
     let inner_w = (1.0 - inner_u) - inner_v;
     let from_inner = rest_of(from_edge, ab, ac, more_u, more_v);
-    let inner_square = from_inner.dot(from_inner);
+    let inner_square = dot3(from_inner, from_inner);
     if inner_u > 0.0 && inner_v > 0.0 && inner_w > 0.0 && inner_square < square {
         return NearestPoint {
             u: inner_u,
@@ -103,10 +105,4 @@ pub fn nearest_in_face(way: Vec3, ab: Vec3, ac: Vec3) -> NearestPoint {
 #[must_use]
 pub fn is_nearer(square: f32, triangle: u32, best_square: f32, best_triangle: u32) -> bool {
     square < best_square || (square == best_square && triangle < best_triangle)
-}
-
-/// The nearest point of a face.
-#[must_use]
-pub fn nearest_on_face(face: &Face, place: Vec3) -> NearestPoint {
-    nearest_in_face(place - face.a, face.ab, face.ac)
 }

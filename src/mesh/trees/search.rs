@@ -3,9 +3,10 @@
 
 use glam::Vec3;
 
-use super::nearest::{is_nearer, nearest_in_face};
+use super::nearest::{is_nearer, nearest_on_face};
 use super::{Face, GREATEST_DEPTH, Node};
 use crate::mesh::surface::NONE;
+use crate::strict::{cross3, dot3, reciprocal, within};
 
 /// A leaf without faces.
 const NOTHING: u32 = 15 << 28;
@@ -19,13 +20,14 @@ pub const UNLIMITED: f32 = 1.0e18;
 /// What rounding may make of a length in a tree, by its largest coordinate.
 const ROUNDING: f32 = 1e-6;
 
-/// What rounding may make of a length itself.
+/// What rounding may make of a length itself. And of its square.
 const LENGTH_ROUNDING: f32 = 1.000_001;
+const SQUARE_ROUNDING: f32 = 1.000_003;
 
 /// The square of the distance from a place to a node's box; 0 inside of it.
 pub(crate) fn box_square(place: Vec3, node: &Node) -> f32 {
     let way = (node.low - place).max(place - node.high).max(Vec3::ZERO);
-    way.dot(way)
+    dot3(way, way)
 }
 
 /// What rounding may make of a length in a tree.
@@ -38,6 +40,13 @@ pub fn slack_of(root: &Node) -> f32 {
 pub(super) fn limit_of(distance: f32, slack: f32) -> f32 {
     let most = distance * LENGTH_ROUNDING + slack;
     (most * most).min(FAR)
+}
+
+/// The same by the square of that distance. Instead of its root a number that is up to 7 % larger does.
+fn limit_of_square(square: f32, slack: f32) -> f32 {
+    let above = f32::from_bits(0x1fc0_0000 + (square.to_bits() >> 1));
+    let limit = (square * SQUARE_ROUNDING + (2.0 * slack) * above) + slack * slack;
+    limit.min(FAR)
 }
 
 /// Does a place lie in the box round an object?
@@ -89,14 +98,14 @@ pub fn nearest_on(nodes: &[Node], faces: &[Face], root: u32, place: Vec3, reach:
         };
         for slot in first..end {
             let face = &faces[slot as usize];
-            let square = nearest_in_face(place - face.a, face.ab, face.ac).square;
+            let square = nearest_on_face(face, place).square;
             if is_nearer(square, face.triangle, best_square, best_triangle) {
                 best_square = square;
                 best_triangle = face.triangle;
                 best_slot = slot;
             }
         }
-        limit = limit.min(limit_of(best_square.sqrt(), slack));
+        limit = limit.min(limit_of_square(best_square, slack));
         searches = false;
         while top > 0 && !searches {
             top -= 1;
@@ -123,6 +132,9 @@ pub struct Crossing {
 /// How far outside of a triangle, in weights, a crossing still counts.
 const CROSSING_MARGIN: f32 = 1e-6;
 
+/// What spans less volume is parallel. 2^-100.
+const LEAST_VOLUME: f32 = 7.888_609e-31;
+
 fn entry_of(from: Vec3, inverse: Vec3, low: Vec3, high: Vec3) -> f32 {
     let to_low = (low - from) * inverse;
     let to_high = (high - from) * inverse;
@@ -147,7 +159,7 @@ pub fn first_crossing(nodes: &[Node], faces: &[Face], root: u32, from: Vec3, to:
     let mut best_triangle = NONE;
 
     let way = to - from;
-    let inverse = Vec3::from(way.to_array().map(|w| if w == 0.0 { FAR } else { 1.0 / w }));
+    let inverse = Vec3::from(way.to_array().map(reciprocal));
     let node = &nodes[root as usize];
     let slack = Vec3::splat(slack_of(node));
     let entry = |node: &Node| entry_of(from, inverse, node.low - slack, node.high + slack);
@@ -183,24 +195,38 @@ pub fn first_crossing(nodes: &[Node], faces: &[Face], root: u32, from: Vec3, to:
         for slot in first..end {
             let face = &faces[slot as usize];
             let start = from - face.a;
-            let across = way.cross(face.ac);
-            let volume = face.ab.dot(across);
-            let along = start.cross(face.ab);
-            let u = start.dot(across) / volume;
-            let v = way.dot(along) / volume;
-            let t = face.ac.dot(along) / volume;
+            let across = cross3(way, face.ac);
+            let volume = dot3(face.ab, across);
+            let along = cross3(start, face.ab);
+            let by = reciprocal(volume);
+            let u = dot3(start, across) * by;
+            let v = dot3(way, along) * by;
             let w = (1.0 - u) - v;
+            let from_plane = dot3(face.ac, along);
+            let passed = if volume < 0.0 {
+                -from_plane
+            } else {
+                from_plane
+            };
+            let size = volume.abs();
+            let t = if passed >= size {
+                1.0
+            } else {
+                within(passed * by.abs(), 0.0, 1.0)
+            };
             let crosses = u >= -CROSSING_MARGIN
                 && v >= -CROSSING_MARGIN
                 && w >= -CROSSING_MARGIN
-                && (0.0..=1.0).contains(&t);
+                && passed >= 0.0
+                && passed <= size
+                && size >= LEAST_VOLUME;
             if crosses && is_nearer(t, face.triangle, best.t, best_triangle) {
-                let u = u.clamp(0.0, 1.0);
+                let u = within(u, 0.0, 1.0);
                 best = Crossing {
                     slot,
                     t,
                     u,
-                    v: v.clamp(0.0, 1.0 - u),
+                    v: within(v, 0.0, 1.0 - u),
                 };
                 best_triangle = face.triangle;
             }

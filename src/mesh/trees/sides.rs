@@ -5,6 +5,7 @@ use glam::{Vec3, Vec4};
 use super::nearest::{FEATURE_CORNER, FEATURE_EDGE, NearestPoint, nearest_on_face};
 use super::search::{box_square, limit_of, slack_of};
 use super::{Dipole, Face, Node};
+use crate::strict::{angle_of_vector, cross3, dot3, inverse_root, length3, root};
 
 /// By the normal of the nearest face, edge or vertex.
 pub const SIGN_PSEUDONORMAL: u32 = 0;
@@ -15,6 +16,12 @@ pub const SIGN_FACING: u32 = 2;
 
 /// From how many radii away faces together count as one dipole.
 const DIPOLE_FAR: f32 = 2.0;
+
+/// A place that spans less volume with a face lies in its plane. 2^-100.
+const LEAST_SPANNED: f32 = 7.888_609e-31;
+
+/// Half of the whole sphere.
+const HALF_SPHERE: f32 = std::f32::consts::TAU;
 
 /// What tells the sides of a surface.
 #[derive(Clone, Copy)]
@@ -47,25 +54,25 @@ fn outside_by_pseudonormal(sides: &Sides, slot: u32, place: Vec3, feature: u32) 
     } else if feature >= FEATURE_EDGE {
         sides.pseudonormals[(3 * face.triangle + feature - FEATURE_EDGE) as usize].truncate()
     } else {
-        face.ab.cross(face.ac)
+        cross3(face.ab, face.ac)
     };
-    way.dot(normal) >= 0.0
+    dot3(way, normal) >= 0.0
 }
 
 fn solid_angle(face: &Face, place: Vec3) -> f32 {
     let a = face.a - place;
     let b = a + face.ab;
     let c = a + face.ac;
-    let length_a = a.dot(a).sqrt();
-    let length_b = b.dot(b).sqrt();
-    let length_c = c.dot(c).sqrt();
-    let volume = a.dot(b.cross(c));
-    let rest = ((length_a * length_b) * length_c + a.dot(b) * length_c)
-        + (b.dot(c) * length_a + c.dot(a) * length_b);
-    if volume == 0.0 {
+    let length_a = length3(a);
+    let length_b = length3(b);
+    let length_c = length3(c);
+    let volume = dot3(a, cross3(b, c));
+    let rest = ((length_a * length_b) * length_c + dot3(a, b) * length_c)
+        + (dot3(b, c) * length_a + dot3(c, a) * length_b);
+    if volume.abs() < LEAST_SPANNED {
         0.0
     } else {
-        2.0 * volume.atan2(rest)
+        2.0 * angle_of_vector(volume, rest)
     }
 }
 
@@ -77,11 +84,12 @@ pub fn solid_angle_of_tree(sides: &Sides, root: u32, place: Vec3) -> f32 {
     while let Some(node) = stack.pop() {
         let dipole = &sides.dipoles[node as usize];
         let way = dipole.centre - place;
-        let square = way.dot(way);
+        let square = dot3(way, way);
         let near = DIPOLE_FAR * dipole.radius;
         let link = sides.nodes[node as usize].link;
         if square > near * near {
-            sum += dipole.normal.dot(way) / (square * square.sqrt());
+            let by = inverse_root(square);
+            sum += ((dot3(dipole.normal, way) * by) * by) * by;
         } else if link < Node::LEAF {
             stack.extend([link, link + 1]);
         } else {
@@ -95,7 +103,7 @@ pub fn solid_angle_of_tree(sides: &Sides, root: u32, place: Vec3) -> f32 {
 }
 
 fn faces_place(face: &Face, place: Vec3) -> bool {
-    (place - face.a).dot(face.ab.cross(face.ac)) > 0.0
+    dot3(place - face.a, cross3(face.ab, face.ac)) > 0.0
 }
 
 fn any_nearest_faces_place(sides: &Sides, root: u32, place: Vec3, distance: f32) -> bool {
@@ -121,19 +129,19 @@ fn any_nearest_faces_place(sides: &Sides, root: u32, place: Vec3, distance: f32)
     any_does
 }
 
-/// Is a place outside, by a rule? `slot` is the nearest face, and `point` the nearest point on it.
+/// Is a place outside an object, by a rule? `tree` is the first node of its tree, `slot` the nearest face, and `point` the nearest point on it.
 #[must_use]
 pub fn is_outside(
     sides: &Sides,
     rule: u32,
-    root: u32,
+    tree: u32,
     slot: u32,
     place: Vec3,
     point: &NearestPoint,
 ) -> bool {
     match rule {
-        SIGN_WINDING => solid_angle_of_tree(sides, root, place) < std::f32::consts::TAU,
-        SIGN_FACING => any_nearest_faces_place(sides, root, place, point.square.sqrt()),
+        SIGN_WINDING => solid_angle_of_tree(sides, tree, place) < HALF_SPHERE,
+        SIGN_FACING => any_nearest_faces_place(sides, tree, place, root(point.square)),
         _ => outside_by_pseudonormal(sides, slot, place, point.feature),
     }
 }

@@ -1,7 +1,9 @@
 //! Trees that hold every face once and no deeper than searches have room for.
 
+use super::nearest::{FEATURE_CORNER, nearest_on_face};
 use super::*;
 use crate::mesh::{Mesh, suite};
+use crate::rng::{Purpose, random, unit};
 
 /// Every face lies in one leaf, within all boxes above it; no leaf is deeper than allowed.
 fn assert_sound(trees: &Trees, surface: &Surface) {
@@ -58,14 +60,7 @@ fn trees_of_nested_triangles_are_not_too_deep() {
     let mut faces: Vec<Face> = (0..110)
         .map(|i| {
             let size = 0.5f32.powi(i);
-            Face {
-                a: Vec3::ZERO,
-                triangle: i as u32,
-                ab: Vec3::X * size,
-                pad0: 0,
-                ac: Vec3::Y * size,
-                pad1: 0,
-            }
+            Face::new(i as u32, Vec3::ZERO, Vec3::X * size, Vec3::Y * size)
         })
         .collect();
     let mut nodes = Vec::new();
@@ -135,14 +130,7 @@ fn faces_without_area_have_nearest_points() {
         [Vec3::X, 2.0 * Vec3::X],
     ];
     for [ab, ac] in shapes {
-        let mut faces = [Face {
-            a: Vec3::ZERO,
-            triangle: 0,
-            ab,
-            pad0: 0,
-            ac,
-            pad1: 0,
-        }];
+        let mut faces = [Face::new(0, Vec3::ZERO, ab, ac)];
         let mut nodes = Vec::new();
         build::append_tree(&mut nodes, &mut faces, 0);
         let trees = Trees {
@@ -171,5 +159,59 @@ impl SelectOne for glam::BVec3 {
     /// 1 where true.
     fn select_one(self) -> Vec3 {
         Vec3::select(self, Vec3::ONE, Vec3::ZERO)
+    }
+}
+
+/// Places at corners and beyond them, in faces of every size: a corner is the nearest feature there, not an edge by rounding.
+#[test]
+fn corners_are_nearest_to_places_at_them() {
+    for i in 0..2000 {
+        let [x, y, z, w] = random(5, i, 0, Purpose::Start).map(|word| 2.0 * unit(word) - 1.0);
+        let size = [1.0, 1e-3, 1e-6, 1e3][i as usize % 4];
+        let (ab, ac) = (size * Vec3::new(x, y, z), size * Vec3::new(z, w, x));
+        let face = Face::new(0, Vec3::ZERO, ab, ac);
+        for (place, feature) in [
+            (Vec3::ZERO, FEATURE_CORNER),
+            (ab, FEATURE_CORNER + 1),
+            (ac, FEATURE_CORNER + 2),
+        ] {
+            let point = nearest_on_face(&face, place);
+            assert_eq!(point.square, 0.0, "{face:?}");
+            assert_eq!(point.feature, feature, "{face:?}");
+        }
+    }
+}
+
+/// Needles, faces without area, tiny and huge ones: what is found lies on the face, and is as near as its corners at least.
+#[test]
+fn nearest_points_lie_on_faces_of_all_shapes() {
+    let v = Vec3::new;
+    let shapes = [
+        [Vec3::ZERO; 2],
+        [Vec3::X; 2],
+        [Vec3::ZERO, Vec3::Y],
+        [Vec3::X, 2.0 * Vec3::X],
+        [Vec3::X, v(1.0, 1e-7, 0.0)],
+        [Vec3::X, v(0.5, 1e-20, 0.0)],
+        [v(1e-20, 0.0, 0.0), v(0.0, 1e-20, 0.0)],
+        [v(1e6, 0.0, 0.0), v(3.0, 1e6, 1e-3)],
+        [Vec3::X, v(-0.3, 0.8, 0.2)],
+    ];
+    for [ab, ac] in shapes {
+        let face = Face::new(0, Vec3::ZERO, ab, ac);
+        for i in 0..300 {
+            let [x, y, z, _] = random(6, i, 0, Purpose::Start).map(|word| 2.0 * unit(word) - 1.0);
+            let place = [1e-3, 1.0, 1e6][i as usize % 3] * v(x, y, z);
+            let point = nearest_on_face(&face, place);
+            assert!(point.u >= 0.0 && point.v >= 0.0, "{face:?}, {point:?}");
+            assert!(point.u + point.v < 1.000_001, "{face:?}, {point:?}");
+            let corners = [Vec3::ZERO, ab, ac].map(|corner| place.distance(corner));
+            let least = corners.into_iter().fold(f32::INFINITY, f32::min);
+            let size = ab.length().max(ac.length());
+            assert!(
+                point.square.sqrt() <= least + 1e-6 * (size + place.length()),
+                "{face:?}, {place}: {point:?}, {least}"
+            );
+        }
     }
 }

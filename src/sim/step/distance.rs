@@ -19,6 +19,7 @@ use crate::sim::setup::Setup;
 use crate::sim::state::State;
 use crate::sim::types::{DistanceJob, ObjectPair, SampleTile, SurfaceSample};
 use crate::sim::work::{Call, StepKernel};
+use crate::strict::{root, settled};
 
 impl Plan<'_> {
     /// Looks at the texels of the tiles that need a look.
@@ -213,7 +214,7 @@ pub fn distance(
             } else {
                 let near = (hint != TILE_UNKNOWN).then(|| {
                     let point = nearest_on_face(&inputs.faces[hint as usize], place);
-                    point.square.sqrt()
+                    root(point.square)
                 });
                 let bound = near.map_or(bound, |near| bound.min(near));
                 let slot = nearest_on(inputs.nodes, inputs.faces, pair.first_node, place, bound);
@@ -228,7 +229,7 @@ pub fn distance(
             }
             let face = &inputs.faces[slot as usize];
             let point = nearest_on_face(face, place);
-            let distance = point.square.sqrt();
+            let distance = root(point.square);
             if distance >= bound {
                 continue;
             }
@@ -248,7 +249,7 @@ pub fn distance(
     };
     let count = looks.listed.len() as u32 * TILE_SAMPLES;
     for (texel, least, triangle) in found_by(count, one) {
-        distances[texel] = least;
+        distances[texel] = settled(least);
         nearest[texel] = triangle;
     }
 }
@@ -324,9 +325,9 @@ pub(super) fn candidate_distance(
     point: &NearestPoint,
     reach: f32,
 ) -> f32 {
-    let root = pair.first_node;
-    let distance = point.square.sqrt();
-    let outside = distance <= slack_of(&sides.nodes[root as usize])
-        || is_outside(sides, sign_rule, root, slot, place, point);
+    let tree = pair.first_node;
+    let distance = root(point.square);
+    let outside = distance <= slack_of(&sides.nodes[tree as usize])
+        || is_outside(sides, sign_rule, tree, slot, place, point);
     clamped_distance(distance, outside, pair.is_closed == 1, reach)
 }

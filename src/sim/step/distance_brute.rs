@@ -9,6 +9,7 @@ use crate::sim::kernels::{DistanceBruteConstants, DistanceBruteParams};
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::work::{Call, StepKernel};
+use crate::strict::{root, settled};
 
 impl Plan<'_> {
     /// Looks at every triangle from every texel.
@@ -84,7 +85,7 @@ pub fn distance_brute(
                 }
             }
             let point = nearest_on_face(&inputs.faces[slot as usize], place);
-            let distance = point.square.sqrt();
+            let distance = root(point.square);
             let rule = constants.sign_rule;
             let candidate =
                 candidate_distance(&sides, rule, pair, slot, place, &point, params.reach);
@@ -96,7 +97,7 @@ pub fn distance_brute(
         Some((here.texel as usize, least, triangle))
     };
     for (texel, least, triangle) in found_by(params.thread_count, one) {
-        distances[texel] = least;
+        distances[texel] = settled(least);
         nearest[texel] = triangle;
     }
 }

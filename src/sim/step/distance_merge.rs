@@ -9,6 +9,7 @@ use crate::sim::kernels::{DistanceMergeConstants, DistanceMergeParams};
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::work::{Call, StepKernel};
+use crate::strict::{root, settled};
 
 impl Plan<'_> {
     /// Takes the distances to what a round has drawn.
@@ -90,7 +91,7 @@ pub fn distance_merge(
             let slot = winner - 1;
             let face = &inputs.faces[slot as usize];
             let point = nearest_on_face(face, place);
-            let distance = point.square.sqrt();
+            let distance = root(point.square);
             let rule = constants.sign_rule;
             let candidate =
                 candidate_distance(&sides, rule, pair, slot, place, &point, params.reach);
@@ -106,7 +107,7 @@ pub fn distance_merge(
         Some((texel, least, triangle))
     };
     for (texel, least, triangle) in found_by(params.thread_count, one) {
-        distances[texel] = least;
+        distances[texel] = settled(least);
         nearest[texel] = triangle;
     }
 }

@@ -21,6 +21,7 @@ use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::types::{ListedTile, ObjectPair, SampleTile};
 use crate::sim::work::{Call, StepKernel};
+use crate::strict::{direction3_or, dot3, inverse_root, quotient, root};
 
 impl Plan<'_> {
     /// Finds which faces are near the tiles of what has moved.
@@ -86,7 +87,7 @@ const MARGIN_SLACK: f32 = 8.0;
 /// A ball of places, and the face that is nearest to its middle.
 struct Ball {
     middle: Vec3,
-    radius: f32,
+    radius_square: f32,
     distance: f32,
     direction: Vec3,
     bend: f32,
@@ -134,8 +135,8 @@ pub fn distance_tiles(
             let may_be_inside = is_closed && is_in_box(inputs.nodes, pair.first_node, place);
             let margin = &mut margins[((job.first_tile + in_job) * params.hint_count + p) as usize];
             let left = margin.abs() - moves[(job.first_pair + p) as usize];
-            let root = &inputs.nodes[pair.first_node as usize];
-            let slack = slack_of(root);
+            let tree = &inputs.nodes[pair.first_node as usize];
+            let slack = slack_of(tree);
             let reach = if may_be_inside {
                 UNLIMITED
             } else if decides {
@@ -151,20 +152,20 @@ pub fn distance_tiles(
                 *margin = if inside { -left } else { left };
             } else if slot == NONE {
                 let rest = params.reach - MARGIN_SLACK * slack;
-                *margin = if decides { rest.max(0.0) } else { 0.0 };
+                *margin = if decides && rest > 0.0 { rest } else { 0.0 };
             } else {
                 let face = &inputs.faces[slot as usize];
                 let point = nearest_on_face(face, place);
-                let distance = point.square.sqrt();
+                let distance = root(point.square);
                 let beyond = near + slack;
                 *margin = 0.0;
                 let searches = distance <= beyond || !decides;
                 let outside = || {
-                    let (rule, root) = (constants.sign_rule, pair.first_node);
-                    is_outside(&sides, rule, root, slot, place, &point)
+                    let (rule, tree) = (constants.sign_rule, pair.first_node);
+                    is_outside(&sides, rule, tree, slot, place, &point)
                 };
                 hint = if searches {
-                    let ball = Ball::of(root, face, &point, place, &tile);
+                    let ball = Ball::of(tree, face, &point, place, &tile);
                     let first = candidates.len();
                     candidates.extend(collected(inputs, pair, &ball));
                     if candidates.len() <= TILE_CANDIDATES as usize {
@@ -175,8 +176,14 @@ pub fn distance_tiles(
                     }
                 } else {
                     let inside = is_closed && !outside();
-                    let rest = (distance - beyond - MARGIN_SLACK * slack).max(0.0);
-                    *margin = if inside { -rest } else { rest };
+                    let rest = (distance - beyond) - MARGIN_SLACK * slack;
+                    *margin = if rest <= 0.0 {
+                        0.0
+                    } else if inside {
+                        -rest
+                    } else {
+                        rest
+                    };
                     if inside { TILE_INSIDE } else { TILE_OUTSIDE }
                 };
             }
@@ -208,22 +215,23 @@ pub fn distance_tiles(
 }
 
 impl Ball {
-    fn of(root: &Node, face: &Face, point: &NearestPoint, place: Vec3, tile: &SampleTile) -> Self {
-        let way = place - (face.a + point.u * face.ab + point.v * face.ac);
+    fn of(tree: &Node, face: &Face, point: &NearestPoint, place: Vec3, tile: &SampleTile) -> Self {
+        let to_face = (face.a + point.u * face.ab) + point.v * face.ac;
         let from_middle = (tile.center.abs() + place.abs()).max_element();
-        let slack = 8.0 * slack_of(root) + 4.0 * ROUNDING * from_middle;
+        let slack = 8.0 * slack_of(tree) + 4.0 * ROUNDING * from_middle;
         let radius = 1.001 * tile.radius + slack;
-        let distance = point.square.sqrt();
+        let distance = root(point.square);
         let slack = slack + 1e-5 * (distance + radius);
         let farthest = 2.0 * radius + slack;
         let rest = distance - radius;
+        let bend = (0.5 * radius) * quotient(radius, rest) + slack;
         Self {
             middle: place,
-            radius,
+            radius_square: radius * radius,
             distance,
-            direction: way / way.length().max(1e-30),
+            direction: direction3_or(place - to_face, Vec3::ZERO),
             bend: if rest > 0.0 {
-                (0.5 * radius * (radius / rest) + slack).min(farthest)
+                bend.min(farthest)
             } else {
                 farthest
             },
@@ -234,10 +242,14 @@ impl Ball {
     /// May what is convex hold the nearest point for some place in the ball? `way` leads to the middle from its nearest
     /// point.
     fn may_be_nearest(&self, way: Vec3) -> bool {
-        let distance = way.length();
+        let square = dot3(way, way);
+        let by = inverse_root(square);
+        let distance = square * by;
         let more = distance - self.distance;
-        let turn = (way / distance.max(1e-30) - self.direction).length();
-        more <= self.farthest.min(self.radius * turn + self.bend)
+        let turned = way * by - self.direction;
+        let turn_square = self.radius_square * dot3(turned, turned);
+        let beyond = more - self.bend;
+        more <= self.farthest && (beyond <= 0.0 || beyond * beyond <= turn_square)
     }
 }
 
@@ -259,7 +271,7 @@ fn collected(inputs: &DistanceInputs, pair: &ObjectPair, ball: &Ball) -> Vec<u32
         for slot in first..first + link / Node::LEAF {
             let face = &inputs.faces[slot as usize];
             let point = nearest_on_face(face, ball.middle);
-            let way = (ball.middle - face.a) - point.u * face.ab - point.v * face.ac;
+            let way = ((ball.middle - face.a) - point.u * face.ab) - point.v * face.ac;
             if ball.may_be_nearest(way) {
                 found.push(slot);
             }
