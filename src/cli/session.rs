@@ -554,6 +554,12 @@ pub fn device(options: &DeviceOptions, scenes: &[Scene]) -> Result<Arc<Context>>
     for scene in scenes {
         memory::check(ctx.info(), scene)?;
     }
+    // Reports of what was compiled are of the scene's kernels.
+    if !options.compiler_reports && !arithmetic::is_everywhere(&ctx)? {
+        console::message(
+            "this device does not calculate as IEEE 754 says, so that its state hashes are its own: `myxo selftest` says what differs",
+        );
+    }
     if scenes.len() > 1 {
         room::prepare(
             &ctx,

@@ -10,6 +10,7 @@ use std::path::Path;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::arithmetic;
 use super::kept::{KEPT, Lengths};
 use super::movement::SavedMovement;
 use super::setup::Setup;
@@ -39,6 +40,9 @@ struct Header {
     /// The scene file that it was written with.
     scene: String,
     layout: u32,
+    /// Of earlier versions none.
+    #[serde(default)]
+    arithmetic: u32,
     movement: SavedMovement,
 }
 
@@ -49,6 +53,8 @@ pub struct Checkpoint {
     pub scene: String,
     /// Tells surfaces and atlases apart: particles and texels mean something on one of them only.
     pub layout: u32,
+    /// Which [arithmetic](arithmetic::VERSION) it was written with; 0 by earlier versions.
+    pub arithmetic: u32,
     /// The state.
     pub snapshot: Snapshot,
 }
@@ -73,12 +79,13 @@ impl Checkpoint {
         Self {
             scene: scene.to_toml(),
             layout: layout(setup),
+            arithmetic: arithmetic::VERSION,
             snapshot,
         }
     }
 
     /// Makes sure that a simulation of `scene` can go on from here, and tells which settings are others than before
-    /// and take effect from now on: `trail.decay = 0.9, which was 0.95`.
+    /// and take effect from now on: `trail.decay = 0.9, which was 0.95`; also that it was written with other arithmetic.
     ///
     /// # Errors
     /// Names what differs and cannot, or what is wrong with the state.
@@ -116,7 +123,15 @@ impl Checkpoint {
         self.snapshot.check_food(setup.pantry.places.len())?;
         let of_the_state =
             |parameter: &&&Parameter| !["camera", "picture"].contains(&parameter.section());
-        Ok(live.iter().filter(of_the_state).map(tell).collect())
+        let mut told: Vec<String> = live.iter().filter(of_the_state).map(tell).collect();
+        if self.arithmetic != arithmetic::VERSION {
+            told.push(
+                "it was written by a version with other arithmetic, so that hashes of states from here on cannot be compared with those \
+                 of runs from the start"
+                    .to_owned(),
+            );
+        }
+        Ok(told)
     }
 
     /// Writes the file. It appears under its name only when it is whole.
@@ -140,6 +155,7 @@ impl Checkpoint {
         let Self {
             scene,
             layout,
+            arithmetic,
             snapshot,
         } = self;
         let header = serde_json::to_vec(&Header {
@@ -149,6 +165,7 @@ impl Checkpoint {
             origin: snapshot.origin.to_array().map(f64::to_bits),
             scene: scene.clone(),
             layout: *layout,
+            arithmetic: *arithmetic,
             movement: snapshot.movement.clone(),
         })?;
         let mut out = Checked {
@@ -261,6 +278,7 @@ impl Checkpoint {
         Ok(Self {
             scene: header.scene,
             layout: header.layout,
+            arithmetic: header.arithmetic,
             snapshot,
         })
     }
@@ -307,6 +325,7 @@ mod tests {
         Checkpoint {
             scene: "seed = 9\n".to_owned(),
             layout: 7,
+            arithmetic: 1,
             snapshot: Snapshot {
                 step: 41,
                 movement: SavedMovement::default(),
@@ -360,6 +379,26 @@ mod tests {
                 },
             },
         }
+    }
+
+    /// Would catch: a state of another arithmetic that goes on without a word.
+    #[test]
+    fn states_of_another_arithmetic_go_on_with_a_note() {
+        let mut settings = Settings::default();
+        settings.particles.count = 10;
+        settings.atlas.size = 64;
+        settings.objects[0].mesh = "builtin:cube".to_owned();
+        let scene = Scene::from_settings("test".to_owned(), settings, "".into()).unwrap();
+        let setup = Setup::new(&scene).unwrap();
+        let mut checkpoint = Checkpoint::new(&scene, &setup, Snapshot::start(&setup));
+        assert_eq!(checkpoint.check(&scene, &setup), Ok(Vec::new()));
+        let mut bytes = Vec::new();
+        checkpoint.arithmetic = 0;
+        checkpoint.write_to(&mut bytes).unwrap();
+        let read = Checkpoint::from_bytes(&bytes).unwrap();
+        assert_eq!(read, checkpoint);
+        let told = read.check(&scene, &setup).unwrap();
+        assert!(told.len() == 1 && told[0].contains("other arithmetic"), "{told:?}");
     }
 
     /// Catches marks and counts of one step that go on from a checkpoint of an earlier version.
