@@ -14,7 +14,7 @@ use myxo::scene::Scene;
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::network::Network;
 use myxo::sim::yardstick::{copy_bandwidth, keep_busy};
-use myxo::sim::{FORMS_OF_ADVANCE, KernelAlone, Simulation, Snapshot, memory};
+use myxo::sim::{FORMS_OF_ADVANCE, KernelAlone, Simulation, Snapshot, arithmetic, memory};
 use myxo::{Error, Result};
 
 use super::console;
