@@ -1,6 +1,6 @@
 // arithmetic: sums, products and every function of strict.glsl and vectors.glsl at given numbers, to be compared with the host's.
 // Reads   words.
-// Writes  found, five times four numbers a word.
+// Writes  found, six times four numbers a word.
 // One invocation per word.
 // Overflow: cannot happen; nothing is appended.
 
@@ -29,9 +29,10 @@ void main() {
     precise float sum = x.x + x.y;
     precise float both = x.x * x.y + x.z;
     precise float less = x.x * x.y - x.z * x.w;
-    found[5u * i] = vec4(product, sum, both, less);
-    found[5u * i + 1u] = vec4(reciprocal(x.x), quotient(x.x, x.y), share(x.x, x.y), inverse_root(x.x));
-    found[5u * i + 2u] = vec4(root(x.x), turn_of(word.x), logarithm(abs(x.x)));
-    found[5u * i + 3u] = vec4(angle_of_vector(x.x, x.y), direction_or(v, vec3(1.0, 0.0, 0.0)));
-    found[5u * i + 4u] = vec4(dot_of(v, w), cross_of(v, w).y, length_of(v), direction_or(x.zw, vec2(1.0, 0.0)).x);
+    found[6u * i] = vec4(product, sum, both, less);
+    found[6u * i + 1u] = vec4(reciprocal(x.x), quotient(x.x, x.y), share(x.x, x.y), inverse_root(x.x));
+    found[6u * i + 2u] = vec4(root(x.x), turn_of(word.x * 0x9e3779b1u), logarithm(abs(x.x)));
+    found[6u * i + 3u] = vec4(angle_of_vector(x.x, x.y), direction_or(v, vec3(1.0, 0.0, 0.0)));
+    found[6u * i + 4u] = vec4(dot_of(v, w), cross_of(v, w).y, length_of(v), direction_or(x.zw, vec2(1.0, 0.0)).x);
+    found[6u * i + 5u] = vec4(settled(x.y), within(x.y, -1.0, 1.0), floor(x.z), cross_of(v, w).z);
 }

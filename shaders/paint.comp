@@ -27,7 +27,11 @@ READS(float, 1) field_texels;
 WRITES(float, 2) field_low;
 WRITES(float, 3) field_high;
 
+#include "strict.glsl"
 #include "texels.glsl"
+
+// As TINY_TRAIL in src/sim/spread.rs.
+const float FAINTEST = 1.0e-20;
 
 void main() {
     uint i = invocation_index();
@@ -38,5 +42,7 @@ void main() {
     precise float kept = before * (1.0 - params.fade * weight);
     bool is_freed = before < params.no_go && params.fade > 0.0;
     precise float value = (is_freed ? 0.0 : kept) + params.amount * weight;
-    store_texel(field, texel, vec4(clamp(value, params.lowest, params.highest)))
+    value = within(value, params.lowest, params.highest);
+    // What is erased again and again would become so small that some devices take it for zero.
+    store_texel(field, texel, vec4(abs(value) < FAINTEST ? 0.0 : value))
 }

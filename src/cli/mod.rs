@@ -64,7 +64,7 @@ Examples:
   myxo atlas suzanne --out atlas.png             how a mesh lies in the texture
   myxo scenes                                    built-in scenes and presets
   myxo info                                      devices, and what is missing
-  myxo selftest                                  does this machine end in the states of every other one?
+  myxo selftest                                  do results on this machine match the reference hashes?
 
 SCENE is a built-in name, a .toml file, or a model (.obj, .stl, .ply, .glb, .gltf).
 

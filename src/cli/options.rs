@@ -20,7 +20,7 @@ pub struct SceneOptions {
     /// Takes the look of a preset: one that `myxo scenes` lists, or a .toml file
     #[arg(long, value_name = "NAME|FILE")]
     pub preset: Option<String>,
-    /// Everything random depends on it: the same scene, seed and device give the same bits
+    /// Everything random depends on it: the same scene and seed give the same bits
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
 }

@@ -176,11 +176,11 @@ fn compile(path: &Path, include: &Path, kept: &Kept) -> Result<Shader, String> {
                 (Form::Card, &for_cards),
                 (Form::Pages, &for_pages),
             ] {
-                let found = strict::lapses(words);
+                let found = strict::violations(words);
                 if !found.is_empty() {
                     let level = OptimizationLevel::Zero;
                     let lines = to_spirv(&source, &name, stage, include, (level, form, true))?;
-                    return Err(strict::report(&name, &found, &strict::lapses(&lines.0)));
+                    return Err(strict::report(&name, &found, &strict::violations(&lines.0)));
                 }
             }
         }

@@ -8,24 +8,28 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Kernels in `shaders` that decide no state: they are of pictures, or answer what is asked of depths.
-pub const OF_NO_STATE: &[&str] = &["depth_queries", "draw_order", "expose", "trail_histogram"];
+pub const NOT_OF_STATE: &[&str] = &["depth_queries", "draw_order", "expose", "trail_histogram"];
 
 /// Does a kernel decide the state of a simulation? Every one in `shaders` does, unless a list says otherwise; those of other folders
 /// do not.
 pub fn must_be(path: &Path, stem: &str) -> bool {
     let folder = path.parent().and_then(Path::file_name);
     let is_of_steps = folder.is_none_or(|name| name != "selftest" && name != "choices");
-    is_of_steps && !OF_NO_STATE.contains(&stem)
+    is_of_steps && !NOT_OF_STATE.contains(&stem)
 }
 
-/// What is said of a kernel that is not strict: a line a lapse, with its place where that is known.
-pub fn report(name: &str, optimized: &BTreeSet<Lapse>, with_lines: &BTreeSet<Lapse>) -> String {
+/// What is said of a kernel that is not strict: a line a violation, with its place where that is known.
+pub fn report(
+    name: &str,
+    optimized: &BTreeSet<Violation>,
+    with_lines: &BTreeSet<Violation>,
+) -> String {
     let all = if with_lines.is_empty() {
         optimized
     } else {
         with_lines
     };
-    let lines = all.iter().map(|Lapse { place, what }| match place {
+    let lines = all.iter().map(|Violation { place, what }| match place {
         Some((file, line)) => format!("{file}:{line}: error: not the same on every device: {what}"),
         None => format!("{name}: error: not the same on every device: {what}"),
     });
@@ -34,7 +38,7 @@ pub fn report(name: &str, optimized: &BTreeSet<Lapse>, with_lines: &BTreeSet<Lap
 
 /// Something that is not strict, and where in the text it is, if the module says so.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Lapse {
+pub struct Violation {
     /// File and line.
     pub place: Option<(String, u32)>,
     /// The instruction, and what to write instead.
@@ -70,7 +74,10 @@ fn refused(op: u32) -> Option<(&'static str, &'static str)> {
         147 => ("OpOuterProduct", "write the products"),
         148 => ("OpDot", "write dot_of()"),
         116 => ("OpQuantizeToF16", "it is rounded as the device likes"),
+        87..=94 => ("a sampled image", "fetch texels"),
+        115 => ("OpFConvert", "there are no other floats"),
         207..=215 => ("a derivative", "kernels of state have none"),
+        264 | 350 | 352 | 6035 => ("a sum by many invocations", "its order is the device's"),
         _ => return None,
     })
 }
@@ -110,7 +117,7 @@ fn function(number: u32) -> String {
 }
 
 /// All that is not strict in a module.
-pub fn lapses(words: &[u32]) -> BTreeSet<Lapse> {
+pub fn violations(words: &[u32]) -> BTreeSet<Violation> {
     const STRING: u32 = 7;
     const LINE: u32 = 8;
     const NO_LINE: u32 = 317;
@@ -128,7 +135,7 @@ pub fn lapses(words: &[u32]) -> BTreeSet<Lapse> {
     for (op, rest) in instructions(words) {
         let mut add = |what: String| {
             let place = place.clone();
-            found.insert(Lapse { place, what });
+            found.insert(Violation { place, what });
         };
         match (op, rest) {
             (STRING, [id, text @ ..]) => {

@@ -30,7 +30,7 @@ pub struct Broken {
     pub expected: f32,
 }
 
-/// Numbers that are tried: of all sizes that scenes have, and some that are near 1.
+/// Numbers that are tried: zeros and equal ones, some that are near 1, and others of all sizes that scenes have.
 #[must_use]
 pub fn numbers() -> Vec<UVec4> {
     let of = |i: u32| {
@@ -42,11 +42,20 @@ pub fn numbers() -> Vec<UVec4> {
             sign | exponent << 23 | mantissa
         }))
     };
-    (0..1 << 16).map(of).collect()
+    let [zero, one] = [0.0_f32, 1.0].map(f32::to_bits);
+    let negative = 0x8000_0000;
+    let odd = [
+        [zero, one, zero, one],
+        [negative, zero, negative, negative],
+        [one, one, one | negative, one],
+        [one | negative, negative, one, zero],
+    ];
+    let odd = odd.into_iter().map(UVec4::from_array);
+    odd.chain((4..1 << 16).map(of)).collect()
 }
 
 /// What each number of [`arithmetic`] is of.
-const RULES: [&str; 20] = [
+const RULES: [&str; 24] = [
     "products are rounded to nearest",
     "sums are rounded to nearest",
     "products and sums are not contracted",
@@ -67,14 +76,18 @@ const RULES: [&str; 20] = [
     "cross product",
     "length",
     "direction in a plane",
+    "what is stored has no zero with a sign",
+    "limits",
+    "whole part",
+    "cross product, z",
 ];
 
 /// What the kernel is to find.
 #[must_use]
-pub fn arithmetic(word: UVec4) -> [Vec4; 5] {
+pub fn arithmetic(word: UVec4) -> [Vec4; 6] {
     let [x, y, z, w] = word.to_array().map(f32::from_bits);
     let (v, u) = (Vec3::new(x, y, z), Vec3::new(y, z, w));
-    let turn = strict::turn_of(word.x);
+    let turn = strict::turn_of(word.x.wrapping_mul(0x9e37_79b1));
     let direction = strict::direction3_or(v, Vec3::X);
     [
         Vec4::new(x * y, x + y, x * y + z, x * y - z * w),
@@ -97,6 +110,12 @@ pub fn arithmetic(word: UVec4) -> [Vec4; 5] {
             strict::length3(v),
             strict::direction2_or(Vec2::new(z, w), Vec2::X).x,
         ),
+        Vec4::new(
+            strict::settled(y),
+            strict::within(y, -1.0, 1.0),
+            z.floor(),
+            strict::cross3(v, u).z,
+        ),
     ]
 }
 
@@ -104,10 +123,10 @@ pub fn arithmetic(word: UVec4) -> [Vec4; 5] {
 ///
 /// # Errors
 /// When the device fails or has too little memory.
-pub fn on_device(ctx: &Arc<Context>, numbers: &[UVec4]) -> Result<Vec<[Vec4; 5]>> {
+pub fn on_device(ctx: &Arc<Context>, numbers: &[UVec4]) -> Result<Vec<[Vec4; 6]>> {
     let pipeline = Pipeline::<Arithmetic>::new(ctx, &())?;
     let words = Buffer::from_slice(ctx, "arithmetic.words", numbers)?;
-    let found = Buffer::<Vec4>::zeroed(ctx, "arithmetic.found", 5 * numbers.len())?;
+    let found = Buffer::<Vec4>::zeroed(ctx, "arithmetic.found", 6 * numbers.len())?;
     let mut frames = Frames::new(ctx, 1)?;
     let mut rec = frames.begin()?;
     let args = ArithmeticArgs {
@@ -121,8 +140,8 @@ pub fn on_device(ctx: &Arc<Context>, numbers: &[UVec4]) -> Result<Vec<[Vec4; 5]>
     frames.submit(rec)?;
     frames.wait_idle()?;
     let found = ctx.download(&found)?;
-    let mut rows = vec![[Vec4::zeroed(); 5]; numbers.len()];
-    for (row, found) in rows.iter_mut().zip(found.chunks(5)) {
+    let mut rows = vec![[Vec4::zeroed(); 6]; numbers.len()];
+    for (row, found) in rows.iter_mut().zip(found.chunks(6)) {
         row.copy_from_slice(found);
     }
     Ok(rows)
@@ -151,7 +170,7 @@ pub fn broken(ctx: &Arc<Context>) -> Result<Vec<Broken>> {
 
 /// Every rule by which what was found is wrong.
 #[must_use]
-pub fn compared(numbers: &[UVec4], found: &[[Vec4; 5]]) -> Vec<Broken> {
+pub fn compared(numbers: &[UVec4], found: &[[Vec4; 6]]) -> Vec<Broken> {
     let mut broken: Vec<Broken> = Vec::new();
     for (&word, found) in numbers.iter().zip(found) {
         let expected = arithmetic(word);
@@ -185,7 +204,7 @@ mod tests {
     #[test]
     fn a_device_that_contracts_is_found() {
         let numbers = numbers();
-        let right: Vec<[Vec4; 5]> = numbers.iter().map(|&word| arithmetic(word)).collect();
+        let right: Vec<[Vec4; 6]> = numbers.iter().map(|&word| arithmetic(word)).collect();
         assert_eq!(compared(&numbers, &right), []);
         let contracted = numbers.iter().zip(&right).map(|(word, row)| {
             let [x, y, z, _] = word.to_array().map(f32::from_bits);
@@ -193,7 +212,7 @@ mod tests {
             row[0].z = x.mul_add(y, z);
             row
         });
-        let contracted: Vec<[Vec4; 5]> = contracted.collect();
+        let contracted: Vec<[Vec4; 6]> = contracted.collect();
         let broken = compared(&numbers, &contracted);
         assert_eq!(broken.len(), 1, "{broken:?}");
         assert_eq!(broken[0].rule, "products and sums are not contracted");

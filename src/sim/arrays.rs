@@ -162,9 +162,6 @@ pub struct Arrays {
     pub transfers: TransferArrays,
     /// Particles that come in each form of `advance` in this step; zeros where all sensors walk.
     pub forms: [usize; 4],
-    /// One for each particle that has advanced in this step: the smallest gap between two sensors that decided its turn. Where it is
-    /// tiny, another device's rounding may turn the particle another way.
-    pub gaps: Vec<f32>,
 }
 
 impl Arrays {
@@ -172,7 +169,6 @@ impl Arrays {
     #[must_use]
     pub fn new(setup: &Arc<Setup>, settings: &Settings, start: Snapshot) -> Self {
         let texels = setup.atlas.density.len();
-        let particles = start.particles.len();
         let mut arrays = Self {
             transfers: TransferArrays::new(settings, setup, &start.transfers),
             segment_particles: Vec::new(),
@@ -204,7 +200,6 @@ impl Arrays {
             looks: TileLooks::default(),
             winners: Vec::new(),
             forms: [0; 4],
-            gaps: Vec::with_capacity(particles),
             setup: Arc::clone(setup),
         };
         arrays.serve(None);

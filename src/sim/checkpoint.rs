@@ -398,7 +398,10 @@ mod tests {
         let read = Checkpoint::from_bytes(&bytes).unwrap();
         assert_eq!(read, checkpoint);
         let told = read.check(&scene, &setup).unwrap();
-        assert!(told.len() == 1 && told[0].contains("other arithmetic"), "{told:?}");
+        assert!(
+            told.len() == 1 && told[0].contains("other arithmetic"),
+            "{told:?}"
+        );
     }
 
     /// Catches marks and counts of one step that go on from a checkpoint of an earlier version.

@@ -37,12 +37,16 @@ fn every_scene_ends_in_the_states_of_the_table_by_both_engines() {
         let own = runs.iter().filter(|run| run["scene"] == scene);
         own.map(|run| run["device"].clone()).collect::<Vec<_>>()
     };
-    // Those that keep every particle differ only in how.
-    let crowd = strategies("crowd");
-    assert_eq!(
-        crowd[3..].iter().filter(|hash| **hash == crowd[3]).count(),
-        4
-    );
+    // Those that keep every particle differ only in how, and particles change objects.
+    for scene in ["pair", "trio", "gears", "oats", "crowd"] {
+        let own = strategies(scene);
+        let (none, kept) = (&own[1], &own[3]);
+        assert!(
+            own[3..7].iter().all(|hash| hash == kept),
+            "{scene}: {own:?}"
+        );
+        assert_ne!(none, kept, "{scene}");
+    }
 }
 
 /// Would catch: a report that says that something differs and not what, or names another kernel.

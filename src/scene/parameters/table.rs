@@ -24,7 +24,7 @@ const BEFORE: &[Parameter] = &[
         key: "seed",
         name: "Seed",
         unit: "",
-        help: "Everything random depends on it: the same scene, seed and device give the same bits.",
+        help: "Everything random depends on it: the same scene and seed give the same bits.",
         effect: Effect::Restart,
         kind: whole!(seed: u64, (0.0, 4_294_967_295.0), (0.0, 9_999.0), Linear),
     },

@@ -234,7 +234,7 @@ impl StepKernel for Advance {
             return;
         }
         let setup = &a.setup;
-        let gaps = advance(
+        advance(
             &call.constants,
             &call.params,
             &AdvanceInputs {
@@ -263,7 +263,6 @@ impl StepKernel for Advance {
             &mut a.motions,
             &mut a.deposits,
         );
-        a.gaps.extend(gaps);
     }
 }
 
@@ -347,8 +346,7 @@ pub struct Selection<'a> {
     pub forms: &'a mut [usize; 4],
 }
 
-/// Advances every particle by one step. Returns for each the smallest gap between two sensors that decided its turn:
-/// where it is tiny, another device's rounding may turn the particle another way.
+/// Advances every particle by one step.
 pub fn advance(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
@@ -357,21 +355,19 @@ pub fn advance(
     particles: &mut [Particle],
     motions: &mut [Motion],
     deposits: &mut [u32],
-) -> Vec<f32> {
+) {
     let (all, meals) = ((&*particles, &*motions), &*selection.meals);
     // Particles do not wait for each other: what they do to what they share comes afterwards, in their order.
     let outcomes: Vec<_> = (0..params.particle_count as usize)
         .into_par_iter()
         .map(|slot| advance_one(constants, params, inputs, meals, (all.0[slot], all.1[slot])))
         .collect();
-    let mut gaps = Vec::with_capacity(outcomes.len());
     for (slot, outcome) in outcomes.into_iter().enumerate() {
         let Outcome {
             particle,
             mut motion,
             ..
         } = outcome;
-        gaps.push(outcome.gap);
         if let Some(form) = outcome.form {
             selection.forms[form] += 1;
         }
@@ -390,7 +386,6 @@ pub fn advance(
         particles[slot] = particle;
         motions[slot] = motion;
     }
-    gaps
 }
 
 /// What one particle does in a step.
@@ -399,7 +394,6 @@ struct Outcome {
     motion: Motion,
     /// Which of the forms it comes in, where there are several.
     form: Option<usize>,
-    gap: f32,
     /// Where it deposits, and how much.
     texel: usize,
     deposit: u32,
@@ -500,10 +494,6 @@ fn advance_one(
         };
         heading = rotated(heading, own.rotation_cos, sin);
     }
-    let gap = (left - middle)
-        .abs()
-        .min((right - middle).abs())
-        .min((left - right).abs());
 
     w.heading = heading;
     w.remaining = own.speed;
@@ -557,7 +547,6 @@ fn advance_one(
             flags,
         },
         form,
-        gap,
         texel,
         deposit: if fed == 0 { 1 } else { params.fed_deposit },
         meal,

@@ -72,11 +72,10 @@ impl Simulation {
         }
     }
 
-    /// One step. Returns the gaps of [`Arrays::gaps`].
-    pub fn step(&mut self) -> Vec<f32> {
+    /// One step.
+    pub fn step(&mut self) {
         let step = self.next_step();
         step.on_host(&mut self.arrays);
-        std::mem::take(&mut self.arrays.gaps)
     }
 
     /// The next step, which is to be done [work](Self::run_work) by work.
@@ -87,7 +86,6 @@ impl Simulation {
             ..Means::of_host(!self.arrays.bias.is_empty(), capacity)
         };
         self.arrays.forms = [0; 4];
-        self.arrays.gaps.clear();
         self.course.next(means)
     }
 

@@ -174,7 +174,7 @@ pub const ALTERATIONS: &[Alteration] = &[
     ),
     (
         "deposits where no triangle lies",
-        |p| p.set(DEPOSITS, 0, 0, u32::MAX),
+        |p| *p.lists[DEPOSITS].last_mut().unwrap() = u32::MAX,
         None,
     ),
     (
