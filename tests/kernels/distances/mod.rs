@@ -6,6 +6,7 @@ mod raster;
 mod reference;
 mod trees;
 
+use crate::bits::assert_same_bits;
 use crate::common::{Gpu, gpu};
 use myxo::mesh::surface::NONE;
 use myxo::scene::Scene;
