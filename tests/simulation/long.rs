@@ -1,6 +1,6 @@
 //! Long runs of the built-in scenes by every strategy: the same hashes, twice and after an interruption, and nobody lost.
 //!
-//! The ignored test takes long; `make long` runs it, and writes `benches/results/strategies.md`. The others are the same
+//! Ignored tests take long; `make long` runs them, and one writes `benches/results/strategies.md`. The others are the same
 //! with few steps, and with the validation layers on.
 
 use std::fmt::Write as _;
@@ -15,7 +15,7 @@ use myxo::scene::settings::Strategy;
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::types::Flow;
-use myxo::sim::{Setup, Simulation, Snapshot};
+use myxo::sim::{Setup, Simulation, Snapshot, twin};
 
 /// How much is run.
 #[derive(Clone, Copy)]
@@ -499,4 +499,32 @@ fn parts_of_the_table_that_are_not_run_stay() {
     assert_eq!(part_in(table, "trio"), "\n<!-- trio -->\n## a\n\nb\n");
     assert_eq!(part_in(table, "gears"), "");
     assert_eq!(part_in(table, "crowd"), "\n<!-- crowd -->\n## c\n");
+}
+
+/// A thousand steps on the device and by the twins: whatever differs between the two in one step of a thousand shows in the end.
+#[test]
+#[ignore = "takes ten minutes: make long"]
+fn a_thousand_steps_end_in_the_same_bits_by_both_engines() {
+    let Some(gpu) = gpu() else { return };
+    for name in ["torus", "suzanne", "trio", "crowd"] {
+        let overrides = Overrides {
+            set: ["particles.count=20000", "atlas.size=512"]
+                .map(str::to_owned)
+                .to_vec(),
+            ..Overrides::default()
+        };
+        let scene = Scene::load(Path::new(name), &overrides).unwrap();
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let setup = simulation.setup().clone();
+        let mut host = twin::Simulation::new(setup, scene.settings.clone());
+        for step in (100..=1000).step_by(100) {
+            for _ in 0..100 {
+                gpu.run(|rec| simulation.record_step(rec));
+                host.step();
+            }
+            let device = simulation.snapshot().unwrap().hash();
+            assert_eq!(device, host.snapshot().hash(), "{name}, step {step}");
+        }
+    }
+    gpu.finish();
 }
