@@ -119,7 +119,7 @@ fn what_cannot_be_tested_is_refused() {
     let file = folder.file("hashes.tsv");
     let message = failed(&["selftest", "--engine", "gpu", "--table", path(&file)]);
     assert!(message.contains("leave out --engine gpu"), "{message}");
-    let nowhere = folder.file("no/folder/report.json");
+    let nowhere = folder.with("file", "no folder").join("report.json");
     let message = failed(&["selftest", "--engine", "cpu", "--json", path(&nowhere)]);
     assert!(message.contains("report.json"), "{message}");
 }
