@@ -318,6 +318,7 @@ mod tests {
 
     use crate::sim::distance::KeptPair;
     use crate::sim::transfers::TransferState;
+    use crate::sim::twin;
     use crate::sim::types::{Flow, Motion, Particle, Transfer, Window};
 
     /// Every field by name and none empty, so that a field that the list of what is kept lacks is missed.
@@ -390,7 +391,9 @@ mod tests {
         settings.objects[0].mesh = "builtin:cube".to_owned();
         let scene = Scene::from_settings("test".to_owned(), settings, "".into()).unwrap();
         let setup = Setup::new(&scene).unwrap();
-        let mut checkpoint = Checkpoint::new(&scene, &setup, Snapshot::start(&setup));
+        let mut simulation = twin::Simulation::new(setup.clone(), scene.settings.clone());
+        simulation.step();
+        let mut checkpoint = Checkpoint::new(&scene, &setup, simulation.snapshot());
         assert_eq!(checkpoint.check(&scene, &setup), Ok(Vec::new()));
         let mut bytes = Vec::new();
         checkpoint.arithmetic = 0;
