@@ -178,8 +178,7 @@ impl Command for SelfTest {
             })?),
         };
         let broken = ctx.as_ref().map(arithmetic::broken).transpose()?;
-        let mut text = self.head(ctx.as_deref(), broken.as_deref());
-        console::print(&text)?;
+        console::print(self.head(ctx.as_deref(), broken.as_deref()))?;
         let (rows, is_whole) = self.rows(ctx.as_ref())?;
         if let Some(path) = self.table.as_ref().filter(|_| is_whole) {
             Sink::create(path)?.write(table(&rows))?;
@@ -202,8 +201,7 @@ impl Command for SelfTest {
             }
             _ => summary(rows.len(), differing, broken.as_deref()),
         };
-        console::print(&end)?;
-        text += &end;
+        console::print(end)?;
         if let Some(path) = &self.json {
             let report = self.report(ctx.as_deref(), broken.as_deref(), &rows, begun);
             let report = serde_json::to_string_pretty(&report).expect("facts are plain") + "\n";

@@ -216,7 +216,7 @@ fn check_card_form(stem: &str, words: &[u32], source: &str) -> Result<(), String
     })
 }
 
-/// The bindings that the form for pages reaches by addresses are those that the host is told of.
+/// The form for pages reaches exactly those bindings by addresses that are marked as paged for the host.
 fn check_pages_form(
     stem: &str,
     stage: Stage,

@@ -123,15 +123,15 @@ impl Checkpoint {
         self.snapshot.check_food(setup.pantry.places.len())?;
         let of_the_state =
             |parameter: &&&Parameter| !["camera", "picture"].contains(&parameter.section());
-        let mut told: Vec<String> = live.iter().filter(of_the_state).map(tell).collect();
+        let mut notes: Vec<String> = live.iter().filter(of_the_state).map(tell).collect();
         if self.arithmetic != arithmetic::VERSION {
-            told.push(
+            notes.push(
                 "it was written by a version with other arithmetic, so that hashes of states from here on cannot be compared with those \
                  of runs from the start"
                     .to_owned(),
             );
         }
-        Ok(told)
+        Ok(notes)
     }
 
     /// Writes the file. It appears under its name only when it is whole.
@@ -400,10 +400,10 @@ mod tests {
         checkpoint.write_to(&mut bytes).unwrap();
         let read = Checkpoint::from_bytes(&bytes).unwrap();
         assert_eq!(read, checkpoint);
-        let told = read.check(&scene, &setup).unwrap();
+        let notes = read.check(&scene, &setup).unwrap();
         assert!(
-            told.len() == 1 && told[0].contains("other arithmetic"),
-            "{told:?}"
+            notes.len() == 1 && notes[0].contains("other arithmetic"),
+            "{notes:?}"
         );
     }
 

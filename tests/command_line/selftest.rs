@@ -18,9 +18,12 @@ fn every_scene_ends_in_the_states_of_the_table_by_both_engines() {
     let folder = Folder::new();
     let file = folder.file("selftest.json");
     let output = myxo(&["selftest", "--json", path(&file)]);
-    let told = text(&output.stdout);
-    assert_eq!(output.status.code(), Some(0), "{told}");
-    assert!(told.contains("its arithmetic is the processor's"), "{told}");
+    let printed = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{printed}");
+    assert!(
+        printed.contains("its arithmetic is the processor's"),
+        "{printed}"
+    );
     let report = json(&file);
     assert_eq!(report["broken_rules"], serde_json::json!([]));
     let runs = report["runs"].as_array().expect("they are listed");
@@ -72,9 +75,9 @@ fn a_kernel_that_calculates_otherwise_is_named() {
         .env("MYXO_CARD_FORMS", "0")
         .output()
         .expect("the program starts");
-    let told = text(&output.stdout);
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert!(told.contains("DIFFERS"), "{told}");
+    let printed = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{printed}");
+    assert!(printed.contains("DIFFERS"), "{printed}");
     let report = json(&file);
     let runs = report["runs"].as_array().expect("they are listed");
     let differing: Vec<_> = runs.iter().filter(|run| run["agrees"] == false).collect();
