@@ -108,10 +108,10 @@ vec2 straight_way(mat2 texels_from_frame, vec2 heading) {
 // Texels for a world unit along the two axes of a triangle's frame.
 mat2 texels_from_frame_of(uint triangle, AtlasMap map) {
     vec3 shape = uintBitsToFloat(shape_words(triangle).xyz);
-    float by_x = reciprocal(shape.x);
-    float by_z = reciprocal(shape.z);
-    precise vec2 p = map.du * by_x;
-    precise vec2 h = (map.dv - shape.y * p) * by_z;
+    precise float area = shape.x * shape.z;
+    float by = reciprocal(area);
+    precise vec2 p = map.du * (shape.z * by);
+    precise vec2 h = (shape.x * map.dv - shape.y * map.du) * by;
     return mat2(p, h);
 }
 

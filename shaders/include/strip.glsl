@@ -31,12 +31,17 @@ vec2 seen_from(vec2 point, float x, float y, vec2 heading) {
     return seen;
 }
 
-// How far ahead the edge from right to left is.
-float way_to(vec2 right, vec2 left) {
-    precise float width = left.y - right.y;
-    float part = share(-right.y, width);
-    precise float ahead = right.x + part * (left.x - right.x);
-    return ahead;
+// How far ahead the edge from right to left is: the quotient of these.
+vec2 way_to(vec2 right, vec2 left) {
+    precise vec2 way = vec2(right.x * left.y - left.x * right.y, left.y - right.y);
+    return way;
+}
+
+// Does a walk of this length end before that edge? Nothing is divided to know it.
+bool ends_before(vec2 right, vec2 left, float remaining) {
+    vec2 way = way_to(right, left);
+    precise float reach = remaining * way.y;
+    return way.y > 0.0 ? way.x >= reach : min(right.x, left.x) >= remaining;
 }
 
 // Walks what remains, over at most `attempts` edges. Reflections at open borders count as crossings.
@@ -57,9 +62,7 @@ void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
     bool stays = true;
     bool mirrored = false;
     bool at_border = false;
-    float ahead = way_to(right, left);
-    bool ends = ahead >= w.remaining;
-    float end = ends ? w.remaining : ahead > 0.0 ? ahead : 0.0;
+    bool ends = ends_before(right, left, w.remaining);
     bool crosses = true;
     while (true) {
         // What is found in here is kept by those who have left, also where a device runs on through the loop for others.
@@ -90,28 +93,33 @@ void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
             mirrored = crosses ? over : mirrored;
             stays = stays && !crosses;
             attempts -= 1u;
-            ahead = way_to(right, left);
-            ends = ahead >= w.remaining;
-            end = ends ? w.remaining : ahead > 0.0 ? ahead : 0.0;
+            ends = ends_before(right, left, w.remaining);
         }
         // At the end, because a round that all have left at its beginning would still be run through to there.
         if (ends || !crosses) break;
     }
 
-    // In the triangle that it began in, a walk is the same whatever lies around.
-    float rate_v = quotient(w.heading.y, shape.z);
-    precise float ahead_u = w.heading.x - rate_v * shape.y;
-    float rate_u = quotient(ahead_u, shape.x);
-    precise float near_u = w.u + rate_u * end;
-    precise float near_v = w.v + rate_v * end;
+    float end = w.remaining;
+    if (!ends) {
+        vec2 way = way_to(right, left);
+        end = within(quotient(way.x, way.y), 0.0, w.remaining);
+    }
 
     vec2 start = mirrored ? left : right;
     precise vec2 stop = (mirrored ? right : left) - start;
     precise vec2 apex = third - start;
     precise vec2 place = vec2(end, 0.0) - start;
-    float area = cross_of(stop, apex);
+    precise float own_area = shape.x * shape.z;
+    float area = stays ? own_area : cross_of(stop, apex);
     area = abs(area) > TINY ? area : TINY;
     float by = reciprocal(area);
+
+    // In the triangle that it began in, a walk is the same whatever lies around.
+    precise float rate_u = (w.heading.x * shape.z - w.heading.y * shape.y) * by;
+    precise float rate_v = (w.heading.y * shape.x) * by;
+    precise float near_u = w.u + rate_u * end;
+    precise float near_v = w.v + rate_v * end;
+
     precise float of_stop = cross_of(place, apex) * by;
     precise float of_third = cross_of(stop, place) * by;
     precise float of_start = (1.0 - of_stop) - of_third;

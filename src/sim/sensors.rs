@@ -22,8 +22,9 @@ pub fn straight_ahead(
     let StripTriangle { shape, map, .. } = &strips[particle.triangle as usize];
     let Triangle { ab, cp, ch, .. } = *shape;
     let from = atlas_position(map, particle.u, particle.v);
-    let p = map.du * reciprocal(ab);
-    let h = (map.dv - cp * p) * reciprocal(ch);
+    let by = reciprocal(ab * ch);
+    let p = map.du * (ch * by);
+    let h = (ab * map.dv - cp * map.du) * by;
     let ways = towards.map(|[x, y]| offset * (x * p + y * h));
     let around = |place| surroundings[texel_at(place, params.pitch) as usize];
     let here = around(from);

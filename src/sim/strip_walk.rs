@@ -5,7 +5,7 @@ use glam::Vec2;
 use super::walker::{WALK_BORDER, WALK_DONE, WALK_OUT_OF_ATTEMPTS};
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::NONE;
-use crate::strict::{cross2, direction2_or, quotient, reciprocal, share, within};
+use crate::strict::{cross2, direction2_or, quotient, reciprocal, within};
 
 /// No triangle that is laid out has less area.
 const TINY: f32 = 1e-30;
@@ -65,19 +65,26 @@ impl StripWalk {
         let mut stays = true;
         let mut mirrored = false;
         let (end, status) = loop {
-            let part = share(-right.y, left.y - right.y);
-            let ahead = right.x + part * (left.x - right.x);
-            let behind = strips[edge as usize / 4].edges[edge as usize % 4];
-            let at_border = behind.twin == NONE;
-            if ahead >= self.remaining {
+            // The edge lies ahead by the quotient of these.
+            let way = right.x * left.y - left.x * right.y;
+            let width = left.y - right.y;
+            let ends = if width > 0.0 {
+                way >= self.remaining * width
+            } else {
+                right.x.min(left.x) >= self.remaining
+            };
+            if ends {
                 break (self.remaining, WALK_DONE);
             }
-            let end = if ahead > 0.0 { ahead } else { 0.0 };
-            if at_border && !reflects {
-                break (end, WALK_BORDER);
-            }
-            if attempts == 0 {
-                break (end, WALK_OUT_OF_ATTEMPTS);
+            let behind = strips[edge as usize / 4].edges[edge as usize % 4];
+            let at_border = behind.twin == NONE;
+            if attempts == 0 || (at_border && !reflects) {
+                let end = within(quotient(way, width), 0.0, self.remaining);
+                break if at_border && !reflects {
+                    (end, WALK_BORDER)
+                } else {
+                    (end, WALK_OUT_OF_ATTEMPTS)
+                };
             }
             mirrored ^= at_border;
             let entered = if at_border { edge } else { behind.twin };
@@ -115,11 +122,14 @@ impl StripWalk {
         let corner = edge & 3;
         let scale = 1.5 - 0.5 * (p * p + h * h);
         let kept = [p * scale, h * scale];
+        // What a triangle's area goes into is divided by it.
+        let by = |area: f32| reciprocal(if area.abs() > TINY { area } else { TINY });
         let (u, v);
         // In the triangle that it began in, a walk is the same whatever lies around.
         if stays {
-            let rate_v = quotient(h, shape.ch);
-            let rate_u = quotient(p - rate_v * shape.cp, shape.ab);
+            let by = by(shape.ab * shape.ch);
+            let rate_u = (p * shape.ch - h * shape.cp) * by;
+            let rate_v = (h * shape.ab) * by;
             u = self.u + rate_u * end;
             v = self.v + rate_v * end;
             self.heading = kept;
@@ -131,9 +141,7 @@ impl StripWalk {
             };
             let (stop, apex) = (stop - start, third - start);
             let place = Vec2::new(end, 0.0) - start;
-            let area = cross2(stop, apex);
-            let area = if area.abs() > TINY { area } else { TINY };
-            let by = reciprocal(area);
+            let by = by(cross2(stop, apex));
             let of_stop = cross2(place, apex) * by;
             let of_third = cross2(stop, place) * by;
             let of_start = (1.0 - of_stop) - of_third;
