@@ -40,6 +40,19 @@ fn every_scene_ends_in_the_states_of_the_table_by_both_engines() {
         let own = runs.iter().filter(|run| run["scene"] == scene);
         own.map(|run| run["device"].clone()).collect::<Vec<_>>()
     };
+    // What was painted shows.
+    for (scene, plain) in [("cube", "steps"), ("trio", "parallel")] {
+        let of = |name: &str| {
+            let run = runs
+                .iter()
+                .find(|run| run["scene"] == scene && run["run"] == name);
+            run.unwrap_or_else(|| panic!("{scene} has no run {name}"))
+        };
+        let painted = of("painted");
+        assert_eq!(painted["painted"], true, "{painted}");
+        assert_eq!(of(plain)["painted"], false, "{painted}");
+        assert_ne!(painted["device"], of(plain)["device"], "{scene}");
+    }
     // Those that keep every particle differ only in how, and particles change objects.
     for scene in ["pair", "trio", "gears", "oats", "crowd"] {
         let own = strategies(scene);
@@ -90,6 +103,57 @@ fn a_kernel_that_calculates_otherwise_is_named() {
     assert_eq!(differing[0]["processor"], differing[0]["expected"]);
 }
 
+/// Would catch: a painted run whose dabs are not compared one by one, so that the kernels of the step after them are blamed.
+#[test]
+fn a_brush_that_paints_otherwise_is_named() {
+    if no_device() {
+        return;
+    }
+    let modules = Folder::new();
+    let built = concat!(env!("OUT_DIR"), "/paint.comp.spv");
+    let module = fs::read(built).expect("the build left it");
+    let words = module.chunks_exact(4);
+    let mut words: Vec<u32> = words
+        .map(|word| u32::from_le_bytes(word.try_into().expect("four bytes")))
+        .collect();
+    // Subtracts what it should add.
+    const ADD: u32 = 5 << 16 | 129;
+    const SUBTRACT: u32 = 5 << 16 | 131;
+    let mut at = 5;
+    let sum = loop {
+        match words[at] {
+            ADD => break at,
+            word => at += (word >> 16) as usize,
+        }
+    };
+    words[sum] = SUBTRACT;
+    modules.with(
+        "paint.comp.spv",
+        words
+            .iter()
+            .flat_map(|word| word.to_le_bytes())
+            .collect::<Vec<u8>>(),
+    );
+    let folder = Folder::new();
+    let file = folder.file("selftest.json");
+    let output = program()
+        .args(["selftest", "--scene", "cube", "--json", path(&file)])
+        .env("MYXO_SPIRV", modules.path())
+        .env("MYXO_CARD_FORMS", "0")
+        .output()
+        .expect("the program starts");
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stdout));
+    let report = json(&file);
+    let runs = report["runs"].as_array().expect("they are listed");
+    let differing: Vec<_> = runs.iter().filter(|run| run["agrees"] == false).collect();
+    assert_eq!(differing.len(), 1, "{report}");
+    assert_eq!(differing[0]["painted"], true);
+    let difference = &differing[0]["difference"];
+    assert_eq!(difference["kernel"], "paint", "{difference}");
+    assert_eq!(difference["field"], "trail", "{difference}");
+    assert_eq!(difference["step"], 11, "{difference}");
+}
+
 #[test]
 fn the_processor_alone_needs_no_device_and_makes_the_table() {
     let folder = Folder::new();
@@ -110,7 +174,7 @@ fn the_processor_alone_needs_no_device_and_makes_the_table() {
         let lines = table.lines().filter(|line| line.starts_with("plane\t"));
         lines.map(str::to_owned).collect()
     };
-    assert_eq!(own(&table).len(), 2, "{table}");
+    assert_eq!(own(&table).len(), 4, "{table}");
     assert_eq!(own(&table), own(kept));
 }
 
