@@ -61,7 +61,28 @@ fn contracts(op: u32) -> Option<&'static str> {
     }
 }
 
-/// What has no place in strict arithmetic.
+/// Instructions that give the same floats everywhere: they move numbers, choose among them, or convert integers. Whatever else has a float
+/// as its result is refused, but for arithmetic that does not contract and for calls of functions, which are looked at by themselves.
+fn moves_floats(op: u32) -> bool {
+    matches!(
+        op,
+        // OpUndef, constants, specialization constants.
+        1 | 43 | 44 | 46 | 50 | 51
+            // OpFunction, OpFunctionParameter, OpFunctionCall, OpLoad, OpCopyObject, OpCopyLogical.
+            | 54 | 55 | 57 | 61 | 83 | 400
+            // Vectors and composites; OpTranspose.
+            | 77
+            ..=82 | 84
+            // OpImageFetch, OpImageRead.
+            | 95 | 98
+            // OpConvertSToF, OpConvertUToF, OpBitcast, OpFNegate.
+            | 111 | 112 | 124 | 127
+            // OpSelect, OpPhi.
+            | 169 | 245
+    )
+}
+
+/// What has no place in strict arithmetic, by name.
 fn refused(op: u32) -> Option<(&'static str, &'static str)> {
     Some(match op {
         136 => ("OpFDiv", "write quotient() or reciprocal()"),
@@ -123,11 +144,17 @@ pub fn violations(words: &[u32]) -> BTreeSet<Violation> {
     const NO_LINE: u32 = 317;
     const EXT_INST_IMPORT: u32 = 11;
     const EXT_INST: u32 = 12;
+    const TYPE_FLOAT: u32 = 22;
+    // Vectors, matrices, arrays of either kind: of what, is their second operand.
+    const TYPES_OF_ONE: [u32; 4] = [23, 24, 28, 29];
+    const TYPE_STRUCT: u32 = 30;
     const SPEC_CONSTANT_OP: u32 = 52;
     const FUNCTION_END: u32 = 56;
     const DECORATE: u32 = 71;
     const NO_CONTRACTION: u32 = 42;
     let mut strict = BTreeSet::new();
+    // Types that have a float in them. Names and decorations of types come before the types, all else after.
+    let mut floats = BTreeSet::new();
     let mut math = None;
     let mut files = BTreeMap::new();
     let mut place = None;
@@ -151,21 +178,42 @@ pub fn violations(words: &[u32]) -> BTreeSet<Violation> {
             (DECORATE, [target, NO_CONTRACTION]) => {
                 strict.insert(*target);
             }
-            (EXT_INST, [_, _, set, number, ..]) if Some(*set) == math && !is_exact(*number) => {
-                add(function(*number));
+            (TYPE_FLOAT, [id, ..]) => {
+                floats.insert(*id);
             }
-            (SPEC_CONSTANT_OP, [_, _, inner, ..])
-                if contracts(*inner).is_some() || refused(*inner).is_some() =>
-            {
-                add("arithmetic of specialization constants: let the host do it".to_owned());
+            (_, [id, of, ..]) if TYPES_OF_ONE.contains(&op) => {
+                if floats.contains(of) {
+                    floats.insert(*id);
+                }
             }
-            (_, [_, result, ..]) => {
-                if let Some(name) = contracts(op).filter(|_| !strict.contains(result)) {
-                    add(format!(
-                        "{name} may be contracted or rearranged: give it a precise variable of its own"
-                    ));
+            (TYPE_STRUCT, [id, members @ ..]) => {
+                if members.iter().any(|member| floats.contains(member)) {
+                    floats.insert(*id);
+                }
+            }
+            (EXT_INST, [_, _, set, number, ..]) if Some(*set) == math => {
+                if !is_exact(*number) {
+                    add(function(*number));
+                }
+            }
+            (SPEC_CONSTANT_OP, [of, _, inner, ..]) => {
+                if refused(*inner).is_some() || floats.contains(of) && !moves_floats(*inner) {
+                    add("arithmetic of specialization constants: let the host do it".to_owned());
+                }
+            }
+            (_, [of, result, ..]) => {
+                if let Some(name) = contracts(op) {
+                    if !strict.contains(result) {
+                        add(format!(
+                            "{name} may be contracted or rearranged: give it a precise variable of its own"
+                        ));
+                    }
                 } else if let Some((name, instead)) = refused(op) {
                     add(format!("{name}: {instead}"));
+                } else if floats.contains(of) && !moves_floats(op) {
+                    add(format!(
+                        "instruction {op} of SPIR-V: it has a float as its result and is not among those that are exact everywhere"
+                    ));
                 }
             }
             _ => {}
