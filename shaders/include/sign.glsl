@@ -130,6 +130,7 @@ bool is_outside(uint tree, uint slot, vec3 place, vec4 point, uint first_vertex_
     if (SIGN_RULE == SIGN_FACING) outside = any_nearest_faces_place(tree, place, root(point.z));
     // The nearest feature takes no search, so it also answers where one has not ended.
     bool by_feature = SIGN_RULE == SIGN_PSEUDONORMAL || !searches_ended();
+    // Features are 0 to 6, exactly.
     return by_feature ? outside_by_pseudonormal(slot, place, uint(point.w), first_vertex_normal) : outside;
 }
 

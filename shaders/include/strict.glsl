@@ -40,6 +40,13 @@ vec2 positive(vec2 v) {
     return vec2(positive(v.x), positive(v.y));
 }
 
+// Whole texels. Of a float beyond the integers some devices make any integer, so this is the one place where positions become
+// integers. None is too large: points of the surface lie inside of the atlas, and ways that may leave it are clamped before.
+// What is negative, or no number, is 0, as in Rust.
+uvec2 whole(vec2 position) {
+    return uvec2(positive(position));
+}
+
 // x from low to high. Of two zeros it takes `low`, where clamp() may take either.
 float within(float x, float low, float high) {
     return x > low ? (x < high ? x : high) : low;
