@@ -11,6 +11,8 @@ const UPPER: u32 = 0xffff_f000;
 /// Bits of 2^-100 and 2^100. Numbers beyond count as these where something is divided by them.
 const LEAST: u32 = 0x0d80_0000;
 const MOST: u32 = 0x7180_0000;
+/// 2^-100 itself: rates, volumes and the like that are less count as none.
+pub const LEAST_SIZE: f32 = f32::from_bits(LEAST);
 
 /// A number as it is stored: no zero has a sign, and what devices may take for zero is zero.
 #[inline]
@@ -32,6 +34,13 @@ pub fn settled2(v: Vec2) -> Vec2 {
 #[must_use]
 pub fn settled3(v: Vec3) -> Vec3 {
     Vec3::new(settled(v.x), settled(v.y), settled(v.z))
+}
+
+/// `x`, or 0 if it is negative or no number. `max` may take either of two zeros.
+#[inline]
+#[must_use]
+pub fn positive(x: f32) -> f32 {
+    if x > 0.0 { x } else { 0.0 }
 }
 
 /// `x` from `low` to `high`. Of two zeros it takes `low`.
@@ -360,6 +369,12 @@ mod tests {
         assert_eq!(direction3_or(Vec3::ZERO, Vec3::Y), Vec3::Y);
         assert_eq!([settled(-0.0), settled(-1e-40)].map(f32::to_bits), [0; 2]);
         assert_eq!(within(-0.0, 0.0, 1.0).to_bits(), 0);
+        assert_eq!(
+            [positive(-0.0), positive(f32::NAN)].map(f32::to_bits),
+            [0; 2]
+        );
+        // As the shaders write it.
+        assert_eq!(LEAST_SIZE, 7.888_609e-31);
         assert_eq!(share(0.3, 0.3), 1.0);
         for i in 1..1000 {
             let d = i as f32 * 0.37;

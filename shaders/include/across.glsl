@@ -13,7 +13,7 @@ float parts_of_texel(uint pitch) {
 
 uint packed_position(vec2 position, uint pitch) {
     precise vec2 in_parts = position * parts_of_texel(pitch);
-    uvec2 part = uvec2(max(in_parts, vec2(0.0)));
+    uvec2 part = whole(in_parts);
     return part.x | part.y << 16u;
 }
 

@@ -21,9 +21,9 @@ vec2 weights_at(AtlasMap map, vec2 position) {
     return vec2(u, v);
 }
 
-// The texel that holds a point. What is negative is no integer of this kind, on some devices any.
+// The texel that holds a point.
 uint texel_at(vec2 position, uint pitch) {
-    uvec2 texel = uvec2(max(position, vec2(0.0)));
+    uvec2 texel = whole(position);
     return texel.y * pitch + texel.x;
 }
 

@@ -3,6 +3,8 @@
 #ifndef MYXO_BILINEAR
 #define MYXO_BILINEAR
 
+#include "strict.glsl"
+
 // The upper left one of the four texels round a position, and how far right of its centre and below it the position is.
 struct Blend { uint texel; vec2 way; };
 
@@ -10,7 +12,7 @@ Blend blend_at(vec2 position, uint pitch) {
     precise vec2 corner = position - 0.5;
     vec2 low = floor(corner);
     precise vec2 way = corner - low;
-    uvec2 texel = uvec2(max(low, vec2(0.0)));
+    uvec2 texel = whole(low);
     return Blend(texel.y * pitch + texel.x, way);
 }
 

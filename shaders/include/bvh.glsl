@@ -150,9 +150,6 @@ struct Crossing {
 // How far outside of a triangle, in weights, a crossing still counts: so that none slips through between two.
 const float CROSSING_MARGIN = 1.0e-6;
 
-// What spans less volume is parallel. 2^-100.
-const float LEAST_VOLUME = 7.8886091e-31;
-
 // Where in [0, 1] a segment enters a box, made larger by slack; FAR if it doesn't.
 float entry_of(vec3 from, vec3 inverse, vec3 low, vec3 high, float slack) {
     precise vec3 to_low = ((low - slack) - from) * inverse;
@@ -229,7 +226,7 @@ Crossing first_crossing(uint root, vec3 from, vec3 to) {
                 float size = abs(volume);
                 precise float part = passed * abs(by);
                 float t = passed >= size ? 1.0 : within(part, 0.0, 1.0);
-                bool crosses = u >= -CROSSING_MARGIN && v >= -CROSSING_MARGIN && w >= -CROSSING_MARGIN && passed >= 0.0 && passed <= size && size >= LEAST_VOLUME;
+                bool crosses = u >= -CROSSING_MARGIN && v >= -CROSSING_MARGIN && w >= -CROSSING_MARGIN && passed >= 0.0 && passed <= size && size >= LEAST_SIZE;
                 if (crosses && is_nearer(t, first.w, best.t, best_triangle)) {
                     best.slot = slot;
                     best.t = t;

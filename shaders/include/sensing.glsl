@@ -124,7 +124,7 @@ uint around(vec2 position) {
 // The same of the end of a way that begins in the atlas.
 uint around_end(vec2 from, vec2 way) {
     precise vec2 to = from + way;
-    return around(clamp(to, vec2(0.0), vec2(params.last_texel)));
+    return around(vec2(within(to.x, 0.0, params.last_texel), within(to.y, 0.0, params.last_texel)));
 }
 
 // Three independent normal numbers (Box and Muller 1958).

@@ -19,9 +19,6 @@ const uint SIGN_FACING = 2u;
 // From how many radii away faces together count as one dipole (Barill et al. 2018).
 const float DIPOLE_FAR = 2.0;
 
-// A place that spans less volume with a face lies in its plane. 2^-100.
-const float LEAST_SPANNED = 7.8886091e-31;
-
 // Is a place outside, by the pseudonormal of the feature that is nearest to it?
 // The way from a corner of the feature does as well as that from the nearest point, and is rounded less.
 bool outside_by_pseudonormal(uint slot, vec3 place, uint feature, uint first_vertex_normal) {
@@ -54,7 +51,7 @@ float solid_angle(uint slot, vec3 place) {
     precise float rest = ((length_a * length_b) * length_c + dot_of(a, b) * length_c)
         + (dot_of(b, c) * length_a + dot_of(c, a) * length_b);
     precise float angle = 2.0 * angle_of_vector(volume, rest);
-    return abs(volume) < LEAST_SPANNED ? 0.0 : angle;
+    return abs(volume) < LEAST_SIZE ? 0.0 : angle;
 }
 
 // The solid angle of all faces of a tree; 4 pi from inside a closed mesh, 0 from outside.
@@ -133,6 +130,7 @@ bool is_outside(uint tree, uint slot, vec3 place, vec4 point, uint first_vertex_
     if (SIGN_RULE == SIGN_FACING) outside = any_nearest_faces_place(tree, place, root(point.z));
     // The nearest feature takes no search, so it also answers where one has not ended.
     bool by_feature = SIGN_RULE == SIGN_PSEUDONORMAL || !searches_ended();
+    // Features are 0 to 6, exactly.
     return by_feature ? outside_by_pseudonormal(slot, place, uint(point.w), first_vertex_normal) : outside;
 }
 

@@ -13,7 +13,7 @@ uint bin_of(uvec4 particle) {
     AtlasMap map = atlas_map_of(particle.x);
     uvec2 bins_of_tiles = tile_bins_of(particle.x);
     vec2 position = atlas_position(map, uintBitsToFloat(particle.y), uintBitsToFloat(particle.z));
-    uvec2 texel = uvec2(max(position, vec2(0.0)));
+    uvec2 texel = whole(position);
     uvec2 tile = texel >> params.tile_shift;
     return bins_of_tiles.x + tile.x * (bins_of_tiles.y & 0xffffu) + tile.y * (bins_of_tiles.y >> 16u);
 }

@@ -13,6 +13,8 @@ const uint UPPER = 0xfffff000u;
 // Bits of 2^-100 and 2^100. Numbers beyond count as these where something is divided by them, so that every result is a number.
 const uint LEAST = 0x0d800000u;
 const uint MOST = 0x71800000u;
+// 2^-100 itself: rates, volumes and the like that are less count as none.
+const float LEAST_SIZE = 7.8886091e-31;
 
 // A number as it is stored: no zero has a sign, and what devices may take for zero is zero. By integers, because a compiler may
 // leave out x + 0.0.
@@ -27,6 +29,22 @@ vec2 settled(vec2 v) {
 
 vec3 settled(vec3 v) {
     return vec3(settled(v.x), settled(v.y), settled(v.z));
+}
+
+// x, or 0 if it is negative or no number. max() may take either of two zeros, and of a number and none either.
+float positive(float x) {
+    return x > 0.0 ? x : 0.0;
+}
+
+vec2 positive(vec2 v) {
+    return vec2(positive(v.x), positive(v.y));
+}
+
+// Whole texels. Of a float beyond the integers some devices make any integer, so this is the one place where positions become
+// integers. None is too large: points of the surface lie inside of the atlas, and ways that may leave it are clamped before.
+// What is negative, or no number, is 0, as in Rust.
+uvec2 whole(vec2 position) {
+    return uvec2(positive(position));
 }
 
 // x from low to high. Of two zeros it takes `low`, where clamp() may take either.

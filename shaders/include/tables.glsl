@@ -68,11 +68,11 @@
 
 #extension GL_EXT_buffer_reference : require
 
-// log2 of a page's elements, a mask of the bits that count within a page, the pages. They have a number, as MOST_PAGES in
-// src/gpu/pages.rs, because arrays of references that have none ask for more of a device.
+// log2 of a page's elements, a mask of the bits that count within a page, the pages. They have a number, which the build gives by
+// MYXO_PAGES, because arrays of references that have none ask for more of a device.
 #define PAGED(access, type, number) \
     layout(buffer_reference, std430, buffer_reference_align = 16) access buffer Page##number { type at[]; }; \
-    layout(std430, set = 0, binding = number) readonly buffer Pages##number { uint shift; uint mask; Page##number page[1024]; }
+    layout(std430, set = 0, binding = number) readonly buffer Pages##number { uint shift; uint mask; Page##number page[MYXO_PAGES]; }
 #define PAGED_READS(type, number) PAGED(readonly, type, number)
 #define PAGED_WRITES(type, number) PAGED(writeonly, type, number)
 #define PAGED_CHANGES(type, number) PAGED(, type, number)

@@ -20,9 +20,6 @@ const uint WALK_OUT_OF_ATTEMPTS = 2u;
 // The step of HalfEdge.fine: 32,767 of them are half of what the last bit of a cosine may be worth.
 const float FINE_STEP = 9.095225e-13;
 
-// Rates below that are none: a walk that nears an edge so slowly does not get there. 2^-100.
-const float LEAST_RATE = 7.8886091e-31;
-
 struct Walker {
     uint triangle;
     float weight_a;   // the three barycentric weights; u is weight_b, v is weight_c
@@ -40,11 +37,6 @@ struct Walker {
     float carry_h;
     float carry_remaining;
 };
-
-// A number, or 0 if it is negative. max() may take either of two zeros.
-float positive(float x) {
-    return x > 0.0 ? x : 0.0;
-}
 
 Walker walker_at(uint triangle, float u, float v, vec2 heading, float length) {
     precise float weight_a = (1.0 - u) - v;
@@ -128,10 +120,11 @@ void walk(inout Walker w, uint attempts, bool reflects) {
         precise float rate_a = -rate_b - rate_c;
 
         // The half-edge of corner k lies opposite corner k + 2: it is reached when that corner's weight is zero.
-        // The one that the walk came in by is left out: rounding must not send it straight back.
-        bool towards_ab = rate_c < -LEAST_RATE && w.entered_by != 0u;
-        bool towards_bc = rate_a < -LEAST_RATE && w.entered_by != 1u;
-        bool towards_ca = rate_b < -LEAST_RATE && w.entered_by != 2u;
+        // The one that the walk came in by is left out: rounding must not send it straight back. A walk that nears an edge so slowly that
+        // the rate counts as none does not get there.
+        bool towards_ab = rate_c < -LEAST_SIZE && w.entered_by != 0u;
+        bool towards_bc = rate_a < -LEAST_SIZE && w.entered_by != 1u;
+        bool towards_ca = rate_b < -LEAST_SIZE && w.entered_by != 2u;
         float to_ab = towards_ab ? quotient(w.weight_c, -rate_c) : w.remaining;
         float to_bc = towards_bc ? quotient(w.weight_a, -rate_a) : w.remaining;
         float to_ca = towards_ca ? quotient(w.weight_b, -rate_b) : w.remaining;

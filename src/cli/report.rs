@@ -54,6 +54,14 @@ pub struct Report {
     pub triangles: u64,
     /// Sum over everything that the state holds, as 16 hexadecimal digits.
     pub state_hash: String,
+    /// Does the run end in this hash on every device? `true` where the device calculates as IEEE 754 says, distances are not drawn
+    /// (`distance.method = "raster"`), and the run goes on from no state of other arithmetic. `null` where that was not tried: by
+    /// `profile --compiled`, and by programs that did not know.
+    #[serde(default)]
+    pub hash_is_portable: Option<bool>,
+    /// Which arithmetic the steps have. Hashes of different ones cannot be compared, and those without one with no others.
+    #[serde(default)]
+    pub arithmetic: Option<u32>,
     /// The hash along the way, where `--hash-every` asked for it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hashes: Vec<StateHash>,
@@ -527,6 +535,8 @@ mod tests {
             "steps",
             "particles",
             "state_hash",
+            "hash_is_portable",
+            "arithmetic",
             "gpu_ms_per_step",
             "wall_ms_per_step",
             "kernels",

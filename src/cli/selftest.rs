@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use glam::DAffine3;
 use myxo::gpu::{Context, ContextOptions, Frames};
 use myxo::mesh::atlas::Control;
 use myxo::scene::builtin::SCENES;
@@ -13,6 +14,7 @@ use myxo::scene::settings::Strategy;
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::arithmetic::{self, Broken};
 use myxo::sim::beside::{Difference, first_difference};
+use myxo::sim::paint::{Brush, Dab};
 use myxo::sim::{Setup, Simulation, memory, twin};
 use myxo::{Error, Result};
 use serde_json::{Value, json};
@@ -24,7 +26,8 @@ use super::{Command, Outcome, console, interrupt};
 /// Check that results on this machine match the reference hashes
 ///
 /// Every built-in scene runs a few steps, by every strategy, on the device and by the kernels' twins on
-/// the processor. States are compared as hashes with those that the program carries. Where one differs,
+/// the processor; some are painted on the way, and some have so few particles and texels that no group
+/// of a kernel is full. States are compared as hashes with those that the program carries. Where one differs,
 /// the first step, the first kernel and the first number are named.
 ///
 /// Exits 1 if anything differs.
@@ -76,7 +79,15 @@ const STEPS: u32 = 20;
 /// Where there are several objects: so few transfers fit their lists that some are refused.
 const BUFFER: u32 = 40;
 
-/// Runs with what built-in scenes do not use: a scene, the run's name, and what is set.
+/// In painted runs, dabs come before this step.
+const PAINTED_IN: u32 = STEPS / 2 + 1;
+
+/// These scenes have a painted run as well.
+const PAINTED: &[&str] = &["cube", "trio"];
+
+/// Runs with what built-in scenes do not use: a scene, the run's name, and what is set. Groups of kernels have 64 invocations: there are
+/// particles for less than one, for one, and for one more, in textures as small as they may be. No run is by `raster`, whose distances are as
+/// the device draws them; so `distance_merge` is the one kernel of a step that none has.
 const EXTRA: &[(&str, &str, &[&str])] = &[
     (
         "torus",
@@ -89,21 +100,72 @@ const EXTRA: &[(&str, &str, &[&str])] = &[
             "trail.diffusion=0.9",
         ],
     ),
+    ("cube", "1 in 16", &["particles.count=1", "atlas.size=16"]),
+    ("cube", "63 in 18", &["particles.count=63", "atlas.size=18"]),
     (
-        "suzanne",
-        "walk",
-        &["physarum.sensing=walk", "trail.diffusion_distance=2"],
+        "plane",
+        "64 in 16",
+        &["particles.count=64", "atlas.size=16"],
     ),
     (
-        "trio",
+        "plane",
+        "65 in 17",
+        &["particles.count=65", "atlas.size=17"],
+    ),
+    ("pair", "1 in 67", &["particles.count=1", "atlas.size=67"]),
+    (
+        "pair",
+        "65 in 64",
+        &[
+            "particles.count=65",
+            "atlas.size=64",
+            "transfer.threshold=0.2",
+        ],
+    ),
+    (
+        "pair",
         "brute",
         &[
             "distance.method=brute",
             "physarum.distance_weight=0.1",
             "physarum.gravity_weight=0.1",
+            "transfer.threshold=0.2",
         ],
     ),
+    (
+        "suzanne",
+        "walk",
+        &["physarum.sensing=walk", "trail.diffusion_distance=2"],
+    ),
 ];
+
+/// A dab of every brush, on the first object of a scene and on what is near; then some of it is erased.
+fn dabs(setup: &Setup) -> Vec<Dab> {
+    let surface = &setup.surface;
+    let (first, end) = surface.objects[0].vertices;
+    let pose = DAffine3::from(&setup.poses[0]);
+    let brushes = [
+        Brush::Trail { amount: 5.0 },
+        Brush::Attract { amount: 20.0 },
+        Brush::Attract { amount: -20.0 },
+        Brush::NoGo,
+        Brush::Particles { share: 0.3 },
+        Brush::Erase { share: 0.7 },
+    ];
+    let places = (0..).map(|k| first + (end - first) * k / brushes.len() as u32);
+    let dabs = places.zip(brushes).map(|(vertex, brush)| {
+        let place = surface.positions[vertex as usize].as_dvec3();
+        Dab {
+            brush,
+            center: pose.transform_point3(place).as_vec3(),
+            radius: 0.4 * setup.radius,
+            eye: None,
+            ring: None,
+            number: vertex,
+        }
+    });
+    dabs.collect()
+}
 
 /// What the table has for a run.
 #[derive(Clone, Debug)]
@@ -131,6 +193,7 @@ struct Row {
     /// Why it did not run on the device.
     problem: Option<String>,
     difference: Option<Difference>,
+    is_painted: bool,
 }
 
 impl Row {
@@ -306,27 +369,30 @@ impl SelfTest {
         if runs.has_layout {
             rows.push(row("layout", Some(layout(&setup))));
         }
-        for (run, strategy) in &runs.strategies {
+        for run in &runs.runs {
+            let dabs = if run.is_painted {
+                dabs(&setup)
+            } else {
+                Vec::new()
+            };
             let mut scene = scene.clone();
-            scene.settings.transfer.strategy = *strategy;
+            scene.settings.transfer.strategy = run.strategy;
             if scene.settings.objects.len() > 1 {
                 scene.settings.transfer.buffer_size = BUFFER;
             }
-            let host = (self.engine != Engine::Gpu).then(|| {
-                let mut simulation = twin::Simulation::new(setup.clone(), scene.settings.clone());
-                (0..STEPS).for_each(|_| simulation.step());
-                hash(simulation.snapshot().hash())
-            });
-            let mut row = row(run, host);
+            let host = (self.engine != Engine::Gpu).then(|| on_host(&scene, &setup, &dabs));
+            let host = host.transpose()?;
+            let mut row = row(&run.name, host);
+            row.is_painted = run.is_painted;
             if let Some(ctx) = ctx {
                 let ran = memory::check(ctx.info(), &scene);
-                match ran.and_then(|()| on_device(ctx, &scene, &setup)) {
+                match ran.and_then(|()| on_device(ctx, &scene, &setup, &dabs)) {
                     Err(error) => row.problem = Some(error.to_string()),
                     Ok(state) => row.device = Some(state),
                 }
                 let is_own = row.device.is_some() && row.device != row.host;
                 if is_own && !row.agrees() {
-                    match first_difference(ctx, &scene, &setup, STEPS) {
+                    match first_difference(ctx, &scene, &setup, STEPS, PAINTED_IN, &dabs) {
                         Err(error) => row.problem = Some(error.to_string()),
                         Ok(difference) => row.difference = difference,
                     }
@@ -375,6 +441,7 @@ impl SelfTest {
             json!({
                 "scene": row.scene,
                 "run": row.run,
+                "painted": row.is_painted,
                 "agrees": row.agrees(),
                 "expected": match &row.kept {
                     Kept::Asked(kept) => kept.as_deref(),
@@ -412,21 +479,43 @@ impl SelfTest {
 struct Runs {
     set: &'static [&'static str],
     has_layout: bool,
-    /// Their names and strategies.
-    strategies: Vec<(String, Strategy)>,
+    runs: Vec<Run>,
+}
+
+/// One of them.
+struct Run {
+    name: String,
+    strategy: Strategy,
+    is_painted: bool,
+}
+
+impl Run {
+    fn new(name: &str, strategy: Strategy) -> Self {
+        Self {
+            name: name.to_owned(),
+            strategy,
+            is_painted: false,
+        }
+    }
 }
 
 fn runs_of(name: &str) -> Vec<Runs> {
     let scene = SCENES.iter().find(|scene| scene.name == name);
     let objects = scene.map_or(0, |scene| scene.text.matches("[[object]]").count());
-    let strategies = if objects > 1 {
+    let mut runs: Vec<Run> = if objects > 1 {
         let all = Strategy::ALL.iter();
-        all.map(|&strategy| (strategy.word().to_owned(), strategy))
+        all.map(|&strategy| Run::new(strategy.word(), strategy))
             .collect()
     } else {
-        vec![("steps".to_owned(), Strategy::None)]
+        vec![Run::new("steps", Strategy::None)]
     };
-    let mut runs = vec![Runs {
+    if PAINTED.contains(&name) {
+        runs.push(Run {
+            is_painted: true,
+            ..Run::new("painted", Strategy::Parallel)
+        });
+    }
+    let own = Runs {
         // Its objects hardly touch.
         set: if name == "pair" {
             &["transfer.threshold=0.2"]
@@ -434,16 +523,15 @@ fn runs_of(name: &str) -> Vec<Runs> {
             &[]
         },
         has_layout: true,
-        strategies,
-    }];
-    for (_, run, set) in EXTRA.iter().filter(|(scene, ..)| *scene == name) {
-        runs.push(Runs {
-            set,
-            has_layout: false,
-            strategies: vec![((*run).to_owned(), Strategy::Parallel)],
-        });
-    }
-    runs
+        runs,
+    };
+    let extra = EXTRA.iter().filter(|(scene, ..)| *scene == name);
+    let extra = extra.map(|(_, run, set)| Runs {
+        set,
+        has_layout: false,
+        runs: vec![Run::new(run, Strategy::Parallel)],
+    });
+    std::iter::once(own).chain(extra).collect()
 }
 
 /// Where triangles lie in the texture, and particles at their start.
@@ -456,11 +544,25 @@ fn layout(setup: &Setup) -> String {
     format!("{:08x}", crc.finalize())
 }
 
-fn on_device(ctx: &Arc<Context>, scene: &Scene, setup: &Setup) -> Result<String> {
+fn on_host(scene: &Scene, setup: &Setup, dabs: &[Dab]) -> Result<String> {
+    let mut simulation = twin::Simulation::new(setup.clone(), scene.settings.clone());
+    for step in 1..=STEPS {
+        for dab in dabs.iter().filter(|_| step == PAINTED_IN) {
+            simulation.paint(dab)?;
+        }
+        simulation.step();
+    }
+    Ok(hash(simulation.snapshot().hash()))
+}
+
+fn on_device(ctx: &Arc<Context>, scene: &Scene, setup: &Setup, dabs: &[Dab]) -> Result<String> {
     let mut simulation = Simulation::from_setup(ctx, scene, setup.clone())?;
     let mut frames = Frames::new(ctx, 2)?;
-    for _ in 0..STEPS {
+    for step in 1..=STEPS {
         let mut rec = frames.begin()?;
+        for dab in dabs.iter().filter(|_| step == PAINTED_IN) {
+            simulation.paint(&mut rec, dab)?;
+        }
         simulation.record_step(&mut rec);
         frames.submit(rec)?;
     }

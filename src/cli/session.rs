@@ -40,6 +40,13 @@ const COPIES: usize = 9;
 /// So much longer the device may take for each GiB.
 const SECONDS_A_GIB: Duration = Duration::from_secs(30);
 
+/// A device that was opened for scenes.
+pub struct Opened {
+    pub ctx: Arc<Context>,
+    /// Does it calculate as IEEE 754 says, so that runs end in the hashes of every other such device? `None` where that was not tried.
+    pub is_as_everywhere: Option<bool>,
+}
+
 /// A device, a scene on it, and what is done between steps.
 pub struct Session {
     pub ctx: Arc<Context>,
@@ -59,6 +66,8 @@ pub struct Session {
     kernels: Vec<(String, u32)>,
     /// Does each kernel wait for the one before, so that it has a time of its own?
     pub separates: bool,
+    /// As [`Opened`] says it, of a run that goes on from no state of other arithmetic.
+    is_as_everywhere: Option<bool>,
     /// Does one of them run alone?
     is_alone: bool,
     /// How fast the device copies, once it was measured.
@@ -95,17 +104,14 @@ impl Session {
     /// Opens the device, sets the scene up, and goes on from `--resume` if there is one. It is told how far `steps`
     /// steps have come.
     pub fn open(scene: Scene, options: &CommonOptions, steps: u64) -> Result<Self> {
-        let ctx = device(&options.device, std::slice::from_ref(&scene))?;
-        Self::on(&ctx, scene, options, steps)
+        let opened = device(&options.device, std::slice::from_ref(&scene))?;
+        Self::on(&opened, scene, options, steps)
     }
 
     /// The same on a device that is open.
-    pub fn on(
-        ctx: &Arc<Context>,
-        scene: Scene,
-        options: &CommonOptions,
-        steps: u64,
-    ) -> Result<Self> {
+    pub fn on(opened: &Opened, scene: Scene, options: &CommonOptions, steps: u64) -> Result<Self> {
+        let ctx = &opened.ctx;
+        let mut is_as_everywhere = opened.is_as_everywhere;
         let mut watch = Watch::new();
         let oddities: BTreeSet<String> = scene
             .meshes
@@ -140,6 +146,9 @@ impl Session {
                     Error::Invalid(format!("cannot resume from {}: {problem}", path.shown()))
                 })?;
             simulation.restore(&checkpoint.snapshot)?;
+            if checkpoint.arithmetic != arithmetic::VERSION {
+                is_as_everywhere = Some(false);
+            }
             console::message(&format!(
                 "going on from step {}{}",
                 simulation.step(),
@@ -156,6 +165,7 @@ impl Session {
             frames,
             kernels,
             separates: false,
+            is_as_everywhere,
             is_alone: false,
             bandwidth: None,
             kept_busy: None,
@@ -447,6 +457,10 @@ impl Session {
             atlas_size: setup.atlas.size,
             triangles: setup.surface.triangles.len() as u64,
             state_hash: hash_text(ending.snapshot.hash()),
+            // Distances that are drawn are rounded as the device likes.
+            hash_is_portable: (self.is_as_everywhere)
+                .map(|is| is && !self.simulation.settings().uses_raster()),
+            arithmetic: Some(arithmetic::VERSION),
             hashes: self.hashes.clone(),
             measures: self.measures.clone(),
             gpu_ms_per_step: (!times.is_empty()).then_some(times.step.mean_ms),
@@ -540,7 +554,7 @@ fn counted(names: Vec<String>) -> Vec<(String, u32)> {
 }
 
 /// Opens the device for scenes that are on it at the same time, and makes sure that it has room for each.
-pub fn device(options: &DeviceOptions, scenes: &[Scene]) -> Result<Arc<Context>> {
+pub fn device(options: &DeviceOptions, scenes: &[Scene]) -> Result<Opened> {
     let needed: u64 = scenes.iter().map(memory::needed).sum();
     let ctx = Context::new(&ContextOptions {
         device: options.device.clone(),
@@ -555,7 +569,12 @@ pub fn device(options: &DeviceOptions, scenes: &[Scene]) -> Result<Arc<Context>>
         memory::check(ctx.info(), scene)?;
     }
     // Reports of what was compiled are of the scene's kernels.
-    if !options.compiler_reports && !arithmetic::is_everywhere(&ctx)? {
+    let is_as_everywhere = if options.compiler_reports {
+        None
+    } else {
+        Some(arithmetic::is_everywhere(&ctx)?)
+    };
+    if is_as_everywhere == Some(false) {
         console::message(
             "this device does not calculate as IEEE 754 says, so that its state hashes are its own: `myxo selftest` says what differs",
         );
@@ -568,5 +587,8 @@ pub fn device(options: &DeviceOptions, scenes: &[Scene]) -> Result<Arc<Context>>
             needed,
         )?;
     }
-    Ok(ctx)
+    Ok(Opened {
+        ctx,
+        is_as_everywhere,
+    })
 }

@@ -13,8 +13,8 @@ use super::info::DeviceInfo;
 /// Bytes of an element of a buffer in pages, as `PAGED_READS` in `shaders/include/tables.glsl` declares it.
 pub const PAGED_ELEMENT: u64 = 16;
 
-/// How many pages a buffer has at the most.
-pub const MOST_PAGES: u64 = 1024;
+/// How many pages a buffer has at the most. The build gives shaders the same number.
+pub const MOST_PAGES: u64 = include!("../shader_build/most_pages.txt");
 
 /// Where the bytes of a buffer lie: in buffers of the same size, but for the last one, which may be shorter.
 #[derive(Clone, Debug, PartialEq, Eq)]

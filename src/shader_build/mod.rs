@@ -33,6 +33,9 @@ const TABLES: &str = "#include \"tables.glsl\"";
 /// How a table is declared that may outgrow a binding.
 const PAGED: &str = "PAGED_";
 
+/// How many pages such a table has at the most; `src/gpu/pages.rs` has it from the same file.
+const MOST_PAGES: &str = include_str!("most_pages.txt");
+
 /// For which devices, or which tables, a shader is compiled.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Form {
@@ -308,7 +311,7 @@ fn to_spirv(
         options.add_macro_definition("MYXO_CARD", None);
     }
     if form == Form::Pages {
-        options.add_macro_definition("MYXO_PAGES", None);
+        options.add_macro_definition("MYXO_PAGES", Some(MOST_PAGES.trim()));
     }
     let artifact = compiler
         .compile_into_spirv(source, kind, name, "main", Some(&options))

@@ -61,7 +61,28 @@ fn contracts(op: u32) -> Option<&'static str> {
     }
 }
 
-/// What has no place in strict arithmetic.
+/// Instructions that give the same floats everywhere: they move numbers, choose among them, or convert integers. Whatever else has a float
+/// as its result is refused, but for arithmetic that does not contract and for calls of functions, which are looked at by themselves.
+fn moves_floats(op: u32) -> bool {
+    matches!(
+        op,
+        // OpUndef, constants, specialization constants.
+        1 | 43 | 44 | 46 | 50 | 51
+            // OpFunction, OpFunctionParameter, OpFunctionCall, OpLoad, OpCopyObject, OpCopyLogical.
+            | 54 | 55 | 57 | 61 | 83 | 400
+            // Vectors and composites; OpTranspose.
+            | 77
+            ..=82 | 84
+            // OpImageFetch, OpImageRead.
+            | 95 | 98
+            // OpConvertSToF, OpConvertUToF, OpBitcast, OpFNegate.
+            | 111 | 112 | 124 | 127
+            // OpSelect, OpPhi.
+            | 169 | 245
+    )
+}
+
+/// What has no place in strict arithmetic, by name.
 fn refused(op: u32) -> Option<(&'static str, &'static str)> {
     Some(match op {
         136 => ("OpFDiv", "write quotient() or reciprocal()"),
@@ -122,21 +143,18 @@ pub fn violations(words: &[u32]) -> BTreeSet<Violation> {
     const LINE: u32 = 8;
     const NO_LINE: u32 = 317;
     const EXT_INST_IMPORT: u32 = 11;
-    const EXT_INST: u32 = 12;
-    const SPEC_CONSTANT_OP: u32 = 52;
+    const TYPE_FLOAT: u32 = 22;
+    // Vectors, matrices, arrays of either kind: of what, is their second operand.
+    const TYPES_OF_ONE: [u32; 4] = [23, 24, 28, 29];
+    const TYPE_STRUCT: u32 = 30;
     const FUNCTION_END: u32 = 56;
     const DECORATE: u32 = 71;
     const NO_CONTRACTION: u32 = 42;
-    let mut strict = BTreeSet::new();
-    let mut math = None;
+    let mut known = Known::default();
     let mut files = BTreeMap::new();
     let mut place = None;
     let mut found = BTreeSet::new();
     for (op, rest) in instructions(words) {
-        let mut add = |what: String| {
-            let place = place.clone();
-            found.insert(Violation { place, what });
-        };
         match (op, rest) {
             (STRING, [id, text @ ..]) => {
                 files.insert(*id, string(text));
@@ -146,32 +164,79 @@ pub fn violations(words: &[u32]) -> BTreeSet<Violation> {
             }
             (NO_LINE | FUNCTION_END, _) => place = None,
             (EXT_INST_IMPORT, [id, name @ ..]) if string(name) == "GLSL.std.450" => {
-                math = Some(*id);
+                known.math = Some(*id);
             }
             (DECORATE, [target, NO_CONTRACTION]) => {
-                strict.insert(*target);
+                known.strict.insert(*target);
             }
-            (EXT_INST, [_, _, set, number, ..]) if Some(*set) == math && !is_exact(*number) => {
-                add(function(*number));
+            (TYPE_FLOAT, [id, ..]) => {
+                known.floats.insert(*id);
             }
-            (SPEC_CONSTANT_OP, [_, _, inner, ..])
-                if contracts(*inner).is_some() || refused(*inner).is_some() =>
+            (_, [id, of, ..]) if TYPES_OF_ONE.contains(&op) && known.floats.contains(of) => {
+                known.floats.insert(*id);
+            }
+            (TYPE_STRUCT, [id, members @ ..])
+                if members.iter().any(|member| known.floats.contains(member)) =>
             {
-                add("arithmetic of specialization constants: let the host do it".to_owned());
+                known.floats.insert(*id);
             }
-            (_, [_, result, ..]) => {
-                if let Some(name) = contracts(op).filter(|_| !strict.contains(result)) {
-                    add(format!(
-                        "{name} may be contracted or rearranged: give it a precise variable of its own"
-                    ));
-                } else if let Some((name, instead)) = refused(op) {
-                    add(format!("{name}: {instead}"));
-                }
+            (_, [of, result, operands @ ..]) => {
+                let what = known.violation(op, *of, *result, operands);
+                found.extend(what.map(|what| Violation {
+                    place: place.clone(),
+                    what,
+                }));
             }
             _ => {}
         }
     }
     found
+}
+
+/// What of a module decides whether an instruction is strict.
+#[derive(Default)]
+struct Known {
+    /// Results that may not be contracted.
+    strict: BTreeSet<u32>,
+    /// Types that have a float in them. Names and decorations of types come before the types, all else after.
+    floats: BTreeSet<u32>,
+    /// The set of GLSL.std.450.
+    math: Option<u32>,
+}
+
+impl Known {
+    /// What is not strict about an instruction.
+    fn violation(&self, op: u32, of: u32, result: u32, operands: &[u32]) -> Option<String> {
+        const EXT_INST: u32 = 12;
+        const SPEC_CONSTANT_OP: u32 = 52;
+        let has_float = self.floats.contains(&of);
+        if let Some(name) = contracts(op) {
+            return (!self.strict.contains(&result)).then(|| {
+                format!(
+                    "{name} may be contracted or rearranged: give it a precise variable of its own"
+                )
+            });
+        }
+        if let Some((name, instead)) = refused(op) {
+            return Some(format!("{name}: {instead}"));
+        }
+        match (op, operands) {
+            (EXT_INST, [set, number, ..]) if Some(*set) == self.math => {
+                (!is_exact(*number)).then(|| function(*number))
+            }
+            (SPEC_CONSTANT_OP, [inner, ..]) => {
+                let is_refused = refused(*inner).is_some() || has_float && !moves_floats(*inner);
+                is_refused.then(|| {
+                    "arithmetic of specialization constants: let the host do it".to_owned()
+                })
+            }
+            _ => (has_float && !moves_floats(op)).then(|| {
+                format!(
+                    "instruction {op} of SPIR-V: it has a float as its result and is not among those that are exact everywhere"
+                )
+            }),
+        }
+    }
 }
 
 /// Opcodes and operands.

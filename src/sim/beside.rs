@@ -7,6 +7,7 @@ use std::sync::Arc;
 use bytemuck::Pod;
 
 use super::arrays::Arrays;
+use super::paint::{Brush, Dab};
 use super::setup::Setup;
 use super::simulation::Simulation;
 use super::state::State;
@@ -125,6 +126,8 @@ struct Everything {
     previous_deposits: Vec<u32>,
     meals: Vec<u32>,
     scent: Vec<f32>,
+    /// Empty before something is painted that stays.
+    bias: Vec<f32>,
     /// Of several objects.
     near: Option<Near>,
     leaving: Vec<Transfer>,
@@ -158,6 +161,7 @@ impl Everything {
                 ctx.download(&food.scent)?,
             ),
         };
+        let bias = s.bias.as_ref().map(|bias| ctx.download(bias));
         let leaving = match s.transfers.transfers.len() {
             1 => Vec::new(),
             len => {
@@ -174,6 +178,7 @@ impl Everything {
             previous_deposits: ctx.download(&s.deposits.back)?,
             meals,
             scent,
+            bias: bias.transpose()?.unwrap_or_default(),
             near: (objects > 1).then(near).transpose()?,
             leaving,
         })
@@ -192,6 +197,7 @@ impl Everything {
             previous_deposits: a.previous_deposits.clone(),
             meals: bytemuck::allocation::pod_collect_to_vec(&a.meals),
             scent: a.scent.clone(),
+            bias: a.bias.clone(),
             near: several.then(|| Near {
                 distances: a.distances.clone(),
                 nearest: a.nearest.clone(),
@@ -254,6 +260,7 @@ impl Everything {
         add("next trail", FLOATS, words(&self.next_trail));
         add("meals", MEALS, self.meals);
         add("scent", FLOATS, words(&self.scent));
+        add("bias", FLOATS, words(&self.bias));
         fields
     }
 }
@@ -288,15 +295,26 @@ fn compare(device: Vec<Field>, host: &[Field], step: u32, kernel: &str) -> Optio
     })
 }
 
+/// The kernel that a brush runs.
+fn kernel_of(brush: Brush) -> &'static str {
+    match brush {
+        Brush::Particles { .. } => "summon",
+        _ => "paint",
+    }
+}
+
 /// Runs a scene on both engines, kernel by kernel, up to the first difference. Takes long: everything is compared after each kernel.
+/// `dabs` are painted in their order before step `painted_in`, which is 2 or later.
 ///
 /// # Errors
-/// When the device fails or has too little memory.
+/// When the device fails or has too little memory, or a dab is out of range.
 pub fn first_difference(
     ctx: &Arc<Context>,
     scene: &Scene,
     setup: &Setup,
     steps: u32,
+    painted_in: u32,
+    dabs: &[Dab],
 ) -> Result<Option<Difference>> {
     let objects = setup.poses.len();
     let mut device = Simulation::from_setup(ctx, scene, setup.clone())?;
@@ -305,6 +323,20 @@ pub fn first_difference(
     // `distance` marks places on the device, and the twins mark all of them in `unfold`.
     let mut is_unfolded = true;
     for step in 1..=steps {
+        for dab in dabs.iter().filter(|_| step == painted_in) {
+            let mut rec = frames.begin()?;
+            device.paint(&mut rec, dab)?;
+            frames.submit(rec)?;
+            frames.wait_idle()?;
+            host.paint(dab)?;
+            let found =
+                Everything::of_device(ctx, device.state(), objects)?.fields(&[], is_unfolded);
+            let expected = Everything::of_host(host.arrays()).fields(&[], is_unfolded);
+            let difference = compare(found, &expected, step, kernel_of(dab.brush));
+            if difference.is_some() {
+                return Ok(difference);
+            }
+        }
         let (own, other) = (device.next_step(), host.next_step());
         let works = own.works().iter().zip(other.works()).enumerate();
         for (k, (own_work, other_work)) in works {

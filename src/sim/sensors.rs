@@ -6,7 +6,7 @@ use super::surroundings::is_clear;
 use super::types::Particle;
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::Triangle;
-use crate::strict::{dot2, reciprocal};
+use crate::strict::{dot2, reciprocal, within};
 
 /// Where the sensors of a particle get to straight ahead, in texels, and whether nothing of their chart is hidden on the way
 /// of any. They look along three headings, `offset` far.
@@ -30,7 +30,7 @@ pub fn straight_ahead(
     let here = around(from);
     let places = ways.map(|way| [from[0] + way.x, from[1] + way.y]);
     let all_clear = ways.iter().zip(places).all(|(way, to)| {
-        let there = around(to.map(|x| x.clamp(0.0, params.last_texel)));
+        let there = around(to.map(|x| within(x, 0.0, params.last_texel)));
         is_clear(dot2(*way, *way), params.outlook_unit, here, there)
     });
     (places, all_clear)

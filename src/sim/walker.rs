@@ -5,7 +5,7 @@
 use super::exact::{exact_product, exact_sum};
 use super::types::Walker;
 use crate::mesh::surface::{HalfEdge, NONE, Triangle};
-use crate::strict::{quotient, within};
+use crate::strict::{LEAST_SIZE, positive, quotient, within};
 
 /// The whole length was walked.
 pub const WALK_DONE: u32 = 0;
@@ -13,14 +13,6 @@ pub const WALK_DONE: u32 = 0;
 pub const WALK_BORDER: u32 = 1;
 /// The walk ran out of edge-crossing attempts.
 pub const WALK_OUT_OF_ATTEMPTS: u32 = 2;
-
-/// Rates below that are none: a walk that nears an edge so slowly does not get there. 2^-100.
-const LEAST_RATE: f32 = 7.888_609e-31;
-
-/// A number, or 0 if it is negative. `max` may take either of two zeros.
-pub(super) fn positive(x: f32) -> f32 {
-    if x > 0.0 { x } else { 0.0 }
-}
 
 impl Walker {
     /// A walk that starts at `(triangle, u, v)` and has `length` (world units) before it.
@@ -131,7 +123,7 @@ pub fn walk<const CARRIES: bool>(
         let rate_a = -rate_b - rate_c;
 
         let way = |rate: f32, weight: f32, corner: u32| {
-            if rate < -LEAST_RATE && w.entered_by != corner {
+            if rate < -LEAST_SIZE && w.entered_by != corner {
                 quotient(weight, -rate)
             } else {
                 w.remaining

@@ -9,6 +9,23 @@ fn json(file: &std::path::Path) -> Value {
     serde_json::from_slice(&fs::read(file).expect("it was written")).expect("it is JSON")
 }
 
+/// A module whose first sum of floats is a difference instead.
+fn subtracting(built: &str) -> Vec<u8> {
+    const ADD: u32 = 5 << 16 | 129;
+    const SUBTRACT: u32 = 5 << 16 | 131;
+    let module = fs::read(built).expect("the build left it");
+    let words = module.chunks_exact(4);
+    let mut words: Vec<u32> = words
+        .map(|word| u32::from_le_bytes(word.try_into().expect("four bytes")))
+        .collect();
+    let mut at = 5;
+    while words[at] != ADD {
+        at += (words[at] >> 16) as usize;
+    }
+    words[at] = SUBTRACT;
+    words.into_iter().flat_map(u32::to_le_bytes).collect()
+}
+
 /// Twenty steps of every scene by every strategy, device and twins: equal to the bit, and to what the repository keeps.
 #[test]
 fn every_scene_ends_in_the_states_of_the_table_by_both_engines() {
@@ -40,6 +57,19 @@ fn every_scene_ends_in_the_states_of_the_table_by_both_engines() {
         let own = runs.iter().filter(|run| run["scene"] == scene);
         own.map(|run| run["device"].clone()).collect::<Vec<_>>()
     };
+    // What was painted shows.
+    for (scene, plain) in [("cube", "steps"), ("trio", "parallel")] {
+        let of = |name: &str| {
+            let run = runs
+                .iter()
+                .find(|run| run["scene"] == scene && run["run"] == name);
+            run.unwrap_or_else(|| panic!("{scene} has no run {name}"))
+        };
+        let painted = of("painted");
+        assert_eq!(painted["painted"], true, "{painted}");
+        assert_eq!(of(plain)["painted"], false, "{painted}");
+        assert_ne!(painted["device"], of(plain)["device"], "{scene}");
+    }
     // Those that keep every particle differ only in how, and particles change objects.
     for scene in ["pair", "trio", "gears", "oats", "crowd"] {
         let own = strategies(scene);
@@ -81,13 +111,86 @@ fn a_kernel_that_calculates_otherwise_is_named() {
     let report = json(&file);
     let runs = report["runs"].as_array().expect("they are listed");
     let differing: Vec<_> = runs.iter().filter(|run| run["agrees"] == false).collect();
+    let names: Vec<_> = differing.iter().map(|run| &run["run"]).collect();
+    assert_eq!(names, ["steps", "painted"], "{report}");
+    for run in differing {
+        let difference = &run["difference"];
+        assert_eq!(difference["kernel"], "diffuse", "{difference}");
+        assert_eq!(difference["field"], "next trail", "{difference}");
+        assert!(difference["elements"].as_u64() > Some(0), "{difference}");
+        // The processor is right.
+        assert_eq!(run["processor"], run["expected"]);
+    }
+}
+
+/// Would catch: a painted run whose dabs are not compared one by one, so that the kernels of the step after them are blamed.
+#[test]
+fn a_brush_that_paints_otherwise_is_named() {
+    if no_device() {
+        return;
+    }
+    let modules = Folder::new();
+    let built = concat!(env!("OUT_DIR"), "/paint.comp.spv");
+    modules.with("paint.comp.spv", subtracting(built));
+    let folder = Folder::new();
+    let file = folder.file("selftest.json");
+    let output = program()
+        .args(["selftest", "--scene", "cube", "--json", path(&file)])
+        .env("MYXO_SPIRV", modules.path())
+        .env("MYXO_CARD_FORMS", "0")
+        .output()
+        .expect("the program starts");
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stdout));
+    let report = json(&file);
+    let runs = report["runs"].as_array().expect("they are listed");
+    let differing: Vec<_> = runs.iter().filter(|run| run["agrees"] == false).collect();
     assert_eq!(differing.len(), 1, "{report}");
+    assert_eq!(differing[0]["painted"], true);
     let difference = &differing[0]["difference"];
-    assert_eq!(difference["kernel"], "diffuse", "{difference}");
-    assert_eq!(difference["field"], "next trail", "{difference}");
-    assert!(difference["elements"].as_u64() > Some(0), "{difference}");
-    // The processor is right.
-    assert_eq!(differing[0]["processor"], differing[0]["expected"]);
+    assert_eq!(difference["kernel"], "paint", "{difference}");
+    assert_eq!(difference["field"], "trail", "{difference}");
+    assert_eq!(difference["step"], 11, "{difference}");
+}
+
+/// Would catch: a report that promises a hash to every device where this one calculates otherwise, or where distances are drawn.
+#[test]
+fn reports_say_whether_a_hash_is_that_of_every_device() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let modules = Folder::new();
+    let built = concat!(env!("OUT_DIR"), "/arithmetic.comp.spv");
+    modules.with("arithmetic.comp.spv", subtracting(built));
+    let run = |scene: &str, method: &str, is_odd: bool| {
+        let file = folder.file("report.json");
+        let picture = folder.file("picture.png");
+        let mut run = program();
+        run.args(["render", scene, "--steps", "1", "--out", path(&picture)]);
+        run.args(["--set", "particles.count=100", "--set", "atlas.size=128"]);
+        run.args(["--set", method, "--size", "64x64"]);
+        if is_odd {
+            run.env("MYXO_SPIRV", modules.path());
+            run.env("MYXO_CARD_FORMS", "0");
+        }
+        let output = run.args(["--report", path(&file)]).output();
+        let output = output.expect("the program starts");
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        assert_eq!(
+            said.contains("its state hashes are its own"),
+            is_odd,
+            "{said}"
+        );
+        let report = json(&file);
+        assert_eq!(report["arithmetic"], myxo::sim::arithmetic::VERSION);
+        report["hash_is_portable"].clone()
+    };
+    assert_eq!(run("cube", "distance.method=bvh", false), true);
+    assert_eq!(run("cube", "distance.method=bvh", true), false);
+    // With one object nothing is drawn.
+    assert_eq!(run("cube", "distance.method=raster", false), true);
+    assert_eq!(run("pair", "distance.method=raster", false), false);
 }
 
 #[test]
@@ -110,7 +213,7 @@ fn the_processor_alone_needs_no_device_and_makes_the_table() {
         let lines = table.lines().filter(|line| line.starts_with("plane\t"));
         lines.map(str::to_owned).collect()
     };
-    assert_eq!(own(&table).len(), 2, "{table}");
+    assert_eq!(own(&table).len(), 4, "{table}");
     assert_eq!(own(&table), own(kept));
 }
 

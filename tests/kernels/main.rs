@@ -17,6 +17,7 @@ mod limit;
 mod picture_kernels;
 mod sorting;
 mod strips;
+mod ties;
 mod trail_kernels;
 mod walk;
 mod windows;

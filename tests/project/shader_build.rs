@@ -351,6 +351,10 @@ fn a_kernel_of_state_whose_bits_devices_may_choose_does_not_build() {
             "OpVectorTimesScalar may be contracted",
         ),
         ("a[0] = mix(a[1], a[2], a[3]);", "FMix: write the sum"),
+        (
+            "mat2 m = mat2(b[0].xy, b[1].xy); b[2].xy = m * b[3].xy;",
+            "OpMatrixTimesVector: write the sums",
+        ),
     ];
     for (body, expected) in cases {
         let text = error_of(declarations, body);
@@ -360,6 +364,19 @@ fn a_kernel_of_state_whose_bits_devices_may_choose_does_not_build() {
             "{expected:?} is not in: {text}"
         );
     }
+    // An instruction that no list names is refused for its result: OpImageGather.
+    let text = error_of(
+        &format!("layout(binding = 2) uniform sampler2D t; {declarations}"),
+        "b[0] = textureGather(t, b[1].xy);",
+    );
+    assert!(
+        text.contains("bad.comp:5: error: not the same on every device: instruction 96 of SPIR-V"),
+        "{text}"
+    );
+    // One of integers is not.
+    let integers = "layout(binding = 2) buffer C { uint c[]; }; shared uint total;";
+    let sum = "atomicAdd(total, c[0]); c[1] = total + (c[2] << 3);";
+    build(&[("sum.comp", &kernel(integers, sum))]).unwrap();
     let fine = "precise float x = a[1] * a[2] + a[3]; a[0] = max(floor(x), abs(a[4]));";
     build(&[("good.comp", &kernel(declarations, fine))]).unwrap();
     // What is of pictures may round as it likes.

@@ -2,10 +2,9 @@
 //! slows both.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use myxo::gpu::{Context, Span, Statistics, Timings};
+use myxo::gpu::{Span, Statistics, Timings};
 use myxo::scene::{Overrides, Scene};
 use myxo::{Error, Result};
 use serde::Serialize;
@@ -14,7 +13,7 @@ use super::{Profile, repeat};
 use crate::cli::files::Sink;
 use crate::cli::host::Watch;
 use crate::cli::report::{KernelTime, Report, Times};
-use crate::cli::session::{self, Earlier, Ending, Session};
+use crate::cli::session::{self, Earlier, Ending, Opened, Session};
 use crate::cli::table::aligned;
 use crate::cli::{Outcome, console};
 
@@ -152,12 +151,12 @@ pub fn run(profile: &Profile, scenes: &[Scene; 2], sink: Option<Sink>) -> Result
             "both are the same: the ratio tells how far chance alone may go, such as where buffers come to lie",
         );
     }
-    let ctx = session::device(device, scenes)?;
+    let opened = session::device(device, scenes)?;
     let mut earlier = [Earlier::default(), Earlier::default()];
     let mut medians = Vec::new();
     let mut rounds = 0;
     let (both, completed) = loop {
-        let mut both = Both::open(&ctx, scenes, profile)?;
+        let mut both = Both::open(&opened, scenes, profile)?;
         let completed = both.measure(profile, &mut watch)?;
         let [first, second] = both.timings();
         let ratio = PairRatio::of(&times_ms(first, "step"), &times_ms(second, "step"));
@@ -198,12 +197,12 @@ struct Both {
 }
 
 impl Both {
-    fn open(ctx: &Arc<Context>, [first, second]: &[Scene; 2], profile: &Profile) -> Result<Self> {
+    fn open(opened: &Opened, [first, second]: &[Scene; 2], profile: &Profile) -> Result<Self> {
         let steps = u64::from(profile.warmup) + u64::from(profile.steps);
-        let mut first = Session::on(ctx, first.clone(), &profile.common, steps)?;
+        let mut first = Session::on(opened, first.clone(), &profile.common, steps)?;
         // One bar is enough.
         first.progress.silence();
-        let mut second = Session::on(ctx, second.clone(), &profile.common, steps)?;
+        let mut second = Session::on(opened, second.clone(), &profile.common, steps)?;
         for session in [&mut first, &mut second] {
             session.separates = true;
         }

@@ -6,7 +6,7 @@ use glam::Vec3;
 use super::nearest::{is_nearer, nearest_on_face};
 use super::{Face, GREATEST_DEPTH, Node};
 use crate::mesh::surface::NONE;
-use crate::strict::{cross3, dot3, reciprocal, within};
+use crate::strict::{LEAST_SIZE, cross3, dot3, reciprocal, within};
 
 /// A leaf without faces.
 const NOTHING: u32 = 15 << 28;
@@ -132,9 +132,6 @@ pub struct Crossing {
 /// How far outside of a triangle, in weights, a crossing still counts.
 const CROSSING_MARGIN: f32 = 1e-6;
 
-/// What spans less volume is parallel. 2^-100.
-const LEAST_VOLUME: f32 = 7.888_609e-31;
-
 fn entry_of(from: Vec3, inverse: Vec3, low: Vec3, high: Vec3) -> f32 {
     let to_low = (low - from) * inverse;
     let to_high = (high - from) * inverse;
@@ -219,7 +216,7 @@ pub fn first_crossing(nodes: &[Node], faces: &[Face], root: u32, from: Vec3, to:
                 && w >= -CROSSING_MARGIN
                 && passed >= 0.0
                 && passed <= size
-                && size >= LEAST_VOLUME;
+                && size >= LEAST_SIZE;
             if crosses && is_nearer(t, face.triangle, best.t, best_triangle) {
                 let u = within(u, 0.0, 1.0);
                 best = Crossing {

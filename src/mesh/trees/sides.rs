@@ -5,7 +5,7 @@ use glam::{Vec3, Vec4};
 use super::nearest::{FEATURE_CORNER, FEATURE_EDGE, NearestPoint, nearest_on_face};
 use super::search::{box_square, limit_of, slack_of};
 use super::{Dipole, Face, Node};
-use crate::strict::{angle_of_vector, cross3, dot3, inverse_root, length3, root};
+use crate::strict::{LEAST_SIZE, angle_of_vector, cross3, dot3, inverse_root, length3, root};
 
 /// By the normal of the nearest face, edge or vertex.
 pub const SIGN_PSEUDONORMAL: u32 = 0;
@@ -16,9 +16,6 @@ pub const SIGN_FACING: u32 = 2;
 
 /// From how many radii away faces together count as one dipole.
 const DIPOLE_FAR: f32 = 2.0;
-
-/// A place that spans less volume with a face lies in its plane. 2^-100.
-const LEAST_SPANNED: f32 = 7.888_609e-31;
 
 /// Half of the whole sphere.
 const HALF_SPHERE: f32 = std::f32::consts::TAU;
@@ -69,7 +66,7 @@ fn solid_angle(face: &Face, place: Vec3) -> f32 {
     let volume = dot3(a, cross3(b, c));
     let rest = ((length_a * length_b) * length_c + dot3(a, b) * length_c)
         + (dot3(b, c) * length_a + dot3(c, a) * length_b);
-    if volume.abs() < LEAST_SPANNED {
+    if volume.abs() < LEAST_SIZE {
         0.0
     } else {
         2.0 * angle_of_vector(volume, rest)

@@ -15,9 +15,9 @@ use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::types::{Border, Flow, Motion, Particle, Physarum, Pose, Transfer};
-use crate::sim::walker::{WALK_OUT_OF_ATTEMPTS, positive};
+use crate::sim::walker::WALK_OUT_OF_ATTEMPTS;
 use crate::sim::work::{Call, StepKernel};
-use crate::strict::settled;
+use crate::strict::{positive, settled};
 
 impl Plan<'_> {
     /// Lets those land that have left.

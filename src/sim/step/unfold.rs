@@ -16,9 +16,9 @@ use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::surroundings::{COVERED, MARKS, marks_at};
 use crate::sim::types::{DistanceJob, ListedTile, ObjectPair, SurfaceSample, Walker};
-use crate::sim::walker::{positive, walk};
+use crate::sim::walker::walk;
 use crate::sim::work::{Call, StepKernel};
-use crate::strict::{cross3, dot2, dot3, length3, reciprocal, root};
+use crate::strict::{cross3, dot2, dot3, length3, positive, reciprocal, root};
 
 impl Plan<'_> {
     /// Finds where walks go on on other objects.
