@@ -179,10 +179,10 @@ impl Lab {
     pub(super) fn keep_grown(&mut self, goes_back: bool) -> Result<()> {
         let shown = Shown {
             scene: self.back.scenes,
-            view: self.interface.view,
-            loaded: self.interface.loaded.clone(),
+            view: self.interface.document.view,
+            loaded: self.interface.document.loaded.clone(),
             file: self.file.clone(),
-            is_unsaved: self.interface.is_unsaved(),
+            is_unsaved: self.interface.document.is_unsaved(),
         };
         let Some(left) = &mut self.stage else {
             return Ok(());
@@ -213,9 +213,12 @@ impl Lab {
         let Some(grown) = come_back else {
             return;
         };
-        self.interface.loaded.clone_from(&grown.shown.loaded);
+        self.interface
+            .document
+            .loaded
+            .clone_from(&grown.shown.loaded);
         if grown.shown.is_unsaved {
-            self.interface.saved(None);
+            self.interface.document.saved(None);
         }
     }
 

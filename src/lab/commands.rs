@@ -42,13 +42,15 @@ impl Lab {
             Command::TakeOut(out) => self.take_out(context, out, picture_size),
             Command::Refocus(pixel) => {
                 let size = Vec2::new(picture_size[0] as f32, picture_size[1] as f32);
-                let view = &self.interface.view;
+                let view = &self.interface.document.view;
                 let hit = self.stage.as_ref().and_then(|s| s.pick(view, pixel, size));
                 if let Some(hit) = hit {
                     let Interface {
-                        navigation, view, ..
+                        navigation,
+                        document,
+                        ..
                     } = &mut self.interface;
-                    navigation.fly_to(hit.position, view);
+                    navigation.fly_to(hit.position, &mut document.view);
                 }
             }
             Command::Copy => self.copy(context),
@@ -93,7 +95,7 @@ impl Lab {
         let Some(stage) = &mut self.stage else {
             return false;
         };
-        let wanted = self.interface.live_settings();
+        let wanted = self.interface.document.live_settings();
         let mut live = wanted.clone();
         // To measure how far texels are from food takes longer than a picture.
         let runs = stage.simulation.settings();
@@ -101,7 +103,7 @@ impl Lab {
         live.feeding = runs.feeding.clone();
         let is_taken = match stage.simulation.apply(&live) {
             Ok(()) => {
-                self.interface.running = live;
+                self.interface.document.running = live;
                 stage.forget_picture();
                 true
             }
@@ -117,7 +119,7 @@ impl Lab {
     /// From step 0, with the settings as they are edited.
     pub(super) fn restart(&mut self) {
         self.interface.end_morph();
-        self.restart_as(self.interface.edited.clone());
+        self.restart_as(self.interface.document.edited.clone());
     }
 
     /// The same with other settings.
@@ -136,7 +138,7 @@ impl Lab {
     pub(super) fn has_painted(&self) -> bool {
         let has_areas = |stage: &Stage| stage.simulation.state().bias.is_some();
         let has_map = |stage: &Stage| !stage.simulation.setup().bias.is_empty();
-        let has_strokes = self.interface.undo.strokes() > 0;
+        let has_strokes = self.interface.document.undo.strokes() > 0;
         (self.stage.as_ref()).is_some_and(|s| has_areas(s) && (!has_map(s) || has_strokes))
     }
 
@@ -225,7 +227,9 @@ impl Lab {
         match saved {
             Ok(path) => {
                 if has_all {
-                    self.interface.saved(Some(self.interface.state_to_save()));
+                    self.interface
+                        .document
+                        .saved(Some(self.interface.document.state_to_save()));
                 }
                 let text = format!("Saved {}{told}", whole(&path).shown());
                 self.interface.notice(context, text, false);
@@ -264,7 +268,7 @@ impl Lab {
 
     /// Keeps the scene that is about to be left, if something of it has no file. Gives its file, and what it lacks.
     fn keep_left(&mut self) -> Option<Result<(PathBuf, String)>> {
-        if !self.interface.is_unsaved() || self.scene().is_none() {
+        if !self.interface.document.is_unsaved() || self.scene().is_none() {
             return None;
         }
         Some(self.keep_as_left())
@@ -307,8 +311,8 @@ impl Lab {
         self.make_room(&name, origin);
         self.hand.carry = None;
         self.back.stays();
-        let asked = (origin == Origin::Shown).then(|| self.interface.edited.clone());
-        self.interface.asked = asked;
+        let asked = (origin == Origin::Shown).then(|| self.interface.document.edited.clone());
+        self.interface.document.asked = asked;
         let (info, atlases) = (self.ctx.info(), self.atlases.clone());
         self.loading = Some(Loading::begin(name, origin, info, atlases, load));
         self.host.request_redraw();
@@ -469,7 +473,7 @@ impl Lab {
             self.hand.leave_scene();
             self.interface.open(scene);
             if origin == Origin::NoFile {
-                self.interface.saved(None);
+                self.interface.document.saved(None);
             }
             self.shows_another(back.as_ref());
         } else {
@@ -486,7 +490,7 @@ impl Lab {
         }
         self.pacer.restart();
         self.moved = self.host.now();
-        if self.interface.edited != self.interface.running {
+        if self.interface.document.edited != self.interface.document.running {
             self.apply(&self.host.context().clone());
         }
         Ok(())

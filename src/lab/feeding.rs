@@ -165,8 +165,12 @@ impl Lab {
         // What was eaten and what lies there is drawn without a step.
         stage.forget_picture();
         let runs = stage.simulation.settings();
-        self.interface.running.foods.clone_from(&runs.foods);
-        self.interface.running.feeding = runs.feeding.clone();
+        self.interface
+            .document
+            .running
+            .foods
+            .clone_from(&runs.foods);
+        self.interface.document.running.feeding = runs.feeding.clone();
         if let Err((refused, error)) = served {
             self.interface.take_food_back(&refused);
             self.interface.notice(context, error.to_string(), true);

@@ -9,10 +9,10 @@ use super::interface::Interface;
 impl Interface {
     /// Looks at the whole scene, or at the whole atlas.
     pub(super) fn fit(&mut self) {
-        if self.view.show.is_flat() {
-            self.view.atlas = AtlasWindow::default();
+        if self.document.view.show.is_flat() {
+            self.document.view.atlas = AtlasWindow::default();
         } else {
-            self.view.camera.target = self.outline.0;
+            self.document.view.camera.target = self.outline.0;
             self.refit();
         }
     }
@@ -22,7 +22,7 @@ impl Interface {
         let picked = self.hands.selected;
         let picked = picked.and_then(|i| Some((poses.get(i)?, self.hands.vertices.get(i)?)));
         match picked {
-            Some((pose, own)) if !self.view.show.is_flat() => {
+            Some((pose, own)) if !self.document.view.show.is_flat() => {
                 let places = own.iter().map(|place| pose.transform_point3(*place));
                 self.hands.framed = places.collect();
             }
@@ -32,7 +32,7 @@ impl Interface {
 
     /// Fits the scene into the picture from the present direction, and keeps it fitted.
     pub(super) fn refit(&mut self) {
-        self.fitted = Some((self.view.camera, Vec2::ZERO));
+        self.fitted = Some((self.document.view.camera, Vec2::ZERO));
     }
 
     /// Another field of view fits from elsewhere.
@@ -52,7 +52,7 @@ impl Interface {
 
     /// Is the camera where the last fit has put it?
     pub(super) fn is_fitted(&self) -> bool {
-        { self.fitted }.is_some_and(|(fitted, _)| fitted == self.view.camera)
+        { self.fitted }.is_some_and(|(fitted, _)| fitted == self.document.view.camera)
     }
 
     /// Fits the scene into a picture of another size, if the camera still is where the last fit has put it. An object that
@@ -60,22 +60,22 @@ impl Interface {
     pub(super) fn keep_fitting(&mut self, size: Vec2) {
         let newcomer = std::mem::take(&mut self.hands.newcomer);
         if self.is_fitted() && !newcomer.is_empty() {
-            self.view.camera.target = self.outline.0;
+            self.document.view.camera.target = self.outline.0;
             self.refit();
         } else if !self.navigation.is_flying() {
-            let mut wide = self.view.camera;
+            let mut wide = self.document.view.camera;
             wide.fit_points(newcomer, size);
-            let distance = &mut self.view.camera.distance;
+            let distance = &mut self.document.view.camera.distance;
             *distance = distance.max(wide.distance);
         }
         let framed = std::mem::take(&mut self.hands.framed);
         if !framed.is_empty() {
             let low = framed.iter().copied().fold(Vec3::MAX, Vec3::min);
             let high = framed.iter().copied().fold(Vec3::MIN, Vec3::max);
-            self.view.camera.target = low.midpoint(high);
-            self.view.camera.fit_points(framed, size);
+            self.document.view.camera.target = low.midpoint(high);
+            self.document.view.camera.fit_points(framed, size);
         }
-        let camera = &mut self.view.camera;
+        let camera = &mut self.document.view.camera;
         if self
             .fitted
             .is_some_and(|(fitted, fitted_size)| fitted == *camera && fitted_size != size)

@@ -13,11 +13,11 @@ impl Interface {
     pub(super) fn food_sections(&mut self, ui: &mut Ui, before: &Settings, filter: &str) -> bool {
         let mut changed = false;
         let new = FoodSettings::default();
-        let foods = &self.edited.foods;
+        let foods = &self.document.edited.foods;
         let loaded: Vec<_> = (0..foods.len())
-            .map(|i| as_loaded(&self.loaded.foods, i, foods))
+            .map(|i| as_loaded(&self.document.loaded.foods, i, foods))
             .collect();
-        for (i, food) in self.edited.foods.iter_mut().enumerate() {
+        for (i, food) in self.document.edited.foods.iter_mut().enumerate() {
             let parameters = FOOD_PARAMETERS.iter();
             let wanted = parameters.filter(|p| {
                 filter.is_empty()
@@ -34,7 +34,7 @@ impl Interface {
                 let context = RowContext {
                     loaded: &loaded[i],
                     default: &new,
-                    running: self.running.foods.get(i).unwrap_or(&new),
+                    running: self.document.running.foods.get(i).unwrap_or(&new),
                     shared: &before.physarum,
                     objects: &before.objects,
                     prefix: &format!("food.{i}."),

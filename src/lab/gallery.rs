@@ -151,7 +151,7 @@ impl Interface {
                     ui.label(RichText::new("Presets").strong());
                     self.keeping(ui, commands);
                     self.own_cards(ui, commands);
-                    let taken = self.preset.clone();
+                    let taken = self.document.preset.clone();
                     let is_taken = |preset: &Builtin| taken.as_deref() == Some(preset.name);
                     if let Some(preset) = self.cards(ui, PRESETS, is_taken) {
                         self.take_preset(ui.ctx(), preset.name, preset.text, commands);
@@ -279,7 +279,7 @@ impl Interface {
                     Some(problem) => format!("⚠ {problem}"),
                     None => summary(&own.text).to_owned(),
                 };
-                let is_chosen = self.preset.as_deref() == Some(name);
+                let is_chosen = self.document.preset.as_deref() == Some(name);
                 let card = card(ui, size, name, &hint, texture, is_chosen);
                 if own.problem.is_some() {
                     ui.painter().text(

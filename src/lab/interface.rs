@@ -8,15 +8,13 @@ use std::path::PathBuf;
 use egui::{Rect, Sense, Ui};
 use glam::{Vec2, Vec3};
 use myxo::render::Camera;
-use myxo::render::exposure::Exposure;
-use myxo::render::view::{self, View};
+use myxo::render::view;
 use myxo::scene::Scene;
-use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
-use myxo::scene::settings::{Settings, Show};
 
+use super::document::Document;
 pub use super::facts::{Facts, KernelTime, Waiting};
 use super::gallery::Gallery;
-use super::hands::{Hands, Tool, Work, are_built_alike, place_among};
+use super::hands::{Hands, Tool, Work};
 use super::left::{LeftScene, LeftScenes};
 use super::looks::LookClock;
 use super::navigation::{Moved, Navigation};
@@ -28,10 +26,9 @@ use super::own::OwnPresets;
 use super::places::Marked as _;
 use super::presets::Morph;
 use super::recent::Recent;
-use super::renewal::{take_back, with_changes_since};
+use super::renewal::place_among;
 use super::rows::{take_refused, take_wanted};
 use super::theme;
-use super::undo::{self, Undo};
 
 /// Something that the window must do.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,14 +86,8 @@ pub enum Command {
 /// The state of everything round the picture.
 #[derive(Clone, Debug)]
 pub struct Interface {
-    /// The scene as it was loaded; resets return to it.
-    pub loaded: Settings,
-    /// What the simulation runs with.
-    pub running: Settings,
-    /// What the panel shows.
-    pub edited: Settings,
-    /// What the picture shows.
-    pub view: View,
+    /// What is being worked on.
+    pub document: Document,
     /// Does the simulation run by itself?
     pub playing: bool,
     /// What a fit brings into the picture: the scene's centre, and every vertex.
@@ -124,13 +115,6 @@ pub struct Interface {
     pub(super) opening: Opening,
     /// Which of help, gallery and what is taken out lay over the picture in the last frame.
     on_top: [bool; 3],
-    pub(super) undo: Undo,
-    /// Objects that undo has brought back are on their way.
-    renews: bool,
-    /// What was edited when this scene was sent for once more, while it is on its way.
-    pub(super) asked: Option<Settings>,
-    /// The preset that was taken last, or whose look the scene had when it was loaded.
-    pub(super) preset: Option<String>,
     /// Those that the user has kept.
     pub own: OwnPresets,
     /// Scenes that were left with changes.
@@ -168,12 +152,8 @@ const PANEL_WIDTH: f32 = 336.0;
 impl Interface {
     /// The interface for a scene that has just been loaded.
     pub fn new(scene: &Scene) -> Self {
-        let settings = &scene.settings;
         let mut interface = Self {
-            loaded: settings.clone(),
-            running: settings.clone(),
-            edited: settings.clone(),
-            view: View::of(scene, Vec2::ONE),
+            document: Document::new(scene),
             playing: true,
             outline: (Vec3::ZERO, Vec::new()),
             fitted: None,
@@ -189,10 +169,6 @@ impl Interface {
             gallery: Gallery::default(),
             opening: Opening::default(),
             on_top: [false; 3],
-            undo: Undo::new(settings, &View::of(scene, Vec2::ONE)),
-            renews: false,
-            asked: None,
-            preset: None,
             own: OwnPresets::default(),
             left: LeftScenes::default(),
             morph_seconds: 0.0,
@@ -211,21 +187,20 @@ impl Interface {
 
     /// Another scene has been loaded: its settings and its view.
     pub fn open(&mut self, scene: &Scene) {
-        self.loaded = scene.settings.clone();
+        self.document.open(scene);
         self.see_as(scene);
         self.hands.leave_scene();
         self.morph = None;
-        self.asked = None;
         self.restarted(scene);
         self.hands.newcomer.clear();
         self.find_preset();
-        self.undo = Undo::new(&self.edited, &self.view);
+        self.document.forget_changes();
     }
 
     /// The scene that runs shall have other settings, which it can take over, and another view. That can be undone.
     pub fn go_on_as(&mut self, scene: &Scene) {
         self.morph = None;
-        self.edited = scene.settings.clone();
+        self.document.edited = scene.settings.clone();
         self.see_as(scene);
         self.find_preset();
     }
@@ -238,57 +213,34 @@ impl Interface {
 
     /// The view that a scene's file asks for.
     fn see_as(&mut self, scene: &Scene) {
-        self.view = View::of(scene, Vec2::ONE);
-        if matches!(self.view.exposure, Exposure::Auto { .. }) {
-            self.view.exposure = Exposure::following();
-        }
-        if self.view.show.why_not(&scene.settings).is_some() {
-            self.view.show = Show::default();
-        }
-        self.home = self.view.camera;
-        // Only the first frame knows the size of the picture.
+        self.document.see_as(scene);
+        let camera = self.document.view.camera;
+        self.home = camera;
+        // Only the first frame has the size of the picture.
         let is_free = scene.settings.camera.distance <= 0.0;
-        self.fitted = is_free.then_some((self.view.camera, Vec2::ZERO));
+        self.fitted = is_free.then_some((camera, Vec2::ZERO));
     }
 
     /// The scene runs from step 0, with its settings. What was changed since it was sent for is edited.
     pub fn restarted(&mut self, scene: &Scene) {
-        let picked = self.hands.selected.and_then(|i| self.edited.objects.get(i));
-        let picked = picked.cloned();
-        self.running = scene.settings.clone();
-        let asked = self.asked.take();
-        let since = asked.map(|asked| with_changes_since(&asked, &self.edited, &self.running));
-        self.edited = since.unwrap_or_else(|| self.running.clone());
-        self.renews = false;
+        let objects = &self.document.edited.objects;
+        let picked = self.hands.selected.and_then(|i| objects.get(i)).cloned();
+        self.document.restarted(scene);
         // Those that come or go leave the others in other places.
         if let Some(picked) = picked {
-            self.hands.selected = place_among(&self.edited.objects, &picked);
+            self.hands.selected = place_among(&self.document.edited.objects, &picked);
         }
-        self.hands.restarted(scene, self.edited.foods.len());
+        (self.hands).restarted(scene, self.document.edited.foods.len());
         self.outline = (scene.center, view::points(scene).collect());
     }
 
     /// What was on its way is not shown. Objects that undo was to bring back did not come, so those that run are edited.
     pub fn not_shown(&mut self) {
-        self.asked = None;
-        let there = self.running.objects.len();
+        let there = self.document.running.objects.len();
         self.hands.selected = self.hands.selected.filter(|object| *object < there);
-        if !std::mem::take(&mut self.renews) {
-            return;
+        if self.document.not_shown() {
+            self.hands.selected = None;
         }
-        take_back(&mut self.edited, &self.running);
-        self.hands.selected = None;
-        self.undo.note(&self.edited, &self.view);
-    }
-
-    /// Are objects that come, go or grow on their way?
-    pub fn is_renewed(&self) -> bool {
-        self.renews
-    }
-
-    /// The objects that are edited are on their way, at once.
-    pub fn begin_renewal(&mut self) {
-        self.renews = true;
     }
 
     /// A frame of the interface. egui shows it once more where something new did not know its size, and what came in comes to the
@@ -354,7 +306,7 @@ impl Interface {
         let moved = if self.opening.is_open() || used && !refocuses {
             Moved::default()
         } else {
-            (self.navigation).apply(ui, &response, self.hands.drags, &mut self.view)
+            (self.navigation).apply(ui, &response, self.hands.drags, &mut self.document.view)
         };
         let beside_touched = beside.is_some_and(|rect| self.move_beside(ui, rect));
         if let Some(pixel) = moved.refocus {
@@ -391,59 +343,6 @@ impl Interface {
         }
     }
 
-    /// The edited settings, but for what would restart the running simulation.
-    pub fn live_settings(&self) -> Settings {
-        let mut live = self.running.clone();
-        for parameter in PARAMETERS {
-            if !parameter.restarts(&self.running, &self.edited) {
-                parameter.copy(&self.edited, &mut live);
-            }
-        }
-        for (i, live) in live.objects.iter_mut().enumerate() {
-            let running = &self.running.objects[i];
-            // While others are on their way they stand in other places.
-            let edited = &self.edited.objects;
-            let place = if edited.len() == self.running.objects.len() {
-                Some(i)
-            } else {
-                place_among(edited, running)
-            };
-            let Some(edited) = place.map(|place| &edited[place]) else {
-                continue;
-            };
-            for parameter in OBJECT_PARAMETERS {
-                if !parameter.restarts(running, edited) {
-                    parameter.copy(edited, live);
-                }
-            }
-        }
-        live.foods.clone_from(&self.edited.foods);
-        live
-    }
-
-    /// Does something differ from the file that it was saved in last, or from what was loaded if it was not?
-    pub fn is_unsaved(&self) -> bool {
-        self.undo.is_unsaved(&self.edited, &self.view)
-    }
-
-    /// Everything as it is now, for [`Interface::saved`] once a file has it.
-    pub fn state_to_save(&self) -> undo::Entry {
-        self.undo.to_save(&self.edited, &self.view)
-    }
-
-    /// A file has everything as it was then; with none, no file has anything of it.
-    pub fn saved(&mut self, then: Option<undo::Entry>) {
-        self.undo.saved(then);
-    }
-
-    /// Are there edits that wait for a restart?
-    pub fn is_pending(&self) -> bool {
-        PARAMETERS
-            .iter()
-            .any(|p| p.restarts(&self.running, &self.edited))
-            || self.running.objects != self.edited.objects
-    }
-
     /// Help, gallery and what is taken out have one place: the one that is opened closes the others.
     fn keep_one_on_top(&mut self) {
         let all = [&mut self.help, &mut self.gallery.open, &mut self.out.open];
@@ -466,7 +365,7 @@ impl Interface {
     /// Undo may lead back to before what has changed. What changes after a stroke that waits for its end comes after it.
     pub(super) fn note_changes(&mut self) {
         if self.morph.is_none() && self.hands.pending_ends == 0 {
-            self.undo.note(&self.edited, &self.view);
+            self.document.note();
         }
     }
 
@@ -479,8 +378,8 @@ impl Interface {
     pub(super) fn undo_by_hand(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
         // What has changed since comes first.
         self.note_changes();
-        if self.undo.take_lasting() {
-            let before = match self.undo.can_undo() {
+        if self.document.undo.take_lasting() {
+            let before = match self.document.undo.can_undo() {
                 true => "; once more undoes what was before",
                 false => "",
             };
@@ -507,39 +406,25 @@ impl Interface {
     /// Undo, or redo with `again`, after all strokes that came before it.
     pub(super) fn undo_now(&mut self, again: bool, commands: &mut Vec<Command>) {
         self.morph = None;
-        let waited = self.is_pending();
         let fits = self.is_fitted();
-        let strokes = self.undo.strokes();
-        let lead = if again { Undo::redo } else { Undo::undo };
-        if lead(&mut self.undo, &mut self.edited, &mut self.view) {
-            self.hands.let_food_go();
-            self.fit_again(fits);
-            self.find_preset();
-            commands.push(self.take_over(waited));
-            commands.extend(self.take_strokes(strokes));
-        }
-    }
-
-    /// What brings painted areas to where undo and redo are now.
-    fn take_strokes(&self, before: u64) -> Option<Command> {
-        let now = self.undo.strokes();
-        (now != before).then_some(Command::Hand(Work::ToStroke(now)))
-    }
-
-    /// What lets the simulation take over settings that came back. Objects that came, went or grew did so at once, and go
-    /// back at once; what waited for a restart goes on waiting.
-    fn take_over(&mut self, waited: bool) -> Command {
-        let are_others = !are_built_alike(&self.running.objects, &self.edited.objects);
-        // While such objects are on their way, those that run are not what was seen last.
-        if !self.renews && (waited || !are_others) {
-            return Command::Apply;
-        }
-        if !std::mem::replace(&mut self.renews, true) {
-            let picked = (self.hands.selected).and_then(|object| self.running.objects.get(object));
-            let picked = picked.and_then(|object| place_among(&self.edited.objects, object));
+        let Some(change) = self.document.lead(again) else {
+            return;
+        };
+        self.hands.let_food_go();
+        self.fit_again(fits);
+        self.find_preset();
+        if change.begins_renewal {
+            let running = &self.document.running.objects;
+            let picked = (self.hands.selected).and_then(|object| running.get(object));
+            let picked =
+                picked.and_then(|object| place_among(&self.document.edited.objects, object));
             self.hands.selected = picked;
         }
-        Command::Hand(Work::Renew)
+        commands.push(match change.renews {
+            true => Command::Hand(Work::Renew),
+            false => Command::Apply,
+        });
+        commands.extend((change.stroke).map(|stroke| Command::Hand(Work::ToStroke(stroke))));
     }
 
     fn handle_clipboard(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {

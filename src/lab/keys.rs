@@ -478,7 +478,9 @@ impl Interface {
                 KeyAction::Split => self.split = !self.split,
                 KeyAction::Fly => self.toggle_flight(ctx),
                 KeyAction::NextCharts => self.next_charts(ctx),
-                KeyAction::NextColors => self.view.color_map = self.view.color_map.next(),
+                KeyAction::NextColors => {
+                    self.document.view.color_map = self.document.view.color_map.next()
+                }
                 KeyAction::NextPreset => self.step_preset(ctx, true, commands),
                 KeyAction::PreviousPreset => self.step_preset(ctx, false, commands),
                 KeyAction::ByChance => self.by_chance(ctx, commands),
@@ -499,7 +501,7 @@ impl Interface {
                 KeyAction::Gallery => self.gallery.open = !self.gallery.open,
                 KeyAction::Help => self.help = !self.help,
                 KeyAction::Brush | KeyAction::Food | KeyAction::Probe
-                    if self.view.show.is_flat() =>
+                    if self.document.view.show.is_flat() =>
                 {
                     self.tell_flat(ctx);
                 }
@@ -539,7 +541,7 @@ impl Interface {
 
     /// Nothing, under the trail, nothing else, and so on; where the picture has no charts, that is said.
     fn next_charts(&mut self, ctx: &egui::Context) {
-        let show = self.view.show;
+        let show = self.document.view.show;
         if !show.has_charts() {
             let text = format!(
                 "{} has no charts of X: {} show them",
@@ -548,7 +550,7 @@ impl Interface {
             );
             return self.notice(ctx, text, false);
         }
-        self.view.charts = match self.view.charts {
+        self.document.view.charts = match self.document.view.charts {
             charts if charts < 0.5 => 0.5,
             charts if charts < 1.0 => 1.0,
             _ => 0.0,

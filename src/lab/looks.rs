@@ -72,8 +72,8 @@ impl Interface {
 
     /// What is edited, with the colours that the picture has.
     fn look(&self) -> Settings {
-        let mut look = self.edited.clone();
-        look.picture.color_map = self.view.color_map;
+        let mut look = self.document.edited.clone();
+        look.picture.color_map = self.document.view.color_map;
         look
     }
 
@@ -85,7 +85,7 @@ impl Interface {
             let with = text.map(|text| with_preset(&look, name, &text));
             with.is_some_and(|with| with.is_ok_and(|with| with == look))
         };
-        self.preset = self.preset_names().into_iter().find(is_taken);
+        self.document.preset = self.preset_names().into_iter().find(is_taken);
     }
 
     /// The preset after or before the one that was taken last.
@@ -96,7 +96,7 @@ impl Interface {
         commands: &mut Vec<Command>,
     ) {
         let names = self.preset_names();
-        let name = neighbour(&names, self.preset.as_deref(), forward);
+        let name = neighbour(&names, self.document.preset.as_deref(), forward);
         let Some(text) = self.preset_text(name) else {
             return;
         };
@@ -113,7 +113,7 @@ impl Interface {
     ) -> bool {
         match with_preset(&self.look(), name, text) {
             Ok(to) => {
-                self.preset = Some(name.to_owned());
+                self.document.preset = Some(name.to_owned());
                 self.change_look(to, commands);
                 // It grows out of what is there; from the start it comes to what its small picture shows.
                 let text = format!("{name}: {} (R begins anew)", summary(text));
@@ -138,20 +138,25 @@ impl Interface {
     /// A look that nobody has thought of.
     pub(super) fn by_chance(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
         let seed = ctx.input(|i| i.time).to_bits();
-        self.preset = None;
+        self.document.preset = None;
         let to = by_chance(&self.look(), seed);
         self.change_look(to, commands);
     }
 
     fn change_look(&mut self, mut to: Settings, commands: &mut Vec<Command>) {
-        self.view.color_map = to.picture.color_map;
-        to.picture.color_map = self.edited.picture.color_map;
+        self.document.view.color_map = to.picture.color_map;
+        to.picture.color_map = self.document.edited.picture.color_map;
         if self.morph_seconds > 0.0 {
             let now = self.look_clock.now();
-            self.morph = Some(Morph::new(&self.edited, to, now, self.morph_seconds));
+            self.morph = Some(Morph::new(
+                &self.document.edited,
+                to,
+                now,
+                self.morph_seconds,
+            ));
         } else {
             self.morph = None;
-            self.edited = to;
+            self.document.edited = to;
             commands.push(Command::Apply);
         }
     }
@@ -161,7 +166,7 @@ impl Interface {
         let Some(morph) = &mut self.morph else {
             return;
         };
-        if morph.advance(&mut self.edited, self.look_clock.now()) {
+        if morph.advance(&mut self.document.edited, self.look_clock.now()) {
             self.morph = None;
         }
         ctx.request_repaint();
@@ -171,7 +176,7 @@ impl Interface {
     /// A look on its way is there at once.
     pub(super) fn end_morph(&mut self) {
         if let Some(morph) = self.morph.take() {
-            morph.end(&mut self.edited);
+            morph.end(&mut self.document.edited);
         }
     }
 
@@ -237,7 +242,7 @@ impl Lab {
             ));
         };
         let window = self.host.size();
-        let mut view = scaled(&self.interface.view, window, PICTURE);
+        let mut view = scaled(&self.interface.document.view, window, PICTURE);
         if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
             *adaptation = 0.0;
         }
@@ -246,7 +251,7 @@ impl Lab {
         let picture = shot.take(0, &view).into_picture();
         let text = self.interface.look_text(&self.name);
         let path = self.interface.own.save(&name, &text, &picture)?;
-        self.interface.preset = Some(name);
+        self.interface.document.preset = Some(name);
         Ok(format!("Saved {}", path.shown()))
     }
 
@@ -254,8 +259,8 @@ impl Lab {
     pub(super) fn remove_preset(&mut self, context: &egui::Context, name: &str) {
         match self.interface.own.remove(name) {
             Ok(()) => {
-                if self.interface.preset.as_deref() == Some(name) {
-                    self.interface.preset = None;
+                if self.interface.document.preset.as_deref() == Some(name) {
+                    self.interface.document.preset = None;
                 }
                 let text = format!("{name} is removed");
                 self.interface.notice(context, text, false);

@@ -105,7 +105,9 @@ impl Lab {
         let saved = saved.or_else(|error| Ok(self.keep_as_left().or(Err(error))?.0));
         Some(saved.map(|path| {
             if has_all {
-                self.interface.saved(Some(self.interface.state_to_save()));
+                self.interface
+                    .document
+                    .saved(Some(self.interface.document.state_to_save()));
             }
             let path = whole(&path);
             self.lost.get_or_insert_default().kept = Some((text, path.clone()));
@@ -184,7 +186,7 @@ impl Lab {
         let context = lab.host.context().clone();
         lab.interface.notice(&context, text, true);
         if let (settings, Some(error)) = lab.settings_that_work() {
-            lab.interface.edited = settings;
+            lab.interface.document.edited = settings;
             let text =
                 format!("What waited for a restart would not work, and is taken back: {error}");
             lab.interface.notice(&context, text, true);

@@ -5,6 +5,7 @@ mod back;
 mod checks;
 mod clocks;
 mod commands;
+mod document;
 mod facts;
 mod feeding;
 mod fitting;

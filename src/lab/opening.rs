@@ -284,7 +284,7 @@ impl Interface {
                 }
             }
             Purpose::Mask(key) => {
-                if let Some(mask) = mask_of(&mut self.edited, key) {
+                if let Some(mask) = mask_of(&mut self.document.edited, key) {
                     *mask = as_written(&path, &self.opening.scene);
                     commands.push(Command::Apply);
                 }

@@ -60,7 +60,7 @@ impl Interface {
                         ui,
                         format!(
                             "{} particles",
-                            grouped(f64::from(self.running.particles.count))
+                            grouped(f64::from(self.document.running.particles.count))
                         ),
                     );
                     fact(ui, format!("{} triangles", grouped(facts.triangles as f64)));

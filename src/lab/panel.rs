@@ -60,7 +60,7 @@ impl Interface {
                 }
                 let redo = egui::Button::new("↪").frame(false);
                 if ui
-                    .add_enabled(self.undo.can_redo(), redo)
+                    .add_enabled(self.document.undo.can_redo(), redo)
                     .on_hover_text("Redo (Ctrl Shift Z)")
                     .marked("redo")
                     .clicked()
@@ -69,7 +69,7 @@ impl Interface {
                 }
                 let undo = egui::Button::new("↩").frame(false);
                 if ui
-                    .add_enabled(self.undo.can_undo(), undo)
+                    .add_enabled(self.document.undo.can_undo(), undo)
                     .on_hover_text("Undo (Ctrl Z)")
                     .marked("undo")
                     .clicked()
@@ -249,11 +249,11 @@ impl Interface {
 
     /// What is not always said: transfers, invariants, edits that wait.
     fn conditions(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
-        transfers(ui, facts, self.running.transfer.buffer_size);
+        transfers(ui, facts, self.document.running.transfer.buffer_size);
         if let Some(check) = &facts.check {
             invariants(ui, check);
         }
-        if self.is_pending() {
+        if self.document.is_pending() {
             ui.horizontal(|ui| {
                 let button = egui::Button::new(
                     RichText::new("⟲ Restart to apply").color(theme::on_fill(ui)),
@@ -275,8 +275,8 @@ impl Interface {
                     .marked("discard")
                     .clicked()
                 {
-                    let live = self.live_settings();
-                    self.edited = live;
+                    let live = self.document.live_settings();
+                    self.document.edited = live;
                     self.find_preset();
                 }
             });
@@ -290,7 +290,7 @@ impl Interface {
             ui.toggle_value(&mut self.gallery.open, "🖼 Gallery")
                 .on_hover_text("Scenes and presets (G)")
                 .marked("gallery");
-            let name = match &self.preset {
+            let name = match &self.document.preset {
                 Some(name) if self.is_changed_from(name) => format!("{name}*"),
                 Some(name) => name.clone(),
                 None => "own look".to_owned(),
@@ -310,7 +310,7 @@ impl Interface {
                         let Some(text) = self.preset_text(name) else {
                             continue;
                         };
-                        let is_taken = self.preset.as_ref() == Some(name);
+                        let is_taken = self.document.preset.as_ref() == Some(name);
                         let item = ui.selectable_label(is_taken, name);
                         let item = item.on_hover_text(summary(&text));
                         if item.marked(&format!("preset={name}")).clicked() {
@@ -350,8 +350,8 @@ impl Interface {
         self.views_list(ui, facts);
         ui.add_space(2.0);
         self.view_rows(ui, COLOR_ROWS);
-        let has_points = self.view.show.has(Part::Points);
-        if has_points && facts.particles_drawn < self.running.particles.count {
+        let has_points = self.document.view.show.has(Part::Points);
+        if has_points && facts.particles_drawn < self.document.running.particles.count {
             let text = format!(
                 "{} are drawn while it runs",
                 grouped(f64::from(facts.particles_drawn))
@@ -367,7 +367,7 @@ impl Interface {
             filter.is_empty() || name.to_lowercase().contains(&filter) || key.contains(&filter)
         };
         let mut changed = false;
-        let before = self.edited.clone();
+        let before = self.document.edited.clone();
         let shared = &before.physarum;
         let default = Settings::default();
         for (prefix, title, open) in SECTIONS {
@@ -380,35 +380,40 @@ impl Interface {
             }
             section(ui, title, *open, !filter.is_empty(), |ui| {
                 let context = RowContext {
-                    loaded: &self.loaded,
+                    loaded: &self.document.loaded,
                     default: &default,
-                    running: &self.running,
+                    running: &self.document.running,
                     shared,
                     objects: &before.objects,
                     prefix: "",
                     idle: &|key| why_idle(key, &before),
                 };
                 for parameter in parameters {
-                    changed |= row(ui, parameter, &mut self.edited, &context);
+                    changed |= row(ui, parameter, &mut self.document.edited, &context);
                 }
             });
         }
-        for i in 0..self.edited.objects.len() {
+        for i in 0..self.document.edited.objects.len() {
             let parameters: Vec<_> = OBJECT_PARAMETERS
                 .iter()
                 .filter(|p| wanted(p.name, p.key))
                 .collect();
-            let Some(running) = self.running.objects.get(i) else {
+            let Some(running) = self.document.running.objects.get(i) else {
                 continue;
             };
             // Who joined later has no other beginning than what it is.
-            let name = &self.edited.objects[i].name;
-            let loaded = self.loaded.objects.iter().find(|o| o.name == *name);
+            let name = &self.document.edited.objects[i].name;
+            let loaded = self
+                .document
+                .loaded
+                .objects
+                .iter()
+                .find(|o| o.name == *name);
             let loaded = loaded.unwrap_or(running);
             if parameters.is_empty() {
                 continue;
             }
-            let title = format!("Object: {}", self.edited.objects[i].name);
+            let title = format!("Object: {}", self.document.edited.objects[i].name);
             let reveals = self.hands.reveals == Some(i) && filter.is_empty();
             let shown = section_with(ui, &title, false, !filter.is_empty(), reveals, |ui| {
                 let context = RowContext {
@@ -421,7 +426,12 @@ impl Interface {
                     idle: &|key| why_object_idle(key, &before.objects[i], &before),
                 };
                 for parameter in parameters {
-                    changed |= row(ui, parameter, &mut self.edited.objects[i], &context);
+                    changed |= row(
+                        ui,
+                        parameter,
+                        &mut self.document.edited.objects[i],
+                        &context,
+                    );
                 }
             });
             // Also what no click in the picture reaches, because it lies inside or behind of others.

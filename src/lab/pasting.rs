@@ -41,7 +41,7 @@ impl Lab {
                 self.interface.notice(context, text, false);
             } else {
                 self.interface.put_back(before);
-                let wanted = self.interface.live_settings();
+                let wanted = self.interface.document.live_settings();
                 if let Some(stage) = &self.stage {
                     self.feeder.want(&stage.simulation, &wanted);
                 }

@@ -100,7 +100,11 @@ impl Lab {
     fn text_of(&self, settings: Settings, areas: Option<&AreaSettings>) -> Option<String> {
         let mut scene = self.scene()?.clone();
         scene.settings = settings;
-        put_look(&self.interface.view, scene.center, &mut scene.settings);
+        put_look(
+            &self.interface.document.view,
+            scene.center,
+            &mut scene.settings,
+        );
         Some(match areas {
             Some(areas) => scene.to_toml_beside(areas),
             None => scene.to_toml(),
@@ -109,16 +113,16 @@ impl Lab {
 
     /// The settings as they are edited. Where no scene could begin with what waits for a restart, the rest of them, and why.
     pub(super) fn settings_that_work(&self) -> (Settings, Option<Error>) {
-        let mut edited = self.interface.edited.clone();
+        let mut edited = self.interface.document.edited.clone();
         // Food comes and goes while the scene runs, and where it began no longer matters.
         begin_on_food_that_is(&mut edited);
-        if !self.interface.is_pending() {
+        if !self.interface.document.is_pending() {
             return (edited, None);
         }
         match self.try_to_begin(edited.clone()) {
             Ok(()) => (edited, None),
             Err(error) => {
-                let mut live = self.interface.live_settings();
+                let mut live = self.interface.document.live_settings();
                 begin_on_food_that_is(&mut live);
                 (live, Some(error))
             }

@@ -11,7 +11,7 @@ use super::theme;
 impl Interface {
     /// Where the picture goes, and where the atlas beside it, if it is shown: they meet at a whole pixel.
     pub(super) fn parts(&self, ui: &Ui, whole: Rect) -> (Rect, Option<Rect>) {
-        if !self.split || self.view.show.is_flat() {
+        if !self.split || self.document.view.show.is_flat() {
             return (whole, None);
         }
         let scale = ui.ctx().pixels_per_point();
@@ -25,10 +25,10 @@ impl Interface {
         let response = ui
             .allocate_rect(rect, Sense::click_and_drag())
             .marked("beside");
-        let mut view = self.view;
+        let mut view = self.document.view;
         view.show = Show::Atlas;
         let moved = Navigation::default().apply(ui, &response, Drags::of(&response), &mut view);
-        self.view.atlas = view.atlas;
+        self.document.view.atlas = view.atlas;
         let line = Stroke::new(1.0, theme::weak(ui));
         ui.painter().vline(rect.left(), rect.y_range(), line);
         moved.touched || response.dragged()

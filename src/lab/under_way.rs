@@ -161,7 +161,7 @@ impl Lab {
             .extend(commands.map(|command| Left::Command(command, size)));
         self.look_under_hand(size);
         let shot = Shot {
-            view: self.interface.view,
+            view: self.interface.document.view,
             answers: true,
             is_between: true,
             picture: seen.picture,

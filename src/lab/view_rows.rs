@@ -64,8 +64,8 @@ impl Interface {
     /// The settings with what is seen, as a scene file would have them. A camera that fits the scene has no distance of its
     /// own.
     fn as_seen(&self) -> Settings {
-        let mut seen = self.edited.clone();
-        put_look(&self.view, self.outline.0, &mut seen);
+        let mut seen = self.document.edited.clone();
+        put_look(&self.document.view, self.outline.0, &mut seen);
         if self.is_fitted() {
             seen.camera.distance = 0.0;
         }
@@ -74,7 +74,7 @@ impl Interface {
 
     /// The same of the scene as it was loaded: what resets return to.
     fn as_loaded(&self) -> Settings {
-        let mut loaded = self.loaded.clone();
+        let mut loaded = self.document.loaded.clone();
         let fits = loaded.camera.distance <= 0.0;
         loaded.camera = self.home.to_settings(self.outline.0);
         if fits {
@@ -133,16 +133,16 @@ impl Interface {
     /// Takes over what differs.
     fn look_as(&mut self, before: &Settings, seen: &Settings) {
         if seen.picture != before.picture {
-            let show = self.view.show;
-            self.view.take(&seen.picture);
-            self.view.show = show;
-            if matches!(self.view.exposure, Exposure::Auto { .. }) {
-                self.view.exposure = Exposure::following();
+            let show = self.document.view.show;
+            self.document.view.take(&seen.picture);
+            self.document.view.show = show;
+            if matches!(self.document.view.exposure, Exposure::Auto { .. }) {
+                self.document.view.exposure = Exposure::following();
             }
         }
         let (was, is) = (&before.camera, &seen.camera);
         let center = self.outline.0;
-        let camera = &mut self.view.camera;
+        let camera = &mut self.document.view.camera;
         if is.azimuth != was.azimuth {
             camera.yaw = is.azimuth.to_radians();
         }

@@ -23,8 +23,8 @@ const NAMED: usize = 8;
 impl Interface {
     /// Shows something else, if the scene has it.
     pub(super) fn choose_view(&mut self, ctx: &egui::Context, show: Show) {
-        match show.why_not(&self.running) {
-            None => self.view.show = show,
+        match show.why_not(&self.document.running) {
+            None => self.document.view.show = show,
             Some(why) => {
                 let text = format!("{} cannot be shown: {why}", show.title());
                 self.notice(ctx, text, false);
@@ -37,8 +37,8 @@ impl Interface {
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing = vec2(3.0, 3.0);
             for &show in Show::ALL {
-                let why_not = show.why_not(&self.running);
-                let label = egui::Button::selectable(self.view.show == show, show.title());
+                let why_not = show.why_not(&self.document.running);
+                let label = egui::Button::selectable(self.document.view.show == show, show.title());
                 let button = ui
                     .add_enabled(why_not.is_none(), label)
                     .on_hover_text(in_words(show));
@@ -48,13 +48,13 @@ impl Interface {
                     None => button,
                 };
                 if button.marked(&format!("show={}", show.word())).clicked() {
-                    self.view.show = show;
+                    self.document.view.show = show;
                 }
             }
         });
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 3.0;
-            let can_split = !self.view.show.is_flat();
+            let can_split = !self.document.view.show.is_flat();
             let split = egui::Button::selectable(self.split, "Atlas beside");
             let split = ui
                 .add_enabled(can_split, split)
@@ -91,16 +91,17 @@ impl Interface {
                 ui.label(RichText::new(text).small().color(theme::weak(ui)));
             });
         };
-        let map = self.view.color_map;
-        match self.view.show.legend() {
+        let map = self.document.view.color_map;
+        match self.document.view.show.legend() {
             Legend::None => {}
             Legend::Trail => {
                 let Some(brightest) = facts.brightest else {
                     return;
                 };
                 let trails = [0.0, 0.1, 0.3, 1.0].map(|share: f32| share * brightest);
-                let colors =
-                    trails.map(|trail| map.color(above(tone(trail, brightest), self.view.darkest)));
+                let colors = trails.map(|trail| {
+                    map.color(above(tone(trail, brightest), self.document.view.darkest))
+                });
                 let levels = trails.map(three_digits);
                 note_value(ui.ctx(), "brightest", || levels[3].clone());
                 line(
@@ -123,17 +124,17 @@ impl Interface {
                 line(ui, &colors, text);
             }
             Legend::Lights(lights) => {
-                let reach = self.running.distance.reach.to_string();
+                let reach = self.document.running.distance.reach.to_string();
                 for (light, text) in lights {
                     line(ui, &[(*light).into()], &text.replace("{reach}", &reach));
                 }
             }
             Legend::Objects(last) => {
-                let objects = self.running.objects.iter().enumerate();
+                let objects = self.document.running.objects.iter().enumerate();
                 for (i, object) in objects.take(NAMED) {
                     line(ui, &[object_light(i)], &object.name);
                 }
-                let more = self.running.objects.len().saturating_sub(NAMED);
+                let more = self.document.running.objects.len().saturating_sub(NAMED);
                 if more > 0 {
                     line(ui, &[], &format!("and {more} more"));
                 }
@@ -144,25 +145,29 @@ impl Interface {
 
     /// What is looked at and how, for those who steer the window from outside.
     pub(super) fn note_view(&self, ctx: &egui::Context) {
-        let camera = || self.view.camera.to_settings(Vec3::ZERO);
+        let camera = || self.document.view.camera.to_settings(Vec3::ZERO);
         note_value(ctx, "camera", || {
             let at = camera();
             format!("{:.0} {:.0}", at.azimuth, at.elevation)
         });
         note_value(ctx, "camera.target", || format!("{:.3?}", camera().target));
-        note_value(ctx, "atlas", || format!("{:.3?}", self.view.atlas));
+        note_value(ctx, "atlas", || format!("{:.3?}", self.document.view.atlas));
         if let Some(flying) = &self.navigation.flying {
             let modifiers = ctx.input(|input| input.modifiers);
             note_value(ctx, "fly.speed", || {
                 flying.speed_with(modifiers).to_string()
             });
         }
-        let light = self.view.light;
+        let light = self.document.view.light;
         note_value(ctx, "light", || {
             format!("{:.0} {:.0}", light.azimuth, light.elevation)
         });
-        note_value(ctx, "shows_food", || self.view.shows_food.to_string());
-        note_value(ctx, "shows_areas", || self.view.shows_areas.to_string());
+        note_value(ctx, "shows_food", || {
+            self.document.view.shows_food.to_string()
+        });
+        note_value(ctx, "shows_areas", || {
+            self.document.view.shows_areas.to_string()
+        });
     }
 
     /// Sides to look from, how wide the camera opens, flight.
@@ -181,7 +186,7 @@ impl Interface {
                     .button(*title)
                     .on_hover_text(format!("Looks at the same place from the {word}"));
                 if button.marked(&format!("view={word}")).clicked() {
-                    self.view.camera.look_from(*side);
+                    self.document.view.camera.look_from(*side);
                 }
             }
         });
@@ -203,8 +208,8 @@ impl Interface {
     }
 
     fn go_home(&mut self) {
-        self.view.camera = self.home;
-        if self.loaded.camera.distance <= 0.0 {
+        self.document.view.camera = self.home;
+        if self.document.loaded.camera.distance <= 0.0 {
             self.refit();
         }
     }
@@ -217,9 +222,9 @@ impl Interface {
             let radius = 0.5 * BALL - 2.0;
             if let Some(at) = response.interact_pointer_pos() {
                 let place = (at - rect.center()) / radius;
-                self.view.light = light_on_ball(Vec2::new(place.x, -place.y));
+                self.document.view.light = light_on_ball(Vec2::new(place.x, -place.y));
             }
-            ball(ui, rect.center(), radius, self.view.light);
+            ball(ui, rect.center(), radius, self.document.view.light);
             response
                 .on_hover_text(
                     "The light: drag the spot over the ball. In the picture: L and drag.",

@@ -373,7 +373,7 @@ impl Lab {
     /// What this frame does; where it `can_split`, steps, answers and pictures have frames of their own.
     fn task(&mut self, since_last: Duration, can_split: bool, asked: Asked) -> Task {
         if self.runs() {
-            let cap = self.interface.running.time.steps_per_second;
+            let cap = self.interface.document.running.time.steps_per_second;
             return (self.order).next(&mut self.pacer, can_split, since_last, cap, asked);
         }
         self.order.rest();
@@ -393,7 +393,7 @@ impl Lab {
 
     /// The view with the exposure's pace for a frame of this length.
     fn present_view(&self, since_last: Duration) -> View {
-        let mut view = self.interface.view;
+        let mut view = self.interface.document.view;
         if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
             *adaptation = 1.0 - (-EXPOSURE_SPEED * since_last.as_secs_f32()).exp();
             // It is the film's, which goes by pictures and not by the clock.

@@ -138,7 +138,7 @@ impl Lab {
     }
 
     fn begin_on_painted(&mut self, context: &egui::Context) -> Result<()> {
-        if self.interface.is_pending() {
+        if self.interface.document.is_pending() {
             self.interface.notice(context, WAITS, false);
             return Ok(());
         }
@@ -160,11 +160,11 @@ impl Lab {
             after: 0.0,
         });
         self.take_away(taken.collect())?;
-        let particles = &mut self.interface.edited.particles;
+        let particles = &mut self.interface.document.edited.particles;
         particles.start = Start::Mask;
         particles.start_object.clear();
         particles.start_mask = whole(name.path()).to_string_lossy().into_owned();
-        for object in &mut self.interface.edited.objects {
+        for object in &mut self.interface.document.edited.objects {
             object.start.place = ObjectStart::Scene;
         }
         let text = format!("All begin where it attracted: {}", name.path().shown());

@@ -27,7 +27,7 @@ impl Interface {
     ) -> Option<Rect> {
         // A picture that small is for looking, and so is the atlas.
         let is_small = picture.width() < 260.0 || picture.height() < 330.0;
-        if is_small || self.view.show.is_flat() {
+        if is_small || self.document.view.show.is_flat() {
             return None;
         }
         let has_controls = self.hands.tool.is_brush() || self.hands.tool == Tool::Food;
@@ -183,16 +183,19 @@ impl Interface {
             let ctx = ui.ctx().clone();
             self.remove_selected(&ctx, commands);
         }
-        let selected = self.hands.selected.and_then(|i| self.edited.objects.get(i));
+        let selected = self
+            .hands
+            .selected
+            .and_then(|i| self.document.edited.objects.get(i));
         note_value(ui.ctx(), "picked", || {
             selected.map_or(String::new(), |object| object.name.clone())
         });
         let running = self
             .hands
             .selected
-            .and_then(|i| self.running.objects.get(i));
+            .and_then(|i| self.document.running.objects.get(i));
         note_value(ui.ctx(), "objects", || {
-            self.running.objects.len().to_string()
+            self.document.running.objects.len().to_string()
         });
         note_value(ui.ctx(), "picked.scale", || {
             running.map_or(String::new(), |object| object.scale.to_string())

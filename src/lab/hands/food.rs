@@ -89,7 +89,7 @@ impl Interface {
         let (is_drag, is_down) = (self.hands.hold.is_drag(), self.hands.hold.is_down());
         let under = facts.hand.under.as_ref();
         let food = under.and_then(|under| nearest(&facts.hand.foods, under.position));
-        let food = food.filter(|food| *food < self.edited.foods.len());
+        let food = food.filter(|food| *food < self.document.edited.foods.len());
         if let Some(at) = held.press {
             let means_another = ui.input(|i| i.modifiers.shift || i.key_down(Key::L));
             self.hands.food_drag = match means_another {
@@ -160,7 +160,8 @@ impl Interface {
     ) {
         let place = under.and_then(|under| self.place_under(under, facts));
         // It may have been taken away, or back, since it was picked up.
-        let (Some((object, at)), Some(held)) = (place, self.edited.foods.get_mut(food)) else {
+        let (Some((object, at)), Some(held)) = (place, self.document.edited.foods.get_mut(food))
+        else {
             return;
         };
         if (&held.object, held.at) != (&object, at) {
@@ -173,7 +174,7 @@ impl Interface {
 
     /// The object that lies under the pointer, and where on it, as food has it.
     fn place_under(&self, under: &Under, facts: &Facts) -> Option<(String, [f64; 3])> {
-        let object = self.running.objects.get(under.object)?;
+        let object = self.document.running.objects.get(under.object)?;
         let pose = facts.hand.poses.get(under.object)?;
         let origins = facts.hand.origins.get(under.object).copied();
         let at = pose.inverse().transform_point3(under.position).as_dvec3();
@@ -196,9 +197,9 @@ impl Interface {
         };
         let near = nearest(&facts.hand.foods, under.position);
         if let Some(food) = near {
-            if food < self.edited.foods.len() {
+            if food < self.document.edited.foods.len() {
                 self.hands.food = Some(food);
-                self.hands.next_food = self.edited.foods[food].clone();
+                self.hands.next_food = self.document.edited.foods[food].clone();
             } else {
                 let text =
                     "This one is scattered: Scattered food, in the panel, says how many there are";
@@ -206,7 +207,7 @@ impl Interface {
             }
             return;
         }
-        if self.edited.food_count() >= MOST_FOODS {
+        if self.document.edited.food_count() >= MOST_FOODS {
             let text = format!("There may be {MOST_FOODS} foods and markers: take some away first");
             self.notice(ctx, text, false);
             return;
@@ -214,8 +215,8 @@ impl Interface {
         let Some((object, at)) = self.place_under(under, facts) else {
             return;
         };
-        self.hands.food = Some(self.edited.foods.len());
-        self.edited.foods.push(FoodSettings {
+        self.hands.food = Some(self.document.edited.foods.len());
+        self.document.edited.foods.push(FoodSettings {
             object,
             at,
             ..self.hands.next_food.clone()
@@ -228,23 +229,25 @@ impl Interface {
         // Another one has its place then.
         self.hands.let_food_go();
         let picked = self.hands.food.take();
-        let Some(food) = picked.filter(|food| *food < self.edited.foods.len()) else {
+        let Some(food) = picked.filter(|food| *food < self.document.edited.foods.len()) else {
             self.notice(ctx, "Pick food first: click on it", false);
             return;
         };
-        remove_food(&mut self.edited, food);
+        remove_food(&mut self.document.edited, food);
         commands.push(Command::Apply);
     }
 
     /// The simulation refuses this food: what runs is what there is again, unless the hand has set other food since.
     pub fn take_food_back(&mut self, refused: &Settings) {
-        self.undo.forget_food(refused, &self.running);
-        let Settings { foods, feeding, .. } = &mut self.edited;
+        self.document
+            .undo
+            .forget_food(refused, &self.document.running);
+        let Settings { foods, feeding, .. } = &mut self.document.edited;
         if (&*foods, &*feeding) != (&refused.foods, &refused.feeding) {
             return;
         }
-        foods.clone_from(&self.running.foods);
-        *feeding = self.running.feeding.clone();
+        foods.clone_from(&self.document.running.foods);
+        *feeding = self.document.running.feeding.clone();
         self.hands.food = self.hands.food.filter(|food| *food < foods.len());
         if let Some(food) = self.hands.food {
             // Or the next one would be refused, too.
@@ -260,9 +263,9 @@ impl Interface {
         self.hands.food = self
             .hands
             .food
-            .filter(|food| *food < self.edited.foods.len());
+            .filter(|food| *food < self.document.edited.foods.len());
         // What was changed takes a moment to be there.
-        let is_coming = self.edited.foods != self.running.foods;
+        let is_coming = self.document.edited.foods != self.document.running.foods;
         let title = match self.hands.food {
             Some(food) if is_coming => format!("food {food} …"),
             Some(food) => format!("food {food}"),
@@ -271,13 +274,15 @@ impl Interface {
         ui.label(RichText::new(&title).small().strong());
         let picked = self.hands.food.map(|food| food.to_string());
         note_value(ui.ctx(), "picked.food", || picked.unwrap_or_default());
-        note_value(ui.ctx(), "foods", || self.edited.foods.len().to_string());
+        note_value(ui.ctx(), "foods", || {
+            self.document.edited.foods.len().to_string()
+        });
         note_value(ui.ctx(), "foods.there", || {
             let there = if is_coming { "coming" } else { "all" };
             there.to_owned()
         });
         let food = match self.hands.food {
-            Some(food) => &mut self.edited.foods[food],
+            Some(food) => &mut self.document.edited.foods[food],
             None => &mut self.hands.next_food,
         };
         let before = food.clone();

@@ -180,13 +180,14 @@ impl Interface {
             return false;
         };
         // While objects come or go, those that are seen are not those that are edited.
-        let settings = (self.edited.objects.get(object)).filter(|_| !self.is_renewed());
+        let settings =
+            (self.document.edited.objects.get(object)).filter(|_| !self.document.is_renewed());
         let (Some(pose), Some(settings)) = (facts.hand.poses.get(object), settings) else {
             self.hands.grab = None;
             return false;
         };
         let screen = Screen::of(ui, response.rect);
-        let camera = self.view.camera;
+        let camera = self.document.view.camera;
         let middle = pose.transform_point3(facts.hand.middle_of(object));
         let Some(shape) = Shape::of(screen, &camera, middle) else {
             return false;
@@ -228,8 +229,8 @@ impl Interface {
                 told = Some((at, format!("× {:.2}", grab.scaled)));
             } else {
                 let (moved, way) = grab.moved(&camera, screen.size(), &facts.hand, to, step);
-                if self.edited.objects[object] != moved {
-                    self.edited.objects[object] = moved;
+                if self.document.edited.objects[object] != moved {
+                    self.document.edited.objects[object] = moved;
                     commands.push(Command::Apply);
                 }
                 told = Some((at, way));
@@ -261,7 +262,7 @@ impl Interface {
         };
         grab.is_given_up = true;
         grab.scaled = 1.0;
-        if let Some(edited) = self.edited.objects.get_mut(object)
+        if let Some(edited) = self.document.edited.objects.get_mut(object)
             && *edited != grab.object
         {
             edited.clone_from(&grab.object);

@@ -21,11 +21,12 @@ use egui::{PointerButton, Response, Ui};
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::Scene;
 use myxo::scene::motion::Origins;
-use myxo::scene::settings::{FoodSettings, ObjectSettings};
+use myxo::scene::settings::FoodSettings;
 use myxo::sim::paint::Brush;
 
 use super::interface::{Command, Facts, Interface};
 use super::navigation::Drags;
+use super::renewal::place_among;
 use super::saving::whole;
 pub use areas::CarriedOver;
 use food::FoodDrag;
@@ -359,7 +360,7 @@ impl Interface {
         });
         if lasts && facts.hand.under.is_some() {
             self.note_changes();
-            self.undo.note_lasting();
+            self.document.undo.note_lasting();
         }
         // A pointer that leaves the picture and comes back goes on with its stroke.
         let is_held = ui.input(|i| i.pointer.button_down(PointerButton::Primary));
@@ -396,7 +397,7 @@ impl Interface {
         };
         let hovered = response.hover_pos();
         let hovered = hovered.filter(|_| !self.opening.is_open()).map(to_pixel);
-        let is_solid = !self.view.show.is_flat();
+        let is_solid = !self.document.view.show.is_flat();
         let is_held = self.hands.hold.is_down();
         let asks = is_solid && (self.hands.tool != Tool::Look || self.hands.probe || is_held);
         self.hands.pointer = hovered.filter(|_| asks);
@@ -452,12 +453,13 @@ impl Interface {
                     self.feed_at(ui.ctx(), under, facts, commands);
                 } else {
                     // Seen are the objects that run; the next ones may stand in other places already.
-                    let running = under.and_then(|under| self.running.objects.get(under.object));
-                    let place =
-                        running.and_then(|object| place_among(&self.edited.objects, object));
+                    let running =
+                        under.and_then(|under| self.document.running.objects.get(under.object));
+                    let place = running
+                        .and_then(|object| place_among(&self.document.edited.objects, object));
                     self.hands.pick(place);
                     // Who touches the only one there is goes on with what they see in the panel.
-                    let is_one_of_several = self.edited.objects.len() > 1;
+                    let is_one_of_several = self.document.edited.objects.len() > 1;
                     self.hands.reveals =
                         (self.hands.selected).filter(|_| self.panel && is_one_of_several);
                     ui.ctx().request_repaint();
@@ -506,7 +508,7 @@ impl Interface {
 
     /// Says why hands have nothing to do in the view that is shown, if it is a flat one.
     pub(super) fn tell_flat(&mut self, ctx: &egui::Context) {
-        if self.view.show.is_flat() {
+        if self.document.view.show.is_flat() {
             self.notice(ctx, FLAT, false);
         }
     }
@@ -556,18 +558,6 @@ pub fn ends_so(path: &std::path::Path, endings: &[&[&str]]) -> bool {
     };
     let mut known = endings.iter().copied().flatten();
     known.any(|known| ending.eq_ignore_ascii_case(known))
-}
-
-/// Do these differ only in what can change while they run, or waits for a restart?
-pub fn are_built_alike(some: &[ObjectSettings], others: &[ObjectSettings]) -> bool {
-    let alike = |(a, b): (&ObjectSettings, &ObjectSettings)| a.mesh == b.mesh && a.scale == b.scale;
-    some.len() == others.len() && some.iter().zip(others).all(alike)
-}
-
-/// Which of them an object is, by name, if its mesh has not become another one.
-pub fn place_among(objects: &[ObjectSettings], object: &ObjectSettings) -> Option<usize> {
-    let is_it = |other: &ObjectSettings| other.name == object.name && other.mesh == object.mesh;
-    objects.iter().position(is_it)
 }
 
 /// A path as scenes name meshes.

@@ -8,15 +8,16 @@ use myxo::scene::Scene;
 use myxo::scene::motion::in_decimals;
 use myxo::scene::settings::{ObjectSettings, ParticleSettings, Settings};
 
-use super::super::interface::{Command, Interface};
+use super::super::interface::Command;
 use super::super::loading::Origin;
+use super::super::renewal::place_among;
 use super::super::renewal::renewed;
 use super::super::stage::Stage;
 use super::super::under_way::Left;
 use super::super::window::Lab;
 use super::handles::shift;
 use super::work::Coming;
-use super::{Ticket, Which, Work, place_among, remove_food};
+use super::{Ticket, Which, Work, remove_food};
 
 /// A new object's radius, as a share of the scene's.
 const NEW_OBJECT: f32 = 0.4;
@@ -29,18 +30,18 @@ impl Lab {
     /// Begins to load the objects that are edited; what has grown stays.
     pub(super) fn renew(&mut self) {
         self.interface.end_morph();
-        let from = self.where_they_run(&self.interface.edited.objects);
-        let Interface { edited, .. } = &self.interface;
-        let settings = renewed(&self.interface.live_settings(), edited);
+        let from = self.where_they_run(&self.interface.document.edited.objects);
+        let document = &self.interface.document;
+        let settings = renewed(&document.live_settings(), &document.edited);
         self.restart_as(settings.clone());
         // What waits for a restart goes on waiting.
-        self.interface.asked = Some(settings);
+        self.interface.document.asked = Some(settings);
         self.hand.carry = Some(from);
     }
 
     /// Which of the objects that run each of these is. While others are on their way those that are edited are not they.
     fn where_they_run(&self, objects: &[ObjectSettings]) -> Vec<Option<usize>> {
-        let running = &self.interface.running.objects;
+        let running = &self.interface.document.running.objects;
         let objects = objects.iter();
         objects.map(|object| place_among(running, object)).collect()
     }
@@ -54,8 +55,12 @@ impl Lab {
         let radius = stage.scene.radius;
         let origins = stage.scene.origins.clone();
         let points = places_of(stage).into_iter().flatten();
-        let place = beside(&self.interface.view.camera, points, NEW_OBJECT * radius);
-        let settings = self.interface.live_settings();
+        let place = beside(
+            &self.interface.document.view.camera,
+            points,
+            NEW_OBJECT * radius,
+        );
+        let settings = self.interface.document.live_settings();
         let asked = settings.clone();
         let (name, folder) = (self.name.clone(), self.folder.clone());
         let mut from = self.where_they_run(&settings.objects);
@@ -85,7 +90,7 @@ impl Lab {
         });
         from.push(None);
         // What waits for a restart goes on waiting.
-        self.interface.asked = Some(asked);
+        self.interface.document.asked = Some(asked);
         self.hand.carry = Some(from);
         self.hand.coming = Some(Coming {
             what,
@@ -96,7 +101,7 @@ impl Lab {
 
     /// The object as it is edited, if it is there.
     pub(super) fn object(&self, which: Which) -> Option<&ObjectSettings> {
-        let objects = &self.interface.edited.objects;
+        let objects = &self.interface.document.edited.objects;
         match which {
             Which::Object(place) => objects.get(place),
             Which::Asked(ticket) => {
@@ -123,8 +128,15 @@ impl Lab {
             return;
         };
         // Objects that come are the last.
-        let last = self.interface.running.objects.last().filter(|_| is_shown);
-        let place = last.and_then(|last| place_among(&self.interface.edited.objects, last));
+        let last = self
+            .interface
+            .document
+            .running
+            .objects
+            .last()
+            .filter(|_| is_shown);
+        let place =
+            last.and_then(|last| place_among(&self.interface.document.edited.objects, last));
         self.interface.hands.answer(ticket, place);
         if let Some(last) = last {
             self.hand.come.push((ticket, last.name.clone()));
@@ -147,18 +159,18 @@ impl Lab {
                 );
                 let context = self.host.context().clone();
                 self.interface.notice(&context, text, false);
-                let place = place_among(&self.interface.edited.objects, &object);
+                let place = place_among(&self.interface.document.edited.objects, &object);
                 self.interface.hands.answer(ticket, place);
             }
             return;
         }
-        let asked = self.interface.live_settings();
+        let asked = self.interface.document.live_settings();
         let (Some(stage), Some(place)) = (&self.stage, place_among(&asked.objects, &object)) else {
             self.interface.hands.answer(ticket, None);
             return;
         };
         let moves = !asked.objects[place].motion.is_still();
-        let camera = &self.interface.view.camera;
+        let camera = &self.interface.document.view.camera;
         let way = way_beside(camera, &places_of(stage), place, moves);
         let settings = with_copy(&asked, place, way, stage.simulation.time());
         let mut from = self.where_they_run(&asked.objects);
@@ -170,7 +182,7 @@ impl Lab {
         self.load(name.clone(), Origin::Shown, move || {
             Ok(Scene::from_meshes(name, settings, meshes, folder)?)
         });
-        self.interface.asked = Some(asked);
+        self.interface.document.asked = Some(asked);
         self.hand.carry = Some(from);
         let what = format!("the copy of {}", object.name);
         self.hand.coming = Some(Coming {
@@ -187,7 +199,7 @@ impl Lab {
             self.left.push(Left::Removal(object));
             return;
         }
-        let asked = self.interface.live_settings();
+        let asked = self.interface.document.live_settings();
         let settings = &asked;
         let Some(place) = place_among(&settings.objects, &object) else {
             return;
@@ -204,7 +216,7 @@ impl Lab {
         self.load(name.clone(), Origin::Shown, move || {
             Ok(Scene::from_settings(name, settings, folder)?)
         });
-        self.interface.asked = Some(asked);
+        self.interface.document.asked = Some(asked);
         self.hand.carry = Some(from);
         let what = format!("the removal of {}", object.name);
         self.hand.coming = Some(Coming {

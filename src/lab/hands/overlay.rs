@@ -22,7 +22,7 @@ impl Interface {
     /// Draws it over the picture.
     pub(in super::super) fn show_hands(&mut self, ui: &Ui, picture: Rect, facts: &Facts) {
         // Nothing of it has a place on the atlas.
-        if self.view.show.is_flat() {
+        if self.document.view.show.is_flat() {
             return;
         }
         let screen = Screen::of(ui, picture);
@@ -32,7 +32,7 @@ impl Interface {
         }
         self.outline_picked(ui, screen, facts);
         if let Some((at, size)) = self.hands.food.and_then(|food| facts.hand.foods.get(food)) {
-            let to_eye = (self.view.camera.eye() - *at).normalize_or(Vec3::Z);
+            let to_eye = (self.document.view.camera.eye() - *at).normalize_or(Vec3::Z);
             self.ring(ui, screen, *at, to_eye, 1.3 * size);
         }
         self.brush_alone(ui, screen, facts);
@@ -68,7 +68,7 @@ impl Interface {
             let angle = i as f32 / PARTS as f32 * std::f32::consts::TAU;
             let (sin, cos) = angle.sin_cos();
             let place = middle + radius * (cos * side + sin * other);
-            screen.point(&self.view.camera, place)
+            screen.point(&self.document.view.camera, place)
         });
         let points: Vec<Pos2> = points.collect();
         let painter = ui.painter_at(screen.rect);
@@ -81,7 +81,7 @@ impl Interface {
         let dark = egui::Color32::from_black_alpha(140);
         painter.line(points.clone(), Stroke::new(3.5, dark));
         painter.line(points, Stroke::new(1.5, color));
-        if let Some(middle) = screen.point(&self.view.camera, middle) {
+        if let Some(middle) = screen.point(&self.document.view.camera, middle) {
             painter.circle_filled(middle, 2.0, color);
         }
     }
@@ -100,7 +100,7 @@ impl Interface {
         let scale = self.hands.scaled();
         let seen = vertices.iter().filter_map(|vertex| {
             let place = pose.transform_point3(scale * *vertex);
-            screen.point(&self.view.camera, place)
+            screen.point(&self.document.view.camera, place)
         });
         let hull = hull(seen.collect());
         let painter = ui.painter_at(screen.rect);
@@ -114,6 +114,7 @@ impl Interface {
             painter.add(egui::Shape::closed_line(hull.clone(), stroke));
         }
         let name = self
+            .document
             .edited
             .objects
             .get(object)
@@ -136,7 +137,8 @@ impl Interface {
         };
         // What comes from the device comes with the next frames.
         ui.ctx().request_repaint_after(PROBE_INTERVAL);
-        let name = (self.running.objects.get(under.object)).map(|object| object.name.clone());
+        let name =
+            (self.document.running.objects.get(under.object)).map(|object| object.name.clone());
         let number = |value: Option<f32>| match value {
             Some(value) => format!("{value:.4}"),
             None => "...".to_owned(),
@@ -148,7 +150,7 @@ impl Interface {
             ("texel", format!("{}  {}", under.texel[0], under.texel[1])),
             ("trail", number(under.trail)),
         ];
-        if self.running.objects.len() > 1 {
+        if self.document.running.objects.len() > 1 {
             let is_far = (under.distance).is_some_and(|away| away.abs() > 0.999 * facts.hand.reach);
             let away = match under.distance {
                 Some(_) if is_far => format!("over {}", facts.hand.reach),

@@ -60,7 +60,7 @@ impl Interface {
             return;
         };
         let is_there = matches!(which, Which::Object(_));
-        if is_there && self.running.objects.len() < 2 {
+        if is_there && self.document.running.objects.len() < 2 {
             let text = "The last object stays: a scene has at least one. Add another one first";
             self.notice(ctx, text, false);
             return;

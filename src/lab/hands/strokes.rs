@@ -161,7 +161,7 @@ impl Lab {
                 .or_else(|error| self.tell_unless_lost(context, "Empty areas stay", error));
         }
         let is_kept = changed.len() <= MOST_TEXELS;
-        let undo = &mut self.interface.undo;
+        let undo = &mut self.interface.document.undo;
         self.hand.strokes.keep(undo, changed, is_first);
         if !is_kept {
             let text = format!("{CANNOT_UNDO}: it has more than {MOST_TEXELS} texels");
@@ -182,7 +182,7 @@ impl Lab {
         self.frames.submit(rec)?;
         stage.forget_picture();
         self.interface.note_changes();
-        let undo = &mut self.interface.undo;
+        let undo = &mut self.interface.document.undo;
         self.hand.strokes.keep(undo, texels, false);
         Ok(())
     }
@@ -260,7 +260,7 @@ impl Lab {
     /// Another atlas has other texels: strokes on the one before are no longer known.
     pub(in super::super) fn forget_strokes(&mut self) {
         self.hand.strokes = Strokes::default();
-        self.hand.strokes.tell(&mut self.interface.undo);
+        self.hand.strokes.tell(&mut self.interface.document.undo);
     }
 }
 

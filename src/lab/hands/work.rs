@@ -176,11 +176,11 @@ impl Lab {
                     surface: f64::from(factor) * origins.surface,
                     ..origins
                 };
-                if let Some(object) = self.interface.edited.objects.get_mut(object) {
+                if let Some(object) = self.interface.document.edited.objects.get_mut(object) {
                     let before = object.clone();
                     object.scale *= factor;
                     keep_in_place(object, &before, hand.time, [origins, grown], hand.radius);
-                    self.interface.begin_renewal();
+                    self.interface.document.begin_renewal();
                     self.renew();
                 }
             }
@@ -235,7 +235,7 @@ impl Lab {
             return;
         };
         let size = Vec2::new(size[0] as f32, size[1] as f32);
-        let view = &self.interface.view;
+        let view = &self.interface.document.view;
         let eye = view.camera.eye();
         let radius = radius * stage.scene.radius;
         let pixels = stage.pick(view, to, size).map(|hit| {
@@ -345,7 +345,7 @@ impl Lab {
             / f64::from(setup.atlas.owned_count.max(1))
             * (decay / (1.0 - decay)).max(1.0);
         let size = Vec2::new(size[0] as f32, size[1] as f32);
-        let view = &self.interface.view;
+        let view = &self.interface.document.view;
         let poses = simulation.world_from_object();
         let pixel = self.interface.hands.pointer;
         let hit = pixel.and_then(|pixel| Some((pixel, stage.pick(view, pixel, size)?)));
@@ -383,7 +383,7 @@ impl Lab {
             looked: pixel,
             under,
             foods: placed(
-                &self.interface.edited,
+                &self.interface.document.edited,
                 &settings.foods,
                 &setup.pantry.marks,
                 &setup.origins,

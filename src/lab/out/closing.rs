@@ -161,7 +161,7 @@ impl Lab {
         };
         let is_whole = self.out.end_job(ready);
         if saves.is_some() && is_whole {
-            self.interface.saved(saves);
+            self.interface.document.saved(saves);
         }
     }
 

@@ -18,7 +18,7 @@ use myxo::render::output::{Output, Written};
 use myxo::scene::settings::Settings;
 use myxo::{Error, Result};
 
-use super::interface::Interface;
+use super::document::Document;
 use super::stage::Stage;
 use super::window::Lab;
 pub(super) use closing::say;
@@ -248,7 +248,7 @@ impl Lab {
         let most = self.ctx.info().max_image_side;
         check_size(size, most)?;
         let name = Reserved::next(&self.folder_out(), "screenshot", "png")?;
-        let mut view = scaled(&self.interface.view, picture, size);
+        let mut view = scaled(&self.interface.document.view, picture, size);
         view.is_transparent = panel.transparent;
         let made = Picture::begin(&self.ctx, size, self.format, view, name);
         self.out.job = Some(Job::Picture(made.map_err(|error| too_large(size, error))?));
@@ -298,7 +298,7 @@ impl Lab {
         let size = panel.film_size.pixels(picture, panel.custom);
         check_size(size, LARGEST_FILM)?;
         let (name, output) = self.output("film", panel.kind, size, panel.film_fps)?;
-        let mut view = scaled(&self.interface.view, picture, size);
+        let mut view = scaled(&self.interface.document.view, picture, size);
         view.is_transparent = panel.film_transparent && panel.kind == Kind::Png;
         if panel.turns != 0.0 {
             self.interface.stand_back(&mut view.camera, size);
@@ -360,10 +360,10 @@ impl Lab {
         let (Some(Job::Export(job)), Some(stage)) = (&mut self.out.job, &self.stage) else {
             return Ok(());
         };
-        if job.is_asked_for(Model::Scene) && !self.interface.is_pending() {
-            job.saves = Some(self.interface.state_to_save());
+        if job.is_asked_for(Model::Scene) && !self.interface.document.is_pending() {
+            job.saves = Some(self.interface.document.state_to_save());
         }
-        let Interface { view, edited, .. } = &self.interface;
+        let Document { view, edited, .. } = &self.interface.document;
         job.record(rec, stage, view, edited)
     }
 
@@ -393,7 +393,7 @@ impl Lab {
                     if let (Some(Job::Export(export)), Ok(_)) = (job, &ended)
                         && export.saves.is_some()
                     {
-                        self.interface.saved(export.saves);
+                        self.interface.document.saved(export.saves);
                         self.back.saved(self.file.as_ref());
                     }
                     self.tell_written(context, ended, "");

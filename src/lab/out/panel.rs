@@ -370,7 +370,7 @@ impl Interface {
             .update_while_editing(false)
             .prefix("camera turns ");
         ui.horizontal(|ui| {
-            ui.add_enabled(!self.view.show.is_flat(), turns)
+            ui.add_enabled(!self.document.view.show.is_flat(), turns)
                 .on_hover_text(
                     "How often the camera goes round the scene while the film plays; below 0 the other way round. \
                      After whole turns it can be played round and round.",

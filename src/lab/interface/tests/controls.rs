@@ -8,9 +8,9 @@ use crate::lab::{hands, presets};
 #[test]
 fn changes_are_undone_and_redone_by_keys() {
     let mut harness = Harness::new();
-    let first = harness.interface.edited.clone();
+    let first = harness.interface.document.edited.clone();
     for decay in [0.5, 0.6] {
-        harness.interface.edited.trail.decay = decay;
+        harness.interface.document.edited.trail.decay = decay;
         harness.frame(vec![]);
     }
     let pressed = |harness: &mut Harness, modifiers, key| {
@@ -29,17 +29,17 @@ fn changes_are_undone_and_redone_by_keys() {
     let control = Modifiers::CTRL.plus(Modifiers::COMMAND);
     for expected in [0.5, first.trail.decay] {
         assert_eq!(pressed(&mut harness, control, Key::Z), [Command::Apply]);
-        assert_eq!(harness.interface.edited.trail.decay, expected);
+        assert_eq!(harness.interface.document.edited.trail.decay, expected);
     }
     assert_eq!(
         pressed(&mut harness, control, Key::Z),
         [],
         "nothing is left"
     );
-    assert_eq!(harness.interface.edited, first);
+    assert_eq!(harness.interface.document.edited, first);
     let shift = control.plus(Modifiers::SHIFT);
     assert_eq!(pressed(&mut harness, shift, Key::Z), [Command::Apply]);
-    assert_eq!(harness.interface.edited.trail.decay, 0.5);
+    assert_eq!(harness.interface.document.edited.trail.decay, 0.5);
     assert_eq!(pressed(&mut harness, control, Key::S), [Command::Save]);
     assert!(harness.interface.playing, "S alone would hold it");
 }
@@ -63,13 +63,13 @@ fn a_dialog_that_opens_files_has_the_keys_to_itself() {
     assert!(harness.interface.opening.is_open() && !harness.interface.gallery.open);
     harness.frame(vec![]);
     assert!(!harness.places_of("Open a file").is_empty());
-    let view = harness.interface.view;
+    let view = harness.interface.document.view;
     for key in [Key::F10, Key::F12, Key::Delete] {
         assert_eq!(harness.press(key), [], "{key:?}");
     }
     harness.frame(vec![Event::Paste("[trail]\ndecay = 0.5\n".to_owned())]);
     assert_eq!(harness.click(IN_PICTURE), []);
-    assert_eq!(harness.interface.view, view);
+    assert_eq!(harness.interface.document.view, view);
     assert!(!harness.interface.performing);
     // It goes, and the brush stays in the hand.
     harness.press(Key::Escape);
@@ -84,33 +84,39 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
     let first = &myxo::scene::builtin::PRESETS[0];
     let second = &myxo::scene::builtin::PRESETS[1];
     // The scene has the look of none: before comes the last one, and behind that the first.
-    assert_eq!(harness.interface.preset, None);
+    assert_eq!(harness.interface.document.preset, None);
     assert_eq!(harness.press(Key::OpenBracket), [Command::Apply]);
     let last = myxo::scene::builtin::PRESETS.last().map(|last| last.name);
-    assert_eq!(harness.interface.preset.as_deref(), last);
+    assert_eq!(harness.interface.document.preset.as_deref(), last);
     assert_eq!(harness.press(Key::CloseBracket), [Command::Apply]);
-    assert_eq!(harness.interface.preset.as_deref(), Some(first.name));
+    assert_eq!(
+        harness.interface.document.preset.as_deref(),
+        Some(first.name)
+    );
     harness.interface.morph_seconds = 1.0;
-    let to = presets::with_preset(&harness.interface.edited, second.name, second.text);
+    let to = presets::with_preset(&harness.interface.document.edited, second.name, second.text);
     let mut to = to.expect("it is right");
     // Colours are the picture's, and come at once.
     let colours = std::mem::replace(
         &mut to.picture.color_map,
-        harness.interface.edited.picture.color_map,
+        harness.interface.document.edited.picture.color_map,
     );
     harness.press(Key::CloseBracket);
-    assert_eq!(harness.interface.view.color_map, colours);
-    assert_ne!(harness.interface.edited, to, "on the way");
+    assert_eq!(harness.interface.document.view.color_map, colours);
+    assert_ne!(harness.interface.document.edited, to, "on the way");
     harness.time += 0.5;
     assert_eq!(harness.frame(vec![]).commands, [Command::Apply]);
     harness.time += 0.6;
     assert_eq!(harness.frame(vec![]).commands, [Command::Apply]);
-    assert_eq!(harness.interface.edited, to);
+    assert_eq!(harness.interface.document.edited, to);
     assert_eq!(harness.frame(vec![]).commands, [], "it has arrived");
     harness.interface.morph_seconds = 0.0;
     assert_eq!(harness.press(Key::OpenBracket), [Command::Apply]);
-    assert_eq!(harness.interface.preset.as_deref(), Some(first.name));
-    let before = harness.interface.edited.clone();
+    assert_eq!(
+        harness.interface.document.preset.as_deref(),
+        Some(first.name)
+    );
+    let before = harness.interface.document.edited.clone();
     // With Shift or Alt it is another program's key.
     for modifiers in [Modifiers::SHIFT, Modifiers::ALT] {
         let event = Event::Key {
@@ -121,11 +127,11 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
             modifiers,
         };
         assert_eq!(harness.frame(vec![event]).commands, []);
-        assert_eq!(harness.interface.edited, before);
+        assert_eq!(harness.interface.document.edited, before);
     }
     assert_eq!(harness.press(Key::D), [Command::Apply]);
-    assert_ne!(harness.interface.edited, before);
-    assert_eq!(harness.interface.preset, None);
+    assert_ne!(harness.interface.document.edited, before);
+    assert_eq!(harness.interface.document.preset, None);
 }
 
 #[test]
@@ -167,7 +173,7 @@ fn the_gallery_opens_scenes_and_takes_presets() {
     }
     let at = card(&harness, "spots");
     assert_eq!(harness.click(at), [Command::Apply]);
-    assert_eq!(harness.interface.preset.as_deref(), Some("spots"));
+    assert_eq!(harness.interface.document.preset.as_deref(), Some("spots"));
     assert!(harness.interface.gallery.open, "others can be tried");
     harness.press(Key::Escape);
     assert!(!harness.interface.gallery.open);
@@ -179,7 +185,7 @@ fn looks_are_kept_and_removed_in_the_gallery() {
     let mut harness = Harness::new();
     let picture = image::RgbaImage::new(3, 2);
     let mut own = OwnPresets::read(Some(folder.path().to_owned()));
-    let text = myxo::scene::presets::to_toml(&harness.interface.edited, "Mine.");
+    let text = myxo::scene::presets::to_toml(&harness.interface.document.edited, "Mine.");
     own.save("moss", &text.replace("0.95", "0.5"), &picture)
         .unwrap();
     std::fs::write(folder.path().join("torn.toml"), "[trail").unwrap();
@@ -197,8 +203,8 @@ fn looks_are_kept_and_removed_in_the_gallery() {
     // Taken, and one that cannot be.
     let at = in_gallery(&harness, "moss") + vec2(0.0, -40.0);
     assert_eq!(harness.click(at), [Command::Apply]);
-    assert_eq!(harness.interface.preset.as_deref(), Some("moss"));
-    assert_eq!(harness.interface.edited.trail.decay, 0.5);
+    assert_eq!(harness.interface.document.preset.as_deref(), Some("moss"));
+    assert_eq!(harness.interface.document.edited.trail.decay, 0.5);
     let at = in_gallery(&harness, "torn") + vec2(0.0, -40.0);
     assert_eq!(harness.click(at), []);
     let notice = harness.interface.notices.text().expect("it is said");
@@ -232,11 +238,14 @@ fn looks_are_kept_and_removed_in_the_gallery() {
     }
     // The steps go round all that can be taken.
     harness.press(Key::Escape);
-    harness.interface.preset = None;
+    harness.interface.document.preset = None;
     harness.press(Key::OpenBracket);
-    assert_eq!(harness.interface.preset.as_deref(), Some("moss"));
+    assert_eq!(harness.interface.document.preset.as_deref(), Some("moss"));
     harness.press(Key::CloseBracket);
-    assert_eq!(harness.interface.preset.as_deref(), Some("network"));
+    assert_eq!(
+        harness.interface.document.preset.as_deref(),
+        Some("network")
+    );
 }
 
 #[test]
@@ -369,14 +378,14 @@ fn what_has_no_effect_cannot_be_turned() {
     };
     let at = direct(&harness);
     assert_eq!(harness.click(at), []);
-    let object = harness.interface.edited.objects[0].clone();
-    harness.interface.edited.objects.push(object);
+    let object = harness.interface.document.edited.objects[0].clone();
+    harness.interface.document.edited.objects.push(object);
     for _ in 0..2 {
         harness.frame(vec![]);
     }
     let at = direct(&harness);
     assert_eq!(harness.click(at), [Command::Apply]);
-    let strategy = harness.interface.edited.transfer.strategy;
+    let strategy = harness.interface.document.edited.transfer.strategy;
     assert_eq!(strategy, Strategy::Direct);
 }
 
@@ -384,8 +393,8 @@ fn what_has_no_effect_cannot_be_turned() {
 #[test]
 fn a_row_goes_back_to_the_scene_or_to_the_default() {
     let mut harness = Harness::new();
-    harness.interface.loaded.trail.decay = 0.75;
-    harness.interface.edited.trail.decay = 0.5;
+    harness.interface.document.loaded.trail.decay = 0.75;
+    harness.interface.document.edited.trail.decay = 0.5;
     harness.interface.filter = "trail.decay".to_owned();
     let default = Settings::default().trail.decay;
     for (words, decay) in [
@@ -407,7 +416,7 @@ fn a_row_goes_back_to_the_scene_or_to_the_default() {
         let places = harness.places_of(words);
         let at = *places.first().unwrap_or_else(|| panic!("{words}"));
         assert_eq!(harness.click(at), [Command::Apply]);
-        assert_eq!(harness.interface.edited.trail.decay, decay);
+        assert_eq!(harness.interface.document.edited.trail.decay, decay);
     }
 }
 
@@ -430,16 +439,19 @@ fn a_number_that_restarts_can_be_typed_to_its_end() {
     // What writes letters or moves in a text does nothing else meanwhile.
     assert!(harness.press(Key::S).is_empty() && harness.interface.playing);
     assert!(matches!(harness.press(Key::F12)[..], [Command::Screenshot]));
-    assert_eq!(harness.interface.edited.particles.count, 500_000);
+    assert_eq!(harness.interface.document.edited.particles.count, 500_000);
     // What is saved has the number as it stands.
     let held = Modifiers::COMMAND;
     let commands = harness.press_with(held, Key::S);
     assert_eq!(commands[0], Command::Save, "{commands:?}");
-    assert_eq!(harness.interface.edited.particles.count, 1200);
-    assert!(harness.interface.is_pending());
+    assert_eq!(harness.interface.document.edited.particles.count, 1200);
+    assert!(harness.interface.document.is_pending());
     for (key, count) in [(Key::Z, 500_000), (Key::Y, 1200)] {
         harness.press_with(held, key);
-        assert_eq!(harness.interface.edited.particles.count, count, "{key:?}");
+        assert_eq!(
+            harness.interface.document.edited.particles.count, count,
+            "{key:?}"
+        );
     }
 }
 
@@ -460,7 +472,7 @@ fn a_number_with_a_least_value_can_be_typed() {
         harness.frame(vec![]);
     }
     harness.press(Key::Enter);
-    assert_eq!(harness.interface.edited.atlas.size, 512);
+    assert_eq!(harness.interface.document.edited.atlas.size, 512);
     // What is less than the least becomes the least.
     harness.frame(vec![]);
     let [number] = harness.places_of("512")[..] else {
@@ -469,7 +481,7 @@ fn a_number_with_a_least_value_can_be_typed() {
     harness.click(number);
     harness.frame(vec![Event::Text("3".to_owned())]);
     harness.press(Key::Enter);
-    assert_eq!(harness.interface.edited.atlas.size, 16);
+    assert_eq!(harness.interface.document.edited.atlas.size, 16);
 }
 
 #[test]
@@ -497,38 +509,41 @@ fn what_is_opened_over_the_picture_closes_the_rest() {
 #[test]
 fn what_no_file_has_is_known_until_it_is_saved() {
     let mut harness = Harness::new();
-    assert!(!harness.interface.is_unsaved());
-    harness.interface.edited.trail.decay = 0.5;
-    assert!(harness.interface.is_unsaved());
+    assert!(!harness.interface.document.is_unsaved());
+    harness.interface.document.edited.trail.decay = 0.5;
+    assert!(harness.interface.document.is_unsaved());
     harness.frame(vec![]);
-    let now = harness.interface.state_to_save();
-    harness.interface.saved(Some(now));
-    assert!(!harness.interface.is_unsaved());
-    harness.interface.view.background = glam::Vec3::X;
+    let now = harness.interface.document.state_to_save();
+    harness.interface.document.saved(Some(now));
+    assert!(!harness.interface.document.is_unsaved());
+    harness.interface.document.view.background = glam::Vec3::X;
     harness.frame(vec![]);
-    assert!(harness.interface.is_unsaved(), "a look is one's own, too");
-    harness.interface.undo(&mut Vec::new());
-    assert!(!harness.interface.is_unsaved());
-    harness.interface.view.camera.yaw += 1.0;
     assert!(
-        !harness.interface.is_unsaved(),
+        harness.interface.document.is_unsaved(),
+        "a look is one's own, too"
+    );
+    harness.interface.undo(&mut Vec::new());
+    assert!(!harness.interface.document.is_unsaved());
+    harness.interface.document.view.camera.yaw += 1.0;
+    assert!(
+        !harness.interface.document.is_unsaved(),
         "whoever looks round changes nothing"
     );
     // A file that was asked for before a change has not that one; what came from the clipboard is in none.
-    let before = harness.interface.state_to_save();
-    harness.interface.edited.trail.decay = 0.6;
-    harness.interface.saved(Some(before));
-    assert!(harness.interface.is_unsaved());
-    harness.interface.saved(None);
+    let before = harness.interface.document.state_to_save();
+    harness.interface.document.edited.trail.decay = 0.6;
+    harness.interface.document.saved(Some(before));
+    assert!(harness.interface.document.is_unsaved());
+    harness.interface.document.saved(None);
     harness.interface.undo(&mut Vec::new());
-    assert!(harness.interface.is_unsaved());
+    assert!(harness.interface.document.is_unsaved());
 }
 
 /// What to do where the transfer buffer was full is read without pointing at anything.
 #[test]
 fn the_panel_says_how_large_the_transfer_buffer_must_be() {
     let mut harness = Harness::new();
-    harness.interface.running.transfer.buffer_size = 16;
+    harness.interface.document.running.transfer.buffer_size = 16;
     let mut says = |refused, most_wanted, text: &str| {
         harness.facts.flow = Flow {
             refused,
