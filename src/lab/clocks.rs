@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use myxo::gpu::{Context, Frames, SpanKind};
 
-use super::interface::{Facts, KernelTime};
+use super::facts::{Facts, KernelTime};
 use super::pacing::Pacer;
 use super::stage::Stage;
 

@@ -10,8 +10,9 @@ use myxo::scene::{Overrides, Scene, Settings};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::{Error, Result};
 
-use super::hands::{CarriedOver, Coming, Work};
-use super::interface::Command;
+use super::command::Command;
+use super::command::Work;
+use super::hands::{CarriedOver, Coming};
 use super::interface::Interface;
 use super::left::LeftScenes;
 use super::loading::{Loaded, Loading, Opened, Origin};

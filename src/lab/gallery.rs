@@ -6,8 +6,10 @@ use egui::{ColorImage, Rect, Response, RichText, Sense, TextureHandle, TextureOp
 use indicatif::HumanDuration;
 use myxo::scene::builtin::{Builtin, PRESETS, SCENES};
 
+use super::command::Command;
 use super::facts::Before;
-use super::interface::{Command, Facts, Interface};
+use super::facts::Facts;
+use super::interface::Interface;
 use super::looks::summary;
 use super::opening::{EVERYTHING, OPEN};
 use super::own::check_name;

@@ -3,24 +3,24 @@
 //! The interface changes its own settings and view at once and asks the window for the rest by [`Command`]s, so it
 //! runs without a window and without a device, as its tests do.
 
-use std::path::PathBuf;
-
 use egui::{Rect, Sense, Ui};
 use glam::{Vec2, Vec3};
 use myxo::render::Camera;
 use myxo::render::view;
 use myxo::scene::Scene;
 
+use super::command::Command;
+use super::command::Work;
 use super::document::Document;
-pub use super::facts::{Facts, KernelTime, Waiting};
+use super::facts::Facts;
 use super::gallery::Gallery;
-use super::hands::{Hands, Tool, Work};
-use super::left::{LeftScene, LeftScenes};
+use super::hands::{Hands, Tool};
+use super::left::LeftScenes;
 use super::looks::LookClock;
 use super::navigation::{Moved, Navigation};
 use super::notices::Notices;
 use super::opening::Opening;
-use super::out::{Out, OutPanel};
+use super::out::OutPanel;
 use super::overlays::{show_ending, show_loading};
 use super::own::OwnPresets;
 use super::places::Marked as _;
@@ -29,59 +29,6 @@ use super::recent::Recent;
 use super::renewal::place_among;
 use super::rows::{take_refused, take_wanted};
 use super::theme;
-
-/// Something that the window must do.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Command {
-    /// Settings changed that the running simulation can take over.
-    Apply,
-    /// Begin again at step 0, with the settings as they are edited.
-    Restart,
-    /// Go on from what had grown before a reset, or in another scene.
-    GoBack,
-    /// Take one step.
-    Step,
-    /// Write the picture to a file.
-    Screenshot,
-    /// Put the surface point that this pixel of the picture shows in its middle.
-    Refocus(Vec2),
-    /// Put the scene with its settings and camera into the clipboard.
-    Copy,
-    /// Put the look alone into the clipboard.
-    CopyLook,
-    /// Keep the look as a preset of this name.
-    SavePreset(String),
-    /// Remove a preset of one's own.
-    RemovePreset(String),
-    /// Close the window.
-    Quit,
-    /// Take over a scene or a look from the clipboard.
-    Paste(String),
-    /// Write the scene as it is edited and looked at to a file.
-    Save,
-    /// Opens the dialog that asks where.
-    AskWhereToSave,
-    /// Opens the dialog that asks for the folder of what is taken out.
-    AskForFolder,
-    /// Saves the scene in this file, in the place of what is there.
-    SaveAs(PathBuf),
-    /// Show another scene that comes with the program.
-    Open(&'static str),
-    /// The same, with the look that is here.
-    OpenWithLook(&'static str),
-    /// Show a scene as it was left.
-    OpenLeft(LeftScene),
-    /// Do with a file what is done with one that is dropped.
-    TakeFile(PathBuf),
-    /// Give up the scene that is on its way.
-    CancelLoading,
-    /// The window over the whole screen, or no longer.
-    FullScreen,
-    /// A hand is on the scene.
-    Hand(Work),
-    /// Take something out.
-    TakeOut(Out),
-}
 
 /// The state of everything round the picture.
 #[derive(Clone, Debug)]

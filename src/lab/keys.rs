@@ -3,9 +3,11 @@
 use egui::{Event, Key, Modifiers};
 use myxo::scene::settings::Show;
 
-use super::interface::{Command, Facts, Interface};
+use super::command::Command;
+use super::command::Out;
+use super::facts::Facts;
+use super::interface::Interface;
 use super::opening::EVERYTHING;
-use super::out::Out;
 
 /// Something that a key does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,7 +15,7 @@ use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::{Setup, Simulation};
 use myxo::{Error, Result};
 
-use super::interface::Waiting;
+use super::facts::Waiting;
 use super::saving::SceneFile;
 use super::worker::joined;
 use crate::cli::room;

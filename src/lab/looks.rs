@@ -10,7 +10,8 @@ use myxo::scene::settings::Settings;
 use myxo::scene::{Overrides, Scene};
 use myxo::{Error, Result};
 
-use super::interface::{Command, Interface};
+use super::command::Command;
+use super::interface::Interface;
 use super::loading::Origin;
 use super::out::{Shot, scaled};
 use super::own::check_name;

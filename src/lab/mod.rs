@@ -4,6 +4,7 @@ mod app;
 mod back;
 mod checks;
 mod clocks;
+mod command;
 mod commands;
 mod document;
 mod facts;

@@ -14,8 +14,9 @@ use egui_file_dialog::{DialogState, FileDialog, Filter, OpeningMode};
 use myxo::plain_text::Shown as _;
 use myxo::scene::settings::Settings;
 
+use super::command::Command;
 use super::hands::{MESHES, ends_so};
-use super::interface::{Command, Interface};
+use super::interface::Interface;
 use super::saving::whole;
 use super::theme;
 

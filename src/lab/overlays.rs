@@ -2,9 +2,11 @@
 
 use egui::{Align, Align2, Layout, Rect, RichText, Ui, vec2};
 
-use super::interface::{Command, Facts, Interface, Waiting};
+use super::command::Command;
+use super::facts::OutFacts;
+use super::facts::{Facts, Waiting};
+use super::interface::Interface;
 use super::keys::{MOUSE, keys};
-use super::out::OutFacts;
 use super::places::{Marked as _, mark_cross, note_value};
 use super::rows::grouped;
 use super::theme;

@@ -9,8 +9,10 @@ use myxo::scene::settings::{ObjectSettings, Part, Settings, Show};
 use myxo::sim::transfers::told;
 use myxo::sim::types::Flow;
 
-use super::checks::Check;
-use super::interface::{Command, Facts, Interface};
+use super::command::Command;
+use super::facts::Check;
+use super::facts::Facts;
+use super::interface::Interface;
 use super::looks::summary;
 use super::places::{Marked as _, note_value};
 use super::plot::kernel_plot;

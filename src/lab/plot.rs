@@ -3,7 +3,7 @@
 use egui::{Color32, Ui};
 use egui_plot::{HoverPosition, Line, Plot, PlotPoints};
 
-use super::interface::Facts;
+use super::facts::Facts;
 use super::theme;
 
 /// Kernels with an area of their own, from the longest; the others share one.

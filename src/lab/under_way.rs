@@ -8,8 +8,8 @@ use myxo::Result;
 use myxo::gpu::Recorder;
 use myxo::scene::settings::ObjectSettings;
 
-use super::hands::{Ticket, Work};
-use super::interface::Command;
+use super::command::Command;
+use super::command::{Ticket, Work};
 use super::show::{Seen, Shot};
 use super::stage::Stage;
 use super::window::Lab;

@@ -10,7 +10,8 @@ use myxo::render::hues::{hue_light, object_light};
 use myxo::render::view::Light;
 use myxo::scene::settings::{Legend, Show};
 
-use super::interface::{Facts, Interface};
+use super::facts::Facts;
+use super::interface::Interface;
 use super::places::{Marked as _, note_value};
 use super::theme;
 use super::view_rows::{CAMERA_ROWS, LIGHT_ROWS};

@@ -4,7 +4,7 @@ use egui::{Align, Color32, Layout, Rect, Response, RichText, Sense, Slider, Ui, 
 use myxo::render::colormap::srgb_from_linear;
 use myxo::scene::settings::ColorMap;
 
-use super::interface::Facts;
+use super::facts::Facts;
 use super::places::Marked as _;
 use super::plot::color_of;
 use super::theme;

@@ -3,12 +3,14 @@
 use egui::{Align2, Rect, RichText, Slider, Ui, vec2};
 use myxo::mesh::builtin::BUILTINS;
 
-use super::super::interface::{Command, Interface};
+use super::super::command::Command;
+use super::super::command::Work;
+use super::super::interface::Interface;
 use super::super::opening::{ONLY_MESHES, OPEN_MESH};
 use super::super::places::{Marked as _, note_value};
 use super::super::theme;
 use super::super::widgets::parse_number;
-use super::{PICK_FIRST, RADII, Tool, Work};
+use super::{PICK_FIRST, RADII, Tool};
 
 /// Of the bar's contents, points.
 const WIDTH: f32 = 108.0;

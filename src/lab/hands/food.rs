@@ -7,11 +7,14 @@ use myxo::scene::parameters::{FOOD_PARAMETERS, Kind};
 use myxo::scene::settings::{FoodSettings, MOST_FOODS, Settings, Start};
 use myxo::sim::types::Mark;
 
-use super::super::interface::{Command, Facts, Interface};
+use super::super::command::Command;
+use super::super::facts::Facts;
+use super::super::facts::Under;
+use super::super::interface::Interface;
 use super::super::places::{Marked as _, note_value};
 use super::super::theme;
 use super::super::widgets::parse_number;
-use super::{Held, Under};
+use super::Held;
 
 /// A click picks food that is so far from it for its size.
 const NEAR: f32 = 1.5;

@@ -7,13 +7,17 @@ use myxo::render::Camera;
 use myxo::scene::motion::Origins;
 use myxo::scene::settings::ObjectSettings;
 
-use super::super::interface::{Command, Facts, Interface};
+use super::super::command::Command;
+use super::super::command::Work;
+use super::super::facts::Facts;
+use super::super::facts::HandFacts;
+use super::super::interface::Interface;
 use super::super::places::{Marked as _, are_asked_for, note_value};
 use super::super::theme;
+use super::Held;
 use super::handles::{
     along_axis, angle_round, keep_in_place, length_of_pixel, on_plane, shift, turn,
 };
-use super::{HandFacts, Held, Work};
 
 /// Points from the middle to the end of an arrow.
 const ARROW: f32 = 84.0;

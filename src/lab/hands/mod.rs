@@ -18,13 +18,15 @@ mod tool;
 mod work;
 
 use egui::{PointerButton, Response, Ui};
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use myxo::scene::Scene;
-use myxo::scene::motion::Origins;
 use myxo::scene::settings::FoodSettings;
 use myxo::sim::paint::Brush;
 
-use super::interface::{Command, Facts, Interface};
+use super::command::Command;
+use super::command::{Ticket, Work};
+use super::facts::Facts;
+use super::interface::Interface;
 use super::navigation::Drags;
 use super::renewal::place_among;
 use super::saving::whole;
@@ -33,7 +35,6 @@ use food::FoodDrag;
 pub use food::{begin_on_food_that_is, remove_food};
 use gizmo::Grab;
 use hold::{Held, Hold, Way};
-pub use picked::{Ticket, Which};
 pub use tool::Tool;
 pub use work::{Coming, Hand};
 
@@ -51,107 +52,6 @@ const LONGEST_PRESS: f32 = 0.1;
 const FLAT: &str = "Hands work on the surface, and the atlas is flat: choose another view first";
 /// What those who have picked nothing are told.
 const PICK_FIRST: &str = "Pick an object first: click on it";
-
-/// What lies under the pointer.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Under {
-    /// The pixel that was asked about.
-    pub pixel: Vec2,
-    /// Global triangle id.
-    pub triangle: u32,
-    /// Weights of the corners B and C.
-    pub uv: [f32; 2],
-    /// Column and row in the atlas.
-    pub texel: [u32; 2],
-    /// Which object.
-    pub object: usize,
-    /// In world space.
-    pub position: Vec3,
-    /// Unit normal of the triangle, turned to the eye.
-    pub normal: Vec3,
-    /// The trail at the texel, when it has come from the device.
-    pub trail: Option<f32>,
-    /// Signed distance to the other objects, scene radii, likewise; none with one object.
-    pub distance: Option<f32>,
-    /// What sensors read more there, once something was painted, likewise.
-    pub bias: Option<f32>,
-}
-
-/// What the window knows for the hands.
-#[derive(Clone, Debug, Default)]
-pub struct HandFacts {
-    /// The pixel that was looked at last, if any was asked for.
-    pub looked: Option<Vec2>,
-    /// Under the pointer, if it was asked for and there is something.
-    pub under: Option<Under>,
-    /// World from object, one an object.
-    pub poses: Vec<Affine3A>,
-    /// Where coordinates are counted from, one an object.
-    pub origins: Vec<Origins>,
-    /// Where handles are and what they turn and scale about, counted from there: the object's own origin, or if its
-    /// surface is far from that, the middle of its box.
-    pub middles: Vec<Vec3>,
-    /// Where each food and marker lies, in world space, and how large it is drawn; scattered ones last.
-    pub foods: Vec<(Vec3, f32)>,
-    /// Seconds of the objects' motion.
-    pub time: f64,
-    /// The mean of the trail where particles deposit as they do and it decays as it does: what brushes measure by.
-    pub mean_trail: f32,
-    /// Scene radius, world units.
-    pub radius: f32,
-    /// Reach of signed distances, scene radii.
-    pub reach: f32,
-}
-
-impl HandFacts {
-    /// What an object is turned and scaled about, as origins of its coordinates.
-    fn pivot_of(&self, object: usize) -> Origins {
-        let mut origins = self.origins.get(object).copied().unwrap_or_default();
-        origins.surface += self.middle_of(object).as_dvec3();
-        origins
-    }
-
-    fn middle_of(&self, object: usize) -> Vec3 {
-        self.middles.get(object).copied().unwrap_or_default()
-    }
-}
-
-/// What needs the simulation.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Work {
-    /// A brush was drawn from one pixel of the picture to another.
-    Stroke {
-        /// Where it was.
-        from: Vec2,
-        /// Where it is.
-        to: Vec2,
-        /// What a single dab does.
-        brush: Brush,
-        /// Scene radii.
-        radius: f32,
-    },
-    /// The hand has let go of a stroke that may have changed what attracts, repels or forbids.
-    EndStroke,
-    /// Undo, or redo with `again`, whose turn comes after strokes that had no end yet.
-    Undo {
-        /// Redo.
-        again: bool,
-    },
-    /// Undo or redo has come to where this stroke is the last one.
-    ToStroke(u64),
-    /// All particles begin anew, on what is painted to attract.
-    StartOnPainted,
-    /// Takes an object out of the scene.
-    Remove(Which),
-    /// Puts a mesh into the scene: `builtin:NAME`, or a file.
-    Add(String, Ticket),
-    /// Puts an object into the scene once more.
-    Duplicate(Which, Ticket),
-    /// Multiplies an object's scale.
-    Scale(usize, f32),
-    /// Undo or redo has brought other objects than those that run: they take over what has grown.
-    Renew,
-}
 
 /// The state of the hands.
 #[derive(Clone, Debug)]

@@ -8,7 +8,8 @@ use myxo::scene::Scene;
 use myxo::scene::motion::in_decimals;
 use myxo::scene::settings::{ObjectSettings, ParticleSettings, Settings};
 
-use super::super::interface::Command;
+use super::super::command::Command;
+use super::super::command::{Ticket, Which, Work};
 use super::super::loading::Origin;
 use super::super::renewal::place_among;
 use super::super::renewal::renewed;
@@ -16,8 +17,8 @@ use super::super::stage::Stage;
 use super::super::under_way::Left;
 use super::super::window::Lab;
 use super::handles::shift;
+use super::remove_food;
 use super::work::Coming;
-use super::{Ticket, Which, Work, remove_food};
 
 /// A new object's radius, as a share of the scene's.
 const NEW_OBJECT: f32 = 0.4;

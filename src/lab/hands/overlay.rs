@@ -7,12 +7,14 @@ use glam::Vec3;
 
 use myxo::sim::paint::NO_GO_BELOW;
 
-use super::super::interface::{Facts, Interface};
+use super::super::facts::Facts;
+use super::super::facts::Under;
+use super::super::interface::Interface;
 use super::super::places::note_value;
 use super::super::rows::grouped;
 use super::super::theme;
+use super::Tool;
 use super::gizmo::Screen;
-use super::{Tool, Under};
 
 const PARTS: u32 = 64;
 /// How often the probe looks again while nothing else happens.

@@ -1,20 +1,10 @@
 //! What is picked: an object that is there, or one that was asked for and is picked when it comes.
 
-use super::super::interface::{Command, Interface};
-use super::{Hands, PICK_FIRST, Tool, Work};
-
-/// Tells objects that were asked for from each other before they have names.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Ticket(u64);
-
-/// An object that something is to be done with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Which {
-    /// One that is edited, by its place.
-    Object(usize),
-    /// One that was asked for, whether it has come or not.
-    Asked(Ticket),
-}
+use super::super::command::Command;
+use super::super::command::Work;
+use super::super::command::{Ticket, Which};
+use super::super::interface::Interface;
+use super::{Hands, PICK_FIRST, Tool};
 
 impl Hands {
     /// What the hand has to do with.

@@ -12,7 +12,9 @@ use myxo::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::super::interface::Command;
+use super::super::command::Command;
+use super::super::command::{Ticket, Work};
+use super::super::facts::{HandFacts, Under};
 use super::super::loading::Origin;
 use super::super::lost::is_loss;
 use super::super::own::preset_in;
@@ -24,7 +26,7 @@ use super::food::placed;
 use super::handles::keep_in_place;
 use super::overlay::normal_towards;
 use super::strokes::Strokes;
-use super::{HandFacts, Ticket, Under, Work, is_mesh, mesh_name};
+use super::{is_mesh, mesh_name};
 
 /// Dabs of one frame, at the most.
 const MOST_DABS: f32 = 6.0;

@@ -12,8 +12,8 @@ use myxo::render::Camera;
 use myxo::scene::Scene;
 use myxo::scene::settings::{ColorMap, Part, Strategy};
 
+use super::super::facts::Check;
 use super::*;
-use crate::lab::checks::Check;
 
 struct Harness {
     ctx: egui::Context,

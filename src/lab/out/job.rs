@@ -15,11 +15,12 @@ use myxo::render::{View, output};
 use myxo::scene::Scene;
 use myxo::scene::settings::Settings;
 
+use super::super::command::Model;
+use super::super::facts::Making;
 use super::encoder::{Encoder, Frame};
 use super::names::Reserved;
 use super::panel::OutPanel;
 use super::shot::Shot;
-use super::{Making, Model};
 use crate::lab::hands::begin_on_food_that_is;
 use crate::lab::stage::Stage;
 use crate::lab::undo::Entry;

@@ -18,7 +18,9 @@ use myxo::render::output::{Output, Written};
 use myxo::scene::settings::Settings;
 use myxo::{Error, Result};
 
+use super::command::{Model, Out};
 use super::document::Document;
+use super::facts::OutFacts;
 use super::stage::Stage;
 use super::window::Lab;
 pub(super) use closing::say;
@@ -31,90 +33,9 @@ pub use shot::Shot;
 #[cfg(test)]
 pub use panel::Size;
 pub use panel::{Kind, OutPanel};
-pub use recording::Recorded;
 
 /// The largest picture of a film, pixels a side.
 pub const LARGEST_FILM: u32 = 4096;
-
-/// What the interface asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Out {
-    /// Begin to record the window, or end it.
-    Record,
-    /// A film at a fixed step.
-    Film,
-    /// A file of the present state.
-    Export(Model),
-    /// Give up what is being made.
-    Cancel,
-    /// End the film that is being made with the pictures that it has.
-    Finish,
-}
-
-/// What a state is written as.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Model {
-    /// A model with the trail on it.
-    Glb,
-    /// A mesh with colours.
-    Ply,
-    /// All data for NumPy.
-    Npz,
-    /// A scene file.
-    Scene,
-    /// Everything, to go on from.
-    Checkpoint,
-}
-
-impl Model {
-    /// Every one, in the order of the panel.
-    pub const ALL: [Self; 5] = [
-        Self::Glb,
-        Self::Ply,
-        Self::Npz,
-        Self::Scene,
-        Self::Checkpoint,
-    ];
-
-    /// The ending of its files.
-    pub fn ending(self) -> &'static str {
-        match self {
-            Self::Glb => "glb",
-            Self::Ply => "ply",
-            Self::Npz => "npz",
-            Self::Scene => "toml",
-            Self::Checkpoint => "ckpt",
-        }
-    }
-}
-
-/// What is being made, for the interface.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Making {
-    /// The file's name.
-    pub name: String,
-    /// How far it is, in words.
-    pub doing: String,
-    /// The share that is done, where that is known.
-    pub done: Option<f32>,
-    /// Would it be whole if it ended now?
-    pub can_finish: bool,
-    /// The user does not want it any more.
-    pub is_cancelled: bool,
-}
-
-/// What the interface shows of it.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct OutFacts {
-    /// A recording under way.
-    pub recording: Option<Recorded>,
-    /// Anything else.
-    pub making: Option<Making>,
-    /// Of the film that is being made: how much of it there is, seconds.
-    pub filmed: Option<f64>,
-    /// The window closes when all of it is whole.
-    pub ends: bool,
-}
 
 /// What is under way.
 #[derive(Default)]

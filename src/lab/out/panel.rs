@@ -4,8 +4,11 @@ use egui::{Align2, DragValue, Rect, RichText, Ui, vec2};
 use myxo::export::Colors;
 use serde::{Deserialize, Serialize};
 
-use super::{Making, Model, Out, Recorded};
-use crate::lab::interface::{Command, Facts, Interface};
+use super::super::command::Command;
+use super::super::command::{Model, Out};
+use super::super::facts::Facts;
+use super::super::facts::{Making, Recorded};
+use crate::lab::interface::Interface;
 use crate::lab::places::{Marked as _, mark_cross, note_value};
 use crate::lab::preferences::pick;
 use crate::lab::theme;

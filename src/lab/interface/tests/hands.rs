@@ -9,7 +9,9 @@ use glam::{Affine3A, DVec3};
 use myxo::scene::settings::ObjectSettings;
 use myxo::sim::paint::Brush;
 
-use super::super::super::hands::{Tool, Under, Which};
+use super::super::super::command::Which;
+use super::super::super::facts::Under;
+use super::super::super::hands::Tool;
 use super::*;
 
 const LEFT: PointerButton = PointerButton::Primary;

@@ -1,8 +1,9 @@
 //! A screen that is twice as dense: what is pressed and painted is where it is shown.
 
+use super::super::super::command::Out;
+use super::super::super::command::Work;
 use super::*;
-use crate::lab::hands::{Tool, Work};
-use crate::lab::out::Out;
+use crate::lab::hands::Tool;
 use crate::lab::place::Place;
 
 #[test]
