@@ -109,7 +109,7 @@ impl Lab {
                 true
             }
             Err(error) => {
-                self.interface.notice(context, error.to_string(), true);
+                self.interface.notices.say(context, error.to_string(), true);
                 false
             }
         };
@@ -157,7 +157,7 @@ impl Lab {
             ", without the areas that were painted: files of scenes have them (Ctrl S)"
         };
         let text = format!("The scene is in the clipboard{without}{as_it_runs}");
-        self.interface.notice(context, text, false);
+        self.interface.notices.say(context, text, false);
     }
 
     /// Into the file that the scene was saved in before, or else into a numbered one.
@@ -193,7 +193,7 @@ impl Lab {
     fn save_as(&mut self, context: &egui::Context, file: PathBuf) {
         let file = match chosen(file) {
             Ok(file) => file,
-            Err(error) => return self.interface.notice(context, error.to_string(), true),
+            Err(error) => return self.interface.notices.say(context, error.to_string(), true),
         };
         if let Some(file) = self.save_by(context, |text| write_scene(&file, text)) {
             let name = file.file_stem().unwrap_or(file.as_os_str());
@@ -233,11 +233,11 @@ impl Lab {
                         .saved(Some(self.interface.document.state_to_save()));
                 }
                 let text = format!("Saved {}{told}", whole(&path).shown());
-                self.interface.notice(context, text, false);
+                self.interface.notices.say(context, text, false);
                 Some(path)
             }
             Err(error) => {
-                self.interface.notice(context, error.to_string(), true);
+                self.interface.notices.say(context, error.to_string(), true);
                 None
             }
         }
@@ -360,7 +360,7 @@ impl Lab {
         };
         let context = self.host.context().clone();
         let text = format!("{lost} was on its way, and was given up");
-        self.interface.notice(&context, text, false);
+        self.interface.notices.say(&context, text, false);
     }
 
     /// Shows the scene that was loaded, if it is ready. If something was wrong with it, what runs goes on.
@@ -383,7 +383,7 @@ impl Lab {
             Ok(()) => {}
             Err(Error::Atlas(AtlasError::Cancelled)) => {
                 let text = format!("{} was not loaded", loading.name);
-                self.interface.notice(&context, text, false);
+                self.interface.notices.say(&context, text, false);
             }
             Err(error) if is_loss(&error) => {
                 // It is given up like any that is on its way then. An object is not asked for again: it may be what the device
@@ -394,7 +394,10 @@ impl Lab {
                 }
                 return Err(error);
             }
-            Err(error) => self.interface.notice(&context, error.to_string(), true),
+            Err(error) => self
+                .interface
+                .notices
+                .say(&context, error.to_string(), true),
         }
         Ok(())
     }
@@ -457,7 +460,9 @@ impl Lab {
         }
         if !texts.is_empty() {
             let context = self.host.context().clone();
-            self.interface.notice(&context, texts.join("\n"), is_error);
+            self.interface
+                .notices
+                .say(&context, texts.join("\n"), is_error);
         }
         self.feeder.leave();
         stage.take_canvas(self.stage.take());

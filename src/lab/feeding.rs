@@ -173,7 +173,7 @@ impl Lab {
         self.interface.document.running.feeding = runs.feeding.clone();
         if let Err((refused, error)) = served {
             self.interface.take_food_back(&refused);
-            self.interface.notice(context, error.to_string(), true);
+            self.interface.notices.say(context, error.to_string(), true);
         }
         self.host.request_redraw();
         Ok(())

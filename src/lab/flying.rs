@@ -101,7 +101,7 @@ impl Interface {
         if flies {
             let text =
                 "Flying: W A S D, E up, Q down, drag to look, wheel for the speed. V ends it";
-            self.notice(ctx, text, false);
+            self.notices.say(ctx, text, false);
         }
     }
 }

@@ -236,7 +236,7 @@ impl Interface {
                 .show(ui, |ui| self.panel(ui, facts, &mut commands));
         }
         if let Some(text) = take_refused(ui.ctx()) {
-            self.notice(ui.ctx(), text, false);
+            self.notices.say(ui.ctx(), text, false);
         }
         if let Some(key) = take_wanted(ui.ctx()) {
             self.begin_to_open_mask(ui.ctx(), key);
@@ -275,7 +275,7 @@ impl Interface {
         if facts.out.ends {
             show_ending(ui.ctx(), picture, &facts.out);
         }
-        self.show_notices(ui, picture);
+        self.notices.show(ui, picture, self.performing);
         self.hide_resting_pointer(ui.ctx());
         self.show_opening(ui.ctx(), &mut commands);
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
@@ -331,7 +331,7 @@ impl Interface {
                 false => "",
             };
             let text = format!("Painted trail and particles are not taken back{before}");
-            return self.notice(ctx, text, false);
+            return self.notices.say(ctx, text, false);
         }
         self.undo(commands);
     }

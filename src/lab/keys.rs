@@ -550,7 +550,7 @@ impl Interface {
                 show.title(),
                 Show::titles(Show::has_charts)
             );
-            return self.notice(ctx, text, false);
+            return self.notices.say(ctx, text, false);
         }
         self.document.view.charts = match self.document.view.charts {
             charts if charts < 0.5 => 0.5,

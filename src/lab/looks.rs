@@ -118,11 +118,11 @@ impl Interface {
                 self.change_look(to, commands);
                 // It grows out of what is there; from the start it comes to what its small picture shows.
                 let text = format!("{name}: {} (R begins anew)", summary(text));
-                self.notice(ctx, text, false);
+                self.notices.say(ctx, text, false);
                 true
             }
             Err(error) => {
-                self.notice(ctx, error.to_string(), true);
+                self.notices.say(ctx, error.to_string(), true);
                 false
             }
         }
@@ -192,7 +192,8 @@ impl Lab {
     pub(super) fn copy_look(&mut self, context: &egui::Context) {
         context.copy_text(self.interface.look_text(&self.name));
         self.interface
-            .notice(context, "The look is in the clipboard", false);
+            .notices
+            .say(context, "The look is in the clipboard", false);
     }
 
     /// Begins to load a scene that comes with the program, with the look that is here.
@@ -210,7 +211,7 @@ impl Lab {
     pub(super) fn take_look(&mut self, context: &egui::Context, name: &str, text: &str) {
         if self.stage.is_none() {
             let text = "Nothing grows yet that could take the look: wait for the scene";
-            return self.interface.notice(context, text, true);
+            return self.interface.notices.say(context, text, true);
         }
         let mut commands = Vec::new();
         let is_read = self
@@ -221,7 +222,7 @@ impl Lab {
             // So it can be kept by one click.
             self.interface.gallery.name = check_name(name).unwrap_or_default().to_owned();
             let text = format!("The look of {name}: keep it in the gallery (G)");
-            self.interface.notice(context, text, false);
+            self.interface.notices.say(context, text, false);
         }
         self.host.request_redraw();
     }
@@ -229,8 +230,8 @@ impl Lab {
     /// Keeps the look under a name, with a picture of what is seen now.
     pub(super) fn save_preset(&mut self, context: &egui::Context, name: &str) {
         match self.try_to_save_preset(name) {
-            Ok(text) => self.interface.notice(context, text, false),
-            Err(error) => self.interface.notice(context, error.to_string(), true),
+            Ok(text) => self.interface.notices.say(context, text, false),
+            Err(error) => self.interface.notices.say(context, error.to_string(), true),
         }
         self.interface.gallery.forget_pictures();
     }
@@ -264,9 +265,9 @@ impl Lab {
                     self.interface.document.preset = None;
                 }
                 let text = format!("{name} is removed");
-                self.interface.notice(context, text, false);
+                self.interface.notices.say(context, text, false);
             }
-            Err(error) => self.interface.notice(context, error.to_string(), true),
+            Err(error) => self.interface.notices.say(context, error.to_string(), true),
         }
         self.interface.gallery.forget_pictures();
     }

@@ -184,12 +184,12 @@ impl Lab {
         let on = &lab.ctx.info().name;
         let text = notice(error, was_painted, (*on != was_on).then_some(on), kept);
         let context = lab.host.context().clone();
-        lab.interface.notice(&context, text, true);
+        lab.interface.notices.say(&context, text, true);
         if let (settings, Some(error)) = lab.settings_that_work() {
             lab.interface.document.edited = settings;
             let text =
                 format!("What waited for a restart would not work, and is taken back: {error}");
-            lab.interface.notice(&context, text, true);
+            lab.interface.notices.say(&context, text, true);
         }
         lab.restart();
         Ok(lab)

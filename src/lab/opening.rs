@@ -280,7 +280,7 @@ impl Interface {
                             "cannot take the folder {}: its name is not plain text, or begins or ends with a space; rename it or choose another",
                             path.shown()
                         );
-                        self.notice(ctx, text, true);
+                        self.notices.say(ctx, text, true);
                     }
                 }
             }

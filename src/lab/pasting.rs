@@ -19,7 +19,7 @@ impl Lab {
     pub(super) fn paste(&mut self, context: &egui::Context, text: &str) {
         let settings = match read_scene(text) {
             Ok(settings) => settings,
-            Err(error) => return self.interface.notice(context, error.to_string(), true),
+            Err(error) => return self.interface.notices.say(context, error.to_string(), true),
         };
         // What is on its way is not there to be compared with.
         let stage = self.stage.as_ref().filter(|_| self.loading.is_none());
@@ -38,7 +38,7 @@ impl Lab {
                 // It is another scene, and the one before has its file.
                 self.file = None;
                 let text = format!("{} goes on as pasted (R begins anew)", self.name);
-                self.interface.notice(context, text, false);
+                self.interface.notices.say(context, text, false);
             } else {
                 self.interface.put_back(before);
                 let wanted = self.interface.document.live_settings();

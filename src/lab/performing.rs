@@ -3,9 +3,8 @@
 use std::time::Duration;
 
 use super::interface::Interface;
+use super::notices::HOW_BACK;
 
-/// What is told as it begins.
-pub(super) const HOW_BACK: &str = "Esc brings the panel back";
 /// After so many seconds without a movement the pointer rests.
 pub(super) const POINTER_RESTS: f64 = 2.0;
 
@@ -18,7 +17,7 @@ impl Interface {
         self.gallery.open = false;
         self.hands.leave_scene();
         if self.performing {
-            self.notice(ctx, HOW_BACK, false);
+            self.notices.say(ctx, HOW_BACK, false);
         }
     }
 

@@ -28,7 +28,7 @@ impl Interface {
             None => self.document.view.show = show,
             Some(why) => {
                 let text = format!("{} cannot be shown: {why}", show.title());
-                self.notice(ctx, text, false);
+                self.notices.say(ctx, text, false);
             }
         }
     }

@@ -217,7 +217,7 @@ impl Lab {
         self.stir_places()?;
         let since_last = self.host.pace(self.clocks.tick());
         if self.left.is_empty() && self.loading.is_none() {
-            self.interface.end_drop();
+            self.interface.notices.end_drop();
         }
         if self.closing {
             self.begin_to_end();

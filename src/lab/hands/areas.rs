@@ -130,7 +130,7 @@ impl Lab {
         match begun {
             Err(error) if is_loss(&error) => Err(error),
             Err(error) => {
-                self.interface.notice(context, error.to_string(), true);
+                self.interface.notices.say(context, error.to_string(), true);
                 Ok(())
             }
             Ok(()) => Ok(()),
@@ -139,7 +139,7 @@ impl Lab {
 
     fn begin_on_painted(&mut self, context: &egui::Context) -> Result<()> {
         if self.interface.document.is_pending() {
-            self.interface.notice(context, WAITS, false);
+            self.interface.notices.say(context, WAITS, false);
             return Ok(());
         }
         self.paint_now(context)?;
@@ -151,7 +151,7 @@ impl Lab {
         let name = Reserved::next(&folder, &format!("{}_start", self.name), "png")?;
         let atlas = &stage.simulation.setup().atlas;
         let Some(texels) = write_mask(name.path(), &bias, atlas)? else {
-            self.interface.notice(context, NOTHING_ATTRACTS, false);
+            self.interface.notices.say(context, NOTHING_ATTRACTS, false);
             return Ok(());
         };
         let taken = texels.into_iter().map(|texel| Repainted {
@@ -168,7 +168,7 @@ impl Lab {
             object.start.place = ObjectStart::Scene;
         }
         let text = format!("All begin where it attracted: {}", name.path().shown());
-        self.interface.notice(context, text, false);
+        self.interface.notices.say(context, text, false);
         self.restart();
         Ok(())
     }

@@ -206,13 +206,13 @@ impl Interface {
             } else {
                 let text =
                     "This one is scattered: Scattered food, in the panel, says how many there are";
-                self.notice(ctx, text, false);
+                self.notices.say(ctx, text, false);
             }
             return;
         }
         if self.document.edited.food_count() >= MOST_FOODS {
             let text = format!("There may be {MOST_FOODS} foods and markers: take some away first");
-            self.notice(ctx, text, false);
+            self.notices.say(ctx, text, false);
             return;
         }
         let Some((object, at)) = self.place_under(under, facts) else {
@@ -233,7 +233,7 @@ impl Interface {
         self.hands.let_food_go();
         let picked = self.hands.food.take();
         let Some(food) = picked.filter(|food| *food < self.document.edited.foods.len()) else {
-            self.notice(ctx, "Pick food first: click on it", false);
+            self.notices.say(ctx, "Pick food first: click on it", false);
             return;
         };
         remove_food(&mut self.document.edited, food);

@@ -409,7 +409,7 @@ impl Interface {
     /// Says why hands have nothing to do in the view that is shown, if it is a flat one.
     pub(super) fn tell_flat(&mut self, ctx: &egui::Context) {
         if self.document.view.show.is_flat() {
-            self.notice(ctx, FLAT, false);
+            self.notices.say(ctx, FLAT, false);
         }
     }
 

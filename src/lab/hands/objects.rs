@@ -159,7 +159,7 @@ impl Lab {
                     object.name
                 );
                 let context = self.host.context().clone();
-                self.interface.notice(&context, text, false);
+                self.interface.notices.say(&context, text, false);
                 let place = place_among(&self.interface.document.edited.objects, &object);
                 self.interface.hands.answer(ticket, place);
             }
@@ -208,7 +208,7 @@ impl Lab {
         if settings.objects.len() < 2 {
             let text = format!("{} stays: a scene has at least one object", object.name);
             let context = self.host.context().clone();
-            self.interface.notice(&context, text, false);
+            self.interface.notices.say(&context, text, false);
             return;
         }
         let settings = without_object(settings, place);

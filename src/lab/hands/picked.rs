@@ -46,13 +46,13 @@ impl Interface {
             return self.remove_food(ctx, commands);
         }
         let Some(which) = self.hands.picked() else {
-            self.notice(ctx, PICK_FIRST, false);
+            self.notices.say(ctx, PICK_FIRST, false);
             return;
         };
         let is_there = matches!(which, Which::Object(_));
         if is_there && self.document.running.objects.len() < 2 {
             let text = "The last object stays: a scene has at least one. Add another one first";
-            self.notice(ctx, text, false);
+            self.notices.say(ctx, text, false);
             return;
         }
         self.hands.pick(None);
@@ -66,7 +66,7 @@ impl Interface {
         commands: &mut Vec<Command>,
     ) {
         let Some(which) = self.hands.picked() else {
-            self.notice(ctx, PICK_FIRST, false);
+            self.notices.say(ctx, PICK_FIRST, false);
             return;
         };
         let ticket = self.hands.ask();

@@ -165,7 +165,7 @@ impl Lab {
         self.hand.strokes.keep(undo, changed, is_first);
         if !is_kept {
             let text = format!("{CANNOT_UNDO}: it has more than {MOST_TEXELS} texels");
-            self.interface.notice(context, text, false);
+            self.interface.notices.say(context, text, false);
         }
         // The buttons of undo and redo may be others now.
         self.host.request_redraw();
@@ -253,7 +253,7 @@ impl Lab {
             return Err(error);
         }
         let text = format!("{what}: {error}");
-        self.interface.notice(context, text, true);
+        self.interface.notices.say(context, text, true);
         Ok(())
     }
 

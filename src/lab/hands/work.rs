@@ -194,7 +194,7 @@ impl Lab {
     /// A file was dropped onto the window, or chosen in it. What is on its way comes first: files that are dropped together
     /// all come.
     pub fn drop_file(&mut self, path: PathBuf) {
-        self.interface.begin_drop();
+        self.interface.notices.begin_drop();
         if let Some(folder) = path.parent() {
             self.interface.opening.begin_in(folder);
         }
@@ -209,7 +209,7 @@ impl Lab {
             let file = path.file_name().unwrap_or(path.as_os_str());
             let text = format!("{} comes after {before}", Path::new(file).shown());
             let context = self.host.context().clone();
-            self.interface.notice(&context, text, false);
+            self.interface.notices.say(&context, text, false);
         }
         self.take_file(path);
     }
@@ -278,7 +278,7 @@ impl Lab {
         for dab in dabs {
             let strokes = &mut self.hand.strokes;
             if let Some(text) = strokes.before(rec, &stage.simulation, dab.brush) {
-                self.interface.notice(context, text, false);
+                self.interface.notices.say(context, text, false);
             }
             match stage.simulation.paint(rec, &dab) {
                 Ok(painted) => {
@@ -287,12 +287,12 @@ impl Lab {
                         stage.forget_picture();
                     }
                 }
-                Err(Error::Invalid(problem)) => self.interface.notice(context, problem, true),
+                Err(Error::Invalid(problem)) => self.interface.notices.say(context, problem, true),
                 // Nothing was painted, and the scene goes on.
                 Err(error) if is_loss(&error) => return Err(error),
                 Err(error) => {
                     let text = format!("nothing was painted: {error}");
-                    self.interface.notice(context, text, true);
+                    self.interface.notices.say(context, text, true);
                 }
             }
         }

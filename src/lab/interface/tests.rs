@@ -441,7 +441,7 @@ fn every_parameter_has_a_place_in_the_panel() {
 fn a_notice_goes_away() {
     let mut harness = Harness::new();
     let ctx = harness.ctx.clone();
-    harness.interface.notice(&ctx, "saved", false);
+    harness.interface.notices.say(&ctx, "saved", false);
     harness.frame(vec![]);
     assert!(harness.interface.notices.text().is_some());
     harness.time += 10.0;
@@ -455,19 +455,19 @@ fn what_is_wrong_with_a_dropped_file_is_told_with_what_comes_after() {
     let ctx = harness.ctx.clone();
     let told = |interface: &Interface| interface.notices.text().expect("it is shown");
     let interface = &mut harness.interface;
-    interface.begin_drop();
-    interface.notice(&ctx, "a.obj comes", false);
+    interface.notices.begin_drop();
+    interface.notices.say(&ctx, "a.obj comes", false);
     assert_eq!(told(interface), "a.obj comes");
     for text in ["b.obj is torn", "b.obj is torn", "c.obj is torn"] {
-        interface.begin_drop();
-        interface.notice(&ctx, text, true);
+        interface.notices.begin_drop();
+        interface.notices.say(&ctx, text, true);
     }
     assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\na.obj comes");
-    interface.notice(&ctx, "d.obj comes", false);
-    interface.notice(&ctx, "e.obj comes", false);
+    interface.notices.say(&ctx, "d.obj comes", false);
+    interface.notices.say(&ctx, "e.obj comes", false);
     assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\ne.obj comes");
-    interface.end_drop();
-    interface.notice(&ctx, "saved", false);
+    interface.notices.end_drop();
+    interface.notices.say(&ctx, "saved", false);
     assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\nsaved");
     // They are one error.
     (0..3).for_each(|_| drop(harness.frame(vec![])));
@@ -490,7 +490,7 @@ fn what_cannot_go_on_as_pasted_is_as_it_was_before() {
     let before = interface.clone();
     interface.go_on_as(&scene);
     assert!(interface.document.edited.trail.decay == 0.5 && interface.document.view != view);
-    interface.notice(&ctx, "it cannot", true);
+    interface.notices.say(&ctx, "it cannot", true);
     interface.put_back(before);
     assert!(interface.document.edited == edited && interface.document.view == view);
     assert_eq!(interface.notices.text().as_deref(), Some("it cannot"));

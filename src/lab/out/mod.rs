@@ -146,7 +146,7 @@ impl Lab {
             }
         };
         if let Err(error) = done {
-            self.interface.notice(context, error.to_string(), true);
+            self.interface.notices.say(context, error.to_string(), true);
         }
         self.host.request_redraw();
     }
@@ -155,7 +155,7 @@ impl Lab {
     pub(super) fn picture(&mut self, context: &egui::Context, picture: [u32; 2]) {
         let begun = self.begin_picture(picture);
         if let Err(error) = begun {
-            self.interface.notice(context, error.to_string(), true);
+            self.interface.notices.say(context, error.to_string(), true);
         }
     }
 
@@ -205,7 +205,8 @@ impl Lab {
         let recording = Recording::begin(ctx, output, picture, name, fps, format);
         self.out.recording = Some(recording);
         self.interface
-            .notice(context, "Recording: F9 ends it", false);
+            .notices
+            .say(context, "Recording: F9 ends it", false);
         Ok(())
     }
 
@@ -273,7 +274,7 @@ impl Lab {
     pub(super) fn record_export(&mut self, rec: &mut myxo::gpu::Recorder, context: &egui::Context) {
         if let Err(error) = self.record_asked(rec) {
             self.out.job = None;
-            self.interface.notice(context, error.to_string(), true);
+            self.interface.notices.say(context, error.to_string(), true);
         }
     }
 
@@ -308,7 +309,7 @@ impl Lab {
             match job.as_ref().map(Job::told) {
                 Some(making) if making.is_cancelled => {
                     let text = format!("{} was given up", making.name);
-                    self.interface.notice(context, text, false);
+                    self.interface.notices.say(context, text, false);
                 }
                 _ => {
                     if let (Some(Job::Export(export)), Ok(_)) = (job, &ended)
@@ -338,9 +339,9 @@ impl Lab {
         match ended {
             Ok(written) => {
                 let text = format!("Saved {}{remarks}", found_again(&written));
-                self.interface.notice(context, text, false);
+                self.interface.notices.say(context, text, false);
             }
-            Err(error) => self.interface.notice(context, error.to_string(), true),
+            Err(error) => self.interface.notices.say(context, error.to_string(), true),
         }
     }
 

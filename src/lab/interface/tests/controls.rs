@@ -576,7 +576,7 @@ fn errors_stay_until_they_are_clicked_away() {
     let ctx = harness.ctx.clone();
     for number in 0..6 {
         (harness.interface).notice(&ctx, format!("it {number} is wrong"), true);
-        harness.interface.notice(&ctx, "something came", false);
+        harness.interface.notices.say(&ctx, "something came", false);
     }
     let errors = |numbers: &[u32]| {
         let lines: Vec<_> = numbers.iter().map(|n| format!("it {n} is wrong")).collect();
@@ -587,7 +587,7 @@ fn errors_stay_until_they_are_clicked_away() {
     harness.time += 1000.0;
     harness.frame(vec![]);
     assert_eq!(harness.interface.notices.text(), errors(&[2, 3, 4, 5]));
-    harness.interface.notice(&ctx, "it 3 is wrong", true);
+    harness.interface.notices.say(&ctx, "it 3 is wrong", true);
     assert_eq!(harness.interface.notices.text(), errors(&[2, 4, 5, 3]));
     for left in [&[2, 5, 3][..], &[2, 3]] {
         // The cards move to where they are.
