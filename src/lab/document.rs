@@ -1,9 +1,10 @@
 //! What is being worked on: the settings of the scene as they were loaded, as they run and as they are edited, its look, and what
 //! undo and redo lead to. Plain data, without a window and without a device.
 
-use glam::Vec2;
-use myxo::render::View;
+use glam::{Vec2, Vec3};
 use myxo::render::exposure::Exposure;
+use myxo::render::view;
+use myxo::render::{Camera, View};
 use myxo::scene::Scene;
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{Settings, Show};
@@ -30,6 +31,12 @@ pub struct Document {
     pub asked: Option<Settings>,
     /// Objects that come, go or grow are on their way.
     renews: bool,
+    /// What a fit brings into the picture: the scene's centre, and every vertex.
+    pub outline: (Vec3, Vec<Vec3>),
+    /// The camera of the last fit and its picture's size. As long as the camera is that one, it keeps fitting.
+    pub fitted: Option<(Camera, Vec2)>,
+    /// Where the scene's own camera stands.
+    pub home: Camera,
 }
 
 /// What undo or redo has come to.
@@ -57,6 +64,9 @@ impl Document {
             undo: Undo::new(settings, &view),
             asked: None,
             renews: false,
+            outline: (Vec3::ZERO, Vec::new()),
+            fitted: None,
+            home: Camera::default(),
         }
     }
 
@@ -80,6 +90,11 @@ impl Document {
         if self.view.show.why_not(&scene.settings).is_some() {
             self.view.show = Show::default();
         }
+        let camera = self.view.camera;
+        self.home = camera;
+        // Only the first frame has the size of the picture.
+        let is_free = scene.settings.camera.distance <= 0.0;
+        self.fitted = is_free.then_some((camera, Vec2::ZERO));
     }
 
     /// The scene runs from step 0, with its settings. What was changed since it was sent for is edited.
@@ -89,6 +104,7 @@ impl Document {
         let since = asked.map(|asked| with_changes_since(&asked, &self.edited, &self.running));
         self.edited = since.unwrap_or_else(|| self.running.clone());
         self.renews = false;
+        self.outline = (scene.center, view::points(scene).collect());
     }
 
     /// What was on its way is not shown. True where that were objects: then those that run are edited again.

@@ -4,9 +4,7 @@
 //! runs without a window and without a device, as its tests do.
 
 use egui::{Rect, Sense, Ui};
-use glam::{Vec2, Vec3};
-use myxo::render::Camera;
-use myxo::render::view;
+use glam::Vec2;
 use myxo::scene::Scene;
 
 use super::command::Command;
@@ -37,12 +35,6 @@ pub struct Interface {
     pub document: Document,
     /// Does the simulation run by itself?
     pub playing: bool,
-    /// What a fit brings into the picture: the scene's centre, and every vertex.
-    pub(super) outline: (Vec3, Vec<Vec3>),
-    /// The camera of the last fit and its picture's size; while nobody moves it, it keeps fitting.
-    pub(super) fitted: Option<(Camera, Vec2)>,
-    /// Where the scene's own camera stands.
-    pub(super) home: Camera,
     /// Hand and flights.
     pub navigation: Navigation,
     /// The atlas beside the picture.
@@ -102,9 +94,6 @@ impl Interface {
         let mut interface = Self {
             document: Document::new(scene),
             playing: true,
-            outline: (Vec3::ZERO, Vec::new()),
-            fitted: None,
-            home: Camera::default(),
             navigation: Navigation::default(),
             split: false,
             hands: Hands::new(),
@@ -161,11 +150,6 @@ impl Interface {
     /// The view that a scene's file asks for.
     fn see_as(&mut self, scene: &Scene) {
         self.document.see_as(scene);
-        let camera = self.document.view.camera;
-        self.home = camera;
-        // Only the first frame has the size of the picture.
-        let is_free = scene.settings.camera.distance <= 0.0;
-        self.fitted = is_free.then_some((camera, Vec2::ZERO));
     }
 
     /// The scene runs from step 0, with its settings. What was changed since it was sent for is edited.
@@ -178,7 +162,6 @@ impl Interface {
             self.hands.selected = place_among(&self.document.edited.objects, &picked);
         }
         (self.hands).restarted(scene, self.document.edited.foods.len());
-        self.outline = (scene.center, view::points(scene).collect());
     }
 
     /// What was on its way is not shown. Objects that undo was to bring back did not come, so those that run are edited.
@@ -243,7 +226,11 @@ impl Interface {
         }
         self.keep_one_on_top();
         let (picture, beside) = self.parts(ui, ui.available_rect_before_wrap());
-        self.keep_fitting(Vec2::new(picture.width(), picture.height()));
+        let size = Vec2::new(picture.width(), picture.height());
+        let newcomer = std::mem::take(&mut self.hands.newcomer);
+        (self.document).keep_fitting(size, newcomer, self.navigation.is_flying());
+        let framed = std::mem::take(&mut self.hands.framed);
+        self.document.frame(framed, size);
         let response = ui
             .allocate_rect(picture, Sense::click_and_drag())
             .marked("picture");
@@ -353,12 +340,12 @@ impl Interface {
     /// Undo, or redo with `again`, after all strokes that came before it.
     pub(super) fn undo_now(&mut self, again: bool, commands: &mut Vec<Command>) {
         self.morph = None;
-        let fits = self.is_fitted();
+        let fits = self.document.is_fitted();
         let Some(change) = self.document.lead(again) else {
             return;
         };
         self.hands.let_food_go();
-        self.fit_again(fits);
+        self.document.fit_again(fits);
         self.find_preset();
         if change.begins_renewal {
             let running = &self.document.running.objects;

@@ -486,8 +486,13 @@ impl Interface {
                 KeyAction::NextPreset => self.step_preset(ctx, true, commands),
                 KeyAction::PreviousPreset => self.step_preset(ctx, false, commands),
                 KeyAction::ByChance => self.by_chance(ctx, commands),
-                KeyAction::Fit => self.fit(),
-                KeyAction::Frame => self.frame_picked(&facts.hand.poses),
+                KeyAction::Fit => self.document.fit(),
+                KeyAction::Frame => {
+                    let is_flat = self.document.view.show.is_flat();
+                    if is_flat || !self.hands.frame_picked(&facts.hand.poses) {
+                        self.document.fit();
+                    }
+                }
                 KeyAction::Screenshot => commands.push(Command::Screenshot),
                 KeyAction::Record => commands.push(Command::TakeOut(Out::Record)),
                 KeyAction::TakeOut => self.out.open = !self.out.open,

@@ -8,6 +8,7 @@ use myxo::render::exposure::Exposure;
 use myxo::scene::parameters::{Kind, PARAMETERS, Parameter, why_idle};
 use myxo::scene::settings::Settings;
 
+use super::document::Document;
 use super::interface::Interface;
 use super::out::put_look;
 use super::places::Marked as _;
@@ -60,12 +61,12 @@ const NO_AREAS: &str = "Nothing is painted, and there is no area map: brushes pa
 /// What gets the brightest colour when automatic exposure is left, trail units.
 const BRIGHTEST: f32 = 50.0;
 
-impl Interface {
+impl Document {
     /// The settings with what is seen, as a scene file would have them. A camera that fits the scene has no distance of its
     /// own.
     fn as_seen(&self) -> Settings {
-        let mut seen = self.document.edited.clone();
-        put_look(&self.document.view, self.outline.0, &mut seen);
+        let mut seen = self.edited.clone();
+        put_look(&self.view, self.outline.0, &mut seen);
         if self.is_fitted() {
             seen.camera.distance = 0.0;
         }
@@ -74,7 +75,7 @@ impl Interface {
 
     /// The same of the scene as it was loaded: what resets return to.
     fn as_loaded(&self) -> Settings {
-        let mut loaded = self.document.loaded.clone();
+        let mut loaded = self.loaded.clone();
         let fits = loaded.camera.distance <= 0.0;
         loaded.camera = self.home.to_settings(self.outline.0);
         if fits {
@@ -83,9 +84,48 @@ impl Interface {
         loaded
     }
 
+    /// Takes over what differs.
+    fn look_as(&mut self, before: &Settings, seen: &Settings) {
+        if seen.picture != before.picture {
+            let show = self.view.show;
+            self.view.take(&seen.picture);
+            self.view.show = show;
+            if matches!(self.view.exposure, Exposure::Auto { .. }) {
+                self.view.exposure = Exposure::following();
+            }
+        }
+        let (was, is) = (&before.camera, &seen.camera);
+        let center = self.outline.0;
+        let camera = &mut self.view.camera;
+        if is.azimuth != was.azimuth {
+            camera.yaw = is.azimuth.to_radians();
+        }
+        if is.elevation != was.elevation {
+            camera.pitch = is.elevation.to_radians().clamp(-MAX_PITCH, MAX_PITCH);
+        }
+        if is.target != was.target {
+            camera.target = center + camera.scene_radius * Vec3::from_array(is.target);
+        }
+        if is.field_of_view != was.field_of_view {
+            camera.set_field_of_view(is.field_of_view.to_radians());
+        }
+        if is.distance != was.distance {
+            if is.distance > 0.0 {
+                camera.distance = is.distance * camera.scene_radius;
+            } else {
+                self.refit();
+            }
+        } else if was.distance == 0.0 && is != was {
+            // It goes on fitting, from another side.
+            self.refit();
+        }
+    }
+}
+
+impl Interface {
     /// One row for each of these keys.
     pub(super) fn view_rows(&mut self, ui: &mut Ui, keys: &[&str]) {
-        let (before, loaded) = (self.as_seen(), self.as_loaded());
+        let (before, loaded) = (self.document.as_seen(), self.document.as_loaded());
         let mut seen = before.clone();
         let default = Settings::default();
         let context = RowContext {
@@ -127,44 +167,7 @@ impl Interface {
                 },
             );
         }
-        self.look_as(&before, &seen);
-    }
-
-    /// Takes over what differs.
-    fn look_as(&mut self, before: &Settings, seen: &Settings) {
-        if seen.picture != before.picture {
-            let show = self.document.view.show;
-            self.document.view.take(&seen.picture);
-            self.document.view.show = show;
-            if matches!(self.document.view.exposure, Exposure::Auto { .. }) {
-                self.document.view.exposure = Exposure::following();
-            }
-        }
-        let (was, is) = (&before.camera, &seen.camera);
-        let center = self.outline.0;
-        let camera = &mut self.document.view.camera;
-        if is.azimuth != was.azimuth {
-            camera.yaw = is.azimuth.to_radians();
-        }
-        if is.elevation != was.elevation {
-            camera.pitch = is.elevation.to_radians().clamp(-MAX_PITCH, MAX_PITCH);
-        }
-        if is.target != was.target {
-            camera.target = center + camera.scene_radius * Vec3::from_array(is.target);
-        }
-        if is.field_of_view != was.field_of_view {
-            camera.set_field_of_view(is.field_of_view.to_radians());
-        }
-        if is.distance != was.distance {
-            if is.distance > 0.0 {
-                camera.distance = is.distance * camera.scene_radius;
-            } else {
-                self.refit();
-            }
-        } else if was.distance == 0.0 && is != was {
-            // It goes on fitting, from another side.
-            self.refit();
-        }
+        self.document.look_as(&before, &seen);
     }
 }
 
@@ -214,11 +217,14 @@ mod tests {
     use super::*;
     use myxo::scene::Scene;
 
-    fn interface(distance: f32) -> Interface {
+    fn document(distance: f32) -> Document {
         let mut settings = Settings::default();
         settings.camera.distance = distance;
         let scene = Scene::from_settings("torus".to_owned(), settings, ".".into()).unwrap();
-        Interface::new(&scene)
+        let mut document = Document::new(&scene);
+        document.see_as(&scene);
+        document.restarted(&scene);
+        document
     }
 
     fn all() -> impl Iterator<Item = &'static str> {
@@ -242,10 +248,10 @@ mod tests {
     #[test]
     fn nothing_is_marked_before_it_is_changed() {
         for distance in [0.0, 3.0, 3.281_736_4] {
-            let mut interface = interface(distance);
+            let mut document = document(distance);
             for size in [[800.0, 600.0], [300.0, 900.0]] {
-                interface.keep_fitting(size.into());
-                let (seen, loaded) = (interface.as_seen(), interface.as_loaded());
+                document.keep_fitting(size.into(), Vec::new(), false);
+                let (seen, loaded) = (document.as_seen(), document.as_loaded());
                 assert_eq!((seen.camera, seen.picture), (loaded.camera, loaded.picture));
             }
         }
@@ -254,8 +260,8 @@ mod tests {
     #[test]
     fn what_is_typed_is_seen() {
         for key in all() {
-            let mut interface = interface(0.0);
-            let before = interface.as_seen();
+            let mut document = document(0.0);
+            let before = document.as_seen();
             let mut wanted = before.clone();
             match &parameter(key).kind {
                 Kind::Number(number) => {
@@ -270,13 +276,13 @@ mod tests {
                 _ => unreachable!("pictures have neither texts nor values of objects"),
             }
             assert_ne!(wanted, before, "{key}");
-            interface.look_as(&before, &wanted);
-            let seen = interface.as_seen();
+            document.look_as(&before, &wanted);
+            let seen = document.as_seen();
             assert_eq!(seen.picture, wanted.picture, "{key}");
             assert_eq!(seen.camera, wanted.camera, "{key}");
             // And back.
-            interface.look_as(&seen, &before);
-            let back = interface.as_seen();
+            document.look_as(&seen, &before);
+            let back = document.as_seen();
             assert_eq!(back.picture, before.picture, "{key}");
             assert_eq!(back.camera, before.camera, "{key}");
         }

@@ -72,7 +72,7 @@ impl Interface {
                     .marked("fit")
                     .clicked()
                 {
-                    self.fit();
+                    self.document.fit();
                 }
             });
         });
@@ -209,10 +209,7 @@ impl Interface {
     }
 
     fn go_home(&mut self) {
-        self.document.view.camera = self.home;
-        if self.document.loaded.camera.distance <= 0.0 {
-            self.refit();
-        }
+        self.document.go_home();
     }
 
     /// Where the light comes from, and how dark hollows are.

@@ -1,5 +1,7 @@
 //! What is picked: an object that is there, or one that was asked for and is picked when it comes.
 
+use glam::Affine3A;
+
 use super::super::command::Command;
 use super::super::command::Work;
 use super::super::command::{Ticket, Which};
@@ -17,6 +19,18 @@ impl Hands {
     pub fn pick(&mut self, object: Option<usize>) {
         self.selected = object;
         self.awaited = None;
+    }
+
+    /// The camera is to show the picked object where it is; false where none is picked.
+    pub fn frame_picked(&mut self, poses: &[Affine3A]) -> bool {
+        let picked = self.selected;
+        let picked = picked.and_then(|i| Some((poses.get(i)?, self.vertices.get(i)?)));
+        let Some((pose, own)) = picked else {
+            return false;
+        };
+        let places = own.iter().map(|place| pose.transform_point3(*place));
+        self.framed = places.collect();
+        true
     }
 
     /// For an object that is asked for; it is picked from now on, and shown so when it comes.

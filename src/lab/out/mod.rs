@@ -223,7 +223,7 @@ impl Lab {
         let mut view = scaled(&self.interface.document.view, picture, size);
         view.is_transparent = panel.film_transparent && panel.kind == Kind::Png;
         if panel.turns != 0.0 {
-            self.interface.stand_back(&mut view.camera, size);
+            self.interface.document.stand_back(&mut view.camera, size);
         }
         let film = Film::begin(
             &self.ctx,
