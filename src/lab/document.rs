@@ -7,6 +7,7 @@ use myxo::render::view;
 use myxo::render::{Camera, View};
 use myxo::scene::Scene;
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
+use myxo::scene::presets;
 use myxo::scene::settings::{Settings, Show};
 
 use super::renewal::{are_built_alike, place_among, take_back, with_changes_since};
@@ -126,6 +127,18 @@ impl Document {
     /// The objects that are edited are on their way.
     pub fn begin_renewal(&mut self) {
         self.renews = true;
+    }
+
+    /// What is edited, with the colours that the picture has.
+    pub fn look(&self) -> Settings {
+        let mut look = self.edited.clone();
+        look.picture.color_map = self.view.color_map;
+        look
+    }
+
+    /// The look as it is edited, as the text of a preset; `scene` is where it comes from.
+    pub fn look_text(&self, scene: &str) -> String {
+        presets::to_toml(&self.look(), &format!("A look of one's own, from {scene}."))
     }
 
     /// The edited settings, but for what would restart the running simulation.

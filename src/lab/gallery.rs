@@ -103,7 +103,7 @@ impl Interface {
         if has_come {
             self.gallery.was_open = true;
             self.gallery.forget_pictures();
-            self.own.read_again();
+            self.looks.own.read_again();
             self.left.read_again();
         }
         let mut open = true;
@@ -152,11 +152,12 @@ impl Interface {
                     ui.add_space(8.0);
                     ui.label(RichText::new("Presets").strong());
                     self.keeping(ui, commands);
-                    self.own_cards(ui, commands);
+                    self.own_cards(ui, facts, commands);
                     let taken = self.document.preset.clone();
                     let is_taken = |preset: &Builtin| taken.as_deref() == Some(preset.name);
                     if let Some(preset) = self.cards(ui, PRESETS, is_taken) {
-                        self.take_preset(ui.ctx(), preset.name, preset.text, commands);
+                        let (looks, mut desk) = self.looks_at(facts, commands);
+                        looks.take_preset(ui.ctx(), preset.name, preset.text, &mut desk);
                     }
                 });
             });
@@ -227,7 +228,7 @@ impl Interface {
             let edit = ui.add(name).marked("preset.name");
             note_value(ui.ctx(), "preset.name", || self.gallery.name.clone());
             let checked = check_name(&self.gallery.name);
-            let is_known = checked.clone().is_ok_and(|name| self.own.find(name).is_some());
+            let is_known = checked.clone().is_ok_and(|name| self.looks.own.find(name).is_some());
             let label = if is_known { "Replace" } else { "Keep" };
             let reason = checked.clone().err().unwrap_or_default();
             let button = ui
@@ -255,19 +256,19 @@ impl Interface {
     }
 
     /// The user's own presets, each with a way to remove it.
-    fn own_cards(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
-        if self.own.all().is_empty() {
+    fn own_cards(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
+        if self.looks.own.all().is_empty() {
             return;
         }
         let mut taken = None;
         let size = card_size(ui.available_width());
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing = BETWEEN;
-            for own in self.own.all() {
+            for own in self.looks.own.all() {
                 let name = own.name.as_str();
                 let pictures = &mut self.gallery.own_pictures;
                 let texture = pictures.entry(own.name.clone()).or_insert_with(|| {
-                    let image = image::open(self.own.picture(name)?).ok()?.into_rgb8();
+                    let image = image::open(self.looks.own.picture(name)?).ok()?.into_rgb8();
                     let size = [image.width() as usize, image.height() as usize];
                     let image = ColorImage::from_rgb(size, image.as_raw());
                     let texture = format!("own {name}");
@@ -305,7 +306,8 @@ impl Interface {
             }
         });
         if let Some((name, text)) = taken {
-            self.take_preset(ui.ctx(), &name, &text, commands);
+            let (looks, mut desk) = self.looks_at(facts, commands);
+            looks.take_preset(ui.ctx(), &name, &text, &mut desk);
         }
         ui.add_space(8.0);
     }

@@ -9,20 +9,19 @@ use myxo::scene::Scene;
 
 use super::command::Command;
 use super::command::Work;
+use super::desk::Desk;
 use super::document::Document;
 use super::facts::Facts;
 use super::gallery::Gallery;
 use super::hands::{Hands, Tool};
 use super::left::LeftScenes;
-use super::looks::LookClock;
+use super::looks::Looks;
 use super::navigation::{Moved, Navigation};
 use super::notices::Notices;
 use super::opening::Opening;
 use super::out::OutPanel;
 use super::overlays::{show_ending, show_loading};
-use super::own::OwnPresets;
 use super::places::Marked as _;
-use super::presets::Morph;
 use super::recent::Recent;
 use super::renewal::place_among;
 use super::rows::{take_refused, take_wanted};
@@ -54,14 +53,10 @@ pub struct Interface {
     pub(super) opening: Opening,
     /// Which of help, gallery and what is taken out lay over the picture in the last frame.
     on_top: [bool; 3],
-    /// Those that the user has kept.
-    pub own: OwnPresets,
+    /// Those that can be taken, and how they change.
+    pub looks: Looks,
     /// Scenes that were left with changes.
     pub left: LeftScenes,
-    /// Seconds that the change to another preset takes.
-    pub(super) morph_seconds: f64,
-    pub(super) morph: Option<Morph>,
-    pub(super) look_clock: LookClock,
     pub(super) recent: Recent,
     pub(super) filter: String,
     /// The hand is in the field for it.
@@ -105,11 +100,8 @@ impl Interface {
             gallery: Gallery::default(),
             opening: Opening::default(),
             on_top: [false; 3],
-            own: OwnPresets::default(),
+            looks: Looks::default(),
             left: LeftScenes::default(),
-            morph_seconds: 0.0,
-            morph: None,
-            look_clock: LookClock::default(),
             recent: Recent::default(),
             filter: String::new(),
             is_searching: false,
@@ -126,19 +118,19 @@ impl Interface {
         self.document.open(scene);
         self.see_as(scene);
         self.hands.leave_scene();
-        self.morph = None;
+        self.looks.stop();
         self.restarted(scene);
         self.hands.newcomer.clear();
-        self.find_preset();
+        self.looks.find_preset(&mut self.document);
         self.document.forget_changes();
     }
 
     /// The scene that runs shall have other settings, which it can take over, and another view. That can be undone.
     pub fn go_on_as(&mut self, scene: &Scene) {
-        self.morph = None;
+        self.looks.stop();
         self.document.edited = scene.settings.clone();
         self.see_as(scene);
-        self.find_preset();
+        self.looks.find_preset(&mut self.document);
     }
 
     /// It cannot: everything is as it was before, but for what is said of it.
@@ -197,7 +189,7 @@ impl Interface {
     fn show(&mut self, ui: &mut Ui, facts: &Facts) -> Shown {
         let mut commands = Vec::new();
         self.has_areas = facts.has_areas;
-        (self.look_clock).tick(ui.input(|i| i.time), facts.out.filmed);
+        (self.looks).tick(ui.input(|i| i.time), facts.out.filmed);
         // A press that closes a list does nothing else.
         self.hands.is_covered = self.opening.is_open() || egui::Popup::is_any_open(ui.ctx());
         // A dialog has the keyboard to itself.
@@ -205,7 +197,8 @@ impl Interface {
             self.handle_keys(ui.ctx(), facts, &mut commands);
         }
         self.handle_clipboard(ui.ctx(), &mut commands);
-        self.advance_morph(ui.ctx(), &mut commands);
+        let (looks, mut desk) = self.looks_at(facts, &mut commands);
+        looks.advance(ui.ctx(), &mut desk);
         self.note_view(ui.ctx());
         if !self.performing {
             self.status_line(ui, facts);
@@ -277,6 +270,26 @@ impl Interface {
         }
     }
 
+    /// A look on its way is there at once.
+    pub fn end_morph(&mut self) {
+        self.looks.end(&mut self.document);
+    }
+
+    /// Looks, and what they change.
+    pub fn looks_at<'a>(
+        &'a mut self,
+        facts: &'a Facts,
+        commands: &'a mut Vec<Command>,
+    ) -> (&'a mut Looks, Desk<'a>) {
+        let desk = Desk {
+            document: &mut self.document,
+            facts,
+            notices: &mut self.notices,
+            commands,
+        };
+        (&mut self.looks, desk)
+    }
+
     /// Help, gallery and what is taken out have one place: the one that is opened closes the others.
     fn keep_one_on_top(&mut self) {
         let all = [&mut self.help, &mut self.gallery.open, &mut self.out.open];
@@ -298,7 +311,7 @@ impl Interface {
 
     /// Undo may lead back to before what has changed. What changes after a stroke that waits for its end comes after it.
     pub(super) fn note_changes(&mut self) {
-        if self.morph.is_none() && self.hands.pending_ends == 0 {
+        if !self.looks.is_morphing() && self.hands.pending_ends == 0 {
             self.document.note();
         }
     }
@@ -339,14 +352,14 @@ impl Interface {
 
     /// Undo, or redo with `again`, after all strokes that came before it.
     pub(super) fn undo_now(&mut self, again: bool, commands: &mut Vec<Command>) {
-        self.morph = None;
+        self.looks.stop();
         let fits = self.document.is_fitted();
         let Some(change) = self.document.lead(again) else {
             return;
         };
         self.hands.let_food_go();
         self.document.fit_again(fits);
-        self.find_preset();
+        self.looks.find_preset(&mut self.document);
         if change.begins_renewal {
             let running = &self.document.running.objects;
             let picked = (self.hands.selected).and_then(|object| running.get(object));

@@ -483,9 +483,14 @@ impl Interface {
                 KeyAction::NextColors => {
                     self.document.view.color_map = self.document.view.color_map.next()
                 }
-                KeyAction::NextPreset => self.step_preset(ctx, true, commands),
-                KeyAction::PreviousPreset => self.step_preset(ctx, false, commands),
-                KeyAction::ByChance => self.by_chance(ctx, commands),
+                KeyAction::NextPreset | KeyAction::PreviousPreset => {
+                    let (looks, mut desk) = self.looks_at(facts, commands);
+                    looks.step_preset(ctx, action == KeyAction::NextPreset, &mut desk);
+                }
+                KeyAction::ByChance => {
+                    let (looks, mut desk) = self.looks_at(facts, commands);
+                    looks.by_chance(ctx, &mut desk);
+                }
                 KeyAction::Fit => self.document.fit(),
                 KeyAction::Frame => {
                     let is_flat = self.document.view.show.is_flat();

@@ -83,7 +83,7 @@ impl Interface {
         ui.add_space(4.0);
         self.transport(ui, facts, commands);
         ui.add_space(4.0);
-        self.looks(ui, commands);
+        self.looks(ui, facts, commands);
         ui.add_space(6.0);
         ui.separator();
         self.search(ui);
@@ -279,21 +279,21 @@ impl Interface {
                 {
                     let live = self.document.live_settings();
                     self.document.edited = live;
-                    self.find_preset();
+                    self.looks.find_preset(&mut self.document);
                 }
             });
         }
     }
 
     /// The gallery, the preset, chance, and how quickly looks change.
-    fn looks(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
+    fn looks(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 4.0;
             ui.toggle_value(&mut self.gallery.open, "🖼 Gallery")
                 .on_hover_text("Scenes and presets (G)")
                 .marked("gallery");
             let name = match &self.document.preset {
-                Some(name) if self.is_changed_from(name) => format!("{name}*"),
+                Some(name) if self.looks.is_changed_from(&self.document, name) => format!("{name}*"),
                 Some(name) => name.clone(),
                 None => "own look".to_owned(),
             };
@@ -304,12 +304,12 @@ impl Interface {
                 .truncate()
                 .selected_text(name)
                 .show_ui(ui, |ui| {
-                    let names = self.preset_names();
+                    let names = self.looks.preset_names();
                     for (i, name) in names.iter().enumerate() {
                         if i == PRESETS.len() {
                             ui.separator();
                         }
-                        let Some(text) = self.preset_text(name) else {
+                        let Some(text) = self.looks.preset_text(name) else {
                             continue;
                         };
                         let is_taken = self.document.preset.as_ref() == Some(name);
@@ -324,7 +324,8 @@ impl Interface {
                 .on_hover_text("A look: values for Physarum, Trail and Feeding ([ and ] for the next); * where it was changed. Looks are kept in the gallery.")
                 .marked("preset");
             if let Some((name, text)) = chosen {
-                self.take_preset(ui.ctx(), &name, &text, commands);
+                let (looks, mut desk) = self.looks_at(facts, commands);
+                looks.take_preset(ui.ctx(), &name, &text, &mut desk);
             }
             if ui
                 .button("🎲")
@@ -332,10 +333,11 @@ impl Interface {
                 .marked("chance")
                 .clicked()
             {
-                self.by_chance(ui.ctx(), commands);
+                let (looks, mut desk) = self.looks_at(facts, commands);
+                looks.by_chance(ui.ctx(), &mut desk);
             }
             ui.add(
-                egui::DragValue::new(&mut self.morph_seconds)
+                egui::DragValue::new(&mut self.looks.morph_seconds)
                     .range(0.0..=120.0)
                     .speed(0.1)
                     .custom_parser(parse_number)

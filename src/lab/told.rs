@@ -64,8 +64,14 @@ impl Interface {
             recorded: facts.out.recording.map_or(0, |recording| recording.frames),
             making: facts.out.making.as_ref().map(|making| making.name.clone()),
             preset: self.document.preset.as_deref(),
-            own: self.own.all().iter().map(|own| own.name.as_str()).collect(),
-            morphing: self.morph.is_some(),
+            own: self
+                .looks
+                .own
+                .all()
+                .iter()
+                .map(|own| own.name.as_str())
+                .collect(),
+            morphing: self.looks.is_morphing(),
             show: self.document.view.show.word(),
             split: self.split,
             flying: self.navigation.is_flying(),

@@ -146,8 +146,8 @@ impl Lab {
         interface.light = preferences.light;
         interface.out = preferences.out.clone();
         interface.recent = preferences.recent.clone();
-        interface.own = OwnPresets::read(OwnPresets::folder());
-        interface.find_preset();
+        interface.looks.own = OwnPresets::read(OwnPresets::folder());
+        interface.looks.find_preset(&mut interface.document);
         interface.left = LeftScenes::read(LeftScenes::folder());
         let file = opened.from.as_ref().map(|(path, _)| path.as_path());
         let folder = file.map_or(Some(scene.folder.as_path()), Path::parent);

@@ -295,7 +295,7 @@ impl Lab {
             && let Some(stage) = &mut self.stage
         {
             // Where that fails, what there is of it is still kept.
-            job.advance(&mut self.frames, stage, self.interface.morph.is_some())?;
+            job.advance(&mut self.frames, stage, self.interface.looks.is_morphing())?;
         }
         let ended = self.out.job.as_mut().and_then(Job::take);
         if let Some(ended) = ended {

@@ -93,7 +93,7 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
         harness.interface.document.preset.as_deref(),
         Some(first.name)
     );
-    harness.interface.morph_seconds = 1.0;
+    harness.interface.looks.morph_seconds = 1.0;
     let to = presets::with_preset(&harness.interface.document.edited, second.name, second.text);
     let mut to = to.expect("it is right");
     // Colours are the picture's, and come at once.
@@ -110,7 +110,7 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
     assert_eq!(harness.frame(vec![]).commands, [Command::Apply]);
     assert_eq!(harness.interface.document.edited, to);
     assert_eq!(harness.frame(vec![]).commands, [], "it has arrived");
-    harness.interface.morph_seconds = 0.0;
+    harness.interface.looks.morph_seconds = 0.0;
     assert_eq!(harness.press(Key::OpenBracket), [Command::Apply]);
     assert_eq!(
         harness.interface.document.preset.as_deref(),
@@ -190,7 +190,7 @@ fn looks_are_kept_and_removed_in_the_gallery() {
         .unwrap();
     std::fs::write(folder.path().join("torn.toml"), "[trail").unwrap();
     own.read_again();
-    harness.interface.own = own;
+    harness.interface.looks.own = own;
     harness.press(Key::G);
     for _ in 0..3 {
         harness.frame(vec![]);
