@@ -163,7 +163,7 @@ impl Lab {
         let Some(grown) = self.back.grown.clone() else {
             return;
         };
-        self.interface.end_morph();
+        self.interface.document.end_morph();
         let is_another = grown.shown.scene != self.back.scenes;
         let (name, origin) = match is_another {
             true => (grown.state.name.clone(), Origin::File),

@@ -76,7 +76,7 @@ impl Lab {
             Command::AskWhereToSave => self.ask_where_to_save(context),
             Command::AskForFolder => {
                 let folder = self.folder_out();
-                self.interface.begin_to_choose_folder(context, &folder);
+                self.interface.opening.choose_folder(context, &folder);
             }
             Command::SaveAs(file) => self.save_as(context, file),
             Command::FullScreen => {
@@ -119,7 +119,7 @@ impl Lab {
 
     /// From step 0, with the settings as they are edited.
     pub(super) fn restart(&mut self) {
-        self.interface.end_morph();
+        self.interface.document.end_morph();
         self.restart_as(self.interface.document.edited.clone());
     }
 
@@ -187,7 +187,7 @@ impl Lab {
         );
         let folder = file.and_then(Path::parent).map(Path::to_owned);
         let folder = folder.unwrap_or_else(|| self.folder_out());
-        self.interface.begin_to_save(context, &folder, name);
+        self.interface.opening.save(context, &folder, name);
     }
 
     fn save_as(&mut self, context: &egui::Context, file: PathBuf) {
@@ -207,7 +207,7 @@ impl Lab {
     /// From now on the scene is saved there.
     fn is_saved_in(&mut self, file: &Path) {
         let file = SceneFile::saved(file);
-        self.interface.recent.note(&file.path);
+        self.interface.gallery.recent.note(&file.path);
         self.file = Some(file);
         self.back.saved(self.file.as_ref());
     }
@@ -278,13 +278,13 @@ impl Lab {
     /// The same, whatever has a file.
     pub(super) fn keep_as_left(&mut self) -> Result<(PathBuf, String)> {
         let mut lacks = String::new();
-        let mut left = std::mem::take(&mut self.interface.left);
+        let mut left = std::mem::take(&mut self.interface.gallery.left);
         let kept = left.keep(&self.name, |file| {
             let scene = self.scene_text_at(file)?;
             lacks = scene.lacking();
             Ok(scene.text)
         });
-        self.interface.left = left;
+        self.interface.gallery.left = left;
         Ok((kept?, lacks))
     }
 
@@ -473,7 +473,7 @@ impl Lab {
         self.host.set_title(&title(&scene.name));
         if is_new_scene {
             if let Some(file) = &file {
-                self.interface.recent.note(&file.path);
+                self.interface.gallery.recent.note(&file.path);
             }
             self.file = file;
             self.hand.leave_scene();

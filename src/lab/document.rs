@@ -10,6 +10,7 @@ use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::presets;
 use myxo::scene::settings::{Settings, Show};
 
+use super::presets::Morph;
 use super::renewal::{are_built_alike, place_among, take_back, with_changes_since};
 use super::undo::{Entry, Undo};
 
@@ -24,6 +25,10 @@ pub struct Document {
     pub edited: Settings,
     /// What the picture shows.
     pub view: View,
+    /// The look that the present one is changing into, slowly.
+    pub morph: Option<Morph>,
+    /// Does the simulation run by itself?
+    pub playing: bool,
     /// The preset that was taken last, or whose look the scene had when it was loaded.
     pub preset: Option<String>,
     /// What was changed, to go back to.
@@ -61,6 +66,8 @@ impl Document {
             running: settings.clone(),
             edited: settings.clone(),
             view,
+            morph: None,
+            playing: true,
             preset: None,
             undo: Undo::new(settings, &view),
             asked: None,
@@ -129,6 +136,13 @@ impl Document {
         self.renews = true;
     }
 
+    /// A look on its way is there at once.
+    pub fn end_morph(&mut self) {
+        if let Some(morph) = self.morph.take() {
+            morph.end(&mut self.edited);
+        }
+    }
+
     /// What is edited, with the colours that the picture has.
     pub fn look(&self) -> Settings {
         let mut look = self.edited.clone();
@@ -194,8 +208,12 @@ impl Document {
         self.undo.saved(then);
     }
 
-    /// If anything is different from before, that is one more entry to undo.
+    /// If anything is different from before, that is one more entry to undo; not while a look is on its way, which is one entry when it
+    /// is there.
     pub fn note(&mut self) {
+        if self.morph.is_some() {
+            return;
+        }
         self.undo.note(&self.edited, &self.view);
     }
 

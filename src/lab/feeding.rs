@@ -172,7 +172,7 @@ impl Lab {
             .clone_from(&runs.foods);
         self.interface.document.running.feeding = runs.feeding.clone();
         if let Err((refused, error)) = served {
-            self.interface.take_food_back(&refused);
+            self.interface.food_is_refused(&refused);
             self.interface.notices.say(context, error.to_string(), true);
         }
         self.host.request_redraw();

@@ -4,8 +4,8 @@ use egui::Key;
 use glam::Vec3;
 use myxo::render::view::View;
 
-use super::interface::Interface;
 use super::navigation::Navigation;
+use super::notices::Notices;
 
 /// Scene radii a second, at first, and what the wheel can make of them.
 const SPEED: f32 = 0.8;
@@ -55,6 +55,17 @@ impl Navigation {
         self.flying = flies.then_some(Flying { speed: SPEED });
     }
 
+    /// Begins or ends to fly, and says how.
+    pub fn toggle_flight(&mut self, ctx: &egui::Context, notices: &mut Notices) {
+        let flies = !self.is_flying();
+        self.set_flying(flies);
+        if flies {
+            let text =
+                "Flying: W A S D, E up, Q down, drag to look, wheel for the speed. V ends it";
+            notices.say(ctx, text, false);
+        }
+    }
+
     /// While it flies, its keys mean nothing else.
     pub fn keep_keys(&self, ctx: &egui::Context) {
         if !self.is_flying() || ctx.text_edit_focused() {
@@ -90,18 +101,5 @@ impl Navigation {
         let length = speed * seconds.min(LONGEST) * view.camera.scene_radius;
         view.camera.travel(way.normalize() * length);
         true
-    }
-}
-
-impl Interface {
-    /// Begins or ends to fly, and says how.
-    pub(super) fn toggle_flight(&mut self, ctx: &egui::Context) {
-        let flies = !self.navigation.is_flying();
-        self.navigation.set_flying(flies);
-        if flies {
-            let text =
-                "Flying: W A S D, E up, Q down, drag to look, wheel for the speed. V ends it";
-            self.notices.say(ctx, text, false);
-        }
     }
 }

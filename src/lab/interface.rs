@@ -7,65 +7,61 @@ use egui::{Rect, Sense, Ui};
 use glam::Vec2;
 use myxo::scene::Scene;
 
+use super::actions::Action;
+use super::actions::pressed;
 use super::command::Command;
+use super::command::Out;
 use super::command::Work;
 use super::desk::Desk;
 use super::document::Document;
 use super::facts::Facts;
 use super::gallery::Gallery;
+use super::hands::FLAT;
 use super::hands::{Hands, Tool};
-use super::left::LeftScenes;
+use super::layout::move_beside;
+use super::layout::{Card, Layout};
 use super::looks::Looks;
 use super::navigation::{Moved, Navigation};
+use super::notices::HOW_BACK;
 use super::notices::Notices;
+use super::opening::EVERYTHING;
 use super::opening::Opening;
 use super::out::OutPanel;
 use super::overlays::{show_ending, show_loading};
+use super::overlays::{show_help, status_line};
+use super::panel::ParameterPanel;
 use super::places::Marked as _;
-use super::recent::Recent;
 use super::renewal::place_among;
 use super::rows::{take_refused, take_wanted};
 use super::theme;
+use super::views::{choose_view, note_view};
+use myxo::scene::settings::{Settings, Show};
 
 /// The state of everything round the picture.
 #[derive(Clone, Debug)]
 pub struct Interface {
     /// What is being worked on.
     pub document: Document,
-    /// Does the simulation run by itself?
-    pub playing: bool,
-    /// Hand and flights.
+    /// What is shown where.
+    pub layout: Layout,
+    /// Pointer and flights.
     pub navigation: Navigation,
-    /// The atlas beside the picture.
-    pub(super) split: bool,
     /// Brushes, picked objects, the probe.
     pub hands: Hands,
-    /// Is the panel shown?
-    pub panel: bool,
-    /// A light interface; else a dark one.
-    pub light: bool,
-    /// The picture alone, without anything round it.
-    pub(super) performing: bool,
-    pub(super) help: bool,
-    /// Does anything attract, repel or forbid?
-    pub(super) has_areas: bool,
-    pub(super) gallery: Gallery,
-    pub(super) opening: Opening,
-    /// Which of help, gallery and what is taken out lay over the picture in the last frame.
-    on_top: [bool; 3],
-    /// Those that can be taken, and how they change.
+    /// Presets that can be taken, and how looks change.
     pub looks: Looks,
-    /// Scenes that were left with changes.
-    pub left: LeftScenes,
-    pub(super) recent: Recent,
-    pub(super) filter: String,
-    /// The hand is in the field for it.
-    pub(super) is_searching: bool,
+    /// The parameters.
+    pub panel: ParameterPanel,
+    /// Scenes and presets.
+    pub gallery: Gallery,
+    /// The dialog for files.
+    pub opening: Opening,
+    /// Exports.
+    pub out: OutPanel,
+    /// Lines over the picture.
+    pub notices: Notices,
     /// Is the key held?
     shift: bool,
-    pub(super) notices: Notices,
-    /// What is taken out, and how.
-    pub out: OutPanel,
 }
 
 /// What one frame of the interface came to.
@@ -88,26 +84,16 @@ impl Interface {
     pub fn new(scene: &Scene) -> Self {
         let mut interface = Self {
             document: Document::new(scene),
-            playing: true,
+            layout: Layout::default(),
             navigation: Navigation::default(),
-            split: false,
             hands: Hands::new(),
-            panel: true,
-            light: false,
-            performing: false,
-            help: false,
-            has_areas: false,
+            looks: Looks::default(),
+            panel: ParameterPanel::default(),
             gallery: Gallery::default(),
             opening: Opening::default(),
-            on_top: [false; 3],
-            looks: Looks::default(),
-            left: LeftScenes::default(),
-            recent: Recent::default(),
-            filter: String::new(),
-            is_searching: false,
-            shift: false,
-            notices: Notices::default(),
             out: OutPanel::default(),
+            notices: Notices::default(),
+            shift: false,
         };
         interface.open(scene);
         interface
@@ -118,7 +104,7 @@ impl Interface {
         self.document.open(scene);
         self.see_as(scene);
         self.hands.leave_scene();
-        self.looks.stop();
+        self.document.morph = None;
         self.restarted(scene);
         self.hands.newcomer.clear();
         self.looks.find_preset(&mut self.document);
@@ -127,7 +113,7 @@ impl Interface {
 
     /// The scene that runs shall have other settings, which it can take over, and another view. That can be undone.
     pub fn go_on_as(&mut self, scene: &Scene) {
-        self.looks.stop();
+        self.document.morph = None;
         self.document.edited = scene.settings.clone();
         self.see_as(scene);
         self.looks.find_preset(&mut self.document);
@@ -187,77 +173,112 @@ impl Interface {
 
     /// Shows everything for one pass.
     fn show(&mut self, ui: &mut Ui, facts: &Facts) -> Shown {
-        let mut commands = Vec::new();
-        self.has_areas = facts.has_areas;
-        (self.looks).tick(ui.input(|i| i.time), facts.out.filmed);
+        let ctx = ui.ctx().clone();
+        let (mut actions, mut commands) = (Vec::new(), Vec::new());
+        self.looks.tick(ui.input(|i| i.time), facts.out.filmed);
         // A press that closes a list does nothing else.
-        self.hands.is_covered = self.opening.is_open() || egui::Popup::is_any_open(ui.ctx());
+        self.hands.is_covered = self.opening.is_open() || egui::Popup::is_any_open(&ctx);
         // A dialog has the keyboard to itself.
         if !self.opening.is_open() {
-            self.handle_keys(ui.ctx(), facts, &mut commands);
+            self.navigation.keep_keys(&ctx);
+            for action in pressed(&ctx) {
+                self.perform(&ctx, action, facts, &mut commands);
+            }
         }
-        self.handle_clipboard(ui.ctx(), &mut commands);
-        let (looks, mut desk) = self.looks_at(facts, &mut commands);
-        looks.advance(ui.ctx(), &mut desk);
-        self.note_view(ui.ctx());
-        if !self.performing {
-            self.status_line(ui, facts);
+        self.handle_clipboard(&ctx, &mut commands);
+        let Self {
+            document,
+            layout,
+            navigation,
+            hands,
+            looks,
+            panel,
+            gallery,
+            opening,
+            out,
+            notices,
+            ..
+        } = self;
+        let mut desk = Desk {
+            document,
+            layout,
+            facts,
+            notices,
+            opening,
+            actions: &mut actions,
+            commands: &mut commands,
+        };
+        looks.advance(&ctx, &mut desk);
+        note_view(&ctx, desk.document, navigation);
+        if !desk.layout.alone {
+            status_line(ui, desk.document, facts);
         }
-        if self.panel && !self.performing {
+        if desk.layout.panel && !desk.layout.alone {
             egui::Panel::left("panel")
                 .exact_size(PANEL_WIDTH)
                 .resizable(false)
                 .show_separator_line(false)
                 .frame(theme::panel_frame(ui))
-                .show(ui, |ui| self.panel(ui, facts, &mut commands));
+                .show(ui, |ui| panel.show(ui, looks, hands, navigation, &mut desk));
         }
-        if let Some(text) = take_refused(ui.ctx()) {
-            self.notices.say(ui.ctx(), text, false);
+        if let Some(text) = take_refused(&ctx) {
+            desk.notices.say(&ctx, text, false);
         }
-        if let Some(key) = take_wanted(ui.ctx()) {
-            self.begin_to_open_mask(ui.ctx(), key);
+        if let Some(key) = take_wanted(&ctx) {
+            desk.opening.begin_mask(&ctx, key);
         }
-        self.keep_one_on_top();
-        let (picture, beside) = self.parts(ui, ui.available_rect_before_wrap());
+        let whole = ui.available_rect_before_wrap();
+        let (picture, beside) = desk.layout.parts(&ctx, whole, desk.document.view.show);
         let size = Vec2::new(picture.width(), picture.height());
-        let newcomer = std::mem::take(&mut self.hands.newcomer);
-        (self.document).keep_fitting(size, newcomer, self.navigation.is_flying());
-        let framed = std::mem::take(&mut self.hands.framed);
-        self.document.frame(framed, size);
+        let newcomer = std::mem::take(&mut hands.newcomer);
+        (desk.document).keep_fitting(size, newcomer, navigation.is_flying());
+        let framed = std::mem::take(&mut hands.framed);
+        desk.document.frame(framed, size);
         let response = ui
             .allocate_rect(picture, Sense::click_and_drag())
             .marked("picture");
-        let used = self.use_hands(ui, &response, facts, &mut commands);
+        let used = hands.use_hands(ui, &response, &mut desk);
         // The first click has picked what it met, and handles may now lie under the second; it still asks for a new centre.
-        let refocuses = response.double_clicked() && self.hands.tool == Tool::Look;
-        let moved = if self.opening.is_open() || used && !refocuses {
+        let refocuses = response.double_clicked() && hands.tool == Tool::Look;
+        let moved = if desk.opening.is_open() || used && !refocuses {
             Moved::default()
         } else {
-            (self.navigation).apply(ui, &response, self.hands.drags, &mut self.document.view)
+            navigation.apply(ui, &response, hands.drags, &mut desk.document.view)
         };
-        let beside_touched = beside.is_some_and(|rect| self.move_beside(ui, rect));
+        let beside_touched =
+            beside.is_some_and(|rect| move_beside(ui, rect, &mut desk.document.view));
         if let Some(pixel) = moved.refocus {
-            commands.push(Command::Refocus(pixel));
+            desk.commands.push(Command::Refocus(pixel));
         }
-        self.show_hands(ui, picture, facts);
+        hands.show(ui, picture, &desk);
         let mut bar = None;
-        if !self.performing {
-            bar = self.show_tools(ui.ctx(), picture, &mut commands);
+        if !desk.layout.alone {
+            bar = hands.show_tools(&ctx, picture, &mut desk);
         }
-        if self.help {
-            self.show_help(ui.ctx(), picture);
-        }
-        self.show_gallery(ui.ctx(), picture, facts, &mut commands);
-        self.show_out(ui.ctx(), picture, bar, facts, &mut commands);
+        show_help(&ctx, picture, desk.layout);
+        gallery.show(&ctx, picture, looks, &mut desk);
+        out.show(&ctx, picture, bar, &mut desk);
         if let Some(loading) = &facts.loading {
-            show_loading(ui.ctx(), picture, loading, &mut commands);
+            show_loading(&ctx, picture, loading, desk.commands);
         }
         if facts.out.ends {
-            show_ending(ui.ctx(), picture, &facts.out);
+            show_ending(&ctx, picture, &facts.out);
         }
-        self.notices.show(ui, picture, self.performing);
-        self.hide_resting_pointer(ui.ctx());
-        self.show_opening(ui.ctx(), &mut commands);
+        desk.notices.show(ui, picture, desk.layout.alone);
+        desk.layout.hide_resting_pointer(&ctx);
+        if let Some(folder) = desk
+            .opening
+            .show(&ctx, &mut desk.document.edited, desk.commands)
+            && let Err(refusal) = out.take_folder(&folder)
+        {
+            desk.notices.say(&ctx, refusal, true);
+        }
+        if desk.opening.is_open() {
+            desk.layout.close(Card::Gallery);
+        }
+        for action in actions {
+            self.perform(&ctx, action, facts, &mut commands);
+        }
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
         if !is_busy && !self.hands.has_food_in_hand() {
             self.note_changes();
@@ -270,50 +291,148 @@ impl Interface {
         }
     }
 
-    /// A look on its way is there at once.
-    pub fn end_morph(&mut self) {
-        self.looks.end(&mut self.document);
-    }
-
-    /// Looks, and what they change.
-    pub fn looks_at<'a>(
-        &'a mut self,
-        facts: &'a Facts,
-        commands: &'a mut Vec<Command>,
-    ) -> (&'a mut Looks, Desk<'a>) {
-        let desk = Desk {
+    /// Does what a key, a button or the search asks for.
+    fn perform(
+        &mut self,
+        ctx: &egui::Context,
+        action: Action,
+        facts: &Facts,
+        commands: &mut Vec<Command>,
+    ) {
+        if action.keeps_the_scene() {
+            take_what_is_typed(ctx);
+        }
+        let mut actions = Vec::new();
+        let mut desk = Desk {
             document: &mut self.document,
+            layout: &mut self.layout,
             facts,
             notices: &mut self.notices,
+            opening: &mut self.opening,
+            actions: &mut actions,
+            commands: &mut *commands,
+        };
+        match action {
+            Action::Pause => desk.document.playing = !desk.document.playing,
+            Action::SingleStep => {
+                desk.document.playing = false;
+                desk.commands.push(Command::Step);
+            }
+            Action::Restart => desk.commands.push(Command::Restart),
+            Action::Show(show) => choose_view(ctx, show, &mut desk),
+            Action::Split => desk.layout.split = !desk.layout.split,
+            Action::Fly => self.navigation.toggle_flight(ctx, desk.notices),
+            Action::NextCharts => next_charts(ctx, &mut desk),
+            Action::NextColors => {
+                let view = &mut desk.document.view;
+                view.color_map = view.color_map.next();
+            }
+            Action::NextPreset => self.looks.step_preset(ctx, true, &mut desk),
+            Action::PreviousPreset => self.looks.step_preset(ctx, false, &mut desk),
+            Action::ByChance => self.looks.by_chance(ctx, &mut desk),
+            Action::Fit => desk.document.fit(),
+            Action::Frame => {
+                let is_flat = desk.document.view.show.is_flat();
+                if is_flat || !self.hands.frame_picked(&facts.hand.poses) {
+                    desk.document.fit();
+                }
+            }
+            Action::Screenshot => desk.commands.push(Command::Screenshot),
+            Action::Record => desk.commands.push(Command::TakeOut(Out::Record)),
+            Action::Export => desk.layout.toggle(Card::Exports),
+            Action::Open => desk.opening.begin(ctx, EVERYTHING),
+            Action::Save => desk.commands.push(Command::Save),
+            Action::SaveAs => desk.commands.push(Command::AskWhereToSave),
+            Action::Undo => self.undo_by_hand(ctx, commands),
+            Action::Redo => self.redo(commands),
+            Action::Panel => desk.layout.panel = !desk.layout.panel,
+            Action::PictureAlone => self.show_alone(ctx),
+            Action::FullScreen => desk.commands.push(Command::FullScreen),
+            Action::Theme => desk.layout.set_light(ctx, !desk.layout.light),
+            Action::Gallery => desk.layout.toggle(Card::Gallery),
+            Action::Help => desk.layout.toggle(Card::Help),
+            Action::Brush | Action::Food | Action::Probe if desk.document.view.show.is_flat() => {
+                desk.notices.say(ctx, FLAT, false);
+            }
+            Action::Brush => self.hands.toggle_brush(),
+            Action::Food => self.hands.toggle_food(),
+            Action::Probe => self.hands.probe = !self.hands.probe,
+            Action::Duplicate => self.hands.duplicate_selected(ctx, &mut desk),
+            Action::Remove => self.hands.remove_selected(ctx, &mut desk),
+            Action::Back => self.back(ctx, facts, commands),
+            Action::Quit => desk.commands.push(Command::Quit),
+        }
+    }
+
+    /// Leaves what lies on top: a list, the search, a card, the picture alone, a tool, a scene that is awaited.
+    fn back(&mut self, ctx: &egui::Context, facts: &Facts, commands: &mut Vec<Command>) {
+        let mut actions = Vec::new();
+        let mut desk = Desk {
+            document: &mut self.document,
+            layout: &mut self.layout,
+            facts,
+            notices: &mut self.notices,
+            opening: &mut self.opening,
+            actions: &mut actions,
             commands,
         };
-        (&mut self.looks, desk)
-    }
-
-    /// Help, gallery and what is taken out have one place: the one that is opened closes the others.
-    fn keep_one_on_top(&mut self) {
-        let all = [&mut self.help, &mut self.gallery.open, &mut self.out.open];
-        let is_new = all
-            .iter()
-            .zip(self.on_top)
-            .any(|(open, was)| **open && !was);
-        for (open, was) in all.into_iter().zip(self.on_top) {
-            *open &= !(is_new && was);
+        if egui::Popup::is_any_open(ctx) {
+            egui::Popup::close_all(ctx);
+        } else if self.panel.leave_search() {
+            // Everything is shown again.
+        } else if desk.layout.shows_a_card() {
+            desk.layout.close_card();
+        } else if desk.layout.alone {
+            self.show_alone(ctx);
+        } else if self.hands.give_up_grab(&mut desk) {
+            // What was moved is back.
+        } else if self.hands.back() {
+            // A tool was left, or an object.
+        } else if self.navigation.is_flying() {
+            self.navigation.toggle_flight(ctx, desk.notices);
+        } else {
+            desk.commands.push(Command::CancelLoading);
         }
-        self.on_top = [self.help, self.gallery.open, self.out.open];
     }
 
-    /// A light interface, or a dark one.
-    pub(super) fn set_light(&mut self, ctx: &egui::Context, light: bool) {
-        self.light = light;
-        theme::apply(ctx, light);
+    /// The picture alone, or no longer.
+    fn show_alone(&mut self, ctx: &egui::Context) {
+        self.layout.alone = !self.layout.alone;
+        self.layout.close_card();
+        self.hands.leave_scene();
+        if self.layout.alone {
+            self.notices.say(ctx, HOW_BACK, false);
+        }
+    }
+
+    /// Food that was asked for cannot be there; what there was stays.
+    pub fn food_is_refused(&mut self, refused: &Settings) {
+        self.hands.take_food_back(refused, &mut self.document);
+    }
+
+    /// Takes over a look that came as text; `name` is what it is called. False where something is wrong with it, which is said.
+    pub fn take_look(
+        &mut self,
+        ctx: &egui::Context,
+        (name, text): (&str, &str),
+        facts: &Facts,
+        commands: &mut Vec<Command>,
+    ) -> bool {
+        let mut desk = Desk {
+            document: &mut self.document,
+            layout: &mut self.layout,
+            facts,
+            notices: &mut self.notices,
+            opening: &mut self.opening,
+            actions: &mut Vec::new(),
+            commands,
+        };
+        self.looks.take_preset(ctx, name, text, &mut desk)
     }
 
     /// Undo may lead back to before what has changed. What changes after a stroke that waits for its end comes after it.
     pub(super) fn note_changes(&mut self) {
-        if !self.looks.is_morphing() && self.hands.pending_ends == 0 {
-            self.document.note();
-        }
+        self.hands.note_changes(&mut self.document);
     }
 
     /// Takes back the last change of settings, look or painted areas.
@@ -352,7 +471,7 @@ impl Interface {
 
     /// Undo, or redo with `again`, after all strokes that came before it.
     pub(super) fn undo_now(&mut self, again: bool, commands: &mut Vec<Command>) {
-        self.looks.stop();
+        self.document.morph = None;
         let fits = self.document.is_fitted();
         let Some(change) = self.document.lead(again) else {
             return;
@@ -390,6 +509,33 @@ impl Interface {
             }
         });
     }
+}
+
+/// A number that is being typed counts as it stands: its field takes it when it loses the keyboard.
+fn take_what_is_typed(ctx: &egui::Context) {
+    ctx.memory_mut(|memory| {
+        if let Some(field) = memory.focused() {
+            memory.surrender_focus(field);
+        }
+    });
+}
+
+/// Charts: none, under the trail, alone, and so on; where the picture has none, that is said.
+fn next_charts(ctx: &egui::Context, desk: &mut Desk<'_>) {
+    let show = desk.document.view.show;
+    if !show.has_charts() {
+        let text = format!(
+            "{} has no charts of X: {} show them",
+            show.title(),
+            Show::titles(Show::has_charts)
+        );
+        return desk.notices.say(ctx, text, false);
+    }
+    desk.document.view.charts = match desk.document.view.charts {
+        charts if charts < 0.5 => 0.5,
+        charts if charts < 1.0 => 1.0,
+        _ => 0.0,
+    };
 }
 
 #[cfg(test)]

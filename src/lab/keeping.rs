@@ -27,7 +27,7 @@ impl Lab {
 
     /// Begins to load a scene that comes with the program, with the look that is here.
     pub(super) fn open_with_look(&mut self, name: &'static str) {
-        self.interface.end_morph();
+        self.interface.document.end_morph();
         let look = self.interface.document.look_text(&self.name);
         self.load(name.to_owned(), Origin::File, move || {
             let (name, settings, folder) = Scene::read(Path::new(name), &Overrides::default())?;
@@ -43,8 +43,8 @@ impl Lab {
             return self.interface.notices.say(context, text, true);
         }
         let mut commands = Vec::new();
-        let (looks, mut desk) = (self.interface).looks_at(&self.clocks.facts, &mut commands);
-        let is_read = looks.take_preset(context, name, text, &mut desk);
+        let facts = &self.clocks.facts;
+        let is_read = (self.interface).take_look(context, (name, text), facts, &mut commands);
         // One that comes slowly asks for nothing yet. What is refused is said.
         if is_read && (commands.is_empty() || self.apply(context)) {
             // So it can be kept by one click.

@@ -50,7 +50,6 @@ pub struct Looks {
     pub own: OwnPresets,
     /// Seconds that the change to another look takes.
     pub morph_seconds: f64,
-    morph: Option<Morph>,
     clock: LookClock,
 }
 
@@ -58,16 +57,6 @@ impl Looks {
     /// A frame begins, at this time, with so many seconds of a film.
     pub fn tick(&mut self, wall: f64, filmed: Option<f64>) {
         self.clock.tick(wall, filmed);
-    }
-
-    /// Is a look changing into another?
-    pub fn is_morphing(&self) -> bool {
-        self.morph.is_some()
-    }
-
-    /// A look on its way comes no further.
-    pub fn stop(&mut self) {
-        self.morph = None;
     }
 
     /// The text of a preset, the program's or the user's.
@@ -135,7 +124,7 @@ impl Looks {
         let look = document.look();
         let with = |text: String| with_preset(&look, name, &text).ok();
         let with = self.preset_text(name).and_then(with);
-        self.morph.is_none() && with.is_some_and(|with| with != look)
+        document.morph.is_none() && with.is_some_and(|with| with != look)
     }
 
     /// A look made up by chance.
@@ -151,32 +140,26 @@ impl Looks {
         document.view.color_map = to.picture.color_map;
         to.picture.color_map = document.edited.picture.color_map;
         if self.morph_seconds > 0.0 {
-            let now = self.clock.now();
-            self.morph = Some(Morph::new(&document.edited, to, now, self.morph_seconds));
+            let (from, now) = (&document.edited, self.clock.now());
+            document.morph = Some(Morph::new(from, to, now, self.morph_seconds));
         } else {
-            self.morph = None;
+            document.morph = None;
             document.edited = to;
             desk.commands.push(Command::Apply);
         }
     }
 
     /// Goes on with a look that changes slowly.
-    pub(super) fn advance(&mut self, ctx: &egui::Context, desk: &mut Desk<'_>) {
-        let Some(morph) = &mut self.morph else {
+    pub(super) fn advance(&self, ctx: &egui::Context, desk: &mut Desk<'_>) {
+        let Document { morph, edited, .. } = &mut *desk.document;
+        let Some(changing) = morph else {
             return;
         };
-        if morph.advance(&mut desk.document.edited, self.clock.now()) {
-            self.morph = None;
+        if changing.advance(edited, self.clock.now()) {
+            *morph = None;
         }
         ctx.request_repaint();
         desk.commands.push(Command::Apply);
-    }
-
-    /// A look on its way is there at once.
-    pub(super) fn end(&mut self, document: &mut Document) {
-        if let Some(morph) = self.morph.take() {
-            morph.end(&mut document.edited);
-        }
     }
 }
 

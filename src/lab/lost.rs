@@ -118,7 +118,7 @@ impl Lab {
     /// Gives up the lost device, opens another one, and lets the scene begin anew on it. Where there is none, everything is
     /// kept that can be, and the error says so.
     pub fn begin_anew(mut self, error: &Error, options: &LabOptions) -> Result<Self> {
-        self.interface.end_morph();
+        self.interface.document.end_morph();
         let ended = self.rescue(error);
         self.keep_preferences();
         let was_painted = self.has_painted();

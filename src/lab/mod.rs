@@ -1,5 +1,6 @@
 //! The lab: a window in which slime mold grows, with every parameter beside it.
 
+mod actions;
 mod app;
 mod back;
 mod checks;
@@ -19,7 +20,8 @@ mod history;
 mod host;
 mod interface;
 mod keeping;
-mod keys;
+
+mod layout;
 mod left;
 mod loading;
 mod looks;
@@ -34,7 +36,7 @@ mod own;
 mod pacing;
 mod panel;
 mod pasting;
-mod performing;
+
 mod place;
 mod places;
 mod plot;
@@ -47,7 +49,7 @@ mod saving;
 mod scene_text;
 mod screen;
 mod show;
-mod split;
+
 mod stage;
 mod theme;
 mod told;

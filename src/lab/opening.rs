@@ -11,12 +11,10 @@ use std::sync::Arc;
 use egui::layers::ShapeIdx;
 use egui::{Align2, Color32, Shape, Vec2, vec2};
 use egui_file_dialog::{DialogState, FileDialog, Filter, OpeningMode};
-use myxo::plain_text::Shown as _;
 use myxo::scene::settings::Settings;
 
 use super::command::Command;
 use super::hands::{MESHES, ends_so};
-use super::interface::Interface;
 use super::saving::whole;
 use super::theme;
 
@@ -106,6 +104,17 @@ impl Opening {
         }
     }
 
+    /// Shows the dialog over everything else, with the files of that kind at first.
+    pub fn begin(&mut self, ctx: &egui::Context, kind: &str) {
+        self.open(ctx, kind, Purpose::Open);
+    }
+
+    /// The same for the picture of the row with this key.
+    pub fn begin_mask(&mut self, ctx: &egui::Context, key: String) {
+        let (kind, _) = MASKS[0];
+        self.open(ctx, kind, Purpose::Mask(key));
+    }
+
     fn open(&mut self, ctx: &egui::Context, kind: &str, purpose: Purpose) {
         let folder = self.folder.clone();
         let dialog = self.prepared(ctx, purpose, &folder);
@@ -115,7 +124,7 @@ impl Opening {
     }
 
     /// Asks where to save, in this folder and by this name at first.
-    fn save(&mut self, ctx: &egui::Context, folder: &Path, name: String) {
+    pub fn save(&mut self, ctx: &egui::Context, folder: &Path, name: String) {
         let dialog = self.prepared(ctx, Purpose::Save, folder);
         let mut dialog = dialog.borrow_mut();
         dialog.config_mut().default_file_name = name;
@@ -123,7 +132,7 @@ impl Opening {
     }
 
     /// Asks for a folder; at first it is this one.
-    fn choose_folder(&mut self, ctx: &egui::Context, folder: &Path) {
+    pub fn choose_folder(&mut self, ctx: &egui::Context, folder: &Path) {
         let dialog = self.prepared(ctx, Purpose::Folder, folder);
         dialog.borrow_mut().pick_directory();
     }
@@ -174,8 +183,30 @@ impl Opening {
         dialog
     }
 
+    /// Shows it for one frame, if it is open. Gives the folder for exports that was chosen in it.
+    pub fn show(
+        &self,
+        ctx: &egui::Context,
+        edited: &mut Settings,
+        commands: &mut Vec<Command>,
+    ) -> Option<PathBuf> {
+        let path = self.chosen(ctx)?;
+        match &self.purpose {
+            Purpose::Open => commands.push(Command::TakeFile(path)),
+            Purpose::Save => commands.push(Command::SaveAs(path)),
+            Purpose::Folder => return Some(whole(&path)),
+            Purpose::Mask(key) => {
+                if let Some(mask) = mask_of(edited, key) {
+                    *mask = as_written(&path, &self.scene);
+                    commands.push(Command::Apply);
+                }
+            }
+        }
+        None
+    }
+
     /// Shows it for one frame, and gives what was chosen in it.
-    fn show(&self, ctx: &egui::Context) -> Option<PathBuf> {
+    fn chosen(&self, ctx: &egui::Context) -> Option<PathBuf> {
         let mut dialog = self.dialog.as_ref()?.borrow_mut();
         if *dialog.state() != DialogState::Open {
             return None;
@@ -234,64 +265,6 @@ fn lighten_fields(ctx: &egui::Context, layer: egui::LayerId, color: Color32) {
             painted.mutate_shape(ShapeIdx(i), |entry| lighten(&mut entry.shape, color));
         }
     });
-}
-
-impl Interface {
-    /// Shows the dialog over everything else, with the files of that kind at first.
-    pub(super) fn begin_to_open(&mut self, ctx: &egui::Context, kind: &str) {
-        self.gallery.open = false;
-        self.opening.open(ctx, kind, Purpose::Open);
-    }
-
-    /// Asks where to save the scene, in this folder and by this name at first.
-    pub(super) fn begin_to_save(&mut self, ctx: &egui::Context, folder: &Path, name: String) {
-        self.gallery.open = false;
-        self.opening.save(ctx, folder, name);
-    }
-
-    /// Asks for the folder of what is taken out.
-    pub(super) fn begin_to_choose_folder(&mut self, ctx: &egui::Context, folder: &Path) {
-        self.gallery.open = false;
-        self.opening.choose_folder(ctx, folder);
-    }
-
-    /// The same for the picture of a row.
-    pub(super) fn begin_to_open_mask(&mut self, ctx: &egui::Context, key: String) {
-        self.gallery.open = false;
-        let (kind, _) = MASKS[0];
-        self.opening.open(ctx, kind, Purpose::Mask(key));
-    }
-
-    /// Shows it for one frame, if it is open.
-    pub(super) fn show_opening(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
-        let Some(path) = self.opening.show(ctx) else {
-            return;
-        };
-        match &self.opening.purpose {
-            Purpose::Open => commands.push(Command::TakeFile(path)),
-            Purpose::Save => commands.push(Command::SaveAs(path)),
-            Purpose::Folder => {
-                let path = whole(&path);
-                // As if it had been typed.
-                match path.to_str().filter(|text| text.trim() == *text) {
-                    Some(text) => self.out.folder = text.to_owned(),
-                    None => {
-                        let text = format!(
-                            "cannot take the folder {}: its name is not plain text, or begins or ends with a space; rename it or choose another",
-                            path.shown()
-                        );
-                        self.notices.say(ctx, text, true);
-                    }
-                }
-            }
-            Purpose::Mask(key) => {
-                if let Some(mask) = mask_of(&mut self.document.edited, key) {
-                    *mask = as_written(&path, &self.opening.scene);
-                    commands.push(Command::Apply);
-                }
-            }
-        }
-    }
 }
 
 /// The picture that a row names.

@@ -8,8 +8,8 @@ use myxo::render::exposure::Exposure;
 use myxo::scene::parameters::{Kind, PARAMETERS, Parameter, why_idle};
 use myxo::scene::settings::Settings;
 
+use super::desk::Desk;
 use super::document::Document;
-use super::interface::Interface;
 use super::out::put_look;
 use super::places::Marked as _;
 use super::rows::{RowContext, editor, row_with, within};
@@ -122,53 +122,53 @@ impl Document {
     }
 }
 
-impl Interface {
-    /// One row for each of these keys.
-    pub(super) fn view_rows(&mut self, ui: &mut Ui, keys: &[&str]) {
-        let (before, loaded) = (self.document.as_seen(), self.document.as_loaded());
-        let mut seen = before.clone();
-        let default = Settings::default();
-        let context = RowContext {
-            loaded: &loaded,
-            default: &default,
-            running: &before,
-            shared: &before.physarum,
-            objects: &before.objects,
-            prefix: "",
-            idle: &|key| match key {
-                "picture.areas" if !self.has_areas => Some(NO_AREAS),
-                // The atlas beside the picture has the trail's colours, whatever the picture shows.
-                "picture.color_map" | "picture.brightest" | "picture.darkest" if self.split => None,
-                _ => why_idle(key, &before),
+/// One row for each of these keys.
+pub(super) fn view_rows(ui: &mut Ui, keys: &[&str], desk: &mut Desk<'_>) {
+    let (before, loaded) = (desk.document.as_seen(), desk.document.as_loaded());
+    let mut seen = before.clone();
+    let default = Settings::default();
+    let context = RowContext {
+        loaded: &loaded,
+        default: &default,
+        running: &before,
+        shared: &before.physarum,
+        objects: &before.objects,
+        prefix: "",
+        idle: &|key| match key {
+            "picture.areas" if !desk.facts.has_areas => Some(NO_AREAS),
+            // The atlas beside the picture has the trail's colours, whatever the picture shows.
+            "picture.color_map" | "picture.brightest" | "picture.darkest" if desk.layout.split => {
+                None
+            }
+            _ => why_idle(key, &before),
+        },
+    };
+    for key in keys {
+        let parameter = parameter(key);
+        row_with(
+            ui,
+            parameter,
+            &mut seen,
+            &context,
+            |ui, settings| match *key {
+                "picture.color_map" => {
+                    let before = settings.picture.color_map;
+                    color_map_picker(ui, &mut settings.picture.color_map);
+                    settings.picture.color_map != before
+                }
+                "picture.brightest" => brightest(ui, parameter, settings),
+                "picture.background" => {
+                    ui.horizontal(|ui| {
+                        let changed = color(ui, &mut settings.picture.background);
+                        editor(ui, key, parameter, settings, &context) || changed
+                    })
+                    .inner
+                }
+                _ => editor(ui, key, parameter, settings, &context),
             },
-        };
-        for key in keys {
-            let parameter = parameter(key);
-            row_with(
-                ui,
-                parameter,
-                &mut seen,
-                &context,
-                |ui, settings| match *key {
-                    "picture.color_map" => {
-                        let before = settings.picture.color_map;
-                        color_map_picker(ui, &mut settings.picture.color_map);
-                        settings.picture.color_map != before
-                    }
-                    "picture.brightest" => brightest(ui, parameter, settings),
-                    "picture.background" => {
-                        ui.horizontal(|ui| {
-                            let changed = color(ui, &mut settings.picture.background);
-                            editor(ui, key, parameter, settings, &context) || changed
-                        })
-                        .inner
-                    }
-                    _ => editor(ui, key, parameter, settings, &context),
-                },
-            );
-        }
-        self.document.look_as(&before, &seen);
+        );
     }
+    desk.document.look_as(&before, &seen);
 }
 
 /// The trail that gets the brightest colour, 0 for as much as there is; true if it was changed.

@@ -157,6 +157,34 @@ fn milliseconds(ms: f64) -> String {
     }
 }
 
+/// A part of the panel under a title that opens and closes it; `found` holds it open, because it has what was looked
+/// for, and leaves it afterwards as it was before.
+pub fn section(ui: &mut Ui, title: &str, open: bool, found: bool, contents: impl FnOnce(&mut Ui)) {
+    section_with(ui, title, open, found, false, contents);
+}
+
+/// The same, which can be opened from elsewhere.
+pub fn section_with(
+    ui: &mut Ui,
+    title: &str,
+    open: bool,
+    found: bool,
+    opens: bool,
+    contents: impl FnOnce(&mut Ui),
+) -> egui::CollapsingResponse<()> {
+    let mut shown = egui::CollapsingHeader::new(RichText::new(title).strong())
+        .id_salt((title, found))
+        .default_open(open)
+        .open((found || opens).then_some(true))
+        .show_unindented(ui, |ui| {
+            ui.add_space(2.0);
+            contents(ui);
+            ui.add_space(6.0);
+        });
+    shown.header_response = shown.header_response.marked(&format!("section={title}"));
+    shown
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -142,13 +142,13 @@ impl Lab {
         let places = tells.then(|| Places::new(places, context));
         host.set_max_texture_side(ctx.info().max_image_side as usize);
         let mut interface = Interface::new(scene);
-        interface.panel = preferences.panel;
-        interface.light = preferences.light;
+        interface.layout.panel = preferences.panel;
+        interface.layout.light = preferences.light;
         interface.out = preferences.out.clone();
-        interface.recent = preferences.recent.clone();
+        interface.gallery.recent = preferences.recent.clone();
         interface.looks.own = OwnPresets::read(OwnPresets::folder());
         interface.looks.find_preset(&mut interface.document);
-        interface.left = LeftScenes::read(LeftScenes::folder());
+        interface.gallery.left = LeftScenes::read(LeftScenes::folder());
         let file = opened.from.as_ref().map(|(path, _)| path.as_path());
         let folder = file.map_or(Some(scene.folder.as_path()), Path::parent);
         interface.opening.begin_in(folder.unwrap_or(Path::new("")));
@@ -368,7 +368,7 @@ impl Lab {
     /// Does the simulation go on by itself? Where it would take the processors that are needed to load, it waits.
     pub(super) fn runs(&self) -> bool {
         let waits = self.loading.is_some() && self.ctx.info().kind == DeviceKind::Cpu;
-        let goes_on = self.interface.playing && !self.closing;
+        let goes_on = self.interface.document.playing && !self.closing;
         self.stage.is_some() && goes_on && !waits && !self.out.holds()
     }
 
@@ -442,10 +442,10 @@ impl Lab {
             return;
         };
         let preferences = Preferences {
-            light: self.interface.light,
-            panel: self.interface.panel,
+            light: self.interface.layout.light,
+            panel: self.interface.layout.panel,
             zoom: self.host.context().zoom_factor(),
-            recent: self.interface.recent.clone(),
+            recent: self.interface.gallery.recent.clone(),
             out: self.interface.out.kept(),
             // The whole screen is not the size of a window.
             size: match self.host.is_full_screen() {

@@ -25,8 +25,8 @@ use myxo::sim::paint::Brush;
 
 use super::command::Command;
 use super::command::{Ticket, Work};
-use super::facts::Facts;
-use super::interface::Interface;
+use super::desk::Desk;
+use super::document::Document;
 use super::navigation::Drags;
 use super::renewal::place_among;
 use super::saving::whole;
@@ -49,7 +49,8 @@ const LONGEST_FRAME: f32 = 0.4;
 /// Nor does a press that has not moved yet: nobody knows how long it lasts.
 const LONGEST_PRESS: f32 = 0.1;
 /// Why hands rest in a view that is flat.
-const FLAT: &str = "Hands work on the surface, and the atlas is flat: choose another view first";
+pub const FLAT: &str =
+    "Hands work on the surface, and the atlas is flat: choose another view first";
 /// What those who have picked nothing are told.
 const PICK_FIRST: &str = "Pick an object first: click on it";
 
@@ -238,80 +239,77 @@ impl Hands {
     }
 }
 
-impl Interface {
+impl Hands {
     /// The pointer as the hands use it. Did they, so that nobody else may?
-    pub(super) fn use_hands(
-        &mut self,
-        ui: &Ui,
-        response: &Response,
-        facts: &Facts,
-        commands: &mut Vec<Command>,
-    ) -> bool {
-        let used = self.reach_out(ui, response, facts, commands);
+    pub(super) fn use_hands(&mut self, ui: &Ui, response: &Response, desk: &mut Desk<'_>) -> bool {
+        let facts = desk.facts;
+        let used = self.reach_out(ui, response, desk);
         // What waits to be done may bring areas, so only the simulation knows whether there are any to be erased.
-        let paints = commands.iter().any(|command| match command {
+        let paints = desk.commands.iter().any(|command| match command {
             Command::Hand(Work::Stroke { brush, .. }) => brush.changes_areas(true),
             _ => false,
         });
-        self.hands.paints_areas |= paints;
-        let lasts = commands.iter().any(|command| match command {
+        self.paints_areas |= paints;
+        let lasts = desk.commands.iter().any(|command| match command {
             Command::Hand(Work::Stroke { brush, .. }) => !brush.changes_areas(false),
             _ => false,
         });
         if lasts && facts.hand.under.is_some() {
-            self.note_changes();
-            self.document.undo.note_lasting();
+            self.note_changes(desk.document);
+            desk.document.undo.note_lasting();
         }
         // A pointer that leaves the picture and comes back goes on with its stroke.
         let is_held = ui.input(|i| i.pointer.button_down(PointerButton::Primary));
-        if !is_held && std::mem::take(&mut self.hands.paints_areas) {
+        if !is_held && std::mem::take(&mut self.paints_areas) {
             // What was changed until now comes before the stroke.
-            self.note_changes();
-            self.hands.pending_ends += 1;
-            commands.push(Command::Hand(Work::EndStroke));
+            self.note_changes(desk.document);
+            self.pending_ends += 1;
+            desk.commands.push(Command::Hand(Work::EndStroke));
         }
         used
     }
 
-    fn reach_out(
-        &mut self,
-        ui: &Ui,
-        response: &Response,
-        facts: &Facts,
-        commands: &mut Vec<Command>,
-    ) -> bool {
+    /// Undo may lead back to before what has changed. What changes after a stroke that waits for its end comes after it.
+    pub(super) fn note_changes(&self, document: &mut Document) {
+        if self.pending_ends == 0 {
+            document.note();
+        }
+    }
+
+    fn reach_out(&mut self, ui: &Ui, response: &Response, desk: &mut Desk<'_>) -> bool {
+        let facts = desk.facts;
         let scale = ui.ctx().pixels_per_point();
         let to_pixel = |at: egui::Pos2| {
             let from_corner = (at - response.rect.min) * scale;
             Vec2::new(from_corner.x, from_corner.y)
         };
-        let is_free = !self.hands.is_covered;
-        let held = (self.hands.hold).follow(ui, response, PointerButton::Primary, is_free);
+        let is_free = !self.is_covered;
+        let held = (self.hold).follow(ui, response, PointerButton::Primary, is_free);
         let others = [PointerButton::Secondary, PointerButton::Middle];
-        let others = self.hands.others.iter_mut().zip(others);
+        let others = self.others.iter_mut().zip(others);
         let others = others.map(|(hold, button)| hold.follow(ui, response, button, is_free).drag);
-        self.hands.drags = Drags {
+        self.drags = Drags {
             first: held.drag,
             others: others.fold(egui::Vec2::ZERO, |all, drag| all + drag),
-            pressed: self.hands.hold.pressed(),
+            pressed: self.hold.pressed(),
         };
         let hovered = response.hover_pos();
-        let hovered = hovered.filter(|_| !self.opening.is_open()).map(to_pixel);
-        let is_solid = !self.document.view.show.is_flat();
-        let is_held = self.hands.hold.is_down();
-        let asks = is_solid && (self.hands.tool != Tool::Look || self.hands.probe || is_held);
-        self.hands.pointer = hovered.filter(|_| asks);
-        if facts.hand.looked != self.hands.pointer && !facts.hand.poses.is_empty() {
+        let hovered = hovered.filter(|_| !desk.opening.is_open()).map(to_pixel);
+        let is_solid = !desk.document.view.show.is_flat();
+        let is_held = self.hold.is_down();
+        let asks = is_solid && (self.tool != Tool::Look || self.probe || is_held);
+        self.pointer = hovered.filter(|_| asks);
+        if facts.hand.looked != self.pointer && !facts.hand.poses.is_empty() {
             // What is shown is where the pointer was; one more frame brings it to where it is.
             ui.ctx().request_repaint();
         }
         if !is_solid {
-            self.hands.food_drag = FoodDrag::None;
-            self.hands.grab = None;
-            self.hands.click = None;
+            self.food_drag = FoodDrag::None;
+            self.grab = None;
+            self.click = None;
             return false;
         }
-        if self.hands.tool.is_brush() {
+        if self.tool.is_brush() {
             self.change_radius(ui, response);
             if ui.input(|i| i.modifiers.shift) {
                 return false;
@@ -322,7 +320,7 @@ impl Interface {
                     false => ui.input(|i| i.unstable_dt).min(LONGEST_FRAME),
                 };
                 let seconds = most / held.ways.len() as f32;
-                self.paint_along(way, seconds, facts, to_pixel, commands);
+                self.paint_along(way, seconds, to_pixel, desk);
             }
             if is_held {
                 // A brush that is held still goes on.
@@ -330,42 +328,41 @@ impl Interface {
             }
             return is_held || held.release.is_some();
         }
-        if self.hands.tool == Tool::Look && self.performing {
+        if self.tool == Tool::Look && desk.layout.alone {
             // What would be picked shows handles.
-            self.hands.grab = None;
+            self.grab = None;
             return false;
         }
-        if self.hands.tool == Tool::Look && self.use_gizmo(ui, response, facts, &held, commands) {
+        if self.tool == Tool::Look && self.use_gizmo(ui, response, &held, desk) {
             return true;
         }
-        let drags =
-            self.hands.tool == Tool::Food && self.drag_food(ui, response, facts, &held, commands);
+        let drags = self.tool == Tool::Food && self.drag_food(ui, response, &held, desk);
         if response.clicked_by(PointerButton::Primary) {
             // The pointer may be elsewhere already.
-            self.hands.click = self.hands.hold.pressed().map(to_pixel);
+            self.click = self.hold.pressed().map(to_pixel);
         }
-        if let Some(click) = self.hands.click {
+        if let Some(click) = self.click {
             // A quick click is over before the window has looked.
             if facts.hand.looked == Some(click) {
                 let under = facts.hand.under.as_ref();
-                self.hands.click = None;
-                if self.hands.tool == Tool::Food {
-                    self.feed_at(ui.ctx(), under, facts, commands);
+                self.click = None;
+                if self.tool == Tool::Food {
+                    self.feed_at(ui.ctx(), under, desk);
                 } else {
                     // Seen are the objects that run; the next ones may stand in other places already.
                     let running =
-                        under.and_then(|under| self.document.running.objects.get(under.object));
+                        under.and_then(|under| desk.document.running.objects.get(under.object));
                     let place = running
-                        .and_then(|object| place_among(&self.document.edited.objects, object));
-                    self.hands.pick(place);
+                        .and_then(|object| place_among(&desk.document.edited.objects, object));
+                    self.pick(place);
                     // Who touches the only one there is goes on with what they see in the panel.
-                    let is_one_of_several = self.document.edited.objects.len() > 1;
-                    self.hands.reveals =
-                        (self.hands.selected).filter(|_| self.panel && is_one_of_several);
+                    let is_one_of_several = desk.document.edited.objects.len() > 1;
+                    self.reveals =
+                        (self.selected).filter(|_| desk.layout.panel && is_one_of_several);
                     ui.ctx().request_repaint();
                 }
             } else {
-                self.hands.pointer = Some(click);
+                self.pointer = Some(click);
                 ui.ctx().request_repaint();
             }
         }
@@ -377,23 +374,23 @@ impl Interface {
         &self,
         way: &Way,
         seconds: f32,
-        facts: &Facts,
         to_pixel: impl Fn(egui::Pos2) -> Vec2,
-        commands: &mut Vec<Command>,
+        desk: &mut Desk<'_>,
     ) {
+        let facts = desk.facts;
         let (length, corners) = (way.length(), way.corners());
         if way.ends && !way.begins && length == 0.0 {
             // It was let go of where it was.
             return;
         }
         let mut paint = |from: egui::Pos2, to: egui::Pos2, share: f32| {
-            let brush = self.hands.brush(share * seconds, facts.hand.mean_trail);
-            commands.extend(brush.map(|brush| {
+            let brush = self.brush(share * seconds, facts.hand.mean_trail);
+            desk.commands.extend(brush.map(|brush| {
                 Command::Hand(Work::Stroke {
                     from: to_pixel(from),
                     to: to_pixel(to),
                     brush,
-                    radius: self.hands.radius,
+                    radius: self.radius,
                 })
             }));
         };
@@ -403,13 +400,6 @@ impl Interface {
         let parts: f32 = corners.windows(2).map(|c| c[0].distance(c[1])).sum();
         for pair in corners.windows(2) {
             paint(pair[0], pair[1], pair[0].distance(pair[1]) / parts);
-        }
-    }
-
-    /// Says why hands have nothing to do in the view that is shown, if it is a flat one.
-    pub(super) fn tell_flat(&mut self, ctx: &egui::Context) {
-        if self.document.view.show.is_flat() {
-            self.notices.say(ctx, FLAT, false);
         }
     }
 
@@ -426,8 +416,8 @@ impl Interface {
         });
         if response.hovered() && turned != 0.0 {
             let (least, most) = RADII;
-            let radius = self.hands.radius * (turned * RADIUS_PER_POINT).exp();
-            self.hands.radius = radius.clamp(least, most);
+            let radius = self.radius * (turned * RADIUS_PER_POINT).exp();
+            self.radius = radius.clamp(least, most);
         }
     }
 }

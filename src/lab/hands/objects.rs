@@ -30,7 +30,7 @@ const GAP: f32 = 0.25;
 impl Lab {
     /// Begins to load the objects that are edited; what has grown stays.
     pub(super) fn renew(&mut self) {
-        self.interface.end_morph();
+        self.interface.document.end_morph();
         let from = self.where_they_run(&self.interface.document.edited.objects);
         let document = &self.interface.document;
         let settings = renewed(&document.live_settings(), &document.edited);

@@ -5,7 +5,7 @@ use glam::Affine3A;
 use super::super::command::Command;
 use super::super::command::Work;
 use super::super::command::{Ticket, Which};
-use super::super::interface::Interface;
+use super::super::desk::Desk;
 use super::{Hands, PICK_FIRST, Tool};
 
 impl Hands {
@@ -49,41 +49,38 @@ impl Hands {
     }
 }
 
-impl Interface {
+impl Hands {
     /// The picked object goes, unless it is the last one.
-    pub(in super::super) fn remove_selected(
-        &mut self,
-        ctx: &egui::Context,
-        commands: &mut Vec<Command>,
-    ) {
-        if self.hands.tool == Tool::Food {
-            return self.remove_food(ctx, commands);
+    pub(in super::super) fn remove_selected(&mut self, ctx: &egui::Context, desk: &mut Desk<'_>) {
+        if self.tool == Tool::Food {
+            return self.remove_food(ctx, desk);
         }
-        let Some(which) = self.hands.picked() else {
-            self.notices.say(ctx, PICK_FIRST, false);
+        let Some(which) = self.picked() else {
+            desk.notices.say(ctx, PICK_FIRST, false);
             return;
         };
         let is_there = matches!(which, Which::Object(_));
-        if is_there && self.document.running.objects.len() < 2 {
+        if is_there && desk.document.running.objects.len() < 2 {
             let text = "The last object stays: a scene has at least one. Add another one first";
-            self.notices.say(ctx, text, false);
+            desk.notices.say(ctx, text, false);
             return;
         }
-        self.hands.pick(None);
-        commands.push(Command::Hand(Work::Remove(which)));
+        self.pick(None);
+        desk.commands.push(Command::Hand(Work::Remove(which)));
     }
 
     /// The picked object comes once more. What is pressed next is about the copy, also before it is there.
     pub(in super::super) fn duplicate_selected(
         &mut self,
         ctx: &egui::Context,
-        commands: &mut Vec<Command>,
+        desk: &mut Desk<'_>,
     ) {
-        let Some(which) = self.hands.picked() else {
-            self.notices.say(ctx, PICK_FIRST, false);
+        let Some(which) = self.picked() else {
+            desk.notices.say(ctx, PICK_FIRST, false);
             return;
         };
-        let ticket = self.hands.ask();
-        commands.push(Command::Hand(Work::Duplicate(which, ticket)));
+        let ticket = self.ask();
+        desk.commands
+            .push(Command::Hand(Work::Duplicate(which, ticket)));
     }
 }

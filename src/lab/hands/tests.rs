@@ -3,7 +3,7 @@
 use super::objects::{with_copy, with_object, without_object};
 use super::*;
 use myxo::scene::motion::pose_at;
-use myxo::scene::settings::{Settings, Start};
+use myxo::scene::settings::{ObjectSettings, Settings, Start};
 
 fn two() -> Settings {
     let mut settings = with_object(&Settings::default(), "builtin:cube", 0.5, [1.0, 0.0, 0.0]);

@@ -13,7 +13,10 @@ use myxo::scene::Scene;
 use myxo::scene::settings::{ColorMap, Part, Strategy};
 
 use super::super::facts::Check;
+use super::super::facts::KernelTime;
 use super::*;
+use glam::Vec3;
+use myxo::scene::parameters::PARAMETERS;
 
 struct Harness {
     ctx: egui::Context,
@@ -156,9 +159,9 @@ impl Harness {
 #[test]
 fn keys_run_step_restart_and_choose() {
     let mut harness = Harness::new();
-    assert!(harness.interface.playing);
+    assert!(harness.interface.document.playing);
     harness.press(Key::Space);
-    assert!(!harness.interface.playing);
+    assert!(!harness.interface.document.playing);
     assert_eq!(harness.press(Key::S), [Command::Step]);
     assert_eq!(harness.press(Key::Period), [Command::Step]);
     assert_eq!(harness.press(Key::R), [Command::Restart]);
@@ -181,16 +184,16 @@ fn keys_run_step_restart_and_choose() {
         ColorMap::default().next()
     );
     harness.press(Key::H);
-    assert!(harness.interface.help);
+    assert!(harness.interface.layout.shows(Card::Help));
     harness.press(Key::Escape);
-    assert!(!harness.interface.help);
+    assert!(!harness.interface.layout.shows(Card::Help));
 }
 
 #[test]
 fn a_single_step_holds_the_simulation() {
     let mut harness = Harness::new();
     harness.press(Key::S);
-    assert!(!harness.interface.playing);
+    assert!(!harness.interface.document.playing);
 }
 
 #[test]
@@ -330,7 +333,7 @@ fn what_restarts_waits_and_what_does_not_is_live() {
 fn a_value_of_its_own_begins_as_the_scenes() {
     let mut harness = Harness::new();
     harness.interface.document.edited.physarum.speed = 0.0123;
-    harness.interface.filter = "particle speed".to_owned();
+    harness.interface.panel.filter = "particle speed".to_owned();
     for _ in 0..30 {
         harness.frame(vec![]);
     }

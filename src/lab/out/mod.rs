@@ -295,7 +295,11 @@ impl Lab {
             && let Some(stage) = &mut self.stage
         {
             // Where that fails, what there is of it is still kept.
-            job.advance(&mut self.frames, stage, self.interface.looks.is_morphing())?;
+            job.advance(
+                &mut self.frames,
+                stage,
+                self.interface.document.morph.is_some(),
+            )?;
         }
         let ended = self.out.job.as_mut().and_then(Job::take);
         if let Some(ended) = ended {

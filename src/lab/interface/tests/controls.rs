@@ -3,6 +3,8 @@
 use myxo::sim::types::Flow;
 
 use super::*;
+use crate::lab::facts::Waiting;
+use crate::lab::own::OwnPresets;
 use crate::lab::{hands, presets};
 
 #[test]
@@ -41,7 +43,7 @@ fn changes_are_undone_and_redone_by_keys() {
     assert_eq!(pressed(&mut harness, shift, Key::Z), [Command::Apply]);
     assert_eq!(harness.interface.document.edited.trail.decay, 0.5);
     assert_eq!(pressed(&mut harness, control, Key::S), [Command::Save]);
-    assert!(harness.interface.playing, "S alone would hold it");
+    assert!(harness.interface.document.playing, "S alone would hold it");
 }
 
 #[test]
@@ -56,11 +58,11 @@ fn a_dialog_that_opens_files_has_the_keys_to_itself() {
         modifiers,
     };
     harness.press(Key::B);
-    harness.interface.gallery.open = true;
+    harness.interface.layout.toggle(Card::Gallery);
     harness.frame(vec![Event::ModifiersChanged(control)]);
     harness.frame(vec![pressed(Key::O, control)]);
     harness.frame(vec![Event::ModifiersChanged(Modifiers::NONE)]);
-    assert!(harness.interface.opening.is_open() && !harness.interface.gallery.open);
+    assert!(harness.interface.opening.is_open() && !harness.interface.layout.shows(Card::Gallery));
     harness.frame(vec![]);
     assert!(!harness.places_of("Open a file").is_empty());
     let view = harness.interface.document.view;
@@ -70,7 +72,7 @@ fn a_dialog_that_opens_files_has_the_keys_to_itself() {
     harness.frame(vec![Event::Paste("[trail]\ndecay = 0.5\n".to_owned())]);
     assert_eq!(harness.click(IN_PICTURE), []);
     assert_eq!(harness.interface.document.view, view);
-    assert!(!harness.interface.performing);
+    assert!(!harness.interface.layout.alone);
     // It goes, and the brush stays in the hand.
     harness.press(Key::Escape);
     assert!(!harness.interface.opening.is_open());
@@ -142,7 +144,7 @@ fn a_scene_that_has_the_look_of_a_preset_is_shown_with_its_name() {
         let of = |settings: &Settings| {
             let settings = settings.clone();
             let scene = Scene::from_settings("torus".to_owned(), settings, ".".into());
-            Interface::new(&scene.expect("it is right")).preset
+            Interface::new(&scene.expect("it is right")).document.preset
         };
         assert_eq!(of(&settings).as_deref(), Some(preset.name));
         settings.particles.count = 1234;
@@ -166,7 +168,10 @@ fn the_gallery_opens_scenes_and_takes_presets() {
     };
     let at = card(&harness, "gyroid");
     assert_eq!(harness.click(at), [Command::Open("gyroid")]);
-    assert!(!harness.interface.gallery.open, "the picture is seen");
+    assert!(
+        !harness.interface.layout.shows(Card::Gallery),
+        "the picture is seen"
+    );
     harness.press(Key::G);
     for _ in 0..3 {
         harness.frame(vec![]);
@@ -174,9 +179,12 @@ fn the_gallery_opens_scenes_and_takes_presets() {
     let at = card(&harness, "spots");
     assert_eq!(harness.click(at), [Command::Apply]);
     assert_eq!(harness.interface.document.preset.as_deref(), Some("spots"));
-    assert!(harness.interface.gallery.open, "others can be tried");
+    assert!(
+        harness.interface.layout.shows(Card::Gallery),
+        "others can be tried"
+    );
     harness.press(Key::Escape);
-    assert!(!harness.interface.gallery.open);
+    assert!(!harness.interface.layout.shows(Card::Gallery));
 }
 
 #[test]
@@ -253,7 +261,7 @@ fn things_are_taken_out_by_keys_and_buttons() {
     let mut harness = Harness::new();
     let record = Command::TakeOut(Out::Record);
     assert_eq!(harness.press(Key::F9), std::slice::from_ref(&record));
-    harness.interface.out.open = true;
+    harness.interface.layout.toggle(Card::Exports);
     for _ in 0..3 {
         harness.frame(vec![]);
     }
@@ -268,21 +276,21 @@ fn things_are_taken_out_by_keys_and_buttons() {
         ("🎬 Film 300 frames", Command::TakeOut(Out::Film)),
         (
             "NPZ",
-            Command::TakeOut(Out::Export(crate::lab::out::Model::Npz)),
+            Command::TakeOut(Out::Export(crate::lab::command::Model::Npz)),
         ),
     ] {
         let at = place(&harness, words);
         assert_eq!(harness.click(at), [command], "{words}");
     }
     // What is under way is told, and one thing waits for another.
-    harness.facts.out.recording = Some(crate::lab::out::Recorded {
+    harness.facts.out.recording = Some(crate::lab::facts::Recorded {
         seconds: 65.0,
         frames: 1950,
         different: 1900,
         dropped: 3,
         is_ending: false,
     });
-    harness.facts.out.making = Some(crate::lab::out::Making {
+    harness.facts.out.making = Some(crate::lab::facts::Making {
         name: "film_000001.mp4".to_owned(),
         doing: "frame 7 of 300".to_owned(),
         done: Some(0.02),
@@ -309,7 +317,7 @@ fn things_are_taken_out_by_keys_and_buttons() {
     let at = place(&harness, "Finish now");
     assert_eq!(harness.click(at), [Command::TakeOut(Out::Finish)]);
     harness.press(Key::Escape);
-    assert!(!harness.interface.out.open);
+    assert!(!harness.interface.layout.shows(Card::Exports));
 }
 
 #[test]
@@ -333,7 +341,7 @@ fn the_picture_can_be_alone() {
     assert_eq!(harness.press(Key::F11), [Command::FullScreen]);
     let dark = harness.ctx.theme();
     harness.press(Key::T);
-    assert!(harness.interface.light && harness.ctx.theme() != dark);
+    assert!(harness.interface.layout.light && harness.ctx.theme() != dark);
 }
 
 #[test]
@@ -368,7 +376,7 @@ fn what_is_loading_is_told_and_can_be_given_up() {
 #[test]
 fn what_has_no_effect_cannot_be_turned() {
     let mut harness = Harness::new();
-    harness.interface.filter = "transfer strategy".to_owned();
+    harness.interface.panel.filter = "transfer strategy".to_owned();
     for _ in 0..30 {
         harness.frame(vec![]);
     }
@@ -395,7 +403,7 @@ fn a_row_goes_back_to_the_scene_or_to_the_default() {
     let mut harness = Harness::new();
     harness.interface.document.loaded.trail.decay = 0.75;
     harness.interface.document.edited.trail.decay = 0.5;
-    harness.interface.filter = "trail.decay".to_owned();
+    harness.interface.panel.filter = "trail.decay".to_owned();
     let default = Settings::default().trail.decay;
     for (words, decay) in [
         ("As in the scene (0.75)", 0.75),
@@ -424,7 +432,7 @@ fn a_row_goes_back_to_the_scene_or_to_the_default() {
 #[test]
 fn a_number_that_restarts_can_be_typed_to_its_end() {
     let mut harness = Harness::new();
-    harness.interface.filter = "particle count".to_owned();
+    harness.interface.panel.filter = "particle count".to_owned();
     for _ in 0..30 {
         harness.frame(vec![]);
     }
@@ -437,7 +445,7 @@ fn a_number_that_restarts_can_be_typed_to_its_end() {
         harness.frame(vec![]);
     }
     // What writes letters or moves in a text does nothing else meanwhile.
-    assert!(harness.press(Key::S).is_empty() && harness.interface.playing);
+    assert!(harness.press(Key::S).is_empty() && harness.interface.document.playing);
     assert!(matches!(harness.press(Key::F12)[..], [Command::Screenshot]));
     assert_eq!(harness.interface.document.edited.particles.count, 500_000);
     // What is saved has the number as it stands.
@@ -459,7 +467,7 @@ fn a_number_that_restarts_can_be_typed_to_its_end() {
 #[test]
 fn a_number_with_a_least_value_can_be_typed() {
     let mut harness = Harness::new();
-    harness.interface.filter = "atlas size".to_owned();
+    harness.interface.panel.filter = "atlas size".to_owned();
     for _ in 0..30 {
         harness.frame(vec![]);
     }
@@ -488,16 +496,14 @@ fn a_number_with_a_least_value_can_be_typed() {
 fn what_is_opened_over_the_picture_closes_the_rest() {
     let mut harness = Harness::new();
     let open = |harness: &Harness| {
-        let Interface {
-            help, gallery, out, ..
-        } = &harness.interface;
-        [*help, gallery.open, out.open]
+        let cards = [Card::Help, Card::Gallery, Card::Exports];
+        cards.map(|card| harness.interface.layout.shows(card))
     };
     harness.press(Key::H);
     assert_eq!(open(&harness), [true, false, false]);
     harness.press(Key::G);
     assert_eq!(open(&harness), [false, true, false]);
-    harness.interface.out.open = true;
+    harness.interface.layout.toggle(Card::Exports);
     harness.frame(vec![]);
     assert_eq!(open(&harness), [false, false, true]);
     harness.press(Key::H);
@@ -575,7 +581,7 @@ fn errors_stay_until_they_are_clicked_away() {
     let mut harness = Harness::new();
     let ctx = harness.ctx.clone();
     for number in 0..6 {
-        (harness.interface).notice(&ctx, format!("it {number} is wrong"), true);
+        (harness.interface.notices).say(&ctx, format!("it {number} is wrong"), true);
         harness.interface.notices.say(&ctx, "something came", false);
     }
     let errors = |numbers: &[u32]| {

@@ -5,7 +5,7 @@ mod gizmo;
 mod objects;
 mod slow;
 
-use glam::{Affine3A, DVec3};
+use glam::{Affine3A, DVec3, Vec3};
 use myxo::scene::settings::ObjectSettings;
 use myxo::sim::paint::Brush;
 
@@ -82,7 +82,7 @@ fn dragged(harness: &mut Harness, from: Pos2, to: Pos2) -> Vec<Command> {
 #[test]
 fn a_brush_paints_where_it_is_drawn_and_leaves_the_camera() {
     let mut harness = harness();
-    harness.interface.playing = false;
+    harness.interface.document.playing = false;
     let camera = harness.interface.document.view.camera;
     harness.press(Key::B);
     assert_eq!(harness.interface.hands.tool, Tool::Trail);
@@ -451,9 +451,9 @@ fn objects_that_do_not_come_back_leave_those_that_run() {
     assert_eq!(harness.interface.document.live_settings().objects, [second]);
     // The mesh is gone, or somebody gave the load up.
     harness.interface.not_shown();
-    let Interface {
+    let Document {
         edited, running, ..
-    } = &harness.interface;
+    } = &harness.interface.document;
     assert_eq!(edited.objects, running.objects);
     // A slider is a slider again.
     harness.interface.document.edited.trail.decay = 0.5;

@@ -3,7 +3,7 @@
 use egui::{Event, Key, vec2};
 
 use super::{Harness, IN_PICTURE};
-use crate::lab::performing::POINTER_RESTS;
+use crate::lab::layout::POINTER_RESTS;
 
 #[test]
 fn the_picture_alone_has_no_lines_and_no_pointer_that_rests() {

@@ -1,6 +1,7 @@
 //! What the picture shows, the atlas beside it, the light, flight, and sides to look from.
 
 use super::*;
+use glam::Vec3;
 
 const DRAG: egui::Vec2 = vec2(60.0, -20.0);
 
@@ -81,7 +82,7 @@ fn a_scene_that_asks_for_what_it_has_not_shows_its_trail() {
     let mut settings = Settings::default();
     settings.picture.show = Show::Nearest;
     let scene = Scene::from_settings("torus".to_owned(), settings, ".".into()).unwrap();
-    assert_eq!(Interface::new(&scene).view.show, Show::Surface);
+    assert_eq!(Interface::new(&scene).document.view.show, Show::Surface);
 }
 
 #[test]
@@ -147,7 +148,7 @@ fn the_light_moves_with_its_key_and_nothing_else_does() {
 fn flight_has_its_own_keys_hand_and_wheel() {
     let mut harness = Harness::new();
     harness.press(Key::V);
-    assert!(harness.interface.navigation.is_flying() && harness.interface.playing);
+    assert!(harness.interface.navigation.is_flying() && harness.interface.document.playing);
     let start = harness.interface.document.view.camera;
     for (key, way) in [
         (Key::W, -start.backward()),
@@ -162,7 +163,7 @@ fn flight_has_its_own_keys_hand_and_wheel() {
         let gone = harness.interface.document.view.camera.eye() - before.eye();
         assert!(gone.normalize().dot(way) > 0.999, "{key:?} goes {gone}");
     }
-    assert!(harness.interface.playing, "S alone would hold it");
+    assert!(harness.interface.document.playing, "S alone would hold it");
     let before = harness.interface.document.view.camera;
     let none = Modifiers::NONE;
     harness.drag(PointerButton::Primary, none, IN_PICTURE, IN_PICTURE + DRAG);

@@ -81,7 +81,7 @@ fn food_that_is_refused_is_gone_and_undo_leads_past_it() {
     harness.interface.hands.food = Some(1);
     harness.frame(vec![]);
     let refused = harness.interface.document.edited.clone();
-    harness.interface.take_food_back(&refused);
+    harness.interface.food_is_refused(&refused);
     harness.frame(vec![]);
     assert_eq!(harness.interface.document.edited.foods, [food(1.0)]);
     assert_eq!(harness.interface.hands.food, None, "nothing is picked");
@@ -95,12 +95,12 @@ fn food_that_is_refused_is_gone_and_undo_leads_past_it() {
     harness.interface.document.edited.foods[0].radius = 3.0;
     harness.interface.hands.next_food.radius = 3.0;
     let refused = harness.interface.document.edited.clone();
-    harness.interface.take_food_back(&refused);
+    harness.interface.food_is_refused(&refused);
     assert_eq!(harness.interface.hands.food, Some(0));
     assert_eq!(harness.interface.hands.next_food, food(1.0));
     // What the hand has set since stays.
     harness.interface.document.edited.foods.push(food(5.0));
-    harness.interface.take_food_back(&refused);
+    harness.interface.food_is_refused(&refused);
     assert_eq!(
         harness.interface.document.edited.foods,
         [food(1.0), food(5.0)]

@@ -73,7 +73,7 @@ fn f_looks_at_what_is_picked() {
     let off = near.target - whole.target - Vec3::new(2.0, 0.0, 0.0);
     assert!(off.length() < 0.05, "{near:?}");
     assert_eq!((near.yaw, near.pitch), (whole.yaw, whole.pitch));
-    assert!(!harness.interface.is_fitted());
+    assert!(!harness.interface.document.is_fitted());
     harness.press(Key::Home);
     assert_eq!(harness.interface.document.view.camera.target, whole.target);
     harness.interface.hands.selected = None;

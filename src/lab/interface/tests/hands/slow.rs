@@ -137,9 +137,9 @@ fn keys_do_what_they_do_in_the_order_in_which_they_were_typed() {
     harness.press(Key::O);
     harness.frame(typed(&[Key::Escape, Key::G]));
     assert_eq!(harness.interface.hands.tool, Tool::Look);
-    assert!(harness.interface.gallery.open);
+    assert!(harness.interface.layout.shows(Card::Gallery));
     harness.frame(typed(&[Key::G, Key::B]));
-    assert!(!harness.interface.gallery.open);
+    assert!(!harness.interface.layout.shows(Card::Gallery));
     assert_eq!(harness.interface.hands.tool, Tool::Trail);
     let commands = harness.frame(typed(&[Key::S, Key::R, Key::S])).commands;
     assert_eq!(commands, [Command::Step, Command::Restart, Command::Step]);
@@ -293,7 +293,7 @@ fn an_object_that_comes_is_seen_whole() {
         assert_eq!(after.target, middle);
         assert!(after.distance > 1.2 * before.distance);
         let size = Vec2::new(picture.width(), picture.height());
-        for place in view::points(&scene) {
+        for place in myxo::render::view::points(&scene) {
             let pixel = after.pixel(place, size).unwrap();
             assert!(pixel.cmpge(Vec2::ZERO).all() && pixel.cmple(size).all());
         }
@@ -315,11 +315,11 @@ fn what_is_looked_for_is_left_by_escape_and_by_its_cross() {
         harness.click(at);
         harness.frame(vec![Event::Text("decay".to_owned())]);
         harness.frame(vec![]);
-        assert_eq!(harness.interface.filter, "decay");
+        assert_eq!(harness.interface.panel.filter, "decay");
     };
     look_for(&mut harness);
     harness.press(Key::Escape);
-    assert_eq!(harness.interface.filter, "");
+    assert_eq!(harness.interface.panel.filter, "");
     assert_eq!(
         harness.interface.hands.tool,
         Tool::Trail,
@@ -330,5 +330,5 @@ fn what_is_looked_for_is_left_by_escape_and_by_its_cross() {
     let crosses = harness.places_of("✖");
     let cross = crosses.iter().find(|at| at.x < 336.0).expect("it is there");
     harness.click(*cross);
-    assert_eq!(harness.interface.filter, "");
+    assert_eq!(harness.interface.panel.filter, "");
 }
