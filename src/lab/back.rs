@@ -14,16 +14,16 @@ use myxo::sim::Snapshot;
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::types::{Motion, Particle};
 
-use super::facts::Before;
-use super::hands::begin_on_food_that_is;
-use super::loading::{Opened, Origin};
-use super::out::put_look;
-use super::places::Marked as _;
-use super::rows::grouped;
-use super::saving::SceneFile;
-use super::stage::Stage;
-use super::window::Lab;
 use crate::cli::room;
+use crate::lab::document::put_look;
+use crate::lab::facts::Before;
+use crate::lab::loading::{Opened, Origin};
+use crate::lab::places::Marked as _;
+use crate::lab::rows::grouped;
+use crate::lab::saving::SceneFile;
+use crate::lab::stage::Stage;
+use crate::lab::tools::begin_on_food_that_is;
+use crate::lab::window::Lab;
 
 /// Who leaves a simulation before this step has grown nothing that would be missed.
 const GROWN_AT: u64 = 100;
@@ -273,8 +273,8 @@ fn sign() -> RichText {
 
 #[cfg(test)]
 mod tests {
-    use super::super::loading::{Loaded, Loading};
     use super::*;
+    use crate::lab::loading::{Loaded, Loading};
     use glam::Vec2;
     use myxo::gpu::{Context, ContextOptions, Format, Frames};
     use myxo::mesh::atlas::Control;

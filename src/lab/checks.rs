@@ -1,7 +1,7 @@
 //! Checks of the invariants while the window is open: now and then, because each one waits for the device and reads the
 //! whole state.
 
-use super::facts::Check;
+use crate::lab::facts::Check;
 use std::time::{Duration, Instant};
 
 use myxo::Result;

@@ -4,9 +4,9 @@ use std::time::{Duration, Instant};
 
 use myxo::gpu::{Context, Frames, SpanKind};
 
-use super::facts::{Facts, KernelTime};
-use super::pacing::Pacer;
-use super::stage::Stage;
+use crate::lab::facts::{Facts, KernelTime};
+use crate::lab::pacing::Pacer;
+use crate::lab::stage::Stage;
 
 /// How often figures change: often enough to follow, seldom enough to read.
 const INTERVAL: Duration = Duration::from_millis(500);

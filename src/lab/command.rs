@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use glam::Vec2;
 use myxo::sim::paint::Brush;
 
-use super::left::LeftScene;
+use crate::lab::left::LeftScene;
 
 /// Something that the window must do.
 #[derive(Clone, Debug, PartialEq)]

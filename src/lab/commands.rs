@@ -10,19 +10,20 @@ use myxo::scene::{Overrides, Scene, Settings};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::{Error, Result};
 
-use super::command::Command;
-use super::command::Work;
-use super::hands::{CarriedOver, Coming};
-use super::interface::Interface;
-use super::left::LeftScenes;
-use super::loading::{Loaded, Loading, Opened, Origin};
-use super::lost::is_loss;
-use super::out::unnumbered;
-use super::saving::{SceneFile, chosen, save_scene, whole, write_scene};
-use super::stage::Stage;
-use super::under_way::Left;
-use super::window::{Lab, title};
 use crate::cli::console;
+use crate::lab::command::Command;
+use crate::lab::command::Work;
+use crate::lab::interface::Interface;
+use crate::lab::left::LeftScenes;
+use crate::lab::loading::{Loaded, Loading, Opened, Origin};
+use crate::lab::lost::is_loss;
+use crate::lab::names::unnumbered;
+use crate::lab::saving::left_name;
+use crate::lab::saving::{SceneFile, chosen, save_scene, whole, write_scene};
+use crate::lab::stage::Stage;
+use crate::lab::under_way::Left;
+use crate::lab::window::{Lab, title};
+use crate::lab::work::{CarriedOver, Coming};
 
 impl Lab {
     /// Does what the interface asks for.
@@ -245,7 +246,7 @@ impl Lab {
 
     /// Begins to load a scene by name, or from a file: a scene, a model or a checkpoint.
     pub fn open_file(&mut self, path: PathBuf) {
-        let name = LeftScenes::name_of(&path).unwrap_or_else(|| {
+        let name = left_name(&path).unwrap_or_else(|| {
             let name = path.file_stem().unwrap_or(path.as_os_str());
             name.to_string_lossy().into_owned()
         });

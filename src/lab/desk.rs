@@ -1,12 +1,12 @@
 //! What panels and tools work on in a frame.
 
-use super::actions::Action;
-use super::command::Command;
-use super::document::Document;
-use super::facts::Facts;
-use super::layout::Layout;
-use super::notices::Notices;
-use super::opening::Opening;
+use crate::lab::actions::Action;
+use crate::lab::command::Command;
+use crate::lab::document::Document;
+use crate::lab::facts::Facts;
+use crate::lab::layout::Layout;
+use crate::lab::notices::Notices;
+use crate::lab::opening::Opening;
 
 /// What is being worked on, what is going on, and what is asked for.
 pub struct Desk<'a> {

@@ -10,9 +10,9 @@ use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::presets;
 use myxo::scene::settings::{Settings, Show};
 
-use super::presets::Morph;
-use super::renewal::{are_built_alike, place_among, take_back, with_changes_since};
-use super::undo::{Entry, Undo};
+use crate::lab::presets::Morph;
+use crate::lab::renewal::{are_built_alike, place_among, take_back, with_changes_since};
+use crate::lab::undo::{Entry, Undo};
 
 /// A scene with its settings and its look.
 #[derive(Clone, Debug)]
@@ -238,4 +238,10 @@ impl Document {
             stroke: (strokes != before).then_some(strokes),
         })
     }
+}
+
+/// What of the look a scene file holds.
+pub fn put_look(view: &View, center: Vec3, settings: &mut Settings) {
+    settings.camera = view.camera.to_settings(center);
+    view.tell(&mut settings.picture);
 }

@@ -6,7 +6,7 @@ use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::motion::Origins;
 use myxo::sim::types::Flow;
 
-use super::history::History;
+use crate::lab::history::History;
 
 /// A scene that is on its way.
 #[derive(Clone, Debug, PartialEq)]

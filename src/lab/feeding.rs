@@ -10,9 +10,9 @@ use myxo::scene::settings::Settings;
 use myxo::sim::{FoodOrder, PreparedFood, Simulation};
 use myxo::{Error, Result};
 
-use super::lost::is_loss;
-use super::window::Lab;
-use super::worker::joined;
+use crate::lab::lost::is_loss;
+use crate::lab::window::Lab;
+use crate::lab::worker::joined;
 
 /// At work; it can be told to stop, as soon as it looks.
 struct Worker {

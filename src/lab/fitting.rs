@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 use myxo::render::Camera;
 use myxo::render::view::AtlasWindow;
 
-use super::document::Document;
+use crate::lab::document::Document;
 
 impl Document {
     /// Looks at the whole scene, or at the whole atlas.

@@ -4,8 +4,8 @@ use egui::Key;
 use glam::Vec3;
 use myxo::render::view::View;
 
-use super::navigation::Navigation;
-use super::notices::Notices;
+use crate::lab::navigation::Navigation;
+use crate::lab::notices::Notices;
 
 /// Scene radii a second, at first, and what the wheel can make of them.
 const SPEED: f32 = 0.8;

@@ -4,9 +4,9 @@ use egui::Ui;
 use myxo::scene::parameters::FOOD_PARAMETERS;
 use myxo::scene::settings::{FoodSettings, Settings};
 
-use super::document::Document;
-use super::rows::{RowContext, row};
-use super::widgets::section;
+use crate::lab::document::Document;
+use crate::lab::rows::{RowContext, row};
+use crate::lab::widgets::section;
 
 /// One for each food and marker that has a `[[food]]`; true if one was changed.
 pub(super) fn food_sections(

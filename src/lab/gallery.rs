@@ -6,17 +6,17 @@ use egui::{ColorImage, Rect, Response, RichText, Sense, TextureHandle, TextureOp
 use indicatif::HumanDuration;
 use myxo::scene::builtin::{Builtin, PRESETS, SCENES};
 
-use super::command::Command;
-use super::desk::Desk;
-use super::layout::Card;
-use super::left::LeftScenes;
-use super::looks::Looks;
-use super::looks::summary;
-use super::opening::{EVERYTHING, OPEN};
-use super::own::check_name;
-use super::places::{Marked as _, mark_cross, note_value};
-use super::recent::Recent;
-use super::theme;
+use crate::lab::command::Command;
+use crate::lab::desk::Desk;
+use crate::lab::layout::Card;
+use crate::lab::left::LeftScenes;
+use crate::lab::looks::Looks;
+use crate::lab::looks::summary;
+use crate::lab::opening::{EVERYTHING, OPEN};
+use crate::lab::own::check_name;
+use crate::lab::places::{Marked as _, mark_cross, note_value};
+use crate::lab::recent::Recent;
+use crate::lab::theme;
 
 /// The least width of a small picture, points.
 const LEAST: f32 = 150.0;

@@ -6,9 +6,9 @@ use egui::{Rect, Sense, Stroke, Ui};
 use myxo::render::View;
 use myxo::scene::settings::Show;
 
-use super::navigation::{Drags, Navigation};
-use super::places::Marked as _;
-use super::theme;
+use crate::lab::navigation::{Drags, Navigation};
+use crate::lab::places::Marked as _;
+use crate::lab::theme;
 
 /// After so many seconds without a movement the pointer is hidden over the picture alone.
 pub const POINTER_RESTS: f64 = 2.0;

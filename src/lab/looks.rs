@@ -3,11 +3,11 @@
 use myxo::scene::builtin::{self, PRESETS};
 use myxo::scene::settings::Settings;
 
-use super::command::Command;
-use super::desk::Desk;
-use super::document::Document;
-use super::own::OwnPresets;
-use super::presets::{Morph, by_chance, neighbour, with_preset};
+use crate::lab::command::Command;
+use crate::lab::desk::Desk;
+use crate::lab::document::Document;
+use crate::lab::own::OwnPresets;
+use crate::lab::presets::{Morph, by_chance, neighbour, with_preset};
 
 /// What a preset is, in a sentence: the comment at its beginning, if it has one.
 pub fn summary(text: &str) -> &str {

@@ -13,12 +13,13 @@ use myxo::plain_text::Shown as _;
 use myxo::scene::Scene;
 use myxo::{Error, Result};
 
-use super::LabOptions;
-use super::clocks::Clocks;
-use super::out::{say, unnumbered};
-use super::saving::{save_scene, whole};
-use super::screen::Screen;
-use super::window::{Lab, log_messages};
+use crate::lab::LabOptions;
+use crate::lab::clocks::Clocks;
+use crate::lab::names::unnumbered;
+use crate::lab::out::say;
+use crate::lab::saving::{save_scene, whole};
+use crate::lab::screen::Screen;
+use crate::lab::window::{Lab, log_messages};
 
 /// A device that is lost again before the scene has run for so long is not replaced, or it would go on for ever.
 const RUNS_FOR: Duration = Duration::from_secs(10);

@@ -9,25 +9,26 @@ mod command;
 mod commands;
 mod desk;
 mod document;
+mod exports;
 mod facts;
 mod feeding;
 mod fitting;
 mod flying;
 mod foods;
 mod gallery;
-mod hands;
 mod history;
 mod host;
 mod interface;
-mod keeping;
 
 mod layout;
 mod left;
 mod loading;
 mod looks;
 mod lost;
+mod names;
 mod navigation;
 mod notices;
+mod observed;
 mod opening;
 mod order;
 mod out;
@@ -35,7 +36,6 @@ mod overlays;
 mod own;
 mod pacing;
 mod panel;
-mod pasting;
 
 mod place;
 mod places;
@@ -46,13 +46,12 @@ mod recent;
 mod renewal;
 mod rows;
 mod saving;
-mod scene_text;
 mod screen;
 mod show;
 
 mod stage;
 mod theme;
-mod told;
+mod tools;
 mod under_way;
 mod undo;
 mod view_rows;
@@ -62,6 +61,7 @@ mod wayland;
 mod widgets;
 mod window;
 mod windowless;
+mod work;
 mod worker;
 
 use std::path::PathBuf;
@@ -70,12 +70,11 @@ use std::sync::atomic::AtomicBool;
 use myxo::{Error, Result};
 use winit::event_loop::EventLoop;
 
-pub use left::LeftScenes;
 pub use loading::Opened;
 pub use looks::summary;
 pub use own::OwnPresets;
 pub use preferences::Preferences;
-pub use saving::SceneFile;
+pub use saving::{SceneFile, left_name};
 
 /// How the lab is opened.
 #[derive(Clone, Debug)]

@@ -4,7 +4,7 @@ use egui::{Key, PointerButton, Pos2, Response, Ui};
 use glam::{Vec2, Vec3};
 use myxo::render::view::View;
 
-use super::flying::Flying;
+use crate::lab::flying::Flying;
 
 /// How much one point of scrolling magnifies; a notch of a wheel is about 40 points.
 const ZOOM_PER_POINT: f32 = 0.0035;

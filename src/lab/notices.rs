@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use egui::{Align, Align2, Layout, Rect, RichText, Sense, Ui, UiBuilder, vec2};
 
-use super::places::Marked as _;
-use super::theme;
+use crate::lab::places::Marked as _;
+use crate::lab::theme;
 
 /// Errors that are shown at once; the oldest go.
 const MOST_ERRORS: usize = 4;

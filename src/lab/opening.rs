@@ -13,10 +13,10 @@ use egui::{Align2, Color32, Shape, Vec2, vec2};
 use egui_file_dialog::{DialogState, FileDialog, Filter, OpeningMode};
 use myxo::scene::settings::Settings;
 
-use super::command::Command;
-use super::hands::{MESHES, ends_so};
-use super::saving::whole;
-use super::theme;
+use crate::lab::command::Command;
+use crate::lab::saving::whole;
+use crate::lab::saving::{MESHES, ends_so};
+use crate::lab::theme;
 
 /// What a control says that leads to it.
 pub const OPEN: &str = "Opens a file: scene, preset, mesh or checkpoint (Ctrl O). Files can be dropped onto the window, too";

@@ -2,15 +2,15 @@
 
 use egui::{Align, Align2, Layout, Rect, RichText, Ui, vec2};
 
-use super::actions::{self, Group, MOUSE};
-use super::command::Command;
-use super::document::Document;
-use super::facts::OutFacts;
-use super::facts::{Facts, Waiting};
-use super::layout::{self, Card};
-use super::places::{Marked as _, mark_cross, note_value};
-use super::rows::grouped;
-use super::theme;
+use crate::lab::actions::{self, Group, MOUSE};
+use crate::lab::command::Command;
+use crate::lab::document::Document;
+use crate::lab::facts::OutFacts;
+use crate::lab::facts::{Facts, Waiting};
+use crate::lab::layout::{self, Card};
+use crate::lab::places::{Marked as _, mark_cross, note_value};
+use crate::lab::rows::grouped;
+use crate::lab::theme;
 
 /// What mouse and keys do, under headings.
 fn controls(ui: &mut Ui) {

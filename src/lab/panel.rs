@@ -9,24 +9,24 @@ use myxo::scene::settings::{ObjectSettings, Part, Settings, Show};
 use myxo::sim::transfers::told;
 use myxo::sim::types::Flow;
 
-use super::actions::Action;
-use super::command::Command;
-use super::desk::Desk;
-use super::facts::Check;
-use super::facts::Facts;
-use super::foods::food_sections;
-use super::hands::Hands;
-use super::layout::Card;
-use super::looks::Looks;
-use super::looks::summary;
-use super::navigation::Navigation;
-use super::places::{Marked as _, note_value};
-use super::plot::kernel_plot;
-use super::rows::{RowContext, grouped, row};
-use super::theme;
-use super::view_rows::{CAMERA_ROWS, COLOR_ROWS, DETAIL_ROWS, LIGHT_ROWS, found, view_rows};
-use super::views::{camera_section, light_section, views_list};
-use super::widgets::{kernel_table, parse_number, section, section_with};
+use crate::lab::actions::Action;
+use crate::lab::command::Command;
+use crate::lab::desk::Desk;
+use crate::lab::facts::Check;
+use crate::lab::facts::Facts;
+use crate::lab::foods::food_sections;
+use crate::lab::layout::Card;
+use crate::lab::looks::Looks;
+use crate::lab::looks::summary;
+use crate::lab::navigation::Navigation;
+use crate::lab::places::{Marked as _, note_value};
+use crate::lab::plot::kernel_plot;
+use crate::lab::rows::{RowContext, grouped, row};
+use crate::lab::theme;
+use crate::lab::tools::Hands;
+use crate::lab::view_rows::{CAMERA_ROWS, COLOR_ROWS, DETAIL_ROWS, LIGHT_ROWS, found, view_rows};
+use crate::lab::views::{camera_section, light_section, views_list};
+use crate::lab::widgets::{kernel_table, parse_number, section, section_with};
 
 /// What the sections hold that are no rows of parameters, for those who look for it.
 static PICTURE_WORDS: LazyLock<String> = LazyLock::new(|| {

@@ -3,8 +3,8 @@
 use egui::{Color32, Ui};
 use egui_plot::{HoverPosition, Line, Plot, PlotPoints};
 
-use super::facts::Facts;
-use super::theme;
+use crate::lab::facts::Facts;
+use crate::lab::theme;
 
 /// Kernels with an area of their own, from the longest; the others share one.
 pub const SHOWN: usize = 6;

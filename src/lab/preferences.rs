@@ -8,8 +8,8 @@ use myxo::plain_text::Shown as _;
 use myxo::whole_file::WholeFile;
 use serde::{Deserialize, Serialize};
 
-use super::out::OutPanel;
-use super::recent::Recent;
+use crate::lab::exports::OutPanel;
+use crate::lab::recent::Recent;
 
 /// Kept in `lab.toml` in the user's folder for settings. What a file lacks, or cannot be read, is as at first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -121,8 +121,8 @@ pub fn pick<T: PartialEq + Clone>(now: &T, opened: &T, kept: &T) -> T {
 
 #[cfg(test)]
 mod tests {
-    use super::super::out::{Kind, Size};
     use super::*;
+    use crate::lab::exports::{Kind, Size};
 
     #[test]
     fn what_was_kept_comes_back_and_nonsense_does_not() {

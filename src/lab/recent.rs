@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use egui::Ui;
 use serde::{Deserialize, Serialize};
 
-use super::places::Marked as _;
+use crate::lab::places::Marked as _;
 
 /// How many of them are remembered.
 const MOST: usize = 8;

@@ -107,8 +107,8 @@ pub fn place_among(objects: &[ObjectSettings], object: &ObjectSettings) -> Optio
 
 #[cfg(test)]
 mod tests {
-    use super::super::hands::objects::{with_object, without_object};
     use super::*;
+    use crate::lab::work::objects::{with_object, without_object};
 
     fn food(object: &str) -> FoodSettings {
         FoodSettings {

@@ -8,10 +8,10 @@ use egui::{
 use myxo::scene::parameters::{Effect, Kind, Number, Parameter, Scale};
 use myxo::scene::settings::{ObjectSettings, PhysarumSettings};
 
-use super::opening::OPEN_MASK;
-use super::places::{Marked as _, note_value};
-use super::theme;
-use super::widgets::{parse_number, parse_whole, wide_slider};
+use crate::lab::opening::OPEN_MASK;
+use crate::lab::places::{Marked as _, note_value};
+use crate::lab::theme;
+use crate::lab::widgets::{parse_number, parse_whole, wide_slider};
 
 /// Where it is kept that a number was beyond its range, until it is told.
 const REFUSED: &str = "refused number";

@@ -6,12 +6,12 @@ use myxo::gpu::{DepthTest, Recorder, Targets};
 use myxo::render::View;
 use myxo::{Error, Result};
 
-use super::interface::Shown;
-use super::place::Place;
-use super::places::Places;
-use super::screen::FrontImage;
-use super::stage::Sizes;
-use super::window::Lab;
+use crate::lab::interface::Shown;
+use crate::lab::place::Place;
+use crate::lab::places::Places;
+use crate::lab::screen::FrontImage;
+use crate::lab::stage::Sizes;
+use crate::lab::window::Lab;
 
 /// Behind everything while there is no scene, as it is stored.
 const EMPTY: [f32; 4] = [0.055, 0.06, 0.075, 1.0];

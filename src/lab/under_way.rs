@@ -8,11 +8,11 @@ use myxo::Result;
 use myxo::gpu::Recorder;
 use myxo::scene::settings::ObjectSettings;
 
-use super::command::Command;
-use super::command::{Ticket, Work};
-use super::show::{Seen, Shot};
-use super::stage::Stage;
-use super::window::Lab;
+use crate::lab::command::Command;
+use crate::lab::command::{Ticket, Work};
+use crate::lab::show::{Seen, Shot};
+use crate::lab::stage::Stage;
+use crate::lab::window::Lab;
 
 /// The system's events are taken in as often, or a slice later.
 const LONGEST_SLICES: Duration = Duration::from_millis(25);

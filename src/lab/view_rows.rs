@@ -8,12 +8,12 @@ use myxo::render::exposure::Exposure;
 use myxo::scene::parameters::{Kind, PARAMETERS, Parameter, why_idle};
 use myxo::scene::settings::Settings;
 
-use super::desk::Desk;
-use super::document::Document;
-use super::out::put_look;
-use super::places::Marked as _;
-use super::rows::{RowContext, editor, row_with, within};
-use super::widgets::{color_map_picker, parse_number, wide_slider};
+use crate::lab::desk::Desk;
+use crate::lab::document::Document;
+use crate::lab::document::put_look;
+use crate::lab::places::Marked as _;
+use crate::lab::rows::{RowContext, editor, row_with, within};
+use crate::lab::widgets::{color_map_picker, parse_number, wide_slider};
 
 /// Of the section Picture.
 pub(super) const COLOR_ROWS: &[&str] =

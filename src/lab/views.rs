@@ -10,14 +10,14 @@ use myxo::render::hues::{hue_light, object_light};
 use myxo::render::view::Light;
 use myxo::scene::settings::{Legend, Show};
 
-use super::actions::Action;
-use super::desk::Desk;
-use super::document::Document;
-use super::facts::Facts;
-use super::navigation::Navigation;
-use super::places::{Marked as _, note_value};
-use super::theme;
-use super::view_rows::{CAMERA_ROWS, LIGHT_ROWS, view_rows};
+use crate::lab::actions::Action;
+use crate::lab::desk::Desk;
+use crate::lab::document::Document;
+use crate::lab::facts::Facts;
+use crate::lab::navigation::Navigation;
+use crate::lab::places::{Marked as _, note_value};
+use crate::lab::theme;
+use crate::lab::view_rows::{CAMERA_ROWS, LIGHT_ROWS, view_rows};
 
 /// Of the ball that moves the light, points.
 const BALL: f32 = 72.0;

@@ -4,10 +4,10 @@ use egui::{Align, Color32, Layout, Rect, Response, RichText, Sense, Slider, Ui, 
 use myxo::render::colormap::srgb_from_linear;
 use myxo::scene::settings::ColorMap;
 
-use super::facts::Facts;
-use super::places::Marked as _;
-use super::plot::color_of;
-use super::theme;
+use crate::lab::facts::Facts;
+use crate::lab::places::Marked as _;
+use crate::lab::plot::color_of;
+use crate::lab::theme;
 
 /// Width of the number beside a slider, points.
 const VALUE_WIDTH: f32 = 74.0;

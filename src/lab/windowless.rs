@@ -15,10 +15,10 @@ use egui::{Event as Input, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, 
 use myxo::{Error, Result};
 use serde::Deserialize;
 
-use super::LabOptions;
-use super::app::App;
-use super::host::Host;
-use super::loading::Opened;
+use crate::lab::LabOptions;
+use crate::lab::app::App;
+use crate::lab::host::Host;
+use crate::lab::loading::Opened;
 
 /// The time from one frame to the next. Most that moves by itself has moved after two.
 const FRAME: Duration = Duration::from_millis(60);

@@ -12,9 +12,9 @@ use myxo::render::Camera;
 use myxo::scene::Scene;
 use myxo::scene::settings::{ColorMap, Part, Strategy};
 
-use super::super::facts::Check;
-use super::super::facts::KernelTime;
 use super::*;
+use crate::lab::facts::Check;
+use crate::lab::facts::KernelTime;
 use glam::Vec3;
 use myxo::scene::parameters::PARAMETERS;
 

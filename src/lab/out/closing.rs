@@ -7,13 +7,13 @@ use myxo::plain_text::Shown as _;
 use myxo::render::output::{OutputError, Written};
 use myxo::{Error, Result};
 
-use super::super::command::Command;
-use super::super::command::Out;
-use super::super::command::Work;
-use super::job::Job;
-use super::{Lab, TakeOut};
 use crate::cli::console;
+use crate::lab::command::Command;
+use crate::lab::command::Out;
+use crate::lab::command::Work;
 use crate::lab::loading::Origin;
+use crate::lab::out::job::Job;
+use crate::lab::out::{Lab, TakeOut};
 use crate::lab::saving::whole;
 use crate::lab::under_way::Left;
 
@@ -358,9 +358,9 @@ pub(super) fn told_of(path: &Path, ended: &Result<Written>, is_cancelled: bool) 
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::command::Model;
-    use super::super::super::command::{Ticket, Which};
     use super::*;
+    use crate::lab::command::Model;
+    use crate::lab::command::{Ticket, Which};
     use crate::lab::left::LeftScene;
     use glam::Vec2;
     use myxo::scene::settings::ObjectSettings;

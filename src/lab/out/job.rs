@@ -15,14 +15,14 @@ use myxo::render::{View, output};
 use myxo::scene::Scene;
 use myxo::scene::settings::Settings;
 
-use super::super::command::Model;
-use super::super::facts::Making;
-use super::encoder::{Encoder, Frame};
-use super::names::Reserved;
-use super::panel::OutPanel;
-use super::shot::Shot;
-use crate::lab::hands::begin_on_food_that_is;
+use crate::lab::command::Model;
+use crate::lab::exports::OutPanel;
+use crate::lab::facts::Making;
+use crate::lab::names::Reserved;
+use crate::lab::out::encoder::{Encoder, Frame};
+use crate::lab::out::shot::Shot;
 use crate::lab::stage::Stage;
+use crate::lab::tools::begin_on_food_that_is;
 use crate::lab::undo::Entry;
 use crate::lab::worker::joined;
 

@@ -4,8 +4,6 @@
 mod closing;
 mod encoder;
 mod job;
-mod names;
-mod panel;
 mod recording;
 mod shot;
 
@@ -18,21 +16,20 @@ use myxo::render::output::{Output, Written};
 use myxo::scene::settings::Settings;
 use myxo::{Error, Result};
 
-use super::command::{Model, Out};
-use super::document::Document;
-use super::facts::OutFacts;
-use super::stage::Stage;
-use super::window::Lab;
+use super::exports::Kind;
+use super::names::Reserved;
+use crate::lab::command::{Model, Out};
+use crate::lab::document::Document;
+use crate::lab::document::put_look;
+use crate::lab::facts::OutFacts;
+use crate::lab::names::unnumbered;
+use crate::lab::stage::Stage;
+use crate::lab::window::Lab;
 pub(super) use closing::say;
 use closing::{found_again, told_of, told_of_recording};
 use job::{ExportJob, Film, Job, Picture};
-pub use names::{Reserved, unnumbered};
 use recording::Recording;
 pub use shot::Shot;
-
-#[cfg(test)]
-pub use panel::Size;
-pub use panel::{Kind, OutPanel};
 
 /// The largest picture of a film, pixels a side.
 pub const LARGEST_FILM: u32 = 4096;
@@ -376,12 +373,6 @@ pub fn scaled(view: &View, from: [u32; 2], to: [u32; 2]) -> View {
     *fov = 2.0 * (narrower * (0.5 * *fov).tan()).atan();
     view.particle_size *= to[1] as f32 / from[1] as f32 / narrower;
     view
-}
-
-/// What of the look a scene file holds.
-pub fn put_look(view: &View, center: glam::Vec3, settings: &mut Settings) {
-    settings.camera = view.camera.to_settings(center);
-    view.tell(&mut settings.picture);
 }
 
 fn check_size(size: [u32; 2], most: u32) -> Result<()> {

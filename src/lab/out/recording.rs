@@ -10,9 +10,9 @@ use myxo::Result;
 use myxo::gpu::{Context, Format, Image, ReadbackImage, Recorder};
 use myxo::render::output::{Output, Written};
 
-use super::super::facts::Recorded;
-use super::encoder::{Encoder, Frame};
-use super::names::Reserved;
+use crate::lab::facts::Recorded;
+use crate::lab::names::Reserved;
+use crate::lab::out::encoder::{Encoder, Frame};
 
 /// Pictures that may be on their way from the device.
 const UNDER_WAY: usize = 4;

@@ -5,7 +5,8 @@ use myxo::sim::types::Flow;
 use super::*;
 use crate::lab::facts::Waiting;
 use crate::lab::own::OwnPresets;
-use crate::lab::{hands, presets};
+use crate::lab::presets;
+use crate::lab::tools::Tool;
 
 #[test]
 fn changes_are_undone_and_redone_by_keys() {
@@ -76,7 +77,7 @@ fn a_dialog_that_opens_files_has_the_keys_to_itself() {
     // It goes, and the brush stays in the hand.
     harness.press(Key::Escape);
     assert!(!harness.interface.opening.is_open());
-    assert_ne!(harness.interface.hands.tool, hands::Tool::Look);
+    assert_ne!(harness.interface.hands.tool, Tool::Look);
     assert_eq!(harness.press(Key::F12), [Command::Screenshot]);
 }
 

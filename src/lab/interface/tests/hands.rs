@@ -9,10 +9,10 @@ use glam::{Affine3A, DVec3, Vec3};
 use myxo::scene::settings::ObjectSettings;
 use myxo::sim::paint::Brush;
 
-use super::super::super::command::Which;
-use super::super::super::facts::Under;
-use super::super::super::hands::Tool;
 use super::*;
+use crate::lab::command::Which;
+use crate::lab::facts::Under;
+use crate::lab::tools::Tool;
 
 const LEFT: PointerButton = PointerButton::Primary;
 

@@ -2,7 +2,7 @@
 
 use egui::{Event, Key, vec2};
 
-use super::{Harness, IN_PICTURE};
+use crate::lab::interface::tests::{Harness, IN_PICTURE};
 use crate::lab::layout::POINTER_RESTS;
 
 #[test]

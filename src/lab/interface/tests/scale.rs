@@ -1,10 +1,10 @@
 //! A screen that is twice as dense: what is pressed and painted is where it is shown.
 
-use super::super::super::command::Out;
-use super::super::super::command::Work;
 use super::*;
-use crate::lab::hands::Tool;
+use crate::lab::command::Out;
+use crate::lab::command::Work;
 use crate::lab::place::Place;
+use crate::lab::tools::Tool;
 
 #[test]
 fn on_a_dense_screen_controls_and_pictures_are_met_where_they_are_shown() {

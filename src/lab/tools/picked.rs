@@ -2,11 +2,11 @@
 
 use glam::Affine3A;
 
-use super::super::command::Command;
-use super::super::command::Work;
-use super::super::command::{Ticket, Which};
-use super::super::desk::Desk;
-use super::{Hands, PICK_FIRST, Tool};
+use crate::lab::command::Command;
+use crate::lab::command::Work;
+use crate::lab::command::{Ticket, Which};
+use crate::lab::desk::Desk;
+use crate::lab::tools::{Hands, PICK_FIRST, Tool};
 
 impl Hands {
     /// What the hand has to do with.
@@ -34,7 +34,7 @@ impl Hands {
     }
 
     /// For an object that is asked for; it is picked from now on, and shown so when it comes.
-    pub(super) fn ask(&mut self) -> Ticket {
+    pub fn ask(&mut self) -> Ticket {
         self.asked.0 += 1;
         self.pick(None);
         self.awaited = Some(self.asked);

@@ -3,15 +3,15 @@
 use egui::{Align2, Rect, RichText, Slider, Ui, vec2};
 use myxo::mesh::builtin::BUILTINS;
 
-use super::super::command::Command;
-use super::super::command::Work;
-use super::super::desk::Desk;
-use super::super::hands::Hands;
-use super::super::opening::{ONLY_MESHES, OPEN_MESH};
-use super::super::places::{Marked as _, note_value};
-use super::super::theme;
-use super::super::widgets::parse_number;
-use super::{PICK_FIRST, RADII, Tool};
+use crate::lab::command::Command;
+use crate::lab::command::Work;
+use crate::lab::desk::Desk;
+use crate::lab::opening::{ONLY_MESHES, OPEN_MESH};
+use crate::lab::places::{Marked as _, note_value};
+use crate::lab::theme;
+use crate::lab::tools::Hands;
+use crate::lab::tools::{PICK_FIRST, RADII, Tool};
+use crate::lab::widgets::parse_number;
 
 /// Of the bar's contents, points.
 const WIDTH: f32 = 108.0;

@@ -8,11 +8,11 @@ use myxo::sim::areas::write_mask;
 use myxo::sim::carry::{carried, carried_bias};
 use myxo::sim::paint::Repainted;
 
-use super::super::lost::is_loss;
-use super::super::out::Reserved;
-use super::super::saving::whole;
-use super::super::stage::Stage;
-use super::super::window::Lab;
+use crate::lab::lost::is_loss;
+use crate::lab::names::Reserved;
+use crate::lab::saving::whole;
+use crate::lab::stage::Stage;
+use crate::lab::window::Lab;
 
 /// Why nobody can begin on painted areas.
 const NOTHING_ATTRACTS: &str =
@@ -67,7 +67,7 @@ pub struct CarriedOver {
 
 impl Lab {
     /// Would what was painted be gone with this stage, because it brings another map?
-    pub(in super::super) fn loses_areas_to(&self, next: &Stage) -> bool {
+    pub(crate) fn loses_areas_to(&self, next: &Stage) -> bool {
         self.stage.as_ref().is_some_and(|left| {
             let (here, there) = (Areas::of(left), Areas::of(next));
             // What cannot be read is lost in any case.
@@ -81,7 +81,7 @@ impl Lab {
 
     /// Takes what has grown on the stage that is left over to the next one, where that has a meaning, or its areas. A state that
     /// goes on has its own.
-    pub(in super::super) fn carry_over(&mut self, next: &mut Stage) -> Result<CarriedOver> {
+    pub(crate) fn carry_over(&mut self, next: &mut Stage) -> Result<CarriedOver> {
         let carry = self.hand.carry.take();
         let mut carried_over = CarriedOver::default();
         let Some(left) = &self.stage else {
@@ -125,7 +125,7 @@ impl Lab {
     }
 
     /// All particles begin on what attracts, which is taken away for it: a mask of it becomes the scene's start.
-    pub(in super::super) fn start_on_painted(&mut self, context: &egui::Context) -> Result<()> {
+    pub(crate) fn start_on_painted(&mut self, context: &egui::Context) -> Result<()> {
         let begun = self.begin_on_painted(context);
         match begun {
             Err(error) if is_loss(&error) => Err(error),

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::facts::Facts;
-use super::interface::Interface;
-use super::layout::Card;
+use crate::lab::facts::Facts;
+use crate::lab::interface::Interface;
+use crate::lab::layout::Card;
 
 /// What is going on, for tests.
 #[derive(Debug, PartialEq, Serialize)]

@@ -1,7 +1,8 @@
 //! Scenes with an object more or less, and what brushes come to.
 
-use super::objects::{with_copy, with_object, without_object};
 use super::*;
+use crate::lab::saving::is_mesh;
+use crate::lab::work::objects::{with_copy, with_object, without_object};
 use myxo::scene::motion::pose_at;
 use myxo::scene::settings::{ObjectSettings, Settings, Start};
 

@@ -8,17 +8,17 @@ use myxo::scene::Scene;
 use myxo::scene::motion::in_decimals;
 use myxo::scene::settings::{ObjectSettings, ParticleSettings, Settings};
 
-use super::super::command::Command;
-use super::super::command::{Ticket, Which, Work};
-use super::super::loading::Origin;
-use super::super::renewal::place_among;
-use super::super::renewal::renewed;
-use super::super::stage::Stage;
-use super::super::under_way::Left;
-use super::super::window::Lab;
-use super::handles::shift;
-use super::remove_food;
-use super::work::Coming;
+use crate::lab::command::Command;
+use crate::lab::command::{Ticket, Which, Work};
+use crate::lab::loading::Origin;
+use crate::lab::renewal::place_among;
+use crate::lab::renewal::renewed;
+use crate::lab::stage::Stage;
+use crate::lab::tools::handles::shift;
+use crate::lab::tools::remove_food;
+use crate::lab::under_way::Left;
+use crate::lab::window::Lab;
+use crate::lab::work::Coming;
 
 /// A new object's radius, as a share of the scene's.
 const NEW_OBJECT: f32 = 0.4;
@@ -29,7 +29,7 @@ const GAP: f32 = 0.25;
 
 impl Lab {
     /// Begins to load the objects that are edited; what has grown stays.
-    pub(super) fn renew(&mut self) {
+    pub(crate) fn renew(&mut self) {
         self.interface.document.end_morph();
         let from = self.where_they_run(&self.interface.document.edited.objects);
         let document = &self.interface.document;
@@ -48,7 +48,7 @@ impl Lab {
     }
 
     /// One mesh more, at the right side of the others as the camera sees them.
-    pub(super) fn add_object(&mut self, mesh: String, ticket: Ticket) {
+    pub(crate) fn add_object(&mut self, mesh: String, ticket: Ticket) {
         let Some(stage) = &self.stage else {
             self.interface.hands.answer(ticket, None);
             return;
@@ -101,7 +101,7 @@ impl Lab {
     }
 
     /// The object as it is edited, if it is there.
-    pub(super) fn object(&self, which: Which) -> Option<&ObjectSettings> {
+    pub(crate) fn object(&self, which: Which) -> Option<&ObjectSettings> {
         let objects = &self.interface.document.edited.objects;
         match which {
             Which::Object(place) => objects.get(place),
@@ -113,7 +113,7 @@ impl Lab {
     }
 
     /// Was it asked for, and is neither there nor given up?
-    pub(super) fn is_to_come(&self, which: Which) -> bool {
+    pub(crate) fn is_to_come(&self, which: Which) -> bool {
         let Which::Asked(ticket) = which else {
             return false;
         };
@@ -123,7 +123,7 @@ impl Lab {
     }
 
     /// The scene on its way is shown, or not: what is to be done with the object that came with it can be done now.
-    pub(in super::super) fn has_come(&mut self, is_shown: bool) {
+    pub(crate) fn has_come(&mut self, is_shown: bool) {
         let coming = self.hand.coming.take();
         let Some(ticket) = coming.and_then(|coming| coming.ticket) else {
             return;
@@ -145,11 +145,7 @@ impl Lab {
     }
 
     /// Once more an object that runs, beside it. Objects that are on their way come first; with another scene it goes.
-    pub(in super::super) fn duplicate_object(
-        &mut self,
-        object: Box<ObjectSettings>,
-        ticket: Ticket,
-    ) {
+    pub(crate) fn duplicate_object(&mut self, object: Box<ObjectSettings>, ticket: Ticket) {
         if let Some(loading) = &self.loading {
             if loading.origin == Origin::Shown {
                 self.left.push(Left::Copy(object, ticket));
@@ -194,7 +190,7 @@ impl Lab {
     }
 
     /// An object goes. Those that come or go already do so first.
-    pub(in super::super) fn remove_object(&mut self, object: Box<ObjectSettings>) {
+    pub(crate) fn remove_object(&mut self, object: Box<ObjectSettings>) {
         let loading = self.loading.as_ref();
         if loading.is_some_and(|loading| loading.origin == Origin::Shown) {
             self.left.push(Left::Removal(object));

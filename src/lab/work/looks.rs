@@ -7,18 +7,18 @@ use myxo::render::exposure::Exposure;
 use myxo::scene::{Overrides, Scene};
 use myxo::{Error, Result};
 
-use super::loading::Origin;
-use super::out::{Shot, scaled};
-use super::own::check_name;
-use super::presets::with_preset;
-use super::window::Lab;
+use crate::lab::loading::Origin;
+use crate::lab::out::{Shot, scaled};
+use crate::lab::own::check_name;
+use crate::lab::presets::with_preset;
+use crate::lab::window::Lab;
 
 /// Of the small picture of a preset, pixels.
 const PICTURE: [u32; 2] = [300, 200];
 
 impl Lab {
     /// Puts the look alone into the clipboard.
-    pub(super) fn copy_look(&mut self, context: &egui::Context) {
+    pub(crate) fn copy_look(&mut self, context: &egui::Context) {
         context.copy_text(self.interface.document.look_text(&self.name));
         self.interface
             .notices
@@ -26,7 +26,7 @@ impl Lab {
     }
 
     /// Begins to load a scene that comes with the program, with the look that is here.
-    pub(super) fn open_with_look(&mut self, name: &'static str) {
+    pub(crate) fn open_with_look(&mut self, name: &'static str) {
         self.interface.document.end_morph();
         let look = self.interface.document.look_text(&self.name);
         self.load(name.to_owned(), Origin::File, move || {
@@ -37,7 +37,7 @@ impl Lab {
     }
 
     /// Takes over a look that came as text; `name` is what it is called in the gallery, should it be kept.
-    pub(super) fn take_look(&mut self, context: &egui::Context, name: &str, text: &str) {
+    pub(crate) fn take_look(&mut self, context: &egui::Context, name: &str, text: &str) {
         if self.stage.is_none() {
             let text = "Nothing grows yet that could take the look: wait for the scene";
             return self.interface.notices.say(context, text, true);
@@ -56,7 +56,7 @@ impl Lab {
     }
 
     /// Keeps the look under a name, with a picture of what is seen now.
-    pub(super) fn save_preset(&mut self, context: &egui::Context, name: &str) {
+    pub(crate) fn save_preset(&mut self, context: &egui::Context, name: &str) {
         match self.try_to_save_preset(name) {
             Ok(text) => self.interface.notices.say(context, text, false),
             Err(error) => self.interface.notices.say(context, error.to_string(), true),
@@ -86,7 +86,7 @@ impl Lab {
     }
 
     /// Removes a preset of one's own.
-    pub(super) fn remove_preset(&mut self, context: &egui::Context, name: &str) {
+    pub(crate) fn remove_preset(&mut self, context: &egui::Context, name: &str) {
         match self.interface.looks.own.remove(name) {
             Ok(()) => {
                 if self.interface.document.preset.as_deref() == Some(name) {

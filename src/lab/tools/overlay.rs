@@ -7,14 +7,14 @@ use glam::Vec3;
 
 use myxo::sim::paint::NO_GO_BELOW;
 
-use super::super::desk::Desk;
-use super::super::facts::Under;
-use super::super::hands::Hands;
-use super::super::places::note_value;
-use super::super::rows::grouped;
-use super::super::theme;
-use super::Tool;
-use super::gizmo::Screen;
+use crate::lab::desk::Desk;
+use crate::lab::facts::Under;
+use crate::lab::places::note_value;
+use crate::lab::rows::grouped;
+use crate::lab::theme;
+use crate::lab::tools::Hands;
+use crate::lab::tools::Tool;
+use crate::lab::tools::gizmo::Screen;
 
 const PARTS: u32 = 64;
 /// How often the probe looks again while nothing else happens.
@@ -22,7 +22,7 @@ const PROBE_INTERVAL: Duration = Duration::from_millis(50);
 
 impl Hands {
     /// Draws it over the picture.
-    pub(in super::super) fn show(&mut self, ui: &Ui, picture: Rect, desk: &Desk<'_>) {
+    pub(crate) fn show(&mut self, ui: &Ui, picture: Rect, desk: &Desk<'_>) {
         let facts = desk.facts;
         // Nothing of it has a place on the atlas.
         if desk.document.view.show.is_flat() {
@@ -246,7 +246,7 @@ fn hull(mut points: Vec<Pos2>) -> Vec<Pos2> {
 }
 
 /// A triangle's normal, turned to the eye.
-pub(super) fn normal_towards(corners: [Vec3; 3], eye: Vec3) -> Vec3 {
+pub(crate) fn normal_towards(corners: [Vec3; 3], eye: Vec3) -> Vec3 {
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a).normalize_or(Vec3::Y);
     if normal.dot(eye - a) < 0.0 {

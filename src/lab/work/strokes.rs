@@ -8,9 +8,9 @@ use myxo::sim::paint::{Brush, Painted, Repainted};
 use myxo::sim::{Areas, Simulation};
 use myxo::{Error, Result};
 
-use super::super::lost::is_loss;
-use super::super::undo::Undo;
-use super::super::window::Lab;
+use crate::lab::lost::is_loss;
+use crate::lab::undo::Undo;
+use crate::lab::window::Lab;
 
 /// Strokes that can be undone, at the most.
 const MOST: usize = 200;
@@ -132,7 +132,7 @@ impl Strokes {
 
 impl Lab {
     /// The hand has let go: what was painted since it pressed is one stroke. Where it has changed nothing there is none.
-    pub(in super::super) fn end_stroke(&mut self, context: &egui::Context) -> Result<()> {
+    pub(crate) fn end_stroke(&mut self, context: &egui::Context) -> Result<()> {
         let pending_ends = &mut self.interface.hands.pending_ends;
         *pending_ends = pending_ends.saturating_sub(1);
         self.paint_now(context)?;
@@ -173,7 +173,7 @@ impl Lab {
     }
 
     /// Takes these texels' areas away: one more thing to undo.
-    pub(in super::super) fn take_away(&mut self, texels: Vec<Repainted>) -> Result<()> {
+    pub(crate) fn take_away(&mut self, texels: Vec<Repainted>) -> Result<()> {
         let Some(stage) = &mut self.stage else {
             return Ok(());
         };
@@ -188,7 +188,7 @@ impl Lab {
     }
 
     /// Paints what the next frame would, and waits for it.
-    pub(in super::super) fn paint_now(&mut self, context: &egui::Context) -> Result<()> {
+    pub(crate) fn paint_now(&mut self, context: &egui::Context) -> Result<()> {
         if self.hand.has_dabs() {
             let mut rec = self.frames.begin()?;
             self.record_dabs(&mut rec, context)?;
@@ -198,11 +198,7 @@ impl Lab {
     }
 
     /// Strokes go back, or come again, until this is the last one that there is.
-    pub(in super::super) fn take_strokes(
-        &mut self,
-        context: &egui::Context,
-        last: u64,
-    ) -> Result<()> {
+    pub(crate) fn take_strokes(&mut self, context: &egui::Context, last: u64) -> Result<()> {
         self.paint_now(context)?;
         // What has no end yet would count what changes here as its own.
         self.hand.strokes.open = None;
@@ -243,7 +239,7 @@ impl Lab {
     }
 
     /// An undo for which there is no memory is no reason to end the lab. With a lost device all of it begins anew.
-    pub(super) fn tell_unless_lost(
+    pub(crate) fn tell_unless_lost(
         &mut self,
         context: &egui::Context,
         what: &str,
@@ -258,7 +254,7 @@ impl Lab {
     }
 
     /// Another atlas has other texels: strokes on the one before are no longer known.
-    pub(in super::super) fn forget_strokes(&mut self) {
+    pub(crate) fn forget_strokes(&mut self) {
         self.hand.strokes = Strokes::default();
         self.hand.strokes.tell(&mut self.interface.document.undo);
     }
@@ -266,8 +262,8 @@ impl Lab {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Hand;
     use super::*;
+    use crate::lab::work::Hand;
     use glam::Vec2;
     use myxo::render::View;
     use myxo::scene::Scene;

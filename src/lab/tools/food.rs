@@ -7,15 +7,15 @@ use myxo::scene::parameters::{FOOD_PARAMETERS, Kind};
 use myxo::scene::settings::{FoodSettings, MOST_FOODS, Settings, Start};
 use myxo::sim::types::Mark;
 
-use super::super::command::Command;
-use super::super::desk::Desk;
-use super::super::document::Document;
-use super::super::facts::Under;
-use super::super::hands::Hands;
-use super::super::places::{Marked as _, note_value};
-use super::super::theme;
-use super::super::widgets::parse_number;
-use super::Held;
+use crate::lab::command::Command;
+use crate::lab::desk::Desk;
+use crate::lab::document::Document;
+use crate::lab::facts::Under;
+use crate::lab::places::{Marked as _, note_value};
+use crate::lab::theme;
+use crate::lab::tools::Hands;
+use crate::lab::tools::Held;
+use crate::lab::widgets::parse_number;
 
 /// A click picks food that is so far from it for its size.
 const NEAR: f32 = 1.5;

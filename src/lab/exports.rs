@@ -7,11 +7,11 @@ use myxo::export::Colors;
 use myxo::plain_text::Shown as _;
 use serde::{Deserialize, Serialize};
 
-use super::super::command::Command;
-use super::super::command::{Model, Out};
-use super::super::facts::Facts;
-use super::super::facts::{Making, Recorded};
+use crate::lab::command::Command;
+use crate::lab::command::{Model, Out};
 use crate::lab::desk::Desk;
+use crate::lab::facts::Facts;
+use crate::lab::facts::{Making, Recorded};
 use crate::lab::layout::Card;
 use crate::lab::places::{Marked as _, mark_cross, note_value};
 use crate::lab::preferences::pick;

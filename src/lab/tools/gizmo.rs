@@ -7,15 +7,15 @@ use myxo::render::Camera;
 use myxo::scene::motion::Origins;
 use myxo::scene::settings::ObjectSettings;
 
-use super::super::command::Command;
-use super::super::command::Work;
-use super::super::desk::Desk;
-use super::super::facts::HandFacts;
-use super::super::hands::Hands;
-use super::super::places::{Marked as _, are_asked_for, note_value};
-use super::super::theme;
-use super::Held;
-use super::handles::{
+use crate::lab::command::Command;
+use crate::lab::command::Work;
+use crate::lab::desk::Desk;
+use crate::lab::facts::HandFacts;
+use crate::lab::places::{Marked as _, are_asked_for, note_value};
+use crate::lab::theme;
+use crate::lab::tools::Hands;
+use crate::lab::tools::Held;
+use crate::lab::tools::handles::{
     along_axis, angle_round, keep_in_place, length_of_pixel, on_plane, shift, turn,
 };
 

@@ -1,5 +1,15 @@
 //! What the hands ask of the simulation, done: dabs of brushes along the way of the pointer, and what lies under it.
 
+mod areas;
+mod depths;
+mod looks;
+pub mod objects;
+mod pasting;
+mod scene_text;
+mod strokes;
+
+pub use areas::CarriedOver;
+
 use glam::{DVec3, Vec2, Vec3};
 use myxo::gpu::{Buffer, Context, Readback, Recorder};
 use myxo::plain_text::Shown as _;
@@ -12,21 +22,21 @@ use myxo::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::super::command::Command;
-use super::super::command::{Ticket, Work};
-use super::super::facts::{HandFacts, Under};
-use super::super::loading::Origin;
-use super::super::lost::is_loss;
-use super::super::own::preset_in;
-use super::super::stage::Stage;
-use super::super::under_way::Left;
-use super::super::window::Lab;
-use super::depths::dabs_seen;
-use super::food::placed;
-use super::handles::keep_in_place;
-use super::overlay::normal_towards;
-use super::strokes::Strokes;
-use super::{is_mesh, mesh_name};
+use crate::lab::command::Command;
+use crate::lab::command::{Ticket, Work};
+use crate::lab::facts::{HandFacts, Under};
+use crate::lab::loading::Origin;
+use crate::lab::lost::is_loss;
+use crate::lab::own::preset_in;
+use crate::lab::saving::{is_mesh, mesh_name};
+use crate::lab::stage::Stage;
+use crate::lab::tools::food::placed;
+use crate::lab::tools::handles::keep_in_place;
+use crate::lab::tools::overlay::normal_towards;
+use crate::lab::under_way::Left;
+use crate::lab::window::Lab;
+use crate::lab::work::depths::dabs_seen;
+use crate::lab::work::strokes::Strokes;
 
 /// Dabs of one frame, at the most.
 const MOST_DABS: f32 = 6.0;
@@ -67,7 +77,7 @@ pub struct Coming {
 
 impl Hand {
     /// What an object that was asked for is called, once it has come.
-    pub(super) fn name_of(&self, ticket: Ticket) -> Option<&str> {
+    pub(crate) fn name_of(&self, ticket: Ticket) -> Option<&str> {
         let found = self.come.iter().find(|(known, _)| *known == ticket);
         found.map(|(_, name)| name.as_str())
     }
@@ -78,7 +88,7 @@ impl Hand {
     }
 
     /// Is there something to record?
-    pub(super) fn has_dabs(&self) -> bool {
+    pub(crate) fn has_dabs(&self) -> bool {
         !self.dabs.is_empty()
     }
 }
@@ -131,7 +141,7 @@ impl Hand {
 
 impl Lab {
     /// Does what the hands ask for.
-    pub(in super::super) fn obey_hand(
+    pub(crate) fn obey_hand(
         &mut self,
         context: &egui::Context,
         work: Work,
@@ -215,7 +225,7 @@ impl Lab {
     }
 
     /// A mesh that was dropped joins the scene, a preset gives it its look; everything else is opened.
-    pub(in super::super) fn take_file(&mut self, path: PathBuf) {
+    pub(crate) fn take_file(&mut self, path: PathBuf) {
         let has_to_wait = self.under_way.is_some() || self.loading.is_some();
         if has_to_wait || !self.left.is_empty() {
             self.left.push(Left::File(path));
@@ -266,7 +276,7 @@ impl Lab {
     }
 
     /// Records what was painted since it was last called.
-    pub(super) fn record_dabs(
+    pub(crate) fn record_dabs(
         &mut self,
         rec: &mut Recorder,
         context: &egui::Context,
@@ -300,7 +310,7 @@ impl Lab {
     }
 
     /// Records what was painted since the last frame, and what the probe wants to know.
-    pub(in super::super) fn record_hands(
+    pub(crate) fn record_hands(
         &mut self,
         rec: &mut Recorder,
         context: &egui::Context,
@@ -332,7 +342,7 @@ impl Lab {
     }
 
     /// Tells the interface what lies under the pointer and where objects are.
-    pub(in super::super) fn look_under_hand(&mut self, size: [u32; 2]) {
+    pub(crate) fn look_under_hand(&mut self, size: [u32; 2]) {
         let Some(stage) = &self.stage else {
             self.clocks.facts.hand = HandFacts::default();
             return;

@@ -10,13 +10,13 @@ use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{ObjectSettings, Settings};
 use myxo::scene::{Scene, SceneError};
 
-use super::loading::Origin;
-use super::saving::whole;
-use super::window::Lab;
+use crate::lab::loading::Origin;
+use crate::lab::saving::whole;
+use crate::lab::window::Lab;
 
 impl Lab {
     /// Takes a scene from text. What is wrong with it is said, and changes nothing.
-    pub(super) fn paste(&mut self, context: &egui::Context, text: &str) {
+    pub(crate) fn paste(&mut self, context: &egui::Context, text: &str) {
         let settings = match read_scene(text) {
             Ok(settings) => settings,
             Err(error) => return self.interface.notices.say(context, error.to_string(), true),

@@ -3,19 +3,14 @@
 //! The interface knows the tool, the pointer and what the window told it lies under it; what needs the simulation it asks
 //! for by [`Work`], which `work.rs` does.
 
-mod areas;
 mod bar;
-mod depths;
-mod food;
+pub mod food;
 mod gizmo;
-mod handles;
+pub mod handles;
 mod hold;
-pub(super) mod objects;
-mod overlay;
+pub mod overlay;
 mod picked;
-mod strokes;
 mod tool;
-mod work;
 
 use egui::{PointerButton, Response, Ui};
 use glam::{Vec2, Vec3};
@@ -23,20 +18,17 @@ use myxo::scene::Scene;
 use myxo::scene::settings::FoodSettings;
 use myxo::sim::paint::Brush;
 
-use super::command::Command;
-use super::command::{Ticket, Work};
-use super::desk::Desk;
-use super::document::Document;
-use super::navigation::Drags;
-use super::renewal::place_among;
-use super::saving::whole;
-pub use areas::CarriedOver;
+use crate::lab::command::Command;
+use crate::lab::command::{Ticket, Work};
+use crate::lab::desk::Desk;
+use crate::lab::document::Document;
+use crate::lab::navigation::Drags;
+use crate::lab::renewal::place_among;
 use food::FoodDrag;
 pub use food::{begin_on_food_that_is, remove_food};
 use gizmo::Grab;
 use hold::{Held, Hold, Way};
 pub use tool::Tool;
-pub use work::{Coming, Hand};
 
 /// Vertices of an object that its outline is drawn round, at the most.
 const OUTLINE_VERTICES: usize = 3000;
@@ -431,28 +423,6 @@ fn last_points(scene: &Scene) -> Vec<Vec3> {
     let own = &scene.surface.positions[range.vertices.0 as usize..range.vertices.1 as usize];
     let some = own.iter().step_by((own.len() / OUTLINE_VERTICES).max(1));
     some.map(|place| pose.transform_point3(*place)).collect()
-}
-
-/// How the files of meshes end.
-pub const MESHES: &[&str] = &["obj", "stl", "ply", "glb", "gltf"];
-
-/// A file that was dropped: a mesh joins the scene, everything else is opened.
-pub fn is_mesh(path: &std::path::Path) -> bool {
-    ends_so(path, &[MESHES])
-}
-
-/// Has a file one of these endings, in small letters or large ones?
-pub fn ends_so(path: &std::path::Path, endings: &[&[&str]]) -> bool {
-    let Some(ending) = path.extension() else {
-        return false;
-    };
-    let mut known = endings.iter().copied().flatten();
-    known.any(|known| ending.eq_ignore_ascii_case(known))
-}
-
-/// A path as scenes name meshes.
-fn mesh_name(path: &std::path::Path) -> String {
-    whole(path).to_string_lossy().into_owned()
 }
 
 #[cfg(test)]
