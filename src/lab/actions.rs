@@ -3,6 +3,14 @@
 use egui::{Event, Key, Modifiers};
 use myxo::scene::settings::Show;
 
+use crate::lab::document::Document;
+
+/// Why tools rest in a view that is flat.
+pub const FLAT: &str =
+    "Tools work on the surface, and the atlas is flat: choose another view first";
+/// Why nothing can be done with an object.
+pub const PICK_FIRST: &str = "Pick an object first: click on it";
+
 /// Something that a key, a button or the search does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
@@ -28,10 +36,10 @@ pub enum Action {
     PreviousPreset,
     /// A look by chance.
     ByChance,
-    /// Brings the whole scene into the picture.
+    /// Brings the camera to where the scene's file puts it.
+    Home,
+    /// Brings the selected object into the picture, or the whole scene.
     Fit,
-    /// Brings the selected object into the picture.
-    Frame,
     /// Writes the picture to a file.
     Screenshot,
     /// Begins to record the window, or ends it.
@@ -89,6 +97,21 @@ impl Action {
                 | Self::FullScreen
                 | Self::Quit
         )
+    }
+
+    /// Why it cannot be done now; none where it can. `has_picked` says whether an object or food is selected.
+    pub fn why_not(self, document: &Document, has_picked: bool) -> Option<String> {
+        let view = document.view.show;
+        let why = match self {
+            Self::Show(show) => return show.why_not(&document.running).map(str::to_owned),
+            Self::Undo if !document.undo.can_undo() => "Nothing was changed",
+            Self::Redo if !document.undo.can_redo() => "Nothing was undone",
+            Self::Split if view.is_flat() => "The picture is the atlas already",
+            Self::Brush | Self::Food | Self::Probe if view.is_flat() => FLAT,
+            Self::Duplicate | Self::Remove if !has_picked => PICK_FIRST,
+            _ => return None,
+        };
+        Some(why.to_owned())
     }
 
     /// Writes the scene to a file, or may.
@@ -276,20 +299,20 @@ const ROWS: &[Row] = &[
         "a random look",
     ),
     row(
-        Action::Fit,
+        Action::Home,
         Group::Camera,
         NONE,
         &[Key::Home],
         "Home",
-        "fit the scene into the picture",
+        "the camera as the scene's file has it",
     ),
     row(
-        Action::Frame,
+        Action::Fit,
         Group::Camera,
         NONE,
         &[Key::F],
         "F",
-        "the same, or the selected object",
+        "fit the selected object or the scene into the picture",
     ),
     row(
         Action::Screenshot,
@@ -518,6 +541,7 @@ pub const MOUSE: &[(&str, &str)] = &[
 /// count that write no letters and lead nowhere in a text.
 pub fn pressed(ctx: &egui::Context) -> Vec<Action> {
     let is_typing = ctx.text_edit_focused();
+    let has_keyboard = ctx.memory(|memory| memory.focused().is_some());
     let mut pressed = Vec::new();
     ctx.input_mut(|input| {
         input.events.retain(|event| {
@@ -531,6 +555,10 @@ pub fn pressed(ctx: &egui::Context) -> Vec<Action> {
             else {
                 return true;
             };
+            // A button that has the keyboard is pressed by it.
+            if *key == Key::Space && has_keyboard {
+                return true;
+            }
             let action = action_of(*modifiers, *key);
             let Some(action) = action.filter(|action| !is_typing || action.is_for_typists()) else {
                 return true;

@@ -87,6 +87,7 @@ impl Document {
     /// Nothing can be undone, and nothing is unsaved.
     pub fn forget_changes(&mut self) {
         self.undo = Undo::new(&self.edited, &self.view);
+        self.undo.set_preset(self.preset.as_deref());
     }
 
     /// The view that a scene's file asks for.
@@ -215,6 +216,7 @@ impl Document {
             return;
         }
         self.undo.note(&self.edited, &self.view);
+        self.undo.set_preset(self.preset.as_deref());
     }
 
     /// Undo, or redo with `again`; none where there is nothing to undo.
@@ -225,6 +227,7 @@ impl Document {
         if !lead(&mut self.undo, &mut self.edited, &mut self.view) {
             return None;
         }
+        self.preset = self.undo.preset().map(str::to_owned);
         let strokes = self.undo.strokes();
         // Objects that came, went or grew did so at once, and go back at once; what waited for a restart goes on waiting. While such
         // objects are on their way, those that run are not what was seen last.

@@ -16,7 +16,7 @@ use crate::lab::layout::Card;
 use crate::lab::places::{Marked as _, mark_cross, note_value};
 use crate::lab::preferences::pick;
 use crate::lab::theme;
-use crate::lab::widgets::{parse_number, parse_whole};
+use crate::lab::widgets::{parse_number, parse_whole, reader};
 
 /// The size of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -356,7 +356,7 @@ impl OutPanel {
                     .range(SECONDS.0..=SECONDS.1)
                     .speed(0.1)
                     .max_decimals(1)
-                    .custom_parser(parse_number)
+                    .custom_parser(reader(ui, parse_number))
                     .update_while_editing(false)
                     .suffix(" s"),
             )
@@ -384,7 +384,7 @@ impl OutPanel {
             .range(TURNS.0..=TURNS.1)
             .speed(0.05)
             .max_decimals(2)
-            .custom_parser(parse_number)
+            .custom_parser(reader(ui, parse_number))
             .update_while_editing(false)
             .prefix("camera turns ");
         ui.horizontal(|ui| {
@@ -508,7 +508,7 @@ fn number(
     let response = ui.add(
         DragValue::new(value)
             .range(range)
-            .custom_parser(parse_whole)
+            .custom_parser(reader(ui, parse_whole))
             .update_while_editing(false)
             .suffix(suffix),
     );

@@ -7,8 +7,8 @@ use egui::{Rect, Sense, Ui};
 use glam::Vec2;
 use myxo::scene::Scene;
 
-use crate::lab::actions::Action;
 use crate::lab::actions::pressed;
+use crate::lab::actions::{Action, FLAT};
 use crate::lab::command::Command;
 use crate::lab::command::Out;
 use crate::lab::command::Work;
@@ -17,8 +17,8 @@ use crate::lab::document::Document;
 use crate::lab::exports::OutPanel;
 use crate::lab::facts::Facts;
 use crate::lab::gallery::Gallery;
-use crate::lab::layout::move_beside;
 use crate::lab::layout::{Card, Layout};
+use crate::lab::layout::{PANEL_WIDTHS, move_beside};
 use crate::lab::looks::Looks;
 use crate::lab::navigation::{Moved, Navigation};
 use crate::lab::notices::HOW_BACK;
@@ -30,11 +30,11 @@ use crate::lab::overlays::{show_help, status_line};
 use crate::lab::panel::ParameterPanel;
 use crate::lab::places::Marked as _;
 use crate::lab::renewal::place_among;
-use crate::lab::rows::{take_refused, take_wanted};
+use crate::lab::rows::take_wanted;
 use crate::lab::theme;
-use crate::lab::tools::FLAT;
 use crate::lab::tools::{Hands, Tool};
 use crate::lab::views::{choose_view, note_view};
+use crate::lab::widgets::take_refused;
 use myxo::scene::settings::{Settings, Show};
 
 /// The state of everything round the picture.
@@ -76,8 +76,6 @@ pub struct Shown {
     /// A hand is on the scene.
     pub touched: bool,
 }
-
-const PANEL_WIDTH: f32 = 336.0;
 
 impl Interface {
     /// The interface for a scene that has just been loaded.
@@ -214,12 +212,14 @@ impl Interface {
             status_line(ui, desk.document, facts);
         }
         if desk.layout.panel && !desk.layout.alone {
-            egui::Panel::left("panel")
-                .exact_size(PANEL_WIDTH)
-                .resizable(false)
+            let shown = egui::Panel::left("panel")
+                .default_size(desk.layout.panel_width)
+                .size_range(PANEL_WIDTHS)
+                .resizable(true)
                 .show_separator_line(false)
                 .frame(theme::panel_frame(ui))
                 .show(ui, |ui| panel.show(ui, looks, hands, navigation, &mut desk));
+            desk.layout.panel_width = shown.response.rect.width();
         }
         if let Some(text) = take_refused(&ctx) {
             desk.notices.say(&ctx, text, false);
@@ -245,8 +245,9 @@ impl Interface {
         } else {
             navigation.apply(ui, &response, hands.drags, &mut desk.document.view)
         };
-        let beside_touched =
-            beside.is_some_and(|rect| move_beside(ui, rect, &mut desk.document.view));
+        let beside_touched = beside.is_some_and(|rect| {
+            move_beside(ui, rect, &mut desk.layout.beside, &mut desk.document.view)
+        });
         if let Some(pixel) = moved.refocus {
             desk.commands.push(Command::Refocus(pixel));
         }
@@ -330,8 +331,9 @@ impl Interface {
             Action::NextPreset => self.looks.step_preset(ctx, true, &mut desk),
             Action::PreviousPreset => self.looks.step_preset(ctx, false, &mut desk),
             Action::ByChance => self.looks.by_chance(ctx, &mut desk),
-            Action::Fit => desk.document.fit(),
-            Action::Frame => {
+            Action::Home if desk.document.view.show.is_flat() => desk.document.fit(),
+            Action::Home => desk.document.go_home(),
+            Action::Fit => {
                 let is_flat = desk.document.view.show.is_flat();
                 if is_flat || !self.hands.frame_picked(&facts.hand.poses) {
                     desk.document.fit();
@@ -356,7 +358,7 @@ impl Interface {
             }
             Action::Brush => self.hands.toggle_brush(),
             Action::Food => self.hands.toggle_food(),
-            Action::Probe => self.hands.probe = !self.hands.probe,
+            Action::Probe => self.hands.toggle_probe(),
             Action::Duplicate => self.hands.duplicate_selected(ctx, &mut desk),
             Action::Remove => self.hands.remove_selected(ctx, &mut desk),
             Action::Back => self.back(ctx, facts, commands),
@@ -478,7 +480,9 @@ impl Interface {
         };
         self.hands.let_food_go();
         self.document.fit_again(fits);
-        self.looks.find_preset(&mut self.document);
+        if self.document.preset.is_none() {
+            self.looks.find_preset(&mut self.document);
+        }
         if change.begins_renewal {
             let running = &self.document.running.objects;
             let picked = (self.hands.selected).and_then(|object| running.get(object));

@@ -2,13 +2,20 @@
 
 use std::time::Duration;
 
-use egui::{Rect, Sense, Stroke, Ui};
+use egui::{Rangef, Rect, Sense, Stroke, Ui};
 use myxo::render::View;
 use myxo::scene::settings::Show;
 
 use crate::lab::navigation::{Drags, Navigation};
 use crate::lab::places::Marked as _;
 use crate::lab::theme;
+
+/// Of the panel, points: at first, and what it can be dragged to.
+pub const PANEL_WIDTH: f32 = 336.0;
+pub const PANEL_WIDTHS: Rangef = Rangef {
+    min: 300.0,
+    max: 640.0,
+};
 
 /// After so many seconds without a movement the pointer is hidden over the picture alone.
 pub const POINTER_RESTS: f64 = 2.0;
@@ -29,12 +36,16 @@ pub enum Card {
 pub struct Layout {
     /// Is the panel shown?
     pub panel: bool,
+    /// Its width, points.
+    pub panel_width: f32,
     /// A light interface; else a dark one.
     pub light: bool,
     /// The picture alone, without anything round it.
     pub alone: bool,
     /// The atlas beside the picture.
     pub split: bool,
+    /// The pointer over that.
+    pub beside: Navigation,
     card: Option<Card>,
 }
 
@@ -42,9 +53,11 @@ impl Default for Layout {
     fn default() -> Self {
         Self {
             panel: true,
+            panel_width: PANEL_WIDTH,
             light: false,
             alone: false,
             split: false,
+            beside: Navigation::default(),
             card: None,
         }
     }
@@ -108,13 +121,13 @@ impl Layout {
 }
 
 /// The pointer on the atlas beside the picture; true if it moves it.
-pub fn move_beside(ui: &mut Ui, rect: Rect, view: &mut View) -> bool {
+pub fn move_beside(ui: &mut Ui, rect: Rect, navigation: &mut Navigation, view: &mut View) -> bool {
     let response = ui
         .allocate_rect(rect, Sense::click_and_drag())
         .marked("beside");
     let mut atlas = *view;
     atlas.show = Show::Atlas;
-    let moved = Navigation::default().apply(ui, &response, Drags::of(&response), &mut atlas);
+    let moved = navigation.apply(ui, &response, Drags::of(&response), &mut atlas);
     view.atlas = atlas.atlas;
     let line = Stroke::new(1.0, theme::weak(ui));
     ui.painter().vline(rect.left(), rect.y_range(), line);

@@ -58,6 +58,7 @@ mod view_rows;
 mod views;
 #[cfg(target_os = "linux")]
 mod wayland;
+mod wheel;
 mod widgets;
 mod window;
 mod windowless;

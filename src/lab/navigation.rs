@@ -5,6 +5,7 @@ use glam::{Vec2, Vec3};
 use myxo::render::view::View;
 
 use crate::lab::flying::Flying;
+use crate::lab::wheel::Wheel;
 
 /// How much one point of scrolling magnifies; a notch of a wheel is about 40 points.
 const ZOOM_PER_POINT: f32 = 0.0035;
@@ -15,6 +16,7 @@ const FLIGHT_SPEED: f32 = 11.0;
 #[derive(Clone, Debug, Default)]
 pub struct Navigation {
     flight: Option<Flight>,
+    wheel: Wheel,
     /// While keys fly the camera.
     pub(super) flying: Option<Flying>,
 }
@@ -67,14 +69,9 @@ impl Navigation {
         let scale = ui.ctx().pixels_per_point();
         let pixels = |v: egui::Vec2| Vec2::new(v.x, v.y) * scale;
         let size = pixels(response.rect.size());
-        let (shift, scroll, pinch, seconds) = ui.input(|i| {
-            (
-                i.modifiers.shift,
-                i.smooth_scroll_delta().y,
-                i.zoom_delta(),
-                i.stable_dt,
-            )
-        });
+        let scroll = self.wheel.turned(ui, response).y;
+        let (shift, pinch, seconds) =
+            ui.input(|i| (i.modifiers.shift, i.zoom_delta(), i.stable_dt));
         let pointer = response
             .hover_pos()
             .map(|at| pixels(at - response.rect.min));

@@ -9,7 +9,7 @@ use myxo::scene::settings::{ObjectSettings, Part, Settings, Show};
 use myxo::sim::transfers::told;
 use myxo::sim::types::Flow;
 
-use crate::lab::actions::Action;
+use crate::lab::actions::{self, Action};
 use crate::lab::command::Command;
 use crate::lab::desk::Desk;
 use crate::lab::facts::Check;
@@ -26,7 +26,7 @@ use crate::lab::theme;
 use crate::lab::tools::Hands;
 use crate::lab::view_rows::{CAMERA_ROWS, COLOR_ROWS, DETAIL_ROWS, LIGHT_ROWS, found, view_rows};
 use crate::lab::views::{camera_section, light_section, views_list};
-use crate::lab::widgets::{kernel_table, parse_number, section, section_with};
+use crate::lab::widgets::{kernel_table, parse_number, reader, section, section_with};
 
 /// What the sections hold that are no rows of parameters, for those who look for it.
 static PICTURE_WORDS: LazyLock<String> = LazyLock::new(|| {
@@ -133,6 +133,10 @@ impl ParameterPanel {
                 // Room for the bar, which floats over the content.
                 ui.set_max_width(ui.available_width() - theme::SCROLL_BAR);
                 let above = ui.cursor().top();
+                if looks_for {
+                    let has_picked = hands.picked().is_some() || hands.food.is_some();
+                    self.found_actions(ui, has_picked, desk);
+                }
                 self.view_sections(ui, navigation, looks_for, desk);
                 self.parameter_sections(ui, hands, desk);
                 if looks_for {
@@ -149,6 +153,24 @@ impl ParameterPanel {
             });
     }
 
+    /// What can be done that is called so, as buttons.
+    fn found_actions(&self, ui: &mut Ui, has_picked: bool, desk: &mut Desk<'_>) {
+        for (action, keys, what, _) in actions::all() {
+            if !is_among(&what.to_lowercase(), &self.filter) {
+                continue;
+            }
+            let why_not = action.why_not(desk.document, has_picked);
+            let button = egui::Button::new(&what)
+                .shortcut_text(keys)
+                .min_size(vec2(ui.available_width(), 0.0));
+            let button = ui.add_enabled(why_not.is_none(), button);
+            let button = button.on_disabled_hover_text(why_not.unwrap_or_default());
+            if button.marked(&format!("do={what}")).clicked() {
+                desk.actions.push(action);
+            }
+        }
+    }
+
     /// The field for what is looked for, and a way out of it.
     fn search(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
@@ -156,7 +178,7 @@ impl ParameterPanel {
             let looks_for = !self.filter.is_empty();
             let room = if looks_for { 24.0 } else { 0.0 };
             let field = egui::TextEdit::singleline(&mut self.filter)
-                .hint_text("🔍 find a parameter")
+                .hint_text("🔍 find a parameter or a command")
                 .desired_width(ui.available_width() - room);
             self.is_searching = ui.add(field).marked("filter").has_focus();
             if !looks_for {
@@ -370,7 +392,7 @@ fn transport(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
         };
         ui.label(RichText::new(speed).monospace().color(theme::weak(ui)));
         if let Some(seconds) = facts.seconds {
-            ui.label(RichText::new(format!("{seconds:.1} s")).monospace())
+            ui.label(RichText::new(format!("t {seconds:.1} s")).monospace())
                 .on_hover_text("Time of the objects' motion");
         }
         if let Some(before) = &facts.before {
@@ -480,7 +502,7 @@ fn looks_row(ui: &mut Ui, looks: &mut Looks, desk: &mut Desk<'_>) {
             egui::DragValue::new(&mut looks.morph_seconds)
                 .range(0.0..=120.0)
                 .speed(0.1)
-                .custom_parser(parse_number)
+                .custom_parser(reader(ui, parse_number))
                 .update_while_editing(false)
                 .max_decimals(1)
                 .suffix(" s"),

@@ -71,11 +71,13 @@ pub(super) fn views_list(ui: &mut Ui, desk: &mut Desk<'_>) {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if ui
                 .button("Fit")
-                .on_hover_text("The whole scene into the picture (Home)")
+                .on_hover_text(
+                    Action::Fit.hint("The selected object, or the whole scene, into the picture"),
+                )
                 .marked("fit")
                 .clicked()
             {
-                desk.document.fit();
+                desk.actions.push(Action::Fit);
             }
         });
     });
@@ -90,6 +92,9 @@ fn legend(ui: &mut Ui, document: &Document, facts: &Facts) {
             for color in colors {
                 let (rect, _) = ui.allocate_exact_size(vec2(12.0, 10.0), Sense::hover());
                 ui.painter().rect_filled(rect, 2.0, seen(*color));
+                // Pale colours are seen on a pale ground.
+                let line = Stroke::new(1.0, theme::weak(ui));
+                (ui.painter()).rect_stroke(rect, 2.0, line, egui::StrokeKind::Inside);
             }
             ui.add_space(3.0);
             ui.label(RichText::new(text).small().color(theme::weak(ui)));
@@ -97,7 +102,8 @@ fn legend(ui: &mut Ui, document: &Document, facts: &Facts) {
     };
     let map = document.view.color_map;
     match document.view.show.legend() {
-        Legend::None => {}
+        // What stands below stays where it is.
+        Legend::None => line(ui, &[], ""),
         Legend::Trail => {
             let Some(brightest) = facts.brightest else {
                 return;
@@ -175,9 +181,9 @@ pub(super) fn camera_section(ui: &mut Ui, navigation: &Navigation, desk: &mut De
         ui.spacing_mut().item_spacing = vec2(3.0, 3.0);
         let home = ui
             .button("Home")
-            .on_hover_text("Where the scene's file puts the camera");
+            .on_hover_text(Action::Home.hint("Where the scene's file puts the camera"));
         if home.marked("view=home").clicked() {
-            desk.document.go_home();
+            desk.actions.push(Action::Home);
         }
         for (side, title) in Side::ALL {
             let word = title.to_lowercase();
@@ -322,7 +328,7 @@ mod tests {
     fn every_view_says_what_it_shows_and_its_key() {
         assert_eq!(
             in_words(Show::Glow),
-            "The trail as the only light, in the dark (5)"
+            "The trail as the only light, in the dark (3)"
         );
         assert_eq!(in_words(Show::Charts).find('('), None);
     }

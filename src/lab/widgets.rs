@@ -1,6 +1,9 @@
 //! Parts of the panel that egui does not have: the choice of colours and the table of kernel times.
 
-use egui::{Align, Color32, Layout, Rect, Response, RichText, Sense, Slider, Ui, vec2};
+use egui::{
+    Align, Color32, Id, Layout, Rect, RectAlign, Response, RichText, Sense, Slider, Tooltip, Ui,
+    vec2,
+};
 use myxo::render::colormap::srgb_from_linear;
 use myxo::scene::settings::ColorMap;
 
@@ -19,9 +22,54 @@ pub fn wide_slider(ui: &mut Ui, slider: Slider<'_>, parse: Parser) -> Response {
         ui.spacing_mut().slider_width = (ui.available_width() - VALUE_WIDTH - gap).max(60.0);
         ui.spacing_mut().interact_size.x = VALUE_WIDTH;
         // Else 512 could not be typed where 16 is the least: 5 would become 16 at once.
-        ui.add(slider.custom_parser(parse).update_while_editing(false))
+        let parser = reader(ui, parse);
+        ui.add(slider.custom_parser(parser).update_while_editing(false))
     })
     .inner
+}
+
+/// What a tool in the bar at the right does, to its left, where it covers no other tool; `why_not` where it is disabled.
+pub fn hint_beside(response: Response, text: &str, why_not: &str) -> Response {
+    for (tooltip, text) in [
+        (Tooltip::for_enabled(&response), text),
+        (Tooltip::for_disabled(&response), why_not),
+    ] {
+        let mut tooltip = tooltip;
+        tooltip.popup = tooltip.popup.align(RectAlign::LEFT_START);
+        tooltip.show(|ui| {
+            ui.set_max_width(ui.spacing().tooltip_width);
+            ui.label(text);
+        });
+    }
+    response
+}
+
+/// Where it is kept what was said of something that was typed.
+const REFUSED: &str = "refused number";
+
+/// Something that was typed is not taken: this is said.
+pub fn refuse(ctx: &egui::Context, text: String) {
+    ctx.data_mut(|data| data.insert_temp(Id::new(REFUSED), text));
+}
+
+/// What was said of something that was typed, once.
+pub fn take_refused(ctx: &egui::Context) -> Option<String> {
+    ctx.data_mut(|data| data.remove_temp(Id::new(REFUSED)))
+}
+
+/// Reads what is typed into a field of numbers. What is none is said, and the number stays what it was.
+pub fn reader(ui: &Ui, parse: Parser) -> impl Fn(&str) -> Option<f64> + 'static {
+    let ctx = ui.ctx().clone();
+    move |text| {
+        let number = parse(text);
+        if number.is_none() && !text.trim().is_empty() {
+            refuse(
+                &ctx,
+                format!("“{}” is no number: it stays as it was", text.trim()),
+            );
+        }
+        number
+    }
 }
 
 /// Reads what is typed as a number.

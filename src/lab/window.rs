@@ -144,6 +144,7 @@ impl Lab {
         host.set_max_texture_side(ctx.info().max_image_side as usize);
         let mut interface = Interface::new(scene);
         interface.layout.panel = preferences.panel;
+        interface.layout.panel_width = preferences.panel_width;
         interface.layout.light = preferences.light;
         interface.out = preferences.out.clone();
         interface.gallery.recent = preferences.recent.clone();
@@ -445,6 +446,7 @@ impl Lab {
         let preferences = Preferences {
             light: self.interface.layout.light,
             panel: self.interface.layout.panel,
+            panel_width: self.interface.layout.panel_width,
             zoom: self.host.context().zoom_factor(),
             recent: self.interface.gallery.recent.clone(),
             out: self.interface.out.kept(),

@@ -41,7 +41,7 @@ fn every_button_and_key_has_its_effect() {
     lab.find("picture.brightest");
     lab.click("auto");
     lab.type_into("picture.brightest", 0.9, "33");
-    lab.key("2");
+    lab.key("4");
     lab.find("particle_size");
     lab.type_into("picture.particle_size", 0.9, "4");
     let saved = lab.save("cube");

@@ -283,7 +283,7 @@ fn hands_work_in_every_view() {
         lab.wait("it is let go", |seen| seen["values"]["picked"] == "");
     }
     // The atlas is flat.
-    lab.key_until("3", "the atlas", "show", "atlas");
+    lab.key_until("0", "the atlas", "show", "atlas");
     lab.key("b");
     lab.wait("it is told", |seen| {
         let notice = seen["state"]["notice"].as_str();

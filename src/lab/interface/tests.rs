@@ -167,8 +167,8 @@ fn keys_run_step_restart_and_choose() {
     assert_eq!(harness.press(Key::R), [Command::Restart]);
     assert_eq!(harness.press(Key::F12), [Command::Screenshot]);
     for (key, show) in [
-        (Key::Num2, Show::Particles),
-        (Key::Num3, Show::Atlas),
+        (Key::Num4, Show::Particles),
+        (Key::Num0, Show::Atlas),
         (Key::Num1, Show::Surface),
     ] {
         harness.press(key);

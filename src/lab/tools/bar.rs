@@ -3,6 +3,7 @@
 use egui::{Align2, Rect, RichText, Slider, Ui, vec2};
 use myxo::mesh::builtin::BUILTINS;
 
+use crate::lab::actions::PICK_FIRST;
 use crate::lab::command::Command;
 use crate::lab::command::Work;
 use crate::lab::desk::Desk;
@@ -10,8 +11,8 @@ use crate::lab::opening::{ONLY_MESHES, OPEN_MESH};
 use crate::lab::places::{Marked as _, note_value};
 use crate::lab::theme;
 use crate::lab::tools::Hands;
-use crate::lab::tools::{PICK_FIRST, RADII, Tool};
-use crate::lab::widgets::parse_number;
+use crate::lab::tools::{RADII, Tool};
+use crate::lab::widgets::{hint_beside, parse_number, reader};
 
 /// Of the bar's contents, points.
 const WIDTH: f32 = 108.0;
@@ -72,7 +73,7 @@ impl Hands {
             let is_taken = self.tool == tool;
             let word = tool.word();
             let button = egui::Button::selectable(is_taken, text(sign(tool), word)).min_size(size);
-            let button = ui.add(button).on_hover_text(told(word, tool.hint()));
+            let button = hint_beside(ui.add(button), &told(word, tool.hint()), "");
             if button.marked(&format!("tool={}", tool.word())).clicked() {
                 self.take(tool);
             }
@@ -81,9 +82,9 @@ impl Hands {
         let probe = text("🔍", "probe");
         let probe = egui::Button::selectable(self.probe, probe).min_size(size);
         let hint = "Shows triangle, uv, texel, trail and the distance to other objects under the pointer (I)";
-        let probe = ui.add(probe).on_hover_text(told("probe", hint));
+        let probe = hint_beside(ui.add(probe), &told("probe", hint), "");
         if probe.marked("probe").clicked() {
-            self.probe = !self.probe;
+            self.toggle_probe();
         }
     }
 
@@ -95,7 +96,7 @@ impl Hands {
         let slider = Slider::new(&mut self.radius, least..=most)
             .logarithmic(true)
             .max_decimals(3)
-            .custom_parser(parse_number)
+            .custom_parser(reader(ui, parse_number))
             .update_while_editing(false);
         ui.add(slider)
             .on_hover_text("Of the brush, scene radii (Shift and the wheel)")
@@ -106,7 +107,7 @@ impl Hands {
         let slider = Slider::new(&mut self.strength, 0.1..=30.0)
             .logarithmic(true)
             .max_decimals(1)
-            .custom_parser(parse_number)
+            .custom_parser(reader(ui, parse_number))
             .update_while_editing(false);
         ui.add_enabled(has_strength, slider)
             .on_hover_text(
@@ -126,10 +127,9 @@ impl Hands {
     fn start_control(&self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let size = vec2(ui.available_width(), 20.0);
         let start = egui::Button::new("⟲ Start here").min_size(size);
-        let start = ui.add(start).on_hover_text(
-            "All particles begin anew on what is green, which is taken away for it. A mask of it, a PNG in the folder for \
-             files, becomes the scene's start",
-        );
+        let hint = "All particles begin anew on what is green, which is taken away for it. A mask of it, a PNG in the folder for \
+             files, becomes the scene's start";
+        let start = hint_beside(ui.add(start), hint, "");
         if start.marked("start.painted").clicked() {
             desk.commands.push(Command::Hand(Work::StartOnPainted));
         }
@@ -158,28 +158,22 @@ impl Hands {
                 ui.close();
             }
         });
-        menu.response
-            .on_hover_text(
-                "Puts a mesh into the scene; files of meshes can be dropped onto the window",
-            )
-            .marked("add");
+        let hint = "Puts a mesh into the scene; files of meshes can be dropped onto the window";
+        hint_beside(menu.response, hint, "").marked("add");
         let has_picked = self.picked().is_some();
         let duplicate = egui::Button::new(duplicate);
-        let duplicate = ui
-            .add_enabled(has_picked, duplicate)
-            .on_hover_text("A copy of the picked object beside it, with its parameters and its motion (Ctrl D)")
-            .on_disabled_hover_text(PICK_FIRST)
-            .marked("duplicate");
+        let hint =
+            "A copy of the picked object beside it, with its parameters and its motion (Ctrl D)";
+        let duplicate = ui.add_enabled(has_picked, duplicate);
+        let duplicate = hint_beside(duplicate, hint, PICK_FIRST).marked("duplicate");
         if duplicate.clicked() {
             let ctx = ui.ctx().clone();
             self.duplicate_selected(&ctx, desk);
         }
         let remove = egui::Button::new(remove);
-        let remove = ui
-            .add_enabled(has_picked, remove)
-            .on_hover_text("Takes the picked object out of the scene (Delete)")
-            .on_disabled_hover_text(PICK_FIRST)
-            .marked("remove");
+        let hint = "Takes the picked object out of the scene (Delete)";
+        let remove = ui.add_enabled(has_picked, remove);
+        let remove = hint_beside(remove, hint, PICK_FIRST).marked("remove");
         if remove.clicked() {
             let ctx = ui.ctx().clone();
             self.remove_selected(&ctx, desk);

@@ -24,6 +24,7 @@ use crate::lab::desk::Desk;
 use crate::lab::document::Document;
 use crate::lab::navigation::Drags;
 use crate::lab::renewal::place_among;
+use crate::lab::wheel::Wheel;
 use food::FoodDrag;
 pub use food::{begin_on_food_that_is, remove_food};
 use gizmo::Grab;
@@ -40,11 +41,6 @@ const RADIUS_PER_POINT: f32 = 0.004;
 const LONGEST_FRAME: f32 = 0.4;
 /// Nor does a press that has not moved yet: nobody knows how long it lasts.
 const LONGEST_PRESS: f32 = 0.1;
-/// Why hands rest in a view that is flat.
-pub const FLAT: &str =
-    "Hands work on the surface, and the atlas is flat: choose another view first";
-/// What those who have picked nothing are told.
-const PICK_FIRST: &str = "Pick an object first: click on it";
 
 /// The state of the hands.
 #[derive(Clone, Debug)]
@@ -77,6 +73,7 @@ pub struct Hands {
     pub pointer: Option<Vec2>,
     /// Where a click waits to hear what it has picked.
     click: Option<Vec2>,
+    wheel: Wheel,
     /// The pointer while it is held, and while its other buttons are.
     hold: Hold,
     others: [Hold; 2],
@@ -116,6 +113,7 @@ impl Hands {
             grab: None,
             pointer: None,
             click: None,
+            wheel: Wheel::default(),
             hold: Hold::default(),
             others: Default::default(),
             drags: Drags::default(),
@@ -204,6 +202,14 @@ impl Hands {
             self.last_brush
         };
         self.take(tool);
+    }
+
+    /// The probe, or no longer. A brush is laid down for it, so that a click does not paint.
+    pub fn toggle_probe(&mut self) {
+        self.probe = !self.probe;
+        if self.probe && self.tool.is_brush() {
+            self.take(Tool::Look);
+        }
     }
 
     /// The tool for food, or none.
@@ -398,15 +404,10 @@ impl Hands {
     /// Shift and the wheel.
     fn change_radius(&mut self, ui: &Ui, response: &Response) {
         // With Shift, the wheel goes sideways on most systems.
-        let turned = ui.input(|i| {
-            let delta = i.smooth_scroll_delta();
-            if i.modifiers.shift {
-                delta.x + delta.y
-            } else {
-                0.0
-            }
-        });
-        if response.hovered() && turned != 0.0 {
+        let delta = self.wheel.turned(ui, response);
+        let has_shift = ui.input(|i| i.modifiers.shift);
+        let turned = if has_shift { delta.x + delta.y } else { 0.0 };
+        if turned != 0.0 {
             let (least, most) = RADII;
             let radius = self.radius * (turned * RADIUS_PER_POINT).exp();
             self.radius = radius.clamp(least, most);

@@ -2,11 +2,12 @@
 
 use glam::Affine3A;
 
+use crate::lab::actions::PICK_FIRST;
 use crate::lab::command::Command;
 use crate::lab::command::Work;
 use crate::lab::command::{Ticket, Which};
 use crate::lab::desk::Desk;
-use crate::lab::tools::{Hands, PICK_FIRST, Tool};
+use crate::lab::tools::{Hands, Tool};
 
 impl Hands {
     /// What the hand has to do with.

@@ -1,6 +1,7 @@
 //! The way back to what had grown: offered where there is something, by a button and in the gallery.
 
 use super::*;
+use crate::lab::layout::PANEL_WIDTH;
 use crate::lab::facts::Before;
 
 #[test]

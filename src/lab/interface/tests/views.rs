@@ -53,7 +53,7 @@ fn keys_and_buttons_choose_views_and_what_a_scene_has_not_is_refused() {
         harness.press(key(name));
         assert_eq!(harness.interface.document.view.show, show);
     }
-    harness.press(Key::Num8);
+    harness.press(Key::Num7);
     for (_, name) in with_keys().filter(|(show, _)| is_of_two(*show)) {
         harness.press(key(name));
         assert_eq!(harness.interface.document.view.show, Show::Wireframe);
@@ -71,7 +71,7 @@ fn keys_and_buttons_choose_views_and_what_a_scene_has_not_is_refused() {
     assert_eq!(harness.interface.document.view.show, Show::Glow);
     let other = harness.interface.document.running.objects[0].clone();
     harness.interface.document.running.objects.push(other);
-    harness.press(Key::Num9);
+    harness.press(Key::Num8);
     assert_eq!(harness.interface.document.view.show, Show::Distance);
     harness.frame(vec![]);
     assert!(!harness.places_of("inside of it").is_empty(), "a legend");
@@ -112,7 +112,7 @@ fn the_atlas_beside_the_picture_has_a_hand_of_its_own() {
     assert_ne!(harness.interface.document.view.camera, before.camera);
     assert_eq!(harness.interface.document.view.atlas, after.atlas);
     // What shows the atlas alone needs it not twice.
-    harness.press(Key::Num3);
+    harness.press(Key::Num0);
     assert_eq!(harness.frame(vec![]).beside, None);
 }
 
