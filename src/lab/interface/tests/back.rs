@@ -1,8 +1,8 @@
 //! The way back to what had grown: offered where there is something, by a button and in the gallery.
 
 use super::*;
-use crate::lab::layout::PANEL_WIDTH;
 use crate::lab::facts::Before;
+use crate::lab::layout::PANEL_WIDTH;
 
 #[test]
 fn what_had_grown_comes_back_by_a_button_and_in_the_gallery() {

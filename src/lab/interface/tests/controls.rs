@@ -604,3 +604,117 @@ fn errors_stay_until_they_are_clicked_away() {
         assert_eq!(harness.interface.notices.text(), errors(left));
     }
 }
+
+#[test]
+fn what_is_no_number_is_said() {
+    let mut harness = Harness::new();
+    harness.interface.panel.filter = "atlas size".to_owned();
+    for _ in 0..30 {
+        harness.frame(vec![]);
+    }
+    harness.click(harness.places_of("1024")[0]);
+    harness.frame(vec![Event::Text("wide".to_owned())]);
+    harness.press(Key::Enter);
+    harness.frame(vec![]);
+    let notice = harness.interface.notices.text().expect("it is said");
+    assert!(notice.contains("“wide” is no number"), "{notice}");
+    assert_eq!(harness.interface.document.edited.atlas.size, 1024);
+}
+
+#[test]
+fn commands_are_found_by_what_they_do() {
+    let mut harness = Harness::new();
+    harness.interface.panel.filter = "one step".to_owned();
+    harness.frame(vec![]);
+    let at = harness.places_of("take one step")[0];
+    assert_eq!(harness.click(at), [Command::Step]);
+    assert!(!harness.interface.document.playing);
+    // One that has nothing to do is grey.
+    harness.interface.panel.filter = "selected object".to_owned();
+    for _ in 0..3 {
+        harness.frame(vec![]);
+    }
+    let at = harness.places_of("copy the selected object")[0];
+    assert_eq!(harness.click(at), []);
+    harness.interface.panel.filter = "relief".to_owned();
+    for _ in 0..3 {
+        harness.frame(vec![]);
+    }
+    let places = harness.places_of("relief");
+    // The first one is the field that it is searched in.
+    harness.click(places[1]);
+    assert_eq!(harness.interface.document.view.show.word(), "relief");
+}
+
+/// A button that the tabulator has led to is pressed by Space, and the simulation runs on.
+#[test]
+fn space_is_for_what_has_the_keyboard() {
+    let mut harness = Harness::new();
+    while harness.ctx.memory(|memory| memory.focused()).is_none() {
+        harness.press(Key::Tab);
+    }
+    harness.press(Key::Space);
+    assert!(harness.interface.document.playing);
+    harness.press(Key::Escape);
+    harness.frame(vec![]);
+    assert_eq!(harness.ctx.memory(|memory| memory.focused()), None);
+    harness.press(Key::Space);
+    assert!(!harness.interface.document.playing);
+}
+
+#[test]
+fn the_probe_lays_a_brush_down() {
+    let mut harness = Harness::new();
+    harness.interface.hands.take(Tool::Erase);
+    harness.press(Key::I);
+    assert!(harness.interface.hands.probe);
+    assert_eq!(harness.interface.hands.tool, Tool::Look);
+    harness.press(Key::I);
+    assert!(!harness.interface.hands.probe);
+}
+
+#[test]
+fn undo_leads_back_to_the_preset_with_its_name() {
+    let mut harness = Harness::new();
+    harness.press(Key::CloseBracket);
+    let taken = harness
+        .interface
+        .document
+        .preset
+        .clone()
+        .expect("it has a name");
+    harness.frame(vec![]);
+    harness.interface.document.edited.trail.decay = 0.5;
+    harness.frame(vec![]);
+    harness.press(Key::D);
+    harness.frame(vec![]);
+    assert_eq!(harness.interface.document.preset, None);
+    harness.press_with(Modifiers::COMMAND, Key::Z);
+    // It was changed, and is still that preset.
+    assert_eq!(harness.interface.document.preset, Some(taken));
+    assert_eq!(harness.interface.document.edited.trail.decay, 0.5);
+}
+
+/// What the wheel turns goes on for a moment: not over another part of the window.
+#[test]
+fn a_turn_of_the_wheel_ends_where_it_began() {
+    let mut harness = Harness::new();
+    let wheel = || Event::MouseWheel {
+        unit: MouseWheelUnit::Line,
+        delta: vec2(0.0, 3.0),
+        phase: egui::TouchPhase::Move,
+        modifiers: Modifiers::NONE,
+    };
+    let distance = |harness: &Harness| harness.interface.document.view.camera.distance;
+    harness.frame(vec![Event::PointerMoved(IN_PANEL)]);
+    harness.frame(vec![wheel()]);
+    let before = distance(&harness);
+    harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
+    for _ in 0..20 {
+        harness.frame(vec![]);
+    }
+    assert_eq!(distance(&harness), before);
+    harness.frame(vec![wheel()]);
+    harness.frame(vec![]);
+    assert!(distance(&harness) < before);
+}
