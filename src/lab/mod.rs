@@ -6,7 +6,6 @@ mod back;
 mod checks;
 mod clocks;
 mod command;
-mod commands;
 mod desk;
 mod document;
 mod exports;
@@ -62,7 +61,6 @@ mod wheel;
 mod widgets;
 mod window;
 mod windowless;
-mod work;
 mod worker;
 
 use std::path::PathBuf;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::lab::saving::is_mesh;
-use crate::lab::work::objects::{with_copy, with_object, without_object};
+use crate::lab::window::objects::{with_copy, with_object, without_object};
 use myxo::scene::motion::pose_at;
 use myxo::scene::settings::{ObjectSettings, Settings, Start};
 

@@ -263,7 +263,7 @@ impl Lab {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lab::work::Hand;
+    use crate::lab::window::work::Hand;
     use glam::Vec2;
     use myxo::render::View;
     use myxo::scene::Scene;

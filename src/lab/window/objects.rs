@@ -18,7 +18,7 @@ use crate::lab::tools::handles::shift;
 use crate::lab::tools::remove_food;
 use crate::lab::under_way::Left;
 use crate::lab::window::Lab;
-use crate::lab::work::Coming;
+use crate::lab::window::work::Coming;
 
 /// A new object's radius, as a share of the scene's.
 const NEW_OBJECT: f32 = 0.4;

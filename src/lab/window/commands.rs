@@ -22,8 +22,9 @@ use crate::lab::saving::left_name;
 use crate::lab::saving::{SceneFile, chosen, save_scene, whole, write_scene};
 use crate::lab::stage::Stage;
 use crate::lab::under_way::Left;
+use crate::lab::window::areas::CarriedOver;
+use crate::lab::window::work::Coming;
 use crate::lab::window::{Lab, title};
-use crate::lab::work::{CarriedOver, Coming};
 
 impl Lab {
     /// Does what the interface asks for.

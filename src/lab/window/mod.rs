@@ -1,5 +1,22 @@
 //! The window and its frames: what happens, in order, from input to a picture on the screen.
 
+mod areas;
+mod back;
+mod closing;
+mod commands;
+mod depths;
+mod exports;
+mod feeding;
+mod looks;
+mod lost;
+mod objects;
+mod pasting;
+mod scene_text;
+mod show;
+mod strokes;
+mod under_way;
+mod work;
+
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -38,7 +55,7 @@ use crate::lab::show::Shot;
 use crate::lab::stage::Stage;
 use crate::lab::theme;
 use crate::lab::under_way::{LONGEST_SLICE, Left, UnderWay};
-use crate::lab::work::Hand;
+use crate::lab::window::work::Hand;
 
 /// A picture counts as moving for this long after it last moved; then it may be drawn with all care.
 const SETTLES_AFTER: Duration = Duration::from_millis(250);

@@ -12,10 +12,11 @@ use crate::lab::command::Command;
 use crate::lab::command::Out;
 use crate::lab::command::Work;
 use crate::lab::loading::Origin;
+use crate::lab::out::TakeOut;
 use crate::lab::out::job::Job;
-use crate::lab::out::{Lab, TakeOut};
 use crate::lab::saving::whole;
 use crate::lab::under_way::Left;
+use crate::lab::window::Lab;
 
 /// A window that closes waits no longer for a picture to be drawn.
 const LAST_PICTURE: Duration = Duration::from_secs(10);

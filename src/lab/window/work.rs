@@ -1,15 +1,5 @@
 //! What the hands ask of the simulation, done: dabs of brushes along the way of the pointer, and what lies under it.
 
-mod areas;
-mod depths;
-mod looks;
-pub mod objects;
-mod pasting;
-mod scene_text;
-mod strokes;
-
-pub use areas::CarriedOver;
-
 use glam::{DVec3, Vec2, Vec3};
 use myxo::gpu::{Buffer, Context, Readback, Recorder};
 use myxo::plain_text::Shown as _;
@@ -35,8 +25,8 @@ use crate::lab::tools::handles::keep_in_place;
 use crate::lab::tools::overlay::normal_towards;
 use crate::lab::under_way::Left;
 use crate::lab::window::Lab;
-use crate::lab::work::depths::dabs_seen;
-use crate::lab::work::strokes::Strokes;
+use crate::lab::window::depths::dabs_seen;
+use crate::lab::window::strokes::Strokes;
 
 /// Dabs of one frame, at the most.
 const MOST_DABS: f32 = 6.0;
