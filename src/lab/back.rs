@@ -17,11 +17,11 @@ use myxo::sim::types::{Motion, Particle};
 use crate::lab::document::put_look;
 use crate::lab::facts::Before;
 use crate::lab::loading::Opened;
+use crate::lab::objects::begin_on_food_that_is;
 use crate::lab::places::Marked as _;
 use crate::lab::rows::grouped;
 use crate::lab::saving::SceneFile;
 use crate::lab::stage::Stage;
-use crate::lab::tools::begin_on_food_that_is;
 
 /// Who leaves a simulation before this step has grown nothing that would be missed.
 pub const GROWN_AT: u64 = 100;
@@ -200,7 +200,7 @@ fn sign() -> RichText {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lab::loading::{Loaded, Loading};
+    use crate::lab::loading::{Loaded, Loading, Origin};
     use glam::Vec2;
     use myxo::gpu::{Context, ContextOptions, Format, Frames};
     use myxo::mesh::atlas::Control;

@@ -14,7 +14,7 @@ use crate::lab::facts::Facts;
 use crate::lab::facts::{Making, Recorded};
 use crate::lab::layout::Card;
 use crate::lab::places::{Marked as _, mark_cross, note_value};
-use crate::lab::preferences::pick;
+use crate::lab::recent::pick;
 use crate::lab::theme;
 use crate::lab::widgets::{parse_number, parse_whole, reader};
 

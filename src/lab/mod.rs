@@ -8,6 +8,7 @@ mod clocks;
 mod command;
 mod desk;
 mod document;
+mod edits;
 mod exports;
 mod facts;
 mod feeding;
@@ -21,12 +22,14 @@ mod interface;
 
 mod layout;
 mod left;
+mod lines;
 mod loading;
 mod looks;
 mod lost;
 mod names;
 mod navigation;
 mod notices;
+mod objects;
 mod observed;
 mod opening;
 mod order;
@@ -49,6 +52,7 @@ mod screen;
 mod show;
 
 mod stage;
+mod strokes;
 mod theme;
 mod tools;
 mod under_way;
@@ -109,7 +113,7 @@ pub fn run(
     listen: impl FnOnce(Box<dyn Fn() + Send>) -> Result<()>,
 ) -> Result<()> {
     if options.windowless {
-        return windowless::run(opened, options, listen);
+        return lines::run(opened, options, listen);
     }
     let mut builder = EventLoop::<app::Close>::with_user_event();
     #[cfg(target_os = "linux")]

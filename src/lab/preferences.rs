@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::lab::exports::OutPanel;
 use crate::lab::layout::{PANEL_WIDTH, PANEL_WIDTHS};
-use crate::lab::recent::Recent;
+use crate::lab::recent::{Recent, pick};
 
 /// Kept in `lab.toml` in the user's folder for settings. What a file lacks, or cannot be read, is as at first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -120,11 +120,6 @@ impl Preferences {
         self.out = self.out.kept();
         self
     }
-}
-
-/// What is so now, if it was changed since this window opened; or else what is kept.
-pub fn pick<T: PartialEq + Clone>(now: &T, opened: &T, kept: &T) -> T {
-    if now == opened { kept } else { now }.clone()
 }
 
 #[cfg(test)]

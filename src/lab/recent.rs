@@ -72,6 +72,11 @@ impl Recent {
     }
 }
 
+/// What is so now, if it was changed since this window opened; or else what is kept.
+pub fn pick<T: PartialEq + Clone>(now: &T, opened: &T, kept: &T) -> T {
+    if now == opened { kept } else { now }.clone()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

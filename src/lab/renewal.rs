@@ -108,7 +108,7 @@ pub fn place_among(objects: &[ObjectSettings], object: &ObjectSettings) -> Optio
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lab::window::objects::{with_object, without_object};
+    use crate::lab::objects::{with_object, without_object};
 
     fn food(object: &str) -> FoodSettings {
         FoodSettings {

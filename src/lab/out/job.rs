@@ -19,10 +19,10 @@ use crate::lab::command::Model;
 use crate::lab::exports::OutPanel;
 use crate::lab::facts::Making;
 use crate::lab::names::Reserved;
+use crate::lab::objects::begin_on_food_that_is;
 use crate::lab::out::encoder::{Encoder, Frame};
 use crate::lab::out::shot::Shot;
 use crate::lab::stage::Stage;
-use crate::lab::tools::begin_on_food_that_is;
 use crate::lab::undo::Entry;
 use crate::lab::worker::joined;
 

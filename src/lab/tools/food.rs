@@ -4,9 +4,10 @@ use egui::{CursorIcon, Key, Pos2, Response, RichText, Slider, SliderClamping, Ui
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::motion::{Origins, in_decimals};
 use myxo::scene::parameters::{FOOD_PARAMETERS, Kind};
-use myxo::scene::settings::{FoodSettings, MOST_FOODS, Settings, Start};
+use myxo::scene::settings::{FoodSettings, MOST_FOODS, Settings};
 use myxo::sim::types::Mark;
 
+use super::super::objects::remove_food;
 use crate::lab::command::Command;
 use crate::lab::desk::Desk;
 use crate::lab::document::Document;
@@ -15,6 +16,7 @@ use crate::lab::places::{Marked as _, note_value};
 use crate::lab::theme;
 use crate::lab::tools::Hands;
 use crate::lab::tools::Held;
+use crate::lab::tools::grips::FoodDrag;
 use crate::lab::widgets::parse_number;
 
 /// A click picks food that is so far from it for its size.
@@ -52,26 +54,6 @@ const CONTROLS: [Control; 4] = [
         (0.0, 1e6),
     ),
 ];
-
-/// What becomes of a press with the tool for food.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum FoodDrag {
-    /// Nothing: it turns the picture, or is over.
-    #[default]
-    None,
-    /// It was at a pixel of which it is not known yet whether food lies there.
-    Asks {
-        at: Vec2,
-        /// What was dragged meanwhile, points.
-        waits: egui::Vec2,
-        /// It is over already, at this pixel.
-        let_go: Option<Vec2>,
-    },
-    /// It holds this food.
-    Holds(usize),
-    /// This food is to lie at a pixel of which it is not known yet what lies there.
-    LetGo(usize, Vec2),
-}
 
 impl Hands {
     /// A drag with the tool for food takes along the food that it begins on. Is it the hand's, so that the picture does not turn?
@@ -400,29 +382,6 @@ fn nearest(foods: &[(Vec3, f32)], place: Vec3) -> Option<usize> {
         (away <= NEAR * size).then_some((away, i))
     });
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
-}
-
-/// A food goes. Particles that begin on one after it still do; where it was theirs, they begin on the one that has its number.
-pub fn remove_food(settings: &mut Settings, food: usize) {
-    settings.foods.remove(food);
-    let start = &mut settings.particles.start_food;
-    if settings.particles.start == Start::Food && *start as usize > food {
-        *start -= 1;
-    }
-    begin_on_food_that_is(settings);
-}
-
-/// Particles that begin on a food begin on one that there is; where there is none, as they do by default.
-pub fn begin_on_food_that_is(settings: &mut Settings) {
-    let count = settings.food_count() as u32;
-    let particles = &mut settings.particles;
-    if particles.start != Start::Food {
-        return;
-    }
-    if count == 0 {
-        particles.start = Start::default();
-    }
-    particles.start_food = particles.start_food.min(count.saturating_sub(1));
 }
 
 #[cfg(test)]

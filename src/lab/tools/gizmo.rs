@@ -4,7 +4,6 @@
 use egui::{Color32, Pos2, Rect, Response, Stroke, Ui, vec2};
 use glam::{Vec2, Vec3};
 use myxo::render::Camera;
-use myxo::scene::motion::Origins;
 use myxo::scene::settings::ObjectSettings;
 
 use crate::lab::command::Command;
@@ -15,6 +14,7 @@ use crate::lab::places::{Marked as _, are_asked_for, note_value};
 use crate::lab::theme;
 use crate::lab::tools::Hands;
 use crate::lab::tools::Held;
+use crate::lab::tools::grips::{Grab, Handle};
 use crate::lab::tools::handles::{
     along_axis, angle_round, keep_in_place, length_of_pixel, on_plane, shift, turn,
 };
@@ -35,39 +35,6 @@ const COLORS: [Color32; 3] = [
 ];
 const NAMES: [&str; 3] = ["x", "y", "z"];
 const PARTS: usize = 48;
-
-/// What a handle does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Handle {
-    /// Moves along an axis.
-    Move(usize),
-    /// Moves in the plane of the picture.
-    Plane,
-    /// Turns about an axis.
-    Turn(usize),
-    /// Scales.
-    Scale,
-}
-
-/// A handle that is held.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Grab {
-    handle: Handle,
-    /// The object as it was.
-    object: ObjectSettings,
-    /// What it is turned about, as origins of its coordinates.
-    pivot: Origins,
-    /// Where its middle was, world space.
-    middle: Vec3,
-    /// Where the pointer was, pixels of the picture.
-    from: Vec2,
-    /// Radius of the rings, world length.
-    ring: f32,
-    /// How much larger the object shall become.
-    pub scaled: f32,
-    /// It was put back where it was; the hand has not let go yet.
-    is_given_up: bool,
-}
 
 /// Where everything of the gizmo lies.
 struct Shape {

@@ -6,6 +6,7 @@
 mod bar;
 pub mod food;
 mod gizmo;
+mod grips;
 pub mod handles;
 mod hold;
 pub mod overlay;
@@ -25,9 +26,7 @@ use crate::lab::document::Document;
 use crate::lab::navigation::Drags;
 use crate::lab::renewal::place_among;
 use crate::lab::wheel::Wheel;
-use food::FoodDrag;
-pub use food::{begin_on_food_that_is, remove_food};
-use gizmo::Grab;
+use grips::{FoodDrag, Grab};
 use hold::{Held, Hold, Way};
 pub use tool::Tool;
 

@@ -82,7 +82,7 @@ impl Lab {
     /// Takes what has grown on the stage that is left over to the next one, where that has a meaning, or its areas. A state that
     /// goes on has its own.
     pub(crate) fn carry_over(&mut self, next: &mut Stage) -> Result<CarriedOver> {
-        let carry = self.hand.carry.take();
+        let carry = self.edits.carry.take();
         let mut carried_over = CarriedOver::default();
         let Some(left) = &self.stage else {
             return Ok(carried_over);

@@ -136,7 +136,7 @@ impl Lab {
 
     /// What is said of a scene, or an object that was to come or to go.
     fn was_on_its_way(&self) -> Option<String> {
-        let coming = self.hand.coming.as_ref();
+        let coming = self.edits.coming.as_ref();
         let coming = coming.map(|coming| coming.what.clone());
         let loading = self.loading.as_ref();
         // Before there is a scene, nothing but the first one can be.

@@ -13,6 +13,7 @@ use myxo::{Error, Result};
 use crate::cli::console;
 use crate::lab::command::Command;
 use crate::lab::command::Work;
+use crate::lab::edits::Coming;
 use crate::lab::interface::Interface;
 use crate::lab::left::LeftScenes;
 use crate::lab::loading::{Loaded, Loading, Opened, Origin};
@@ -23,7 +24,6 @@ use crate::lab::saving::{SceneFile, chosen, save_scene, whole, write_scene};
 use crate::lab::stage::Stage;
 use crate::lab::under_way::Left;
 use crate::lab::window::areas::CarriedOver;
-use crate::lab::window::work::Coming;
 use crate::lab::window::{Lab, title};
 
 impl Lab {
@@ -312,7 +312,7 @@ impl Lab {
         load: impl FnOnce() -> Result<T> + Send + 'static,
     ) {
         self.make_room(&name, origin);
-        self.hand.carry = None;
+        self.edits.carry = None;
         self.back.stays();
         let asked = (origin == Origin::Shown).then(|| self.interface.document.edited.clone());
         self.interface.document.asked = asked;
@@ -337,7 +337,7 @@ impl Lab {
                 !is_of_an_object
             });
         }
-        let coming = self.hand.coming.take();
+        let coming = self.edits.coming.take();
         let loading = self.loading.as_ref();
         let Some(loading) = loading.filter(|loading| !loading.told().is_cancelled) else {
             return;
@@ -391,7 +391,7 @@ impl Lab {
                 // It is given up like any that is on its way then. An object is not asked for again: it may be what the device
                 // was lost by.
                 self.loading = Some(loading);
-                if let Some(coming) = &mut self.hand.coming {
+                if let Some(coming) = &mut self.edits.coming {
                     coming.again = None;
                 }
                 return Err(error);
@@ -478,7 +478,7 @@ impl Lab {
                 self.interface.gallery.recent.note(&file.path);
             }
             self.file = file;
-            self.hand.leave_scene();
+            self.edits.leave_scene();
             self.interface.open(scene);
             if origin == Origin::NoFile {
                 self.interface.document.saved(None);

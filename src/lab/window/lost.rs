@@ -184,7 +184,7 @@ impl Lab {
         self.out.leave_device();
         // What is at work ends by itself, and nobody waits for what it measures.
         self.feeder = Default::default();
-        self.hand.leave_device();
+        self.edits.leave_device();
         self.forget_grown();
         self.report_messages();
         let lost = self.lost.get_or_insert_default();

@@ -36,6 +36,7 @@ use crate::lab::checks::Checks;
 use crate::lab::clocks::Clocks;
 use crate::lab::command::Command;
 use crate::lab::command::Out;
+use crate::lab::edits::Edits;
 use crate::lab::feeding::Feeder;
 use crate::lab::host::Host;
 use crate::lab::interface::Interface;
@@ -55,7 +56,6 @@ use crate::lab::show::Shot;
 use crate::lab::stage::Stage;
 use crate::lab::theme;
 use crate::lab::under_way::{LONGEST_SLICE, Left, UnderWay};
-use crate::lab::window::work::Hand;
 
 /// A picture counts as moving for this long after it last moved; then it may be drawn with all care.
 const SETTLES_AFTER: Duration = Duration::from_millis(250);
@@ -98,7 +98,7 @@ pub struct Lab {
     /// What had grown before.
     pub(super) back: Back,
     /// What the hands have on the device.
-    pub(super) hand: Hand,
+    pub(super) edits: Edits,
     /// Food that was changed and is not there yet.
     pub(super) feeder: Feeder,
     /// The user wants to leave.
@@ -191,7 +191,7 @@ impl Lab {
             order: Order::default(),
             single_steps: 0,
             back: Back::default(),
-            hand: Hand::default(),
+            edits: Edits::default(),
             feeder: Feeder::default(),
             closing: false,
             frames_left: options.frames,

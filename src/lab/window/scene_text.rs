@@ -11,7 +11,7 @@ use myxo::sim::start::Masks;
 use myxo::{Error, Result};
 
 use crate::lab::document::put_look;
-use crate::lab::tools::begin_on_food_that_is;
+use crate::lab::objects::begin_on_food_that_is;
 use crate::lab::window::Lab;
 
 /// A scene file on its way.

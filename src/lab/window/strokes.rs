@@ -1,134 +1,10 @@
-//! Strokes of brushes that attract, repel, forbid or erase, from the press to the release: what each has changed, so that it
-//! goes back by Ctrl Z and comes again.
-
-use std::ops::Range;
-
-use myxo::gpu::Recorder;
-use myxo::sim::paint::{Brush, Painted, Repainted};
-use myxo::sim::{Areas, Simulation};
-use myxo::{Error, Result};
+//! Strokes that end, are taken back and come again.
 
 use crate::lab::lost::is_loss;
-use crate::lab::undo::Undo;
+use crate::lab::strokes::*;
 use crate::lab::window::Lab;
-
-/// Strokes that can be undone, at the most.
-const MOST: usize = 200;
-/// Texels that they have changed, at the most, all of them together: 192 MiB.
-const MOST_TEXELS: usize = 1 << 24;
-
-/// What is said of a stroke that has changed too much.
-const CANNOT_UNDO: &str = "This stroke and those before it cannot be undone";
-
-/// A stroke that is over.
-#[derive(Debug)]
-struct Stroke {
-    /// As [`Undo`] numbers them.
-    number: u64,
-    changed: Vec<Repainted>,
-    /// Before it nothing had been painted.
-    is_first: bool,
-}
-
-/// A stroke that goes on.
-struct Open {
-    /// None where there was no room to keep it.
-    before: Option<Areas>,
-    /// Texels among which all lie that it has touched.
-    span: Range<u32>,
-}
-
-/// All that can be undone or brought back.
-#[derive(Default)]
-pub struct Strokes {
-    done: Vec<Stroke>,
-    undone: Vec<Stroke>,
-    open: Option<Open>,
-}
-
-impl Strokes {
-    /// Records what is needed to undo a dab that is recorded next. Gives what is to be said where that is too much.
-    pub fn before(&mut self, rec: &mut Recorder, run: &Simulation, brush: Brush) -> Option<String> {
-        if self.open.is_some() || !run.changes_areas(brush) {
-            return None;
-        }
-        let before = run.record_areas(rec);
-        let text = (before.as_ref().err()).map(|error| format!("{CANNOT_UNDO}: {error}"));
-        self.open = Some(Open {
-            before: before.ok(),
-            span: 0..0,
-        });
-        text
-    }
-
-    /// A dab has been recorded.
-    pub fn painted(&mut self, painted: &Painted) {
-        let Some(open) = self.open.as_mut().filter(|_| painted.count() > 0) else {
-            return;
-        };
-        open.span = if open.span.is_empty() {
-            painted.span.clone()
-        } else {
-            open.span.start.min(painted.span.start)..open.span.end.max(painted.span.end)
-        };
-    }
-
-    /// The last one that is known up to a number; 0 for none.
-    pub fn known(&self, number: u64) -> u64 {
-        let all = self.done.iter().chain(&self.undone);
-        let numbers = all.map(|stroke| stroke.number);
-        numbers.filter(|known| *known <= number).max().unwrap_or(0)
-    }
-
-    /// A stroke has changed something: that is one more thing to undo.
-    fn keep(&mut self, undo: &mut Undo, changed: Vec<Repainted>, is_first: bool) {
-        self.push(Stroke {
-            number: undo.stroke(),
-            changed,
-            is_first,
-        });
-        self.tell(undo);
-    }
-
-    /// One more; the oldest are forgotten where they would be too many.
-    fn push(&mut self, mut stroke: Stroke) {
-        // What is counted is what it takes.
-        stroke.changed.shrink_to_fit();
-        self.undone.clear();
-        self.done.push(stroke);
-        let mut texels = 0;
-        let kept = self.done.iter().rev().take(MOST).take_while(|stroke| {
-            texels += stroke.changed.len();
-            texels <= MOST_TEXELS
-        });
-        let kept = kept.count();
-        self.done.drain(..self.done.len() - kept);
-    }
-
-    /// Undo and redo go through the strokes that are known.
-    fn tell(&self, undo: &mut Undo) {
-        undo.keep_strokes(|number| self.known(number));
-    }
-
-    /// The next one on the way to where this is the last one that there is, and whether it goes back. It has to be put
-    /// somewhere again.
-    fn take_towards(&mut self, last: u64) -> Option<(Stroke, bool)> {
-        if let Some(stroke) = self.done.pop_if(|stroke| stroke.number > last) {
-            return Some((stroke, true));
-        }
-        let stroke = self.undone.pop_if(|stroke| stroke.number <= last)?;
-        Some((stroke, false))
-    }
-
-    fn put(&mut self, stroke: Stroke, is_done: bool) {
-        let to = if is_done {
-            &mut self.done
-        } else {
-            &mut self.undone
-        };
-        to.push(stroke);
-    }
-}
+use myxo::sim::paint::Repainted;
+use myxo::{Error, Result};
 
 impl Lab {
     /// The hand has let go: what was painted since it pressed is one stroke. Where it has changed nothing there is none.
@@ -136,7 +12,7 @@ impl Lab {
         let pending_ends = &mut self.interface.hands.pending_ends;
         *pending_ends = pending_ends.saturating_sub(1);
         self.paint_now(context)?;
-        let (Some(open), Some(stage)) = (self.hand.strokes.open.take(), &mut self.stage) else {
+        let (Some(open), Some(stage)) = (self.edits.strokes.open.take(), &mut self.stage) else {
             return Ok(());
         };
         let Some(before) = open.before else {
@@ -162,7 +38,7 @@ impl Lab {
         }
         let is_kept = changed.len() <= MOST_TEXELS;
         let undo = &mut self.interface.document.undo;
-        self.hand.strokes.keep(undo, changed, is_first);
+        self.edits.strokes.keep(undo, changed, is_first);
         if !is_kept {
             let text = format!("{CANNOT_UNDO}: it has more than {MOST_TEXELS} texels");
             self.interface.notices.say(context, text, false);
@@ -183,13 +59,13 @@ impl Lab {
         stage.forget_picture();
         self.interface.note_changes();
         let undo = &mut self.interface.document.undo;
-        self.hand.strokes.keep(undo, texels, false);
+        self.edits.strokes.keep(undo, texels, false);
         Ok(())
     }
 
     /// Paints what the next frame would, and waits for it.
     pub(crate) fn paint_now(&mut self, context: &egui::Context) -> Result<()> {
-        if self.hand.has_dabs() {
+        if self.edits.has_dabs() {
             let mut rec = self.frames.begin()?;
             self.record_dabs(&mut rec, context)?;
             self.frames.submit(rec)?;
@@ -201,11 +77,11 @@ impl Lab {
     pub(crate) fn take_strokes(&mut self, context: &egui::Context, last: u64) -> Result<()> {
         self.paint_now(context)?;
         // What has no end yet would count what changes here as its own.
-        self.hand.strokes.open = None;
+        self.edits.strokes.open = None;
         let Some(stage) = &mut self.stage else {
             return Ok(());
         };
-        let strokes = &mut self.hand.strokes;
+        let strokes = &mut self.edits.strokes;
         let mut refused = None;
         while let Some((stroke, is_back)) = strokes.take_towards(last) {
             let taken = if is_back && stroke.is_first {
@@ -255,139 +131,7 @@ impl Lab {
 
     /// Another atlas has other texels: strokes on the one before are no longer known.
     pub(crate) fn forget_strokes(&mut self) {
-        self.hand.strokes = Strokes::default();
-        self.hand.strokes.tell(&mut self.interface.document.undo);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::lab::window::work::Hand;
-    use glam::Vec2;
-    use myxo::render::View;
-    use myxo::scene::Scene;
-    use myxo::scene::settings::Settings;
-
-    const TEXEL: Repainted = Repainted {
-        texel: 0,
-        before: 0.0,
-        after: 1.0,
-    };
-
-    fn stroke(number: u64, texels: usize) -> Stroke {
-        Stroke {
-            number,
-            changed: vec![TEXEL; texels],
-            is_first: false,
-        }
-    }
-
-    /// Which strokes go back (true) or come again on the way there.
-    fn taken(strokes: &mut Strokes, last: u64) -> Vec<(u64, bool)> {
-        let mut taken = Vec::new();
-        while let Some((stroke, is_back)) = strokes.take_towards(last) {
-            taken.push((stroke.number, is_back));
-            strokes.put(stroke, !is_back);
-        }
-        taken
-    }
-
-    #[test]
-    fn undo_leads_through_the_strokes_one_by_one() {
-        let mut settings = Settings::default();
-        let scene = Scene::from_settings("torus".to_owned(), settings.clone(), ".".into()).unwrap();
-        let mut view = View::of(&scene, Vec2::ONE);
-        let mut undo = Undo::new(&settings, &view);
-        let mut strokes = Strokes::default();
-        // Ends that have waited come one right after the other.
-        for number in 1..=3_u64 {
-            strokes.keep(&mut undo, vec![TEXEL; 3], number == 1);
-            assert_eq!(undo.strokes(), number);
-        }
-        for number in [3_u64, 2, 1] {
-            assert!(undo.undo(&mut settings, &mut view));
-            assert_eq!(taken(&mut strokes, undo.strokes()), [(number, true)]);
-        }
-        assert!(!undo.can_undo());
-        for number in 1..=2_u64 {
-            assert!(undo.redo(&mut settings, &mut view));
-            assert_eq!(taken(&mut strokes, undo.strokes()), [(number, false)]);
-        }
-        // A stroke that comes now takes the place of the one that is undone.
-        strokes.keep(&mut undo, vec![TEXEL; 3], false);
-        assert!(!undo.can_redo() && undo.strokes() == 4);
-        assert!(undo.undo(&mut settings, &mut view));
-        assert_eq!(taken(&mut strokes, undo.strokes()), [(4, true)]);
-        assert_eq!(undo.strokes(), 2);
-        // One that does not go back for want of memory does so with the next.
-        assert!(undo.undo(&mut settings, &mut view));
-        let (refused, is_back) = strokes.take_towards(undo.strokes()).unwrap();
-        assert!(is_back);
-        strokes.put(refused, true);
-        assert!(undo.undo(&mut settings, &mut view));
-        let both = [(2_u64, true), (1, true)];
-        assert_eq!(taken(&mut strokes, undo.strokes()), both);
-    }
-
-    #[test]
-    fn strokes_take_no_more_memory_than_is_counted() {
-        let mut changed = Vec::with_capacity(1000);
-        changed.push(TEXEL);
-        let mut strokes = Strokes::default();
-        strokes.push(Stroke {
-            changed,
-            ..stroke(1, 0)
-        });
-        assert!(strokes.done[0].changed.capacity() < 1000);
-    }
-
-    #[test]
-    fn a_lost_device_takes_the_stroke_that_goes_on_with_it() {
-        let mut hand = Hand::default();
-        hand.strokes.open = Some(Open {
-            before: Some(Areas::default()),
-            span: 0..0,
-        });
-        hand.leave_device();
-        assert!(hand.strokes.open.is_none());
-    }
-
-    #[test]
-    fn the_oldest_strokes_are_forgotten() {
-        let mut strokes = Strokes::default();
-        for number in 1..=2 * MOST as u64 {
-            strokes.push(stroke(number, 1));
-        }
-        assert_eq!(strokes.done.len(), MOST);
-        assert_eq!(strokes.known(MOST as u64), 0);
-        assert_eq!(strokes.known(MOST as u64 + 1), MOST as u64 + 1);
-        assert_eq!(strokes.known(u64::MAX), 2 * MOST as u64);
-        // By their size, too; one that is too large leaves none, for those before it could not go back without it.
-        strokes.push(stroke(1000, MOST_TEXELS / 2));
-        strokes.push(stroke(1001, MOST_TEXELS / 2));
-        assert_eq!(strokes.known(u64::MAX), 1001);
-        assert_eq!((strokes.done.len(), strokes.known(999)), (2, 0));
-        strokes.push(stroke(1002, MOST_TEXELS + 1));
-        assert_eq!(strokes.known(u64::MAX), 0);
-    }
-
-    #[test]
-    fn a_stroke_spans_its_dabs() {
-        let mut strokes = Strokes::default();
-        let painted = |span: Range<u32>| Painted {
-            texels: vec![span.len() as u32],
-            span,
-        };
-        strokes.painted(&painted(3..4));
-        assert!(strokes.open.is_none(), "trail is no stroke");
-        strokes.open = Some(Open {
-            before: None,
-            span: 0..0,
-        });
-        for span in [7..9, 0..0, 5..6, 8..12] {
-            strokes.painted(&painted(span));
-        }
-        assert_eq!(strokes.open.map(|open| open.span), Some(5..12));
+        self.edits.strokes = Strokes::default();
+        self.edits.strokes.tell(&mut self.interface.document.undo);
     }
 }

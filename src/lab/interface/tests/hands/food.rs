@@ -58,8 +58,7 @@ fn food_is_put_picked_changed_and_taken_away() {
     assert_eq!(harness.interface.document.edited.foods.len(), 1);
     // Objects take theirs along.
     let name = harness.interface.document.edited.objects[0].name.clone();
-    let without =
-        crate::lab::window::objects::without_object(&harness.interface.document.edited, 0);
+    let without = crate::lab::objects::without_object(&harness.interface.document.edited, 0);
     assert!(without.foods.is_empty(), "{name}");
     harness.press(Key::Escape);
     harness.press(Key::Escape);
