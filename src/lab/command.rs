@@ -18,6 +18,8 @@ pub enum Command {
     GoBack,
     /// Take one step.
     Step,
+    /// Measure times anew.
+    ClearTimes,
     /// Write the picture to a file.
     Screenshot,
     /// Put the surface point that this pixel of the picture shows in its middle.

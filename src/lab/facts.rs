@@ -36,6 +36,23 @@ pub struct KernelTime {
     pub share: f64,
 }
 
+/// GPU times of steps and pictures, lately; milliseconds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Times {
+    /// Of a step; `None` where the device has no timestamps.
+    pub step_ms: Option<f64>,
+    /// Of that, what no kernel takes: barriers and timestamps.
+    pub between_ms: f64,
+    /// Of a picture, with the interface.
+    pub draw_ms: Option<f64>,
+    /// From one picture that is shown to the next, less what the GPU takes for its steps and for itself: the host, and waiting.
+    pub host_ms: Option<f64>,
+    /// Of each kernel.
+    pub kernels: Vec<KernelTime>,
+    /// The same for the last frames with steps, one by one.
+    pub history: History,
+}
+
 /// What had grown, and can come back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Before {
@@ -60,12 +77,8 @@ pub struct Facts {
     pub steps_per_second: f64,
     /// Pictures a second, lately.
     pub frames_per_second: f64,
-    /// GPU time of a step; `None` where the device has no timestamps.
-    pub step_ms: Option<f64>,
-    /// GPU time of each kernel.
-    pub kernels: Vec<KernelTime>,
-    /// The same for the last frames with steps, one by one.
-    pub history: History,
+    /// What was measured of steps and pictures, lately.
+    pub times: Times,
     /// The device's name and driver.
     pub device: String,
     /// Device memory that the program has taken, bytes.

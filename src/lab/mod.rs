@@ -44,6 +44,7 @@ mod places;
 mod plot;
 mod preferences;
 mod presets;
+mod profiling;
 mod recent;
 mod renewal;
 mod rows;

@@ -61,6 +61,7 @@ pub(super) fn status_line(ui: &mut Ui, document: &Document, facts: &Facts) {
                 fact(
                     ui,
                     facts
+                        .times
                         .step_ms
                         .map_or("step time unavailable".to_owned(), |ms| {
                             format!("{ms:.2} ms a step")

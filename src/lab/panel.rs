@@ -20,13 +20,13 @@ use crate::lab::looks::Looks;
 use crate::lab::looks::summary;
 use crate::lab::navigation::Navigation;
 use crate::lab::places::{Marked as _, note_value};
-use crate::lab::plot::kernel_plot;
+use crate::lab::profiling::Profiling;
 use crate::lab::rows::{RowContext, grouped, row};
 use crate::lab::theme;
 use crate::lab::tools::Hands;
 use crate::lab::view_rows::{CAMERA_ROWS, COLOR_ROWS, DETAIL_ROWS, LIGHT_ROWS, found, view_rows};
 use crate::lab::views::{camera_section, light_section, views_list};
-use crate::lab::widgets::{kernel_table, parse_number, reader, section, section_with};
+use crate::lab::widgets::{parse_number, reader, section, section_with};
 
 /// What the sections hold that are no rows of parameters, for those who look for it.
 static PICTURE_WORDS: LazyLock<String> = LazyLock::new(|| {
@@ -53,6 +53,7 @@ pub struct ParameterPanel {
     pub filter: String,
     /// The keyboard is in the field for it.
     is_searching: bool,
+    profiling: Profiling,
 }
 
 impl ParameterPanel {
@@ -146,10 +147,7 @@ impl ParameterPanel {
                     }
                     return;
                 }
-                section(ui, "Kernel times", true, false, |ui| {
-                    kernel_plot(ui, desk.facts);
-                    kernel_table(ui, desk.facts)
-                });
+                section(ui, "Times", true, false, |ui| self.profiling.show(ui, desk));
             });
     }
 

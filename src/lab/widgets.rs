@@ -1,16 +1,10 @@
 //! Parts of the panel that egui does not have: the choice of colours and the table of kernel times.
 
-use egui::{
-    Align, Color32, Id, Layout, Rect, RectAlign, Response, RichText, Sense, Slider, Tooltip, Ui,
-    vec2,
-};
+use egui::{Color32, Id, Rect, RectAlign, Response, RichText, Sense, Slider, Tooltip, Ui, vec2};
 use myxo::render::colormap::srgb_from_linear;
 use myxo::scene::settings::ColorMap;
 
-use crate::lab::facts::Facts;
 use crate::lab::places::Marked as _;
-use crate::lab::plot::color_of;
-use crate::lab::theme;
 
 /// Width of the number beside a slider, points.
 const VALUE_WIDTH: f32 = 74.0;
@@ -154,55 +148,6 @@ fn color_strip(ui: &Ui, rect: Rect, map: ColorMap) {
         }
     }
     ui.painter().add(mesh);
-}
-
-pub fn kernel_table(ui: &mut Ui, facts: &Facts) {
-    if facts.kernels.is_empty() {
-        let reason = if facts.step_ms.is_none() && facts.step > 0 {
-            "unavailable on this device"
-        } else {
-            "measured while it runs"
-        };
-        ui.label(RichText::new(reason).color(theme::weak(ui)));
-        return;
-    }
-    egui::Grid::new("kernels")
-        .num_columns(5)
-        .spacing(vec2(5.0, 3.0))
-        .show(ui, |ui| {
-            for title in ["kernel", "calls", "mean ms", "p95 ms", "share"] {
-                ui.label(RichText::new(title).small().color(theme::weak(ui)));
-            }
-            ui.end_row();
-            for (rank, kernel) in facts.kernels.iter().enumerate() {
-                ui.horizontal(|ui| {
-                    ui.spacing_mut().item_spacing.x = 5.0;
-                    let (rect, _) = ui.allocate_exact_size(vec2(8.0, 8.0), Sense::hover());
-                    ui.painter().rect_filled(rect, 2.0, color_of(rank));
-                    ui.label(&kernel.name);
-                });
-                let number = |ui: &mut Ui, text: String| {
-                    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                        ui.label(RichText::new(text).monospace())
-                    });
-                };
-                number(ui, format!("{:.0}", kernel.per_step));
-                number(ui, milliseconds(kernel.mean_ms));
-                number(ui, milliseconds(kernel.p95_ms));
-                number(ui, format!("{:.0} %", 100.0 * kernel.share));
-                ui.end_row();
-            }
-        });
-}
-
-/// With as many decimals as tell something, and never too wide for the table.
-fn milliseconds(ms: f64) -> String {
-    match ms {
-        100.0.. => format!("{ms:.0}"),
-        10.0.. => format!("{ms:.1}"),
-        1.0.. => format!("{ms:.2}"),
-        _ => format!("{ms:.3}"),
-    }
 }
 
 /// A part of the panel under a title that opens and closes it; `found` holds it open, because it has what was looked

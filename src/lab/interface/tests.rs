@@ -396,7 +396,7 @@ fn every_strategy_is_live() {
 #[test]
 fn keys_count_while_something_new_finds_its_size() {
     let mut harness = Harness::new();
-    harness.facts.kernels = vec![KernelTime {
+    harness.facts.times.kernels = vec![KernelTime {
         name: "walk".to_owned(),
         per_step: 1.0,
         mean_ms: 2.0,

@@ -41,6 +41,7 @@ impl Lab {
             Command::Restart => self.restart(),
             Command::GoBack => self.go_back(),
             Command::Step => self.single_steps += u32::from(self.stage.is_some()),
+            Command::ClearTimes => self.clocks.clear_times(&mut self.frames),
             Command::Screenshot => self.picture(context, picture_size),
             Command::TakeOut(out) => self.take_out(context, out, picture_size),
             Command::Refocus(pixel) => {
