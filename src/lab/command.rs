@@ -52,6 +52,8 @@ pub enum Command {
     OpenLeft(LeftScene),
     /// Do with a file what is done with one that is dropped.
     TakeFile(PathBuf),
+    /// Open a mesh as a scene of its own.
+    OpenAlone(PathBuf),
     /// Give up the scene that is on its way.
     CancelLoading,
     /// The window over the whole screen, or no longer.

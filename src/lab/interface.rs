@@ -274,6 +274,7 @@ impl Interface {
         {
             desk.notices.say(&ctx, refusal, true);
         }
+        desk.opening.ask_about_mesh(&ctx, picture, desk.commands);
         if desk.opening.is_open() {
             desk.layout.close(Card::Gallery);
         }

@@ -9,13 +9,14 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use egui::layers::ShapeIdx;
-use egui::{Align2, Color32, Shape, Vec2, vec2};
+use egui::{Align2, Color32, Rect, RichText, Shape, Vec2, vec2};
 use egui_file_dialog::{DialogState, FileDialog, Filter, OpeningMode};
 use myxo::scene::settings::Settings;
 
 use crate::lab::command::Command;
+use crate::lab::places::Marked as _;
 use crate::lab::saving::whole;
-use crate::lab::saving::{MESHES, ends_so};
+use crate::lab::saving::{MESHES, ends_so, is_mesh};
 use crate::lab::theme;
 
 /// What a control says that leads to it.
@@ -55,6 +56,8 @@ enum Purpose {
     /// A file of any kind that opens.
     #[default]
     Open,
+    /// A mesh that joins the scene.
+    Join,
     /// A picture for the row with this key.
     Mask(String),
     /// Where the scene is saved.
@@ -72,11 +75,16 @@ pub struct Opening {
     folder: PathBuf,
     /// Where the scene's file lies; empty for where the program is started.
     scene: PathBuf,
+    /// A mesh that was chosen, of which it is asked whether it joins the scene.
+    mesh: Option<PathBuf>,
 }
 
 impl Opening {
     /// Is it shown? Then keys are its own.
     pub fn is_open(&self) -> bool {
+        if self.mesh.is_some() {
+            return true;
+        }
         let dialog = self.dialog.as_ref();
         dialog.is_some_and(|dialog| *dialog.borrow().state() == DialogState::Open)
     }
@@ -106,7 +114,9 @@ impl Opening {
 
     /// Shows the dialog over everything else, with the files of that kind at first.
     pub fn begin(&mut self, ctx: &egui::Context, kind: &str) {
-        self.open(ctx, kind, Purpose::Open);
+        let joins = kind == ONLY_MESHES;
+        let purpose = if joins { Purpose::Join } else { Purpose::Open };
+        self.open(ctx, kind, purpose);
     }
 
     /// The same for the picture of the row with this key.
@@ -148,7 +158,7 @@ impl Opening {
             self.dialog = None;
         }
         let made = || match &purpose {
-            Purpose::Open => dialog("Open a file", KINDS),
+            Purpose::Open | Purpose::Join => dialog("Open a file", KINDS),
             Purpose::Mask(_) => dialog("Open a picture of the texture", MASKS),
             Purpose::Save => dialog("Save the scene", &[])
                 .add_save_extension(SCENES.0, SCENES.1)
@@ -185,14 +195,15 @@ impl Opening {
 
     /// Shows it for one frame, if it is open. Gives the folder for exports that was chosen in it.
     pub fn show(
-        &self,
+        &mut self,
         ctx: &egui::Context,
         edited: &mut Settings,
         commands: &mut Vec<Command>,
     ) -> Option<PathBuf> {
         let path = self.chosen(ctx)?;
         match &self.purpose {
-            Purpose::Open => commands.push(Command::TakeFile(path)),
+            Purpose::Open if is_mesh(&path) => self.mesh = Some(path),
+            Purpose::Open | Purpose::Join => commands.push(Command::TakeFile(path)),
             Purpose::Save => commands.push(Command::SaveAs(path)),
             Purpose::Folder => return Some(whole(&path)),
             Purpose::Mask(key) => {
@@ -203,6 +214,54 @@ impl Opening {
             }
         }
         None
+    }
+
+    /// Asks what becomes of a mesh that was chosen, if there is one: it joins the scene, or is opened by itself.
+    pub fn ask_about_mesh(
+        &mut self,
+        ctx: &egui::Context,
+        picture: Rect,
+        commands: &mut Vec<Command>,
+    ) {
+        let Some(mesh) = &self.mesh else {
+            return;
+        };
+        let name = mesh
+            .file_name()
+            .unwrap_or(mesh.as_os_str())
+            .to_string_lossy();
+        let mut command = None;
+        let mut gives_up = ctx.input(|input| input.key_pressed(egui::Key::Escape));
+        egui::Area::new("mesh".into())
+            .order(egui::Order::Foreground)
+            .pivot(Align2::CENTER_CENTER)
+            .fixed_pos(picture.center())
+            .show(ctx, |ui| {
+                egui::Frame::popup(ui.style())
+                    .inner_margin(16.0)
+                    .show(ui, |ui| {
+                        ui.label(RichText::new(name).heading());
+                        ui.horizontal(|ui| {
+                            let add = ui.button("Add to the scene").on_hover_text(
+                                "It becomes one more object; what has grown goes on",
+                            );
+                            if add.marked("mesh.add").clicked() {
+                                command = Some(Command::TakeFile(mesh.clone()));
+                            }
+                            let alone = ui
+                                .button("Open alone")
+                                .on_hover_text("A new scene with this mesh as its only object");
+                            if alone.marked("mesh.alone").clicked() {
+                                command = Some(Command::OpenAlone(mesh.clone()));
+                            }
+                            gives_up |= ui.button("Cancel").marked("mesh.cancel").clicked();
+                        });
+                    });
+            });
+        if gives_up || command.is_some() {
+            self.mesh = None;
+        }
+        commands.extend(command);
     }
 
     /// Shows it for one frame, and gives what was chosen in it.

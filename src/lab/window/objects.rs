@@ -61,6 +61,8 @@ impl Lab {
             let alone = Settings {
                 objects: vec![ObjectSettings {
                     mesh: mesh.clone(),
+                    // What is wrong with the file is said of this name.
+                    name: short_name(&mesh).to_owned(),
                     ..ObjectSettings::default()
                 }],
                 radius: 0.0,
