@@ -8,9 +8,9 @@ use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::WindowId;
 
-use crate::lab::LabOptions;
 use crate::lab::host::Host;
 use crate::lab::loading::Opened;
+use crate::lab::options::LabOptions;
 use crate::lab::window::Lab;
 
 /// Somebody outside the window asks that it be closed.

@@ -17,8 +17,8 @@ use crate::lab::document::Document;
 use crate::lab::exports::OutPanel;
 use crate::lab::facts::Facts;
 use crate::lab::gallery::Gallery;
+use crate::lab::layout::move_beside;
 use crate::lab::layout::{Card, Layout};
-use crate::lab::layout::{PANEL_WIDTHS, move_beside};
 use crate::lab::looks::Looks;
 use crate::lab::navigation::{Moved, Navigation};
 use crate::lab::notices::HOW_BACK;
@@ -213,13 +213,12 @@ impl Interface {
         }
         if desk.layout.panel && !desk.layout.alone {
             let shown = egui::Panel::left("panel")
-                .default_size(desk.layout.panel_width)
-                .size_range(PANEL_WIDTHS)
-                .resizable(true)
+                .exact_size(desk.layout.panel_width)
+                .resizable(false)
                 .show_separator_line(false)
                 .frame(theme::panel_frame(ui))
                 .show(ui, |ui| panel.show(ui, looks, hands, navigation, &mut desk));
-            desk.layout.panel_width = shown.response.rect.width();
+            desk.layout.drag_edge(ui, shown.response.rect);
         }
         if let Some(text) = take_refused(&ctx) {
             desk.notices.say(&ctx, text, false);

@@ -17,6 +17,9 @@ pub const PANEL_WIDTHS: Rangef = Rangef {
     max: 640.0,
 };
 
+/// Half of what counts as the panel's edge, points.
+const GRIP: f32 = 3.0;
+
 /// After so many seconds without a movement the pointer is hidden over the picture alone.
 pub const POINTER_RESTS: f64 = 2.0;
 
@@ -93,6 +96,21 @@ impl Layout {
     pub fn set_light(&mut self, ctx: &egui::Context, light: bool) {
         self.light = light;
         theme::apply(ctx, light);
+    }
+
+    /// The right edge of the panel, which covers `panel`, can be dragged. What stands in the panel does not change its width.
+    pub fn drag_edge(&mut self, ui: &Ui, panel: Rect) {
+        let edge =
+            Rect::from_x_y_ranges(panel.right() - GRIP..=panel.right() + GRIP, panel.y_range());
+        let response = ui.interact(edge, ui.id().with("panel edge"), Sense::drag());
+        if response.hovered() || response.dragged() {
+            ui.ctx().set_cursor_icon(egui::CursorIcon::ResizeHorizontal);
+            let line = Stroke::new(2.0, theme::accent(ui));
+            ui.painter().vline(panel.right(), panel.y_range(), line);
+        }
+        if let (true, Some(at)) = (response.dragged(), response.interact_pointer_pos()) {
+            self.panel_width = PANEL_WIDTHS.clamp(at.x - panel.left());
+        }
     }
 
     /// A pointer that rests on the picture alone is in the way.

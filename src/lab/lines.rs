@@ -1,9 +1,9 @@
 //! Runs the lab without a window: lines of events come in by standard input, and each is answered by one line.
 
-use crate::lab::LabOptions;
 use crate::lab::app::App;
 use crate::lab::host::Host;
 use crate::lab::loading::Opened;
+use crate::lab::options::LabOptions;
 use crate::lab::windowless::*;
 use egui::{Event as Input, MouseWheelUnit, TouchPhase};
 use myxo::Result;

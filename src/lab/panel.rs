@@ -38,6 +38,7 @@ static PICTURE_WORDS: LazyLock<String> = LazyLock::new(|| {
 });
 const DETAIL_WORDS: &str = "points point size seams markers";
 const CAMERA_WORDS: &str = "camera home front back left right top bottom fly flight fov orbit";
+const TIMES_WORDS: &str = "times kernel kernels profiling gpu";
 const LIGHT_WORDS: &str = "light shadow";
 
 /// Is what is searched for among the words? Without a search, everything is.
@@ -140,14 +141,14 @@ impl ParameterPanel {
                 }
                 self.view_sections(ui, navigation, looks_for, desk);
                 self.parameter_sections(ui, hands, desk);
-                if looks_for {
-                    if ui.cursor().top() == above {
-                        let text = format!("Nothing is called “{}”.", self.filter.trim());
-                        ui.label(RichText::new(text).color(theme::weak(ui)));
-                    }
-                    return;
+                if is_among(TIMES_WORDS, &self.filter) {
+                    let profiling = &mut self.profiling;
+                    section(ui, "Times", true, looks_for, |ui| profiling.show(ui, desk));
                 }
-                section(ui, "Times", true, false, |ui| self.profiling.show(ui, desk));
+                if looks_for && ui.cursor().top() == above {
+                    let text = format!("Nothing is called “{}”.", self.filter.trim());
+                    ui.label(RichText::new(text).color(theme::weak(ui)));
+                }
             });
     }
 

@@ -5,7 +5,7 @@ use egui::{Align, Layout, RichText, Sense, Ui, vec2};
 use crate::lab::command::Command;
 use crate::lab::desk::Desk;
 use crate::lab::facts::Times;
-use crate::lab::places::Marked as _;
+use crate::lab::places::{Marked as _, note_value};
 use crate::lab::plot::{color_of, kernel_plot};
 use crate::lab::theme;
 
@@ -132,6 +132,9 @@ impl Profiling {
             return;
         }
         self.controls(ui, desk);
+        note_value(ui.ctx(), "times.frozen", || {
+            self.frozen.is_some().to_string()
+        });
         let times = self.frozen.as_ref().unwrap_or(&facts.times);
         kernel_plot(ui, times);
         sums(ui, times);
@@ -209,7 +212,7 @@ fn sums(ui: &mut Ui, times: &Times) {
 /// The table of kernel times.
 fn table(ui: &mut Ui, times: &Times) {
     egui::Grid::new("kernels")
-        .num_columns(6)
+        .num_columns(5)
         .spacing(vec2(5.0, 3.0))
         .show(ui, |ui| {
             for (title, hint) in [
@@ -218,7 +221,6 @@ fn table(ui: &mut Ui, times: &Times) {
                 ("a call", "Mean time of one, milliseconds"),
                 ("mean ms", "Mean time in a step"),
                 ("p95 ms", "95 % of the steps that have any are not longer"),
-                ("share", "Of the step"),
             ] {
                 let title = RichText::new(title).small().color(theme::weak(ui));
                 ui.label(title).on_hover_text(hint);
@@ -231,14 +233,13 @@ fn table(ui: &mut Ui, times: &Times) {
                     ui.painter().rect_filled(rect, 2.0, color_of(rank));
                     ui.label(&kernel.name)
                 });
-                if let Some(what) = kernel_in_words(&kernel.name) {
-                    name.inner.on_hover_text(what);
-                }
+                let what = kernel_in_words(&kernel.name).unwrap_or("Part of a step");
+                let share = 100.0 * kernel.share;
+                (name.inner).on_hover_text(format!("{what}; {share:.0} % of the step"));
                 number(ui, calls(kernel.per_step));
                 number(ui, milliseconds(kernel.mean_ms / kernel.per_step.max(1e-9)));
                 number(ui, milliseconds(kernel.mean_ms));
                 number(ui, milliseconds(kernel.p95_ms));
-                number(ui, format!("{:.0} %", 100.0 * kernel.share));
                 ui.end_row();
             }
         });

@@ -1,9 +1,9 @@
 //! What the window does when its device is lost: the scene is kept, another device is opened, and the scene begins anew on it.
 
-use crate::lab::LabOptions;
 use crate::lab::clocks::Clocks;
 use crate::lab::lost::*;
 use crate::lab::names::unnumbered;
+use crate::lab::options::LabOptions;
 use crate::lab::saving::{save_scene, whole};
 use crate::lab::screen::Screen;
 use crate::lab::window::closing::say;

@@ -30,7 +30,6 @@ use myxo::render::gui::Gui;
 use myxo::{Error, Result};
 use winit::event::WindowEvent;
 
-use crate::lab::LabOptions;
 use crate::lab::back::Back;
 use crate::lab::checks::Checks;
 use crate::lab::clocks::Clocks;
@@ -43,6 +42,7 @@ use crate::lab::interface::Interface;
 use crate::lab::left::LeftScenes;
 use crate::lab::loading::{Loading, Opened, Origin};
 use crate::lab::lost::Lost;
+use crate::lab::options::LabOptions;
 use crate::lab::order::{Asked, Order, Task};
 use crate::lab::out::TakeOut;
 use crate::lab::own::OwnPresets;
