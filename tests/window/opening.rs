@@ -201,7 +201,9 @@ fn files_are_opened_by_a_dialog() {
         match answer {
             "mesh.cancel" => assert_eq!(lab.value("objects"), objects),
             "mesh.alone" => assert_eq!(lab.value("objects"), "1"),
-            _ => lab.wait("it joins", |seen| seen["values"]["objects"] == "2"),
+            _ => {
+                lab.wait("it joins", |seen| seen["values"]["objects"] == "2");
+            }
         }
     }
 }
