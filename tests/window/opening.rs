@@ -183,12 +183,12 @@ fn files_are_opened_by_a_dialog() {
     lab.wait("it is there", |_| {
         folder.join("screenshot_000001.png").exists()
     });
-    lab.quit();
-
     // A mesh that is opened, and not added: it is asked what becomes of it.
     let objects = lab.value("objects");
+    let own = lab.seen().expect("it is told")["state"]["scene"].clone();
+    let own = own.as_str().expect("it has a name").to_owned();
     for (answer, scene) in [
-        ("mesh.cancel", "mine"),
+        ("mesh.cancel", own.as_str()),
         ("mesh.alone", "tip"),
         ("mesh.add", "tip"),
     ] {
@@ -206,6 +206,7 @@ fn files_are_opened_by_a_dialog() {
             }
         }
     }
+    lab.quit();
 }
 
 /// Between a restart and the scene's return the hand goes on.
