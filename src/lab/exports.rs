@@ -215,7 +215,7 @@ impl OutPanel {
     }
 
     /// The card, the red dot and how far things are, these two beside the bar of tools if there is one.
-    pub(in crate::lab) fn show(
+    pub fn show(
         &mut self,
         ctx: &egui::Context,
         picture: Rect,
