@@ -8,10 +8,10 @@ use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::WindowId;
 
-use super::LabOptions;
-use super::host::Host;
-use super::loading::Opened;
-use super::window::Lab;
+use crate::lab::host::Host;
+use crate::lab::loading::Opened;
+use crate::lab::options::LabOptions;
+use crate::lab::window::Lab;
 
 /// Somebody outside the window asks that it be closed.
 #[derive(Clone, Copy, Debug)]

@@ -14,51 +14,49 @@ use myxo::sim::Snapshot;
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::types::{Motion, Particle};
 
-use super::facts::Before;
-use super::hands::begin_on_food_that_is;
-use super::loading::{Opened, Origin};
-use super::out::put_look;
-use super::places::Marked as _;
-use super::rows::grouped;
-use super::saving::SceneFile;
-use super::stage::Stage;
-use super::window::Lab;
-use crate::cli::room;
+use crate::lab::document::put_look;
+use crate::lab::facts::Before;
+use crate::lab::loading::Opened;
+use crate::lab::objects::begin_on_food_that_is;
+use crate::lab::places::Marked as _;
+use crate::lab::rows::grouped;
+use crate::lab::saving::SceneFile;
+use crate::lab::stage::Stage;
 
 /// Who leaves a simulation before this step has grown nothing that would be missed.
-const GROWN_AT: u64 = 100;
+pub const GROWN_AT: u64 = 100;
 /// A button with the step's number takes so much room, points.
 const HAS_ROOM: f32 = 96.0;
 
 /// How the scene was shown when it was left.
 #[derive(Clone)]
-struct Shown {
+pub struct Shown {
     /// Which of the scenes of this window it was: to return to it is no change of the scene.
-    scene: u64,
-    view: View,
+    pub scene: u64,
+    pub view: View,
     /// As it was loaded.
-    loaded: Settings,
+    pub loaded: Settings,
     /// Where it was saved or opened.
-    file: Option<SceneFile>,
+    pub file: Option<SceneFile>,
     /// No file had all of it.
-    is_unsaved: bool,
+    pub is_unsaved: bool,
 }
 
 /// A state that was left.
 #[derive(Clone)]
-pub(super) struct Grown {
-    shown: Shown,
-    state: Arc<State>,
+pub struct Grown {
+    pub shown: Shown,
+    pub state: Arc<State>,
 }
 
 /// All that it takes to go on.
-struct State {
-    name: String,
-    folder: PathBuf,
+pub struct State {
+    pub name: String,
+    pub folder: PathBuf,
     /// Those that it ran with.
-    settings: Settings,
-    meshes: Vec<Mesh>,
-    checkpoint: Arc<Checkpoint>,
+    pub settings: Settings,
+    pub meshes: Vec<Mesh>,
+    pub checkpoint: Arc<Checkpoint>,
 }
 
 impl State {
@@ -73,7 +71,7 @@ impl State {
         )?)
     }
 
-    fn bytes(&self) -> u64 {
+    pub fn bytes(&self) -> u64 {
         let Snapshot {
             particles, trail, ..
         } = &self.checkpoint.snapshot;
@@ -83,7 +81,7 @@ impl State {
 
 impl Grown {
     /// Of a stage that is about to go, which no longer has its meshes then.
-    fn of(left: &mut Stage, shown: Shown) -> Result<Self> {
+    pub fn of(left: &mut Stage, shown: Shown) -> Result<Self> {
         let snapshot = left.simulation.snapshot()?;
         let mut settings = left.simulation.settings().clone();
         // Food comes and goes while the scene runs, and where it began no longer matters.
@@ -104,7 +102,7 @@ impl Grown {
     }
 
     /// The scene that goes on from there; as another one, it brings its view along.
-    fn opened(&self, is_another: bool) -> Result<Opened> {
+    pub fn opened(&self, is_another: bool) -> Result<Opened> {
         let state = &self.state;
         let mut scene = state.scene(state.meshes.clone())?;
         if is_another {
@@ -120,7 +118,7 @@ impl Grown {
 }
 
 /// Of a copy of a state on the host: particles and what they do, and trail, deposits and areas.
-fn bytes_of(particles: usize, texels: usize) -> u64 {
+pub fn bytes_of(particles: usize, texels: usize) -> u64 {
     let particle = size_of::<Particle>() + size_of::<Motion>();
     let texel = 3 * size_of::<f32>();
     (particles * particle + texels * texel) as u64
@@ -128,12 +126,12 @@ fn bytes_of(particles: usize, texels: usize) -> u64 {
 
 /// What can come back. There is one at the most, for it may be large.
 #[derive(Default)]
-pub(super) struct Back {
-    grown: Option<Grown>,
+pub struct Back {
+    pub grown: Option<Grown>,
     /// It is on its way.
-    coming: Option<Grown>,
+    pub coming: Option<Grown>,
     /// Scenes that were shown before the present one.
-    scenes: u64,
+    pub scenes: u64,
 }
 
 impl Back {
@@ -154,75 +152,6 @@ impl Back {
             shown.is_unsaved = true;
             shown.file = file.cloned();
         }
-    }
-}
-
-impl Lab {
-    /// Begins to load what had grown.
-    pub(super) fn go_back(&mut self) {
-        let Some(grown) = self.back.grown.clone() else {
-            return;
-        };
-        self.interface.end_morph();
-        let is_another = grown.shown.scene != self.back.scenes;
-        let (name, origin) = match is_another {
-            true => (grown.state.name.clone(), Origin::File),
-            false => (self.name.clone(), Origin::Shown),
-        };
-        let sent = grown.clone();
-        self.load(name, origin, move || sent.opened(is_another));
-        self.back.coming = Some(grown);
-    }
-
-    /// Keeps what has grown on the stage that is about to go; also what has hardly grown, if it goes for what had grown before,
-    /// so that whoever goes back can change their mind.
-    pub(super) fn keep_grown(&mut self, goes_back: bool) -> Result<()> {
-        let shown = Shown {
-            scene: self.back.scenes,
-            view: self.interface.view,
-            loaded: self.interface.loaded.clone(),
-            file: self.file.clone(),
-            is_unsaved: self.interface.is_unsaved(),
-        };
-        let Some(left) = &mut self.stage else {
-            return Ok(());
-        };
-        if !goes_back && left.simulation.step() < GROWN_AT {
-            return Ok(());
-        }
-        let setup = left.simulation.setup();
-        let bytes = bytes_of(setup.particles.len(), setup.atlas.texel_count());
-        // The one before makes room, if that is enough.
-        let before = self.back.grown.as_ref();
-        let room = before.map_or(0, |grown| grown.state.bytes());
-        room::check_copy(bytes.saturating_sub(room))?;
-        self.back.grown = None;
-        self.clocks.facts.before = None;
-        let grown = Grown::of(left, shown)?;
-        self.clocks.facts.before = Some(Before {
-            name: grown.state.name.clone(),
-            step: grown.state.checkpoint.snapshot.step,
-        });
-        self.back.grown = Some(grown);
-        Ok(())
-    }
-
-    /// Another scene is shown; if it has come back, it is as changed as it was.
-    pub(super) fn shows_another(&mut self, come_back: Option<&Grown>) {
-        self.back.scenes += 1;
-        let Some(grown) = come_back else {
-            return;
-        };
-        self.interface.loaded.clone_from(&grown.shown.loaded);
-        if grown.shown.is_unsaved {
-            self.interface.saved(None);
-        }
-    }
-
-    /// The device goes: what had grown may be what it was lost by.
-    pub(super) fn forget_grown(&mut self) {
-        self.back = Back::default();
-        self.clocks.facts.before = None;
     }
 }
 
@@ -270,8 +199,8 @@ fn sign() -> RichText {
 
 #[cfg(test)]
 mod tests {
-    use super::super::loading::{Loaded, Loading};
     use super::*;
+    use crate::lab::loading::{Loaded, Loading, Origin};
     use glam::Vec2;
     use myxo::gpu::{Context, ContextOptions, Format, Frames};
     use myxo::mesh::atlas::Control;

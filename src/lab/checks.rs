@@ -1,6 +1,7 @@
 //! Checks of the invariants while the window is open: now and then, because each one waits for the device and reads the
 //! whole state.
 
+use crate::lab::facts::Check;
 use std::time::{Duration, Instant};
 
 use myxo::Result;
@@ -11,19 +12,6 @@ use myxo::sim::Simulation;
 const INTERVAL: Duration = Duration::from_secs(1);
 /// The most of all time that checks take; of large scenes there are fewer.
 const MOST_TIME: f64 = 0.1;
-
-/// What a check has found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Check {
-    /// The steps that had been taken.
-    pub step: u64,
-    /// How long it took.
-    pub took: Duration,
-    /// What of all time that is until the next one.
-    pub share: f64,
-    /// What is wrong, if anything is. The first problem stays.
-    pub problem: Option<String>,
-}
 
 /// When to check, and what was found last.
 #[derive(Debug)]

@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use myxo::gpu::{Context, Frames, SpanKind};
+use myxo::gpu::{Context, Frames, Span, SpanKind};
 
-use super::interface::{Facts, KernelTime};
-use super::pacing::Pacer;
-use super::stage::Stage;
+use crate::lab::facts::{Facts, KernelTime, Times};
+use crate::lab::pacing::Pacer;
+use crate::lab::stage::Stage;
 
 /// How often figures change: often enough to follow, seldom enough to read.
 const INTERVAL: Duration = Duration::from_millis(500);
@@ -102,7 +102,7 @@ impl Clocks {
         self.facts.brightest = stage.brightest;
         self.facts.flow = stage.flow;
         if let Some(spans) = frames.timings().frames().last() {
-            self.facts.history.push(spans);
+            self.facts.times.history.push(spans);
         }
         if let Some(step) = latest_step(frames) {
             pacer.measured(step);
@@ -134,10 +134,14 @@ impl Clocks {
         facts.seconds = stage.seconds();
         facts.triangles = setup.surface.corners.len();
         facts.texels = setup.atlas.owned_count as usize;
-        facts.kernels.clear();
-        facts.history.clear();
-        facts.step_ms = None;
+        facts.times = Times::default();
         facts.check = None;
+    }
+
+    /// Times are measured anew.
+    pub fn clear_times(&mut self, frames: &mut Frames) {
+        frames.timings_mut().clear();
+        self.facts.times = Times::default();
     }
 
     fn read_timers(&mut self, frames: &Frames) {
@@ -145,8 +149,16 @@ impl Clocks {
         if report.steps == 0 {
             return;
         }
-        self.facts.step_ms = Some(report.step.mean_ms);
-        self.facts.kernels = report
+        let times = &mut self.facts.times;
+        times.step_ms = Some(report.step.mean_ms);
+        let kernels: f64 = report.rows.iter().map(|row| row.time.mean_ms).sum();
+        times.between_ms = (report.step.mean_ms - kernels).max(0.0);
+        times.draw_ms = draw_ms(frames);
+        times.host_ms = times.draw_ms.map(|draw| {
+            let steps = self.facts.steps_per_second * self.frame_seconds;
+            (1e3 * self.frame_seconds - draw - steps * report.step.mean_ms).max(0.0)
+        });
+        self.facts.times.kernels = report
             .rows
             .iter()
             .map(|row| KernelTime {
@@ -166,10 +178,22 @@ fn latest_step(frames: &Frames) -> Option<Duration> {
     let steps: Vec<f64> = spans
         .iter()
         .filter(|span| span.kind == SpanKind::Scope && span.name == "step")
-        .map(myxo::gpu::Span::ms)
+        .map(Span::ms)
         .collect();
     let mean = steps.iter().sum::<f64>() / steps.len().max(1) as f64;
     (mean > 0.0).then(|| Duration::from_secs_f64(1e-3 * mean))
+}
+
+/// The mean GPU time of the frames that draw, without their steps.
+fn draw_ms(frames: &Frames) -> Option<f64> {
+    let drawn = frames.timings().frames().filter_map(|spans| {
+        let is_drawn = spans.iter().any(|span| span.kind == SpanKind::Draw);
+        let is_step = |span: &&Span| span.kind == SpanKind::Scope && span.name == "step";
+        let steps: f64 = spans.iter().filter(is_step).map(Span::ms).sum();
+        (is_drawn).then(|| (spans[0].ms() - steps).max(0.0))
+    });
+    let (count, sum) = drawn.fold((0, 0.0), |(count, sum), ms| (count + 1, sum + ms));
+    (count > 0).then(|| sum / f64::from(count))
 }
 
 /// Bytes of device memory in use by this program.
@@ -184,7 +208,7 @@ fn memory(ctx: &Context) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use myxo::gpu::{ContextOptions, Span};
+    use myxo::gpu::ContextOptions;
 
     #[test]
     fn times_stay_while_the_simulation_is_held() {
@@ -216,13 +240,13 @@ mod tests {
             timings.push(frame(SpanKind::Scope, ms as f64));
         }
         clocks.read_timers(&frames);
-        let before = clocks.facts.kernels.clone();
+        let before = clocks.facts.times.kernels.clone();
         assert_eq!(before[0].mean_ms, 0.5 * (1 + FRAMES_AVERAGED) as f64);
         for _ in 0..2 * FRAMES_AVERAGED {
             // No step, though something is drawn.
             frames.timings_mut().push(frame(SpanKind::Draw, 9.0));
             clocks.read_timers(&frames);
-            assert_eq!(clocks.facts.kernels, before);
+            assert_eq!(clocks.facts.times.kernels, before);
         }
     }
 }

@@ -1,11 +1,12 @@
 //! What the interface shows and cannot change.
 
+use std::time::Duration;
+
+use glam::{Affine3A, Vec2, Vec3};
+use myxo::scene::motion::Origins;
 use myxo::sim::types::Flow;
 
-use super::checks::Check;
-use super::hands::HandFacts;
-use super::history::History;
-use super::out::OutFacts;
+use crate::lab::history::History;
 
 /// A scene that is on its way.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +36,23 @@ pub struct KernelTime {
     pub share: f64,
 }
 
+/// GPU times of steps and pictures, lately; milliseconds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Times {
+    /// Of a step; `None` where the device has no timestamps.
+    pub step_ms: Option<f64>,
+    /// Of that, what no kernel takes: barriers and timestamps.
+    pub between_ms: f64,
+    /// Of a picture, with the interface.
+    pub draw_ms: Option<f64>,
+    /// From one picture that is shown to the next, less what the GPU takes for its steps and for itself: the host, and waiting.
+    pub host_ms: Option<f64>,
+    /// Of each kernel.
+    pub kernels: Vec<KernelTime>,
+    /// The same for the last frames with steps, one by one.
+    pub history: History,
+}
+
 /// What had grown, and can come back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Before {
@@ -59,12 +77,8 @@ pub struct Facts {
     pub steps_per_second: f64,
     /// Pictures a second, lately.
     pub frames_per_second: f64,
-    /// GPU time of a step; `None` where the device has no timestamps.
-    pub step_ms: Option<f64>,
-    /// GPU time of each kernel.
-    pub kernels: Vec<KernelTime>,
-    /// The same for the last frames with steps, one by one.
-    pub history: History,
+    /// What was measured of steps and pictures, lately.
+    pub times: Times,
     /// The device's name and driver.
     pub device: String,
     /// Device memory that the program has taken, bytes.
@@ -93,4 +107,156 @@ pub struct Facts {
     pub out: OutFacts,
     /// How often the window has answered while steps were under way.
     pub answers_within_steps: u64,
+}
+
+/// What lies under the pointer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Under {
+    /// The pixel that was asked about.
+    pub pixel: Vec2,
+    /// Global triangle id.
+    pub triangle: u32,
+    /// Weights of the corners B and C.
+    pub uv: [f32; 2],
+    /// Column and row in the atlas.
+    pub texel: [u32; 2],
+    /// Which object.
+    pub object: usize,
+    /// In world space.
+    pub position: Vec3,
+    /// Unit normal of the triangle, turned to the eye.
+    pub normal: Vec3,
+    /// The trail at the texel, when it has come from the device.
+    pub trail: Option<f32>,
+    /// Signed distance to the other objects, scene radii, likewise; none with one object.
+    pub distance: Option<f32>,
+    /// What sensors read more there, once something was painted, likewise.
+    pub bias: Option<f32>,
+}
+
+/// What the window knows for the hands.
+#[derive(Clone, Debug, Default)]
+pub struct HandFacts {
+    /// The pixel that was looked at last, if any was asked for.
+    pub looked: Option<Vec2>,
+    /// Under the pointer, if it was asked for and there is something.
+    pub under: Option<Under>,
+    /// World from object, one an object.
+    pub poses: Vec<Affine3A>,
+    /// Where coordinates are counted from, one an object.
+    pub origins: Vec<Origins>,
+    /// Where handles are and what they turn and scale about, counted from there: the object's own origin, or if its
+    /// surface is far from that, the middle of its box.
+    pub middles: Vec<Vec3>,
+    /// Where each food and marker lies, in world space, and how large it is drawn; scattered ones last.
+    pub foods: Vec<(Vec3, f32)>,
+    /// Seconds of the objects' motion.
+    pub time: f64,
+    /// The mean of the trail where particles deposit as they do and it decays as it does: what brushes measure by.
+    pub mean_trail: f32,
+    /// Scene radius, world units.
+    pub radius: f32,
+    /// Reach of signed distances, scene radii.
+    pub reach: f32,
+}
+
+impl HandFacts {
+    /// What an object is turned and scaled about, as origins of its coordinates.
+    pub fn pivot_of(&self, object: usize) -> Origins {
+        let mut origins = self.origins.get(object).copied().unwrap_or_default();
+        origins.surface += self.middle_of(object).as_dvec3();
+        origins
+    }
+
+    /// Where its handles are, counted from its origin.
+    pub fn middle_of(&self, object: usize) -> Vec3 {
+        self.middles.get(object).copied().unwrap_or_default()
+    }
+}
+
+/// What is being made, for the interface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Making {
+    /// The file's name.
+    pub name: String,
+    /// How far it is, in words.
+    pub doing: String,
+    /// The share that is done, where that is known.
+    pub done: Option<f32>,
+    /// Would it be whole if it ended now?
+    pub can_finish: bool,
+    /// The user does not want it any more.
+    pub is_cancelled: bool,
+}
+
+/// What the interface shows of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OutFacts {
+    /// A recording under way.
+    pub recording: Option<Recorded>,
+    /// Anything else.
+    pub making: Option<Making>,
+    /// Of the film that is being made: how much of it there is, seconds.
+    pub filmed: Option<f64>,
+    /// The window closes when all of it is whole.
+    pub ends: bool,
+}
+
+/// What is told of a recording.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Recorded {
+    /// Its length.
+    pub seconds: f64,
+    /// Frames that it has by now.
+    pub frames: u64,
+    /// How many of these show another picture than the one before.
+    pub different: u64,
+    /// Pictures for which there was no time; those before them are shown in their places.
+    pub dropped: u64,
+    /// It was stopped, and what is left is being written.
+    pub is_ending: bool,
+}
+
+impl Recorded {
+    /// Frames that show the picture before once more.
+    pub fn repeated(&self) -> u64 {
+        self.frames.saturating_sub(self.different)
+    }
+
+    /// Is most of it still?
+    pub fn is_mostly_repeated(&self) -> bool {
+        2 * self.repeated() > self.frames
+    }
+
+    /// What is said of it behind its name.
+    pub fn remarks(&self) -> String {
+        let Self {
+            different, dropped, ..
+        } = *self;
+        let mut text = String::new();
+        if dropped > 0 {
+            text += &format!("; {dropped} pictures came too fast and were left out");
+        }
+        let repeated = self.repeated();
+        if repeated > 0 {
+            text += &format!("; {different} different pictures, {repeated} repeated");
+        }
+        if self.is_mostly_repeated() {
+            text += ". Where the window is slow, Film (Ctrl E) leaves none out";
+        }
+        text
+    }
+}
+
+/// What a check has found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Check {
+    /// The steps that had been taken.
+    pub step: u64,
+    /// How long it took.
+    pub took: Duration,
+    /// What of all time that is until the next one.
+    pub share: f64,
+    /// What is wrong, if anything is. The first problem stays.
+    pub problem: Option<String>,
 }

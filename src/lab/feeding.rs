@@ -10,9 +10,7 @@ use myxo::scene::settings::Settings;
 use myxo::sim::{FoodOrder, PreparedFood, Simulation};
 use myxo::{Error, Result};
 
-use super::lost::is_loss;
-use super::window::Lab;
-use super::worker::joined;
+use crate::lab::worker::joined;
 
 /// At work; it can be told to stop, as soon as it looks.
 struct Worker {
@@ -136,42 +134,5 @@ impl Feeder {
         };
         let order = simulation.order_food(wanted);
         self.worker = order.map(|order| Worker::begin(wanted, order));
-    }
-}
-
-impl Lab {
-    /// Lets the food be there that is ready. What was refused goes back to what there is, and is said.
-    pub(super) fn take_food(&mut self, context: &egui::Context) -> Result<()> {
-        let Some(stage) = &mut self.stage else {
-            return Ok(());
-        };
-        let served = match self.feeder.take(&stage.simulation) {
-            None => return Ok(()),
-            Some(Fed::Ready(food)) => {
-                let mut settings = stage.simulation.settings().clone();
-                food.put_into(&mut settings);
-                let asked = settings.clone();
-                let served = stage.simulation.apply_with_food(&settings, *food);
-                served.map_err(|error| (Box::new(asked), error))
-            }
-            Some(Fed::Refused(asked, error)) => Err((asked, error)),
-        };
-        // With the next device it is there.
-        if let Err((_, error)) = &served
-            && is_loss(error)
-        {
-            return served.map_err(|(_, error)| error);
-        }
-        // What was eaten and what lies there is drawn without a step.
-        stage.forget_picture();
-        let runs = stage.simulation.settings();
-        self.interface.running.foods.clone_from(&runs.foods);
-        self.interface.running.feeding = runs.feeding.clone();
-        if let Err((refused, error)) = served {
-            self.interface.take_food_back(&refused);
-            self.interface.notice(context, error.to_string(), true);
-        }
-        self.host.request_redraw();
-        Ok(())
     }
 }

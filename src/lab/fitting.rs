@@ -1,12 +1,12 @@
 //! The camera is kept where the scene fits into the picture, as long as nobody turns it elsewhere.
 
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use myxo::render::Camera;
 use myxo::render::view::AtlasWindow;
 
-use super::interface::Interface;
+use crate::lab::document::Document;
 
-impl Interface {
+impl Document {
     /// Looks at the whole scene, or at the whole atlas.
     pub(super) fn fit(&mut self) {
         if self.view.show.is_flat() {
@@ -17,16 +17,11 @@ impl Interface {
         }
     }
 
-    /// Looks at the picked object where it is, or else at all.
-    pub(super) fn frame_picked(&mut self, poses: &[Affine3A]) {
-        let picked = self.hands.selected;
-        let picked = picked.and_then(|i| Some((poses.get(i)?, self.hands.vertices.get(i)?)));
-        match picked {
-            Some((pose, own)) if !self.view.show.is_flat() => {
-                let places = own.iter().map(|place| pose.transform_point3(*place));
-                self.hands.framed = places.collect();
-            }
-            _ => self.fit(),
+    /// Brings the camera to where the scene's own stands.
+    pub(super) fn go_home(&mut self) {
+        self.view.camera = self.home;
+        if self.loaded.camera.distance <= 0.0 {
+            self.refit();
         }
     }
 
@@ -50,30 +45,33 @@ impl Interface {
         }
     }
 
+    /// Looks at these places from the present direction.
+    pub(super) fn frame(&mut self, places: Vec<Vec3>, size: Vec2) {
+        if places.is_empty() {
+            return;
+        }
+        let low = places.iter().copied().fold(Vec3::MAX, Vec3::min);
+        let high = places.iter().copied().fold(Vec3::MIN, Vec3::max);
+        self.view.camera.target = low.midpoint(high);
+        self.view.camera.fit_points(places, size);
+    }
+
     /// Is the camera where the last fit has put it?
     pub(super) fn is_fitted(&self) -> bool {
         { self.fitted }.is_some_and(|(fitted, _)| fitted == self.view.camera)
     }
 
     /// Fits the scene into a picture of another size, if the camera still is where the last fit has put it. An object that
-    /// has come is brought into the picture in any case.
-    pub(super) fn keep_fitting(&mut self, size: Vec2) {
-        let newcomer = std::mem::take(&mut self.hands.newcomer);
+    /// has come, with these vertices, is brought into the picture in any case.
+    pub(super) fn keep_fitting(&mut self, size: Vec2, newcomer: Vec<Vec3>, is_flying: bool) {
         if self.is_fitted() && !newcomer.is_empty() {
             self.view.camera.target = self.outline.0;
             self.refit();
-        } else if !self.navigation.is_flying() {
+        } else if !is_flying {
             let mut wide = self.view.camera;
             wide.fit_points(newcomer, size);
             let distance = &mut self.view.camera.distance;
             *distance = distance.max(wide.distance);
-        }
-        let framed = std::mem::take(&mut self.hands.framed);
-        if !framed.is_empty() {
-            let low = framed.iter().copied().fold(Vec3::MAX, Vec3::min);
-            let high = framed.iter().copied().fold(Vec3::MIN, Vec3::max);
-            self.view.camera.target = low.midpoint(high);
-            self.view.camera.fit_points(framed, size);
         }
         let camera = &mut self.view.camera;
         if self

@@ -4,49 +4,52 @@ use egui::Ui;
 use myxo::scene::parameters::FOOD_PARAMETERS;
 use myxo::scene::settings::{FoodSettings, Settings};
 
-use super::interface::Interface;
-use super::panel::section;
-use super::rows::{RowContext, row};
+use crate::lab::document::Document;
+use crate::lab::rows::{RowContext, row};
+use crate::lab::widgets::section;
 
-impl Interface {
-    /// One for each food and marker that has a `[[food]]`; true if one was changed.
-    pub(super) fn food_sections(&mut self, ui: &mut Ui, before: &Settings, filter: &str) -> bool {
-        let mut changed = false;
-        let new = FoodSettings::default();
-        let foods = &self.edited.foods;
-        let loaded: Vec<_> = (0..foods.len())
-            .map(|i| as_loaded(&self.loaded.foods, i, foods))
-            .collect();
-        for (i, food) in self.edited.foods.iter_mut().enumerate() {
-            let parameters = FOOD_PARAMETERS.iter();
-            let wanted = parameters.filter(|p| {
-                filter.is_empty()
-                    || p.name.to_lowercase().contains(filter)
-                    || format!("food.{i}.{}", p.key).contains(filter)
-            });
-            let parameters: Vec<_> = wanted.collect();
-            if parameters.is_empty() {
-                continue;
-            }
-            let what = if food.is_marker() { "Marker" } else { "Food" };
-            let title = format!("{what} {i}: {}", food.object);
-            section(ui, &title, false, !filter.is_empty(), |ui| {
-                let context = RowContext {
-                    loaded: &loaded[i],
-                    default: &new,
-                    running: self.running.foods.get(i).unwrap_or(&new),
-                    shared: &before.physarum,
-                    objects: &before.objects,
-                    prefix: &format!("food.{i}."),
-                    idle: &|_| None,
-                };
-                for parameter in parameters {
-                    changed |= row(ui, parameter, food, &context);
-                }
-            });
+/// One for each food and marker that has a `[[food]]`; true if one was changed.
+pub(super) fn food_sections(
+    ui: &mut Ui,
+    document: &mut Document,
+    before: &Settings,
+    filter: &str,
+) -> bool {
+    let mut changed = false;
+    let new = FoodSettings::default();
+    let foods = &document.edited.foods;
+    let loaded: Vec<_> = (0..foods.len())
+        .map(|i| as_loaded(&document.loaded.foods, i, foods))
+        .collect();
+    for (i, food) in document.edited.foods.iter_mut().enumerate() {
+        let parameters = FOOD_PARAMETERS.iter();
+        let wanted = parameters.filter(|p| {
+            filter.is_empty()
+                || p.name.to_lowercase().contains(filter)
+                || format!("food.{i}.{}", p.key).contains(filter)
+        });
+        let parameters: Vec<_> = wanted.collect();
+        if parameters.is_empty() {
+            continue;
         }
-        changed
+        let what = if food.is_marker() { "Marker" } else { "Food" };
+        let title = format!("{what} {i}: {}", food.object);
+        section(ui, &title, false, !filter.is_empty(), |ui| {
+            let context = RowContext {
+                loaded: &loaded[i],
+                default: &new,
+                running: document.running.foods.get(i).unwrap_or(&new),
+                shared: &before.physarum,
+                objects: &before.objects,
+                prefix: &format!("food.{i}."),
+                idle: &|_| None,
+            };
+            for parameter in parameters {
+                changed |= row(ui, parameter, food, &context);
+            }
+        });
     }
+    changed
 }
 
 /// What resets of a food return to: what the scene has in its place, or had there before it was moved; where one was put by

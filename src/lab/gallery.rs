@@ -6,13 +6,17 @@ use egui::{ColorImage, Rect, Response, RichText, Sense, TextureHandle, TextureOp
 use indicatif::HumanDuration;
 use myxo::scene::builtin::{Builtin, PRESETS, SCENES};
 
-use super::facts::Before;
-use super::interface::{Command, Facts, Interface};
-use super::looks::summary;
-use super::opening::{EVERYTHING, OPEN};
-use super::own::check_name;
-use super::places::{Marked as _, mark_cross, note_value};
-use super::theme;
+use crate::lab::command::Command;
+use crate::lab::desk::Desk;
+use crate::lab::layout::Card;
+use crate::lab::left::LeftScenes;
+use crate::lab::looks::Looks;
+use crate::lab::looks::summary;
+use crate::lab::opening::{EVERYTHING, OPEN};
+use crate::lab::own::check_name;
+use crate::lab::places::{Marked as _, mark_cross, note_value};
+use crate::lab::recent::Recent;
+use crate::lab::theme;
 
 /// The least width of a small picture, points.
 const LEAST: f32 = 150.0;
@@ -32,12 +36,10 @@ static PICTURES: &[(&str, &[u8])] = pictures!(
     "pores", "lace", "bands", "waves", "mist", "streams", "feeding", "shy", "meeting",
 );
 
-/// Whether it is open, and its pictures once they have been shown.
+/// What it lists, and its pictures once they have been shown.
 #[derive(Clone, Default)]
 pub struct Gallery {
-    /// Is it shown?
-    pub open: bool,
-    /// Was it, in the last frame?
+    /// Was it shown in the last frame?
     was_open: bool,
     pictures: Vec<(&'static str, TextureHandle)>,
     /// Of the user's presets, by name; some have none.
@@ -48,11 +50,17 @@ pub struct Gallery {
     removing: Option<String>,
     /// Scenes are opened with the look that is here.
     keeps_look: bool,
+    /// Scenes that were left with changes.
+    pub left: LeftScenes,
+    /// Files that were opened or saved last.
+    pub recent: Recent,
 }
 
 impl std::fmt::Debug for Gallery {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Gallery").field("open", &self.open).finish()
+        f.debug_struct("Gallery")
+            .field("name", &self.name)
+            .finish_non_exhaustive()
     }
 }
 
@@ -84,24 +92,24 @@ impl Gallery {
     }
 }
 
-impl Interface {
+impl Gallery {
     /// Shows it over the picture, if it is open.
-    pub(super) fn show_gallery(
+    pub fn show(
         &mut self,
         ctx: &egui::Context,
         picture: Rect,
-        facts: &Facts,
-        commands: &mut Vec<Command>,
+        looks: &mut Looks,
+        desk: &mut Desk<'_>,
     ) {
-        if !self.gallery.open {
-            self.gallery.was_open = false;
+        if !desk.layout.shows(Card::Gallery) {
+            self.was_open = false;
             return;
         }
-        let has_come = !self.gallery.was_open;
+        let has_come = !self.was_open;
         if has_come {
-            self.gallery.was_open = true;
-            self.gallery.forget_pictures();
-            self.own.read_again();
+            self.was_open = true;
+            self.forget_pictures();
+            looks.own.read_again();
             self.left.read_again();
         }
         let mut open = true;
@@ -122,44 +130,46 @@ impl Interface {
                 area.show(ui, |ui| {
                     // Room for the bar, which floats over the content.
                     ui.set_max_width(ui.available_width() - theme::SCROLL_BAR - 4.0);
-                    self.left_scenes(ui, facts.before.as_ref(), commands);
+                    self.left_scenes(ui, desk);
                     ui.horizontal(|ui| {
                         ui.label(RichText::new("Scenes").strong());
                         let open = ui.button("Open…").on_hover_text(OPEN);
                         if open.marked("open").clicked() {
-                            self.begin_to_open(ui.ctx(), EVERYTHING);
+                            desk.opening.begin(ui.ctx(), EVERYTHING);
                         }
                         if let Some(file) = self.recent.menu(ui) {
-                            commands.push(Command::TakeFile(file));
-                            self.gallery.open = false;
+                            desk.commands.push(Command::TakeFile(file));
+                            desk.layout.close(Card::Gallery);
                         }
-                        theme::switch(ui, &mut self.gallery.keeps_look, "with my look")
+                        theme::switch(ui, &mut self.keeps_look, "with my look")
                             .on_hover_text(
                                 "A scene that you click below gets the look that you see now, instead of its own",
                             )
                             .marked("scenes.look");
                     });
-                    let is_shown = |scene: &Builtin| facts.scene == scene.name;
+                    let is_shown = |scene: &Builtin| desk.facts.scene == scene.name;
                     if let Some(scene) = self.cards(ui, SCENES, is_shown) {
-                        commands.push(match self.gallery.keeps_look {
+                        desk.commands.push(match self.keeps_look {
                             true => Command::OpenWithLook(scene.name),
                             false => Command::Open(scene.name),
                         });
-                        self.gallery.open = false;
+                        desk.layout.close(Card::Gallery);
                     }
                     ui.add_space(8.0);
                     ui.label(RichText::new("Presets").strong());
-                    self.keeping(ui, commands);
-                    self.own_cards(ui, commands);
-                    let taken = self.preset.clone();
+                    self.keeping(ui, looks, desk);
+                    self.own_cards(ui, looks, desk);
+                    let taken = desk.document.preset.clone();
                     let is_taken = |preset: &Builtin| taken.as_deref() == Some(preset.name);
                     if let Some(preset) = self.cards(ui, PRESETS, is_taken) {
-                        self.take_preset(ui.ctx(), preset.name, preset.text, commands);
+                        looks.take_preset(ui.ctx(), preset.name, preset.text, desk);
                     }
                 });
             });
         mark_cross(shown, "gallery.close");
-        self.gallery.open &= open;
+        if !open {
+            desk.layout.close(Card::Gallery);
+        }
     }
 
     /// A card for each; gives the one that was clicked.
@@ -174,7 +184,7 @@ impl Interface {
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing = BETWEEN;
             for builtin in all {
-                let texture = self.gallery.picture(ui.ctx(), builtin.name);
+                let texture = self.picture(ui.ctx(), builtin.name);
                 let texture = texture.map(TextureHandle::id);
                 let is_chosen = is_chosen(builtin);
                 let hint = builtin.summary();
@@ -187,7 +197,8 @@ impl Interface {
     }
 
     /// Scenes as they were left, the last one first; before them what had grown and can go on.
-    fn left_scenes(&mut self, ui: &mut Ui, before: Option<&Before>, commands: &mut Vec<Command>) {
+    fn left_scenes(&self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        let before = desk.facts.before.as_ref();
         if self.left.all().is_empty() && before.is_none() {
             return;
         }
@@ -198,8 +209,8 @@ impl Interface {
             );
         ui.horizontal_wrapped(|ui| {
             if before.is_some_and(|before| before.entry(ui).clicked()) {
-                commands.push(Command::GoBack);
-                self.gallery.open = false;
+                desk.commands.push(Command::GoBack);
+                desk.layout.close(Card::Gallery);
             }
             for (i, left) in self.left.all().iter().enumerate() {
                 let age = left.since.elapsed().unwrap_or_default();
@@ -208,8 +219,8 @@ impl Interface {
                     .button(label)
                     .on_hover_text(left.file.display().to_string());
                 if button.marked(&format!("left={i}")).clicked() {
-                    commands.push(Command::OpenLeft(left.clone()));
-                    self.gallery.open = false;
+                    desk.commands.push(Command::OpenLeft(left.clone()));
+                    desk.layout.close(Card::Gallery);
                 }
             }
         });
@@ -217,15 +228,15 @@ impl Interface {
     }
 
     /// A name for the look as it is, and what can be done with it.
-    fn keeping(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
+    fn keeping(&mut self, ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
         ui.horizontal(|ui| {
-            let name = egui::TextEdit::singleline(&mut self.gallery.name)
+            let name = egui::TextEdit::singleline(&mut self.name)
                 .hint_text("name of this look")
                 .desired_width(150.0);
             let edit = ui.add(name).marked("preset.name");
-            note_value(ui.ctx(), "preset.name", || self.gallery.name.clone());
-            let checked = check_name(&self.gallery.name);
-            let is_known = checked.clone().is_ok_and(|name| self.own.find(name).is_some());
+            note_value(ui.ctx(), "preset.name", || self.name.clone());
+            let checked = check_name(&self.name);
+            let is_known = checked.clone().is_ok_and(|name| looks.own.find(name).is_some());
             let label = if is_known { "Replace" } else { "Keep" };
             let reason = checked.clone().err().unwrap_or_default();
             let button = ui
@@ -237,8 +248,8 @@ impl Interface {
             if let Ok(name) = checked
                 && (button.clicked() || entered)
             {
-                commands.push(Command::SavePreset(name.to_owned()));
-                self.gallery.name.clear();
+                desk.commands.push(Command::SavePreset(name.to_owned()));
+                self.name.clear();
             }
             if ui
                 .button("Copy")
@@ -246,26 +257,26 @@ impl Interface {
                 .marked("preset.copy")
                 .clicked()
             {
-                commands.push(Command::CopyLook);
+                desk.commands.push(Command::CopyLook);
             }
         });
         ui.add_space(2.0);
     }
 
     /// The user's own presets, each with a way to remove it.
-    fn own_cards(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
-        if self.own.all().is_empty() {
+    fn own_cards(&mut self, ui: &mut Ui, looks: &mut Looks, desk: &mut Desk<'_>) {
+        if looks.own.all().is_empty() {
             return;
         }
         let mut taken = None;
         let size = card_size(ui.available_width());
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing = BETWEEN;
-            for own in self.own.all() {
+            for own in looks.own.all() {
                 let name = own.name.as_str();
-                let pictures = &mut self.gallery.own_pictures;
+                let pictures = &mut self.own_pictures;
                 let texture = pictures.entry(own.name.clone()).or_insert_with(|| {
-                    let image = image::open(self.own.picture(name)?).ok()?.into_rgb8();
+                    let image = image::open(looks.own.picture(name)?).ok()?.into_rgb8();
                     let size = [image.width() as usize, image.height() as usize];
                     let image = ColorImage::from_rgb(size, image.as_raw());
                     let texture = format!("own {name}");
@@ -279,7 +290,7 @@ impl Interface {
                     Some(problem) => format!("⚠ {problem}"),
                     None => summary(&own.text).to_owned(),
                 };
-                let is_chosen = self.preset.as_deref() == Some(name);
+                let is_chosen = desk.document.preset.as_deref() == Some(name);
                 let card = card(ui, size, name, &hint, texture, is_chosen);
                 if own.problem.is_some() {
                     ui.painter().text(
@@ -290,12 +301,12 @@ impl Interface {
                         theme::error(ui),
                     );
                 }
-                let asked = self.gallery.removing.as_deref() == Some(name);
+                let asked = self.removing.as_deref() == Some(name);
                 match remove_button(ui, &card, size, name, asked) {
-                    Some(Removing::Ask) => self.gallery.removing = Some(name.to_owned()),
-                    Some(Removing::Keep) => self.gallery.removing = None,
+                    Some(Removing::Ask) => self.removing = Some(name.to_owned()),
+                    Some(Removing::Keep) => self.removing = None,
                     Some(Removing::Remove) => {
-                        commands.push(Command::RemovePreset(name.to_owned()));
+                        desk.commands.push(Command::RemovePreset(name.to_owned()));
                     }
                     None if card.clicked() => taken = Some((own.name.clone(), own.text.clone())),
                     None => {}
@@ -303,7 +314,7 @@ impl Interface {
             }
         });
         if let Some((name, text)) = taken {
-            self.take_preset(ui.ctx(), &name, &text, commands);
+            looks.take_preset(ui.ctx(), &name, &text, desk);
         }
         ui.add_space(8.0);
     }

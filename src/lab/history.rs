@@ -46,9 +46,13 @@ impl History {
         }
     }
 
-    /// Forgets everything.
-    pub fn clear(&mut self) {
-        *self = Self::default();
+    /// What all kernels together do not exceed in 95 % of the frames, milliseconds a step. The first frames of a run, which compile
+    /// kernels, are beyond it.
+    pub fn usual(&self) -> f64 {
+        let mut sums: Vec<f64> = self.sums(&|_| true).collect();
+        sums.sort_by(f64::total_cmp);
+        let last = sums.len().saturating_sub(1);
+        sums.get(last * 95 / 100).copied().unwrap_or_default()
     }
 
     /// How many frames are kept.
@@ -110,6 +114,12 @@ mod tests {
             span("diffuse", Kernel, Some(0), 1.5),
         ]);
         assert_eq!(of(&history, "diffuse"), [0.0, 1.5]);
+        history = History::default();
+        for ms in [900.0].into_iter().chain([2.0; 99]) {
+            let step = span("step", Scope, None, ms);
+            history.push(&[step, span("diffuse", Kernel, Some(0), ms)]);
+        }
+        assert_eq!(history.usual(), 2.0, "one that compiled does not count");
         for _ in 0..2 * KEPT {
             history.push(&[span("step", Scope, None, 4.0)]);
         }

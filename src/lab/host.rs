@@ -11,8 +11,8 @@ use winit::event::WindowEvent;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::{Fullscreen, Window};
 
-use super::preferences::Preferences;
-use super::windowless::{self, Windowless};
+use crate::lab::preferences::Preferences;
+use crate::lab::windowless::{self, Windowless};
 
 /// A window, or what stands for one.
 pub enum Host {

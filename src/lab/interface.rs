@@ -3,151 +3,65 @@
 //! The interface changes its own settings and view at once and asks the window for the rest by [`Command`]s, so it
 //! runs without a window and without a device, as its tests do.
 
-use std::path::PathBuf;
-
 use egui::{Rect, Sense, Ui};
-use glam::{Vec2, Vec3};
-use myxo::render::Camera;
-use myxo::render::exposure::Exposure;
-use myxo::render::view::{self, View};
+use glam::Vec2;
 use myxo::scene::Scene;
-use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
+
+use crate::lab::actions::pressed;
+use crate::lab::actions::{Action, FLAT};
+use crate::lab::command::Command;
+use crate::lab::command::Out;
+use crate::lab::command::Work;
+use crate::lab::desk::Desk;
+use crate::lab::document::Document;
+use crate::lab::exports::OutPanel;
+use crate::lab::facts::Facts;
+use crate::lab::gallery::Gallery;
+use crate::lab::layout::move_beside;
+use crate::lab::layout::{Card, Layout};
+use crate::lab::looks::Looks;
+use crate::lab::navigation::{Moved, Navigation};
+use crate::lab::notices::HOW_BACK;
+use crate::lab::notices::Notices;
+use crate::lab::opening::EVERYTHING;
+use crate::lab::opening::Opening;
+use crate::lab::overlays::{show_ending, show_loading};
+use crate::lab::overlays::{show_help, status_line};
+use crate::lab::panel::ParameterPanel;
+use crate::lab::places::Marked as _;
+use crate::lab::renewal::place_among;
+use crate::lab::rows::take_wanted;
+use crate::lab::theme;
+use crate::lab::tools::{Hands, Tool};
+use crate::lab::views::{choose_view, note_view};
+use crate::lab::widgets::take_refused;
 use myxo::scene::settings::{Settings, Show};
-
-pub use super::facts::{Facts, KernelTime, Waiting};
-use super::gallery::Gallery;
-use super::hands::{Hands, Tool, Work, are_built_alike, place_among};
-use super::left::{LeftScene, LeftScenes};
-use super::looks::LookClock;
-use super::navigation::{Moved, Navigation};
-use super::notices::Notices;
-use super::opening::Opening;
-use super::out::{Out, OutPanel};
-use super::overlays::{show_ending, show_loading};
-use super::own::OwnPresets;
-use super::places::Marked as _;
-use super::presets::Morph;
-use super::recent::Recent;
-use super::renewal::{take_back, with_changes_since};
-use super::rows::{take_refused, take_wanted};
-use super::theme;
-use super::undo::{self, Undo};
-
-/// Something that the window must do.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Command {
-    /// Settings changed that the running simulation can take over.
-    Apply,
-    /// Begin again at step 0, with the settings as they are edited.
-    Restart,
-    /// Go on from what had grown before a reset, or in another scene.
-    GoBack,
-    /// Take one step.
-    Step,
-    /// Write the picture to a file.
-    Screenshot,
-    /// Put the surface point that this pixel of the picture shows in its middle.
-    Refocus(Vec2),
-    /// Put the scene with its settings and camera into the clipboard.
-    Copy,
-    /// Put the look alone into the clipboard.
-    CopyLook,
-    /// Keep the look as a preset of this name.
-    SavePreset(String),
-    /// Remove a preset of one's own.
-    RemovePreset(String),
-    /// Close the window.
-    Quit,
-    /// Take over a scene or a look from the clipboard.
-    Paste(String),
-    /// Write the scene as it is edited and looked at to a file.
-    Save,
-    /// Opens the dialog that asks where.
-    AskWhereToSave,
-    /// Opens the dialog that asks for the folder of what is taken out.
-    AskForFolder,
-    /// Saves the scene in this file, in the place of what is there.
-    SaveAs(PathBuf),
-    /// Show another scene that comes with the program.
-    Open(&'static str),
-    /// The same, with the look that is here.
-    OpenWithLook(&'static str),
-    /// Show a scene as it was left.
-    OpenLeft(LeftScene),
-    /// Do with a file what is done with one that is dropped.
-    TakeFile(PathBuf),
-    /// Give up the scene that is on its way.
-    CancelLoading,
-    /// The window over the whole screen, or no longer.
-    FullScreen,
-    /// A hand is on the scene.
-    Hand(Work),
-    /// Take something out.
-    TakeOut(Out),
-}
 
 /// The state of everything round the picture.
 #[derive(Clone, Debug)]
 pub struct Interface {
-    /// The scene as it was loaded; resets return to it.
-    pub loaded: Settings,
-    /// What the simulation runs with.
-    pub running: Settings,
-    /// What the panel shows.
-    pub edited: Settings,
-    /// What the picture shows.
-    pub view: View,
-    /// Does the simulation run by itself?
-    pub playing: bool,
-    /// What a fit brings into the picture: the scene's centre, and every vertex.
-    pub(super) outline: (Vec3, Vec<Vec3>),
-    /// The camera of the last fit and its picture's size; while nobody moves it, it keeps fitting.
-    pub(super) fitted: Option<(Camera, Vec2)>,
-    /// Where the scene's own camera stands.
-    pub(super) home: Camera,
-    /// Hand and flights.
+    /// What is being worked on.
+    pub document: Document,
+    /// What is shown where.
+    pub layout: Layout,
+    /// Pointer and flights.
     pub navigation: Navigation,
-    /// The atlas beside the picture.
-    pub(super) split: bool,
     /// Brushes, picked objects, the probe.
     pub hands: Hands,
-    /// Is the panel shown?
-    pub panel: bool,
-    /// A light interface; else a dark one.
-    pub light: bool,
-    /// The picture alone, without anything round it.
-    pub(super) performing: bool,
-    pub(super) help: bool,
-    /// Does anything attract, repel or forbid?
-    pub(super) has_areas: bool,
-    pub(super) gallery: Gallery,
-    pub(super) opening: Opening,
-    /// Which of help, gallery and what is taken out lay over the picture in the last frame.
-    on_top: [bool; 3],
-    pub(super) undo: Undo,
-    /// Objects that undo has brought back are on their way.
-    renews: bool,
-    /// What was edited when this scene was sent for once more, while it is on its way.
-    pub(super) asked: Option<Settings>,
-    /// The preset that was taken last, or whose look the scene had when it was loaded.
-    pub(super) preset: Option<String>,
-    /// Those that the user has kept.
-    pub own: OwnPresets,
-    /// Scenes that were left with changes.
-    pub left: LeftScenes,
-    /// Seconds that the change to another preset takes.
-    pub(super) morph_seconds: f64,
-    pub(super) morph: Option<Morph>,
-    pub(super) look_clock: LookClock,
-    pub(super) recent: Recent,
-    pub(super) filter: String,
-    /// The hand is in the field for it.
-    pub(super) is_searching: bool,
+    /// Presets that can be taken, and how looks change.
+    pub looks: Looks,
+    /// The parameters.
+    pub panel: ParameterPanel,
+    /// Scenes and presets.
+    pub gallery: Gallery,
+    /// The dialog for files.
+    pub opening: Opening,
+    /// Exports.
+    pub out: OutPanel,
+    /// Lines over the picture.
+    pub notices: Notices,
     /// Is the key held?
     shift: bool,
-    pub(super) notices: Notices,
-    /// What is taken out, and how.
-    pub out: OutPanel,
 }
 
 /// What one frame of the interface came to.
@@ -163,47 +77,21 @@ pub struct Shown {
     pub touched: bool,
 }
 
-const PANEL_WIDTH: f32 = 336.0;
-
 impl Interface {
     /// The interface for a scene that has just been loaded.
     pub fn new(scene: &Scene) -> Self {
-        let settings = &scene.settings;
         let mut interface = Self {
-            loaded: settings.clone(),
-            running: settings.clone(),
-            edited: settings.clone(),
-            view: View::of(scene, Vec2::ONE),
-            playing: true,
-            outline: (Vec3::ZERO, Vec::new()),
-            fitted: None,
-            home: Camera::default(),
+            document: Document::new(scene),
+            layout: Layout::default(),
             navigation: Navigation::default(),
-            split: false,
             hands: Hands::new(),
-            panel: true,
-            light: false,
-            performing: false,
-            help: false,
-            has_areas: false,
+            looks: Looks::default(),
+            panel: ParameterPanel::default(),
             gallery: Gallery::default(),
             opening: Opening::default(),
-            on_top: [false; 3],
-            undo: Undo::new(settings, &View::of(scene, Vec2::ONE)),
-            renews: false,
-            asked: None,
-            preset: None,
-            own: OwnPresets::default(),
-            left: LeftScenes::default(),
-            morph_seconds: 0.0,
-            morph: None,
-            look_clock: LookClock::default(),
-            recent: Recent::default(),
-            filter: String::new(),
-            is_searching: false,
-            shift: false,
-            notices: Notices::default(),
             out: OutPanel::default(),
+            notices: Notices::default(),
+            shift: false,
         };
         interface.open(scene);
         interface
@@ -211,23 +99,22 @@ impl Interface {
 
     /// Another scene has been loaded: its settings and its view.
     pub fn open(&mut self, scene: &Scene) {
-        self.loaded = scene.settings.clone();
+        self.document.open(scene);
         self.see_as(scene);
         self.hands.leave_scene();
-        self.morph = None;
-        self.asked = None;
+        self.document.morph = None;
         self.restarted(scene);
         self.hands.newcomer.clear();
-        self.find_preset();
-        self.undo = Undo::new(&self.edited, &self.view);
+        self.looks.find_preset(&mut self.document);
+        self.document.forget_changes();
     }
 
     /// The scene that runs shall have other settings, which it can take over, and another view. That can be undone.
     pub fn go_on_as(&mut self, scene: &Scene) {
-        self.morph = None;
-        self.edited = scene.settings.clone();
+        self.document.morph = None;
+        self.document.edited = scene.settings.clone();
         self.see_as(scene);
-        self.find_preset();
+        self.looks.find_preset(&mut self.document);
     }
 
     /// It cannot: everything is as it was before, but for what is said of it.
@@ -238,57 +125,28 @@ impl Interface {
 
     /// The view that a scene's file asks for.
     fn see_as(&mut self, scene: &Scene) {
-        self.view = View::of(scene, Vec2::ONE);
-        if matches!(self.view.exposure, Exposure::Auto { .. }) {
-            self.view.exposure = Exposure::following();
-        }
-        if self.view.show.why_not(&scene.settings).is_some() {
-            self.view.show = Show::default();
-        }
-        self.home = self.view.camera;
-        // Only the first frame knows the size of the picture.
-        let is_free = scene.settings.camera.distance <= 0.0;
-        self.fitted = is_free.then_some((self.view.camera, Vec2::ZERO));
+        self.document.see_as(scene);
     }
 
     /// The scene runs from step 0, with its settings. What was changed since it was sent for is edited.
     pub fn restarted(&mut self, scene: &Scene) {
-        let picked = self.hands.selected.and_then(|i| self.edited.objects.get(i));
-        let picked = picked.cloned();
-        self.running = scene.settings.clone();
-        let asked = self.asked.take();
-        let since = asked.map(|asked| with_changes_since(&asked, &self.edited, &self.running));
-        self.edited = since.unwrap_or_else(|| self.running.clone());
-        self.renews = false;
+        let objects = &self.document.edited.objects;
+        let picked = self.hands.selected.and_then(|i| objects.get(i)).cloned();
+        self.document.restarted(scene);
         // Those that come or go leave the others in other places.
         if let Some(picked) = picked {
-            self.hands.selected = place_among(&self.edited.objects, &picked);
+            self.hands.selected = place_among(&self.document.edited.objects, &picked);
         }
-        self.hands.restarted(scene, self.edited.foods.len());
-        self.outline = (scene.center, view::points(scene).collect());
+        (self.hands).restarted(scene, self.document.edited.foods.len());
     }
 
     /// What was on its way is not shown. Objects that undo was to bring back did not come, so those that run are edited.
     pub fn not_shown(&mut self) {
-        self.asked = None;
-        let there = self.running.objects.len();
+        let there = self.document.running.objects.len();
         self.hands.selected = self.hands.selected.filter(|object| *object < there);
-        if !std::mem::take(&mut self.renews) {
-            return;
+        if self.document.not_shown() {
+            self.hands.selected = None;
         }
-        take_back(&mut self.edited, &self.running);
-        self.hands.selected = None;
-        self.undo.note(&self.edited, &self.view);
-    }
-
-    /// Are objects that come, go or grow on their way?
-    pub fn is_renewed(&self) -> bool {
-        self.renews
-    }
-
-    /// The objects that are edited are on their way, at once.
-    pub fn begin_renewal(&mut self) {
-        self.renews = true;
     }
 
     /// A frame of the interface. egui shows it once more where something new did not know its size, and what came in comes to the
@@ -313,72 +171,115 @@ impl Interface {
 
     /// Shows everything for one pass.
     fn show(&mut self, ui: &mut Ui, facts: &Facts) -> Shown {
-        let mut commands = Vec::new();
-        self.has_areas = facts.has_areas;
-        (self.look_clock).tick(ui.input(|i| i.time), facts.out.filmed);
+        let ctx = ui.ctx().clone();
+        let (mut actions, mut commands) = (Vec::new(), Vec::new());
+        self.looks.tick(ui.input(|i| i.time), facts.out.filmed);
         // A press that closes a list does nothing else.
-        self.hands.is_covered = self.opening.is_open() || egui::Popup::is_any_open(ui.ctx());
+        self.hands.is_covered = self.opening.is_open() || egui::Popup::is_any_open(&ctx);
         // A dialog has the keyboard to itself.
         if !self.opening.is_open() {
-            self.handle_keys(ui.ctx(), facts, &mut commands);
+            self.navigation.keep_keys(&ctx);
+            for action in pressed(&ctx) {
+                self.perform(&ctx, action, facts, &mut commands);
+            }
         }
-        self.handle_clipboard(ui.ctx(), &mut commands);
-        self.advance_morph(ui.ctx(), &mut commands);
-        self.note_view(ui.ctx());
-        if !self.performing {
-            self.status_line(ui, facts);
+        self.handle_clipboard(&ctx, &mut commands);
+        let Self {
+            document,
+            layout,
+            navigation,
+            hands,
+            looks,
+            panel,
+            gallery,
+            opening,
+            out,
+            notices,
+            ..
+        } = self;
+        let mut desk = Desk {
+            document,
+            layout,
+            facts,
+            notices,
+            opening,
+            actions: &mut actions,
+            commands: &mut commands,
+        };
+        looks.advance(&ctx, &mut desk);
+        note_view(&ctx, desk.document, navigation);
+        if !desk.layout.alone {
+            status_line(ui, desk.document, facts);
         }
-        if self.panel && !self.performing {
-            egui::Panel::left("panel")
-                .exact_size(PANEL_WIDTH)
+        if desk.layout.panel && !desk.layout.alone {
+            let shown = egui::Panel::left("panel")
+                .exact_size(desk.layout.panel_width)
                 .resizable(false)
                 .show_separator_line(false)
                 .frame(theme::panel_frame(ui))
-                .show(ui, |ui| self.panel(ui, facts, &mut commands));
+                .show(ui, |ui| panel.show(ui, looks, hands, navigation, &mut desk));
+            desk.layout.drag_edge(ui, shown.response.rect);
         }
-        if let Some(text) = take_refused(ui.ctx()) {
-            self.notice(ui.ctx(), text, false);
+        if let Some(text) = take_refused(&ctx) {
+            desk.notices.say(&ctx, text, false);
         }
-        if let Some(key) = take_wanted(ui.ctx()) {
-            self.begin_to_open_mask(ui.ctx(), key);
+        if let Some(key) = take_wanted(&ctx) {
+            desk.opening.begin_mask(&ctx, key);
         }
-        self.keep_one_on_top();
-        let (picture, beside) = self.parts(ui, ui.available_rect_before_wrap());
-        self.keep_fitting(Vec2::new(picture.width(), picture.height()));
+        let whole = ui.available_rect_before_wrap();
+        let (picture, beside) = desk.layout.parts(&ctx, whole, desk.document.view.show);
+        let size = Vec2::new(picture.width(), picture.height());
+        let newcomer = std::mem::take(&mut hands.newcomer);
+        (desk.document).keep_fitting(size, newcomer, navigation.is_flying());
+        let framed = std::mem::take(&mut hands.framed);
+        desk.document.frame(framed, size);
         let response = ui
             .allocate_rect(picture, Sense::click_and_drag())
             .marked("picture");
-        let used = self.use_hands(ui, &response, facts, &mut commands);
+        let used = hands.use_hands(ui, &response, &mut desk);
         // The first click has picked what it met, and handles may now lie under the second; it still asks for a new centre.
-        let refocuses = response.double_clicked() && self.hands.tool == Tool::Look;
-        let moved = if self.opening.is_open() || used && !refocuses {
+        let refocuses = response.double_clicked() && hands.tool == Tool::Look;
+        let moved = if desk.opening.is_open() || used && !refocuses {
             Moved::default()
         } else {
-            (self.navigation).apply(ui, &response, self.hands.drags, &mut self.view)
+            navigation.apply(ui, &response, hands.drags, &mut desk.document.view)
         };
-        let beside_touched = beside.is_some_and(|rect| self.move_beside(ui, rect));
+        let beside_touched = beside.is_some_and(|rect| {
+            move_beside(ui, rect, &mut desk.layout.beside, &mut desk.document.view)
+        });
         if let Some(pixel) = moved.refocus {
-            commands.push(Command::Refocus(pixel));
+            desk.commands.push(Command::Refocus(pixel));
         }
-        self.show_hands(ui, picture, facts);
+        hands.show(ui, picture, &desk);
         let mut bar = None;
-        if !self.performing {
-            bar = self.show_tools(ui.ctx(), picture, &mut commands);
+        if !desk.layout.alone {
+            bar = hands.show_tools(&ctx, picture, &mut desk);
         }
-        if self.help {
-            self.show_help(ui.ctx(), picture);
-        }
-        self.show_gallery(ui.ctx(), picture, facts, &mut commands);
-        self.show_out(ui.ctx(), picture, bar, facts, &mut commands);
+        show_help(&ctx, picture, desk.layout);
+        gallery.show(&ctx, picture, looks, &mut desk);
+        out.show(&ctx, picture, bar, &mut desk);
         if let Some(loading) = &facts.loading {
-            show_loading(ui.ctx(), picture, loading, &mut commands);
+            show_loading(&ctx, picture, loading, desk.commands);
         }
         if facts.out.ends {
-            show_ending(ui.ctx(), picture, &facts.out);
+            show_ending(&ctx, picture, &facts.out);
         }
-        self.show_notices(ui, picture);
-        self.hide_resting_pointer(ui.ctx());
-        self.show_opening(ui.ctx(), &mut commands);
+        desk.notices.show(ui, picture, desk.layout.alone);
+        desk.layout.hide_resting_pointer(&ctx);
+        if let Some(folder) = desk
+            .opening
+            .show(&ctx, &mut desk.document.edited, desk.commands)
+            && let Err(refusal) = out.take_folder(&folder)
+        {
+            desk.notices.say(&ctx, refusal, true);
+        }
+        desk.opening.ask_about_mesh(&ctx, picture, desk.commands);
+        if desk.opening.is_open() {
+            desk.layout.close(Card::Gallery);
+        }
+        for action in actions {
+            self.perform(&ctx, action, facts, &mut commands);
+        }
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
         if !is_busy && !self.hands.has_food_in_hand() {
             self.note_changes();
@@ -391,83 +292,149 @@ impl Interface {
         }
     }
 
-    /// The edited settings, but for what would restart the running simulation.
-    pub fn live_settings(&self) -> Settings {
-        let mut live = self.running.clone();
-        for parameter in PARAMETERS {
-            if !parameter.restarts(&self.running, &self.edited) {
-                parameter.copy(&self.edited, &mut live);
-            }
+    /// Does what a key, a button or the search asks for.
+    fn perform(
+        &mut self,
+        ctx: &egui::Context,
+        action: Action,
+        facts: &Facts,
+        commands: &mut Vec<Command>,
+    ) {
+        if action.keeps_the_scene() {
+            take_what_is_typed(ctx);
         }
-        for (i, live) in live.objects.iter_mut().enumerate() {
-            let running = &self.running.objects[i];
-            // While others are on their way they stand in other places.
-            let edited = &self.edited.objects;
-            let place = if edited.len() == self.running.objects.len() {
-                Some(i)
-            } else {
-                place_among(edited, running)
-            };
-            let Some(edited) = place.map(|place| &edited[place]) else {
-                continue;
-            };
-            for parameter in OBJECT_PARAMETERS {
-                if !parameter.restarts(running, edited) {
-                    parameter.copy(edited, live);
+        let mut actions = Vec::new();
+        let mut desk = Desk {
+            document: &mut self.document,
+            layout: &mut self.layout,
+            facts,
+            notices: &mut self.notices,
+            opening: &mut self.opening,
+            actions: &mut actions,
+            commands: &mut *commands,
+        };
+        match action {
+            Action::Pause => desk.document.playing = !desk.document.playing,
+            Action::SingleStep => {
+                desk.document.playing = false;
+                desk.commands.push(Command::Step);
+            }
+            Action::Restart => desk.commands.push(Command::Restart),
+            Action::Show(show) => choose_view(ctx, show, &mut desk),
+            Action::Split => desk.layout.split = !desk.layout.split,
+            Action::Fly => self.navigation.toggle_flight(ctx, desk.notices),
+            Action::NextCharts => next_charts(ctx, &mut desk),
+            Action::NextColors => {
+                let view = &mut desk.document.view;
+                view.color_map = view.color_map.next();
+            }
+            Action::NextPreset => self.looks.step_preset(ctx, true, &mut desk),
+            Action::PreviousPreset => self.looks.step_preset(ctx, false, &mut desk),
+            Action::ByChance => self.looks.by_chance(ctx, &mut desk),
+            Action::Home if desk.document.view.show.is_flat() => desk.document.fit(),
+            Action::Home => desk.document.go_home(),
+            Action::Fit => {
+                let is_flat = desk.document.view.show.is_flat();
+                if is_flat || !self.hands.frame_picked(&facts.hand.poses) {
+                    desk.document.fit();
                 }
             }
+            Action::Screenshot => desk.commands.push(Command::Screenshot),
+            Action::Record => desk.commands.push(Command::TakeOut(Out::Record)),
+            Action::Export => desk.layout.toggle(Card::Exports),
+            Action::Open => desk.opening.begin(ctx, EVERYTHING),
+            Action::Save => desk.commands.push(Command::Save),
+            Action::SaveAs => desk.commands.push(Command::AskWhereToSave),
+            Action::Undo => self.undo_by_hand(ctx, commands),
+            Action::Redo => self.redo(commands),
+            Action::Panel => desk.layout.panel = !desk.layout.panel,
+            Action::PictureAlone => self.show_alone(ctx),
+            Action::FullScreen => desk.commands.push(Command::FullScreen),
+            Action::Theme => desk.layout.set_light(ctx, !desk.layout.light),
+            Action::Gallery => desk.layout.toggle(Card::Gallery),
+            Action::Help => desk.layout.toggle(Card::Help),
+            Action::Brush | Action::Food | Action::Probe if desk.document.view.show.is_flat() => {
+                desk.notices.say(ctx, FLAT, false);
+            }
+            Action::Brush => self.hands.toggle_brush(),
+            Action::Food => self.hands.toggle_food(),
+            Action::Probe => self.hands.toggle_probe(),
+            Action::Duplicate => self.hands.duplicate_selected(ctx, &mut desk),
+            Action::Remove => self.hands.remove_selected(ctx, &mut desk),
+            Action::Back => self.back(ctx, facts, commands),
+            Action::Quit => desk.commands.push(Command::Quit),
         }
-        live.foods.clone_from(&self.edited.foods);
-        live
     }
 
-    /// Does something differ from the file that it was saved in last, or from what was loaded if it was not?
-    pub fn is_unsaved(&self) -> bool {
-        self.undo.is_unsaved(&self.edited, &self.view)
-    }
-
-    /// Everything as it is now, for [`Interface::saved`] once a file has it.
-    pub fn state_to_save(&self) -> undo::Entry {
-        self.undo.to_save(&self.edited, &self.view)
-    }
-
-    /// A file has everything as it was then; with none, no file has anything of it.
-    pub fn saved(&mut self, then: Option<undo::Entry>) {
-        self.undo.saved(then);
-    }
-
-    /// Are there edits that wait for a restart?
-    pub fn is_pending(&self) -> bool {
-        PARAMETERS
-            .iter()
-            .any(|p| p.restarts(&self.running, &self.edited))
-            || self.running.objects != self.edited.objects
-    }
-
-    /// Help, gallery and what is taken out have one place: the one that is opened closes the others.
-    fn keep_one_on_top(&mut self) {
-        let all = [&mut self.help, &mut self.gallery.open, &mut self.out.open];
-        let is_new = all
-            .iter()
-            .zip(self.on_top)
-            .any(|(open, was)| **open && !was);
-        for (open, was) in all.into_iter().zip(self.on_top) {
-            *open &= !(is_new && was);
+    /// Leaves what lies on top: a list, the search, a card, the picture alone, a tool, a scene that is awaited.
+    fn back(&mut self, ctx: &egui::Context, facts: &Facts, commands: &mut Vec<Command>) {
+        let mut actions = Vec::new();
+        let mut desk = Desk {
+            document: &mut self.document,
+            layout: &mut self.layout,
+            facts,
+            notices: &mut self.notices,
+            opening: &mut self.opening,
+            actions: &mut actions,
+            commands,
+        };
+        if egui::Popup::is_any_open(ctx) {
+            egui::Popup::close_all(ctx);
+        } else if self.panel.leave_search() {
+            // Everything is shown again.
+        } else if desk.layout.shows_a_card() {
+            desk.layout.close_card();
+        } else if desk.layout.alone {
+            self.show_alone(ctx);
+        } else if self.hands.give_up_grab(&mut desk) {
+            // What was moved is back.
+        } else if self.hands.back() {
+            // A tool was left, or an object.
+        } else if self.navigation.is_flying() {
+            self.navigation.toggle_flight(ctx, desk.notices);
+        } else {
+            desk.commands.push(Command::CancelLoading);
         }
-        self.on_top = [self.help, self.gallery.open, self.out.open];
     }
 
-    /// A light interface, or a dark one.
-    pub(super) fn set_light(&mut self, ctx: &egui::Context, light: bool) {
-        self.light = light;
-        theme::apply(ctx, light);
+    /// The picture alone, or no longer.
+    fn show_alone(&mut self, ctx: &egui::Context) {
+        self.layout.alone = !self.layout.alone;
+        self.layout.close_card();
+        self.hands.leave_scene();
+        if self.layout.alone {
+            self.notices.say(ctx, HOW_BACK, false);
+        }
+    }
+
+    /// Food that was asked for cannot be there; what there was stays.
+    pub fn food_is_refused(&mut self, refused: &Settings) {
+        self.hands.take_food_back(refused, &mut self.document);
+    }
+
+    /// Takes over a look that came as text; `name` is what it is called. False where something is wrong with it, which is said.
+    pub fn take_look(
+        &mut self,
+        ctx: &egui::Context,
+        (name, text): (&str, &str),
+        facts: &Facts,
+        commands: &mut Vec<Command>,
+    ) -> bool {
+        let mut desk = Desk {
+            document: &mut self.document,
+            layout: &mut self.layout,
+            facts,
+            notices: &mut self.notices,
+            opening: &mut self.opening,
+            actions: &mut Vec::new(),
+            commands,
+        };
+        self.looks.take_preset(ctx, name, text, &mut desk)
     }
 
     /// Undo may lead back to before what has changed. What changes after a stroke that waits for its end comes after it.
     pub(super) fn note_changes(&mut self) {
-        if self.morph.is_none() && self.hands.pending_ends == 0 {
-            self.undo.note(&self.edited, &self.view);
-        }
+        self.hands.note_changes(&mut self.document);
     }
 
     /// Takes back the last change of settings, look or painted areas.
@@ -479,13 +446,13 @@ impl Interface {
     pub(super) fn undo_by_hand(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
         // What has changed since comes first.
         self.note_changes();
-        if self.undo.take_lasting() {
-            let before = match self.undo.can_undo() {
+        if self.document.undo.take_lasting() {
+            let before = match self.document.undo.can_undo() {
                 true => "; once more undoes what was before",
                 false => "",
             };
             let text = format!("Painted trail and particles are not taken back{before}");
-            return self.notice(ctx, text, false);
+            return self.notices.say(ctx, text, false);
         }
         self.undo(commands);
     }
@@ -506,40 +473,28 @@ impl Interface {
 
     /// Undo, or redo with `again`, after all strokes that came before it.
     pub(super) fn undo_now(&mut self, again: bool, commands: &mut Vec<Command>) {
-        self.morph = None;
-        let waited = self.is_pending();
-        let fits = self.is_fitted();
-        let strokes = self.undo.strokes();
-        let lead = if again { Undo::redo } else { Undo::undo };
-        if lead(&mut self.undo, &mut self.edited, &mut self.view) {
-            self.hands.let_food_go();
-            self.fit_again(fits);
-            self.find_preset();
-            commands.push(self.take_over(waited));
-            commands.extend(self.take_strokes(strokes));
+        self.document.morph = None;
+        let fits = self.document.is_fitted();
+        let Some(change) = self.document.lead(again) else {
+            return;
+        };
+        self.hands.let_food_go();
+        self.document.fit_again(fits);
+        if self.document.preset.is_none() {
+            self.looks.find_preset(&mut self.document);
         }
-    }
-
-    /// What brings painted areas to where undo and redo are now.
-    fn take_strokes(&self, before: u64) -> Option<Command> {
-        let now = self.undo.strokes();
-        (now != before).then_some(Command::Hand(Work::ToStroke(now)))
-    }
-
-    /// What lets the simulation take over settings that came back. Objects that came, went or grew did so at once, and go
-    /// back at once; what waited for a restart goes on waiting.
-    fn take_over(&mut self, waited: bool) -> Command {
-        let are_others = !are_built_alike(&self.running.objects, &self.edited.objects);
-        // While such objects are on their way, those that run are not what was seen last.
-        if !self.renews && (waited || !are_others) {
-            return Command::Apply;
-        }
-        if !std::mem::replace(&mut self.renews, true) {
-            let picked = (self.hands.selected).and_then(|object| self.running.objects.get(object));
-            let picked = picked.and_then(|object| place_among(&self.edited.objects, object));
+        if change.begins_renewal {
+            let running = &self.document.running.objects;
+            let picked = (self.hands.selected).and_then(|object| running.get(object));
+            let picked =
+                picked.and_then(|object| place_among(&self.document.edited.objects, object));
             self.hands.selected = picked;
         }
-        Command::Hand(Work::Renew)
+        commands.push(match change.renews {
+            true => Command::Hand(Work::Renew),
+            false => Command::Apply,
+        });
+        commands.extend((change.stroke).map(|stroke| Command::Hand(Work::ToStroke(stroke))));
     }
 
     fn handle_clipboard(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
@@ -558,6 +513,33 @@ impl Interface {
             }
         });
     }
+}
+
+/// A number that is being typed counts as it stands: its field takes it when it loses the keyboard.
+fn take_what_is_typed(ctx: &egui::Context) {
+    ctx.memory_mut(|memory| {
+        if let Some(field) = memory.focused() {
+            memory.surrender_focus(field);
+        }
+    });
+}
+
+/// Charts: none, under the trail, alone, and so on; where the picture has none, that is said.
+fn next_charts(ctx: &egui::Context, desk: &mut Desk<'_>) {
+    let show = desk.document.view.show;
+    if !show.has_charts() {
+        let text = format!(
+            "{} has no charts of X: {} show them",
+            show.title(),
+            Show::titles(Show::has_charts)
+        );
+        return desk.notices.say(ctx, text, false);
+    }
+    desk.document.view.charts = match desk.document.view.charts {
+        charts if charts < 0.5 => 0.5,
+        charts if charts < 1.0 => 1.0,
+        _ => 0.0,
+    };
 }
 
 #[cfg(test)]

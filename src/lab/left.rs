@@ -8,7 +8,7 @@ use myxo::{Error, Result};
 
 use myxo::sim::areas::map_beside;
 
-use super::saving::save_scene;
+use crate::lab::saving::{name_in, save_scene};
 
 /// Files that are kept; the oldest go.
 const MOST: usize = 8;
@@ -32,18 +32,6 @@ pub struct LeftScenes {
 }
 
 impl LeftScenes {
-    /// Where they lie; `None` where the user has no such folder.
-    pub fn folder() -> Option<PathBuf> {
-        directories::ProjectDirs::from("", "", "myxo").map(|dirs| dirs.data_dir().join("left"))
-    }
-
-    /// What a scene was called that lies in that folder.
-    pub fn name_of(file: &Path) -> Option<String> {
-        let folder = Self::folder()?.canonicalize().ok()?;
-        let file = file.canonicalize().ok()?;
-        (file.parent()? == folder).then(|| name_in(&file)).flatten()
-    }
-
     /// Those in a folder, which need not be there.
     pub fn read(folder: Option<PathBuf>) -> Self {
         let mut all: Vec<LeftScene> = folder.iter().flat_map(|folder| files(folder)).collect();
@@ -92,15 +80,6 @@ impl LeftScenes {
         // Without a right to do so it stays as old as it is.
         let _ = touched.and_then(|file| file.set_modified(SystemTime::now()));
     }
-}
-
-/// The scene's name in that of a file, if it is one of ours: they are numbered.
-fn name_in(file: &Path) -> Option<String> {
-    let name = file.file_name()?.to_str()?.strip_suffix(".toml")?;
-    let (name, number) = name.rsplit_once('_')?;
-    let is_ours =
-        !name.is_empty() && !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
-    is_ours.then(|| name.to_owned())
 }
 
 fn files(folder: &Path) -> Vec<LeftScene> {

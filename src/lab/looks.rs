@@ -1,24 +1,13 @@
-//! Looks in the window: presets taken at once or slowly, made up by chance, copied, kept and removed again.
+//! Looks: presets taken at once or slowly, and made up by chance.
 
-use std::path::Path;
-
-use myxo::plain_text::Shown as _;
-use myxo::render::exposure::Exposure;
 use myxo::scene::builtin::{self, PRESETS};
-use myxo::scene::presets;
 use myxo::scene::settings::Settings;
-use myxo::scene::{Overrides, Scene};
-use myxo::{Error, Result};
 
-use super::interface::{Command, Interface};
-use super::loading::Origin;
-use super::out::{Shot, scaled};
-use super::own::check_name;
-use super::presets::{Morph, by_chance, neighbour, with_preset};
-use super::window::Lab;
-
-/// Of the small picture of a preset, pixels.
-const PICTURE: [u32; 2] = [300, 200];
+use crate::lab::command::Command;
+use crate::lab::desk::Desk;
+use crate::lab::document::Document;
+use crate::lab::own::OwnPresets;
+use crate::lab::presets::{Morph, by_chance, neighbour, with_preset};
 
 /// What a preset is, in a sentence: the comment at its beginning, if it has one.
 pub fn summary(text: &str) -> &str {
@@ -54,7 +43,22 @@ impl LookClock {
     }
 }
 
-impl Interface {
+/// Looks: those that can be taken, and the one that the present look changes into.
+#[derive(Clone, Debug, Default)]
+pub struct Looks {
+    /// Those that the user has kept.
+    pub own: OwnPresets,
+    /// Seconds that the change to another look takes.
+    pub morph_seconds: f64,
+    clock: LookClock,
+}
+
+impl Looks {
+    /// A frame begins, at this time, with so many seconds of a film.
+    pub fn tick(&mut self, wall: f64, filmed: Option<f64>) {
+        self.clock.tick(wall, filmed);
+    }
+
     /// The text of a preset, the program's or the user's.
     pub(super) fn preset_text(&self, name: &str) -> Option<String> {
         match builtin::preset(name) {
@@ -70,37 +74,25 @@ impl Interface {
         names.chain(own.map(|own| own.name.clone())).collect()
     }
 
-    /// What is edited, with the colours that the picture has.
-    fn look(&self) -> Settings {
-        let mut look = self.edited.clone();
-        look.picture.color_map = self.view.color_map;
-        look
-    }
-
     /// Finds the preset whose look the scene has, if there is one.
-    pub(super) fn find_preset(&mut self) {
-        let look = self.look();
+    pub(super) fn find_preset(&self, document: &mut Document) {
+        let look = document.look();
         let is_taken = |name: &String| {
             let text = self.preset_text(name);
             let with = text.map(|text| with_preset(&look, name, &text));
             with.is_some_and(|with| with.is_ok_and(|with| with == look))
         };
-        self.preset = self.preset_names().into_iter().find(is_taken);
+        document.preset = self.preset_names().into_iter().find(is_taken);
     }
 
     /// The preset after or before the one that was taken last.
-    pub(super) fn step_preset(
-        &mut self,
-        ctx: &egui::Context,
-        forward: bool,
-        commands: &mut Vec<Command>,
-    ) {
+    pub(super) fn step_preset(&mut self, ctx: &egui::Context, forward: bool, desk: &mut Desk<'_>) {
         let names = self.preset_names();
-        let name = neighbour(&names, self.preset.as_deref(), forward);
+        let name = neighbour(&names, desk.document.preset.as_deref(), forward);
         let Some(text) = self.preset_text(name) else {
             return;
         };
-        self.take_preset(ctx, name, &text, commands);
+        self.take_preset(ctx, name, &text, desk);
     }
 
     /// Takes over a preset's look, at once or over some seconds. What is wrong with it is said, and changes nothing.
@@ -109,160 +101,65 @@ impl Interface {
         ctx: &egui::Context,
         name: &str,
         text: &str,
-        commands: &mut Vec<Command>,
+        desk: &mut Desk<'_>,
     ) -> bool {
-        match with_preset(&self.look(), name, text) {
+        match with_preset(&desk.document.look(), name, text) {
             Ok(to) => {
-                self.preset = Some(name.to_owned());
-                self.change_look(to, commands);
+                desk.document.preset = Some(name.to_owned());
+                self.change_look(to, desk);
                 // It grows out of what is there; from the start it comes to what its small picture shows.
                 let text = format!("{name}: {} (R begins anew)", summary(text));
-                self.notice(ctx, text, false);
+                desk.notices.say(ctx, text, false);
                 true
             }
             Err(error) => {
-                self.notice(ctx, error.to_string(), true);
+                desk.notices.say(ctx, error.to_string(), true);
                 false
             }
         }
     }
 
     /// Is something different from what the preset says?
-    pub(super) fn is_changed_from(&self, name: &str) -> bool {
-        let look = self.look();
+    pub(super) fn is_changed_from(&self, document: &Document, name: &str) -> bool {
+        let look = document.look();
         let with = |text: String| with_preset(&look, name, &text).ok();
         let with = self.preset_text(name).and_then(with);
-        self.morph.is_none() && with.is_some_and(|with| with != look)
+        document.morph.is_none() && with.is_some_and(|with| with != look)
     }
 
-    /// A look that nobody has thought of.
-    pub(super) fn by_chance(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+    /// A look made up by chance.
+    pub(super) fn by_chance(&mut self, ctx: &egui::Context, desk: &mut Desk<'_>) {
         let seed = ctx.input(|i| i.time).to_bits();
-        self.preset = None;
-        let to = by_chance(&self.look(), seed);
-        self.change_look(to, commands);
+        desk.document.preset = None;
+        let to = by_chance(&desk.document.look(), seed);
+        self.change_look(to, desk);
     }
 
-    fn change_look(&mut self, mut to: Settings, commands: &mut Vec<Command>) {
-        self.view.color_map = to.picture.color_map;
-        to.picture.color_map = self.edited.picture.color_map;
+    fn change_look(&mut self, mut to: Settings, desk: &mut Desk<'_>) {
+        let document = &mut *desk.document;
+        document.view.color_map = to.picture.color_map;
+        to.picture.color_map = document.edited.picture.color_map;
         if self.morph_seconds > 0.0 {
-            let now = self.look_clock.now();
-            self.morph = Some(Morph::new(&self.edited, to, now, self.morph_seconds));
+            let (from, now) = (&document.edited, self.clock.now());
+            document.morph = Some(Morph::new(from, to, now, self.morph_seconds));
         } else {
-            self.morph = None;
-            self.edited = to;
-            commands.push(Command::Apply);
+            document.morph = None;
+            document.edited = to;
+            desk.commands.push(Command::Apply);
         }
     }
 
     /// Goes on with a look that changes slowly.
-    pub(super) fn advance_morph(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
-        let Some(morph) = &mut self.morph else {
+    pub(super) fn advance(&self, ctx: &egui::Context, desk: &mut Desk<'_>) {
+        let Document { morph, edited, .. } = &mut *desk.document;
+        let Some(changing) = morph else {
             return;
         };
-        if morph.advance(&mut self.edited, self.look_clock.now()) {
-            self.morph = None;
+        if changing.advance(edited, self.clock.now()) {
+            *morph = None;
         }
         ctx.request_repaint();
-        commands.push(Command::Apply);
-    }
-
-    /// A look on its way is there at once.
-    pub(super) fn end_morph(&mut self) {
-        if let Some(morph) = self.morph.take() {
-            morph.end(&mut self.edited);
-        }
-    }
-
-    /// The look as it is edited, as the text of a preset.
-    fn look_text(&self, scene: &str) -> String {
-        presets::to_toml(&self.look(), &format!("A look of one's own, from {scene}."))
-    }
-}
-
-impl Lab {
-    /// Puts the look alone into the clipboard.
-    pub(super) fn copy_look(&mut self, context: &egui::Context) {
-        context.copy_text(self.interface.look_text(&self.name));
-        self.interface
-            .notice(context, "The look is in the clipboard", false);
-    }
-
-    /// Begins to load a scene that comes with the program, with the look that is here.
-    pub(super) fn open_with_look(&mut self, name: &'static str) {
-        self.interface.end_morph();
-        let look = self.interface.look_text(&self.name);
-        self.load(name.to_owned(), Origin::File, move || {
-            let (name, settings, folder) = Scene::read(Path::new(name), &Overrides::default())?;
-            let settings = with_preset(&settings, "of the window", &look)?;
-            Ok(Scene::from_settings(name, settings, folder)?)
-        });
-    }
-
-    /// Takes over a look that came as text; `name` is what it is called in the gallery, should it be kept.
-    pub(super) fn take_look(&mut self, context: &egui::Context, name: &str, text: &str) {
-        if self.stage.is_none() {
-            let text = "Nothing grows yet that could take the look: wait for the scene";
-            return self.interface.notice(context, text, true);
-        }
-        let mut commands = Vec::new();
-        let is_read = self
-            .interface
-            .take_preset(context, name, text, &mut commands);
-        // One that comes slowly asks for nothing yet. What is refused is said.
-        if is_read && (commands.is_empty() || self.apply(context)) {
-            // So it can be kept by one click.
-            self.interface.gallery.name = check_name(name).unwrap_or_default().to_owned();
-            let text = format!("The look of {name}: keep it in the gallery (G)");
-            self.interface.notice(context, text, false);
-        }
-        self.host.request_redraw();
-    }
-
-    /// Keeps the look under a name, with a picture of what is seen now.
-    pub(super) fn save_preset(&mut self, context: &egui::Context, name: &str) {
-        match self.try_to_save_preset(name) {
-            Ok(text) => self.interface.notice(context, text, false),
-            Err(error) => self.interface.notice(context, error.to_string(), true),
-        }
-        self.interface.gallery.forget_pictures();
-    }
-
-    fn try_to_save_preset(&mut self, name: &str) -> Result<String> {
-        let name = check_name(name).map_err(Error::Invalid)?.to_owned();
-        let Some(stage) = &mut self.stage else {
-            return Err(Error::Invalid(
-                "nothing grows yet whose look could be kept: wait for the scene".to_owned(),
-            ));
-        };
-        let window = self.host.size();
-        let mut view = scaled(&self.interface.view, window, PICTURE);
-        if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
-            *adaptation = 0.0;
-        }
-        let mut shot = Shot::new(&self.ctx, PICTURE, self.format)?;
-        while !shot.advance(&mut self.frames, stage, &view)? {}
-        let picture = shot.take(0, &view).into_picture();
-        let text = self.interface.look_text(&self.name);
-        let path = self.interface.own.save(&name, &text, &picture)?;
-        self.interface.preset = Some(name);
-        Ok(format!("Saved {}", path.shown()))
-    }
-
-    /// Removes a preset of one's own.
-    pub(super) fn remove_preset(&mut self, context: &egui::Context, name: &str) {
-        match self.interface.own.remove(name) {
-            Ok(()) => {
-                if self.interface.preset.as_deref() == Some(name) {
-                    self.interface.preset = None;
-                }
-                let text = format!("{name} is removed");
-                self.interface.notice(context, text, false);
-            }
-            Err(error) => self.interface.notice(context, error.to_string(), true),
-        }
-        self.interface.gallery.forget_pictures();
+        desk.commands.push(Command::Apply);
     }
 }
 

@@ -4,7 +4,9 @@ use egui::{Key, PointerButton, Pos2, Response, Ui};
 use glam::{Vec2, Vec3};
 use myxo::render::view::View;
 
-use super::flying::Flying;
+use crate::lab::flying::{Flying, LONGEST, SPEED, WAYS};
+use crate::lab::notices::Notices;
+use crate::lab::wheel::Wheel;
 
 /// How much one point of scrolling magnifies; a notch of a wheel is about 40 points.
 const ZOOM_PER_POINT: f32 = 0.0035;
@@ -15,6 +17,7 @@ const FLIGHT_SPEED: f32 = 11.0;
 #[derive(Clone, Debug, Default)]
 pub struct Navigation {
     flight: Option<Flight>,
+    wheel: Wheel,
     /// While keys fly the camera.
     pub(super) flying: Option<Flying>,
 }
@@ -67,14 +70,9 @@ impl Navigation {
         let scale = ui.ctx().pixels_per_point();
         let pixels = |v: egui::Vec2| Vec2::new(v.x, v.y) * scale;
         let size = pixels(response.rect.size());
-        let (shift, scroll, pinch, seconds) = ui.input(|i| {
-            (
-                i.modifiers.shift,
-                i.smooth_scroll_delta().y,
-                i.zoom_delta(),
-                i.stable_dt,
-            )
-        });
+        let scroll = self.wheel.turned(ui, response).y;
+        let (shift, pinch, seconds) =
+            ui.input(|i| (i.modifiers.shift, i.zoom_delta(), i.stable_dt));
         let pointer = response
             .hover_pos()
             .map(|at| pixels(at - response.rect.min));
@@ -144,6 +142,66 @@ impl Navigation {
             camera.distance = flight.distance;
             self.flight = None;
         }
+        true
+    }
+}
+
+impl Navigation {
+    /// Do keys fly the camera?
+    pub fn is_flying(&self) -> bool {
+        self.flying.is_some()
+    }
+
+    /// Begins or ends to fly.
+    pub fn set_flying(&mut self, flies: bool) {
+        self.flying = flies.then_some(Flying { speed: SPEED });
+    }
+
+    /// Begins or ends to fly, and says how.
+    pub fn toggle_flight(&mut self, ctx: &egui::Context, notices: &mut Notices) {
+        let flies = !self.is_flying();
+        self.set_flying(flies);
+        if flies {
+            let text =
+                "Flying: W A S D, E up, Q down, drag to look, wheel for the speed. V ends it";
+            notices.say(ctx, text, false);
+        }
+    }
+
+    /// While it flies, its keys mean nothing else.
+    pub fn keep_keys(&self, ctx: &egui::Context) {
+        if !self.is_flying() || ctx.text_edit_focused() {
+            return;
+        }
+        ctx.input_mut(|input| {
+            input.events.retain(|event| {
+                !matches!(event, egui::Event::Key { key, modifiers, .. }
+                    if !modifiers.command && WAYS.iter().any(|(way, _)| way == key))
+            });
+        });
+    }
+
+    /// Goes where the keys that are held lead; true if it went.
+    pub(super) fn travel(&self, ctx: &egui::Context, view: &mut View, seconds: f32) -> bool {
+        let Some(flying) = self.flying.filter(|_| !ctx.text_edit_focused()) else {
+            return false;
+        };
+        let (way, modifiers) = ctx.input(|input| {
+            let held = WAYS.iter().filter(|(key, _)| input.key_down(*key));
+            let way: Vec3 = held.map(|(_, way)| *way).sum();
+            let free = if input.modifiers.command {
+                Vec3::ZERO
+            } else {
+                way
+            };
+            (free, input.modifiers)
+        });
+        if way == Vec3::ZERO {
+            return false;
+        }
+        let speed = flying.speed_with(modifiers);
+        let length = speed * seconds.min(LONGEST) * view.camera.scene_radius;
+        view.camera.travel(way.normalize() * length);
         true
     }
 }

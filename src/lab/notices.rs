@@ -4,17 +4,18 @@ use std::time::Duration;
 
 use egui::{Align, Align2, Layout, Rect, RichText, Sense, Ui, UiBuilder, vec2};
 
-use super::interface::Interface;
-use super::performing::HOW_BACK;
-use super::places::Marked as _;
-use super::theme;
+use crate::lab::places::Marked as _;
+use crate::lab::theme;
 
 /// Errors that are shown at once; the oldest go.
 const MOST_ERRORS: usize = 4;
 
+/// How the picture alone ends.
+pub const HOW_BACK: &str = "Esc brings the panel back";
+
 /// Everything that is said.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Notices {
+pub struct Notices {
     /// What has happened last, and until when that is shown.
     news: Option<(String, f64)>,
     /// What went wrong, the last one last.
@@ -31,55 +32,32 @@ impl Notices {
         (!lines.is_empty()).then(|| lines.join("\n"))
     }
 
-    fn fail(&mut self, text: String) {
-        let text = match &mut self.dropped {
-            None => text,
-            Some(wrong) => {
-                let before = wrong.join("\n");
-                if !wrong.contains(&text) {
-                    wrong.push(text);
-                }
-                self.errors.retain(|error| *error != before);
-                wrong.join("\n")
-            }
-        };
-        // What is said again is the last that went wrong.
-        self.errors.retain(|error| *error != text);
-        self.errors.push(text);
-        let old = self.errors.len().saturating_sub(MOST_ERRORS);
-        self.errors.drain(..old);
-    }
-}
-
-impl Interface {
-    /// Files are dropped: what is wrong with them is told together.
+    /// Files are dropped: what is wrong with them is said together.
     pub fn begin_drop(&mut self) {
-        self.notices.dropped.get_or_insert_default();
+        self.dropped.get_or_insert_default();
     }
 
     /// All that were dropped are there, or will never be.
     pub fn end_drop(&mut self) {
-        self.notices.dropped = None;
+        self.dropped = None;
     }
 
     /// Shows a line: for a while or, where something went wrong, until it is clicked away.
-    pub fn notice(&mut self, ctx: &egui::Context, text: impl Into<String>, is_error: bool) {
+    pub fn say(&mut self, ctx: &egui::Context, text: impl Into<String>, is_error: bool) {
         let text = text.into();
         if is_error {
-            self.notices.fail(text);
+            self.fail(text);
         } else {
             let until = ctx.input(|i| i.time) + seconds_for(&text);
-            self.notices.news = Some((text, until));
+            self.news = Some((text, until));
         }
     }
 
-    /// Shows them, errors above.
-    pub(super) fn show_notices(&mut self, ui: &Ui, picture: Rect) {
+    /// Shows them, errors above. Where the picture `is_alone`, only how that ends, and what goes wrong.
+    pub fn show(&mut self, ui: &Ui, picture: Rect, is_alone: bool) {
         let now = ui.input(|i| i.time);
-        let Notices { news, errors, .. } = &mut self.notices;
+        let Notices { news, errors, .. } = self;
         news.take_if(|(_, until)| now > *until);
-        // Who sees a performance is not told what happens, but how it ends, and what goes wrong.
-        let is_alone = self.performing;
         let news = news
             .as_ref()
             .filter(|(text, _)| !is_alone || text == HOW_BACK);
@@ -113,6 +91,25 @@ impl Interface {
         if let Some(gone) = gone {
             errors.remove(gone);
         }
+    }
+
+    fn fail(&mut self, text: String) {
+        let text = match &mut self.dropped {
+            None => text,
+            Some(wrong) => {
+                let before = wrong.join("\n");
+                if !wrong.contains(&text) {
+                    wrong.push(text);
+                }
+                self.errors.retain(|error| *error != before);
+                wrong.join("\n")
+            }
+        };
+        // What is said again is the last that went wrong.
+        self.errors.retain(|error| *error != text);
+        self.errors.push(text);
+        let old = self.errors.len().saturating_sub(MOST_ERRORS);
+        self.errors.drain(..old);
     }
 }
 

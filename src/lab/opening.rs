@@ -9,15 +9,15 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use egui::layers::ShapeIdx;
-use egui::{Align2, Color32, Shape, Vec2, vec2};
+use egui::{Align2, Color32, Rect, RichText, Shape, Vec2, vec2};
 use egui_file_dialog::{DialogState, FileDialog, Filter, OpeningMode};
-use myxo::plain_text::Shown as _;
 use myxo::scene::settings::Settings;
 
-use super::hands::{MESHES, ends_so};
-use super::interface::{Command, Interface};
-use super::saving::whole;
-use super::theme;
+use crate::lab::command::Command;
+use crate::lab::places::Marked as _;
+use crate::lab::saving::whole;
+use crate::lab::saving::{MESHES, ends_so, is_mesh};
+use crate::lab::theme;
 
 /// What a control says that leads to it.
 pub const OPEN: &str = "Opens a file: scene, preset, mesh or checkpoint (Ctrl O). Files can be dropped onto the window, too";
@@ -56,6 +56,8 @@ enum Purpose {
     /// A file of any kind that opens.
     #[default]
     Open,
+    /// A mesh that joins the scene.
+    Join,
     /// A picture for the row with this key.
     Mask(String),
     /// Where the scene is saved.
@@ -73,11 +75,16 @@ pub struct Opening {
     folder: PathBuf,
     /// Where the scene's file lies; empty for where the program is started.
     scene: PathBuf,
+    /// A mesh that was chosen, of which it is asked whether it joins the scene.
+    mesh: Option<PathBuf>,
 }
 
 impl Opening {
     /// Is it shown? Then keys are its own.
     pub fn is_open(&self) -> bool {
+        if self.mesh.is_some() {
+            return true;
+        }
         let dialog = self.dialog.as_ref();
         dialog.is_some_and(|dialog| *dialog.borrow().state() == DialogState::Open)
     }
@@ -105,6 +112,19 @@ impl Opening {
         }
     }
 
+    /// Shows the dialog over everything else, with the files of that kind at first.
+    pub fn begin(&mut self, ctx: &egui::Context, kind: &str) {
+        let joins = kind == ONLY_MESHES;
+        let purpose = if joins { Purpose::Join } else { Purpose::Open };
+        self.open(ctx, kind, purpose);
+    }
+
+    /// The same for the picture of the row with this key.
+    pub fn begin_mask(&mut self, ctx: &egui::Context, key: String) {
+        let (kind, _) = MASKS[0];
+        self.open(ctx, kind, Purpose::Mask(key));
+    }
+
     fn open(&mut self, ctx: &egui::Context, kind: &str, purpose: Purpose) {
         let folder = self.folder.clone();
         let dialog = self.prepared(ctx, purpose, &folder);
@@ -114,7 +134,7 @@ impl Opening {
     }
 
     /// Asks where to save, in this folder and by this name at first.
-    fn save(&mut self, ctx: &egui::Context, folder: &Path, name: String) {
+    pub fn save(&mut self, ctx: &egui::Context, folder: &Path, name: String) {
         let dialog = self.prepared(ctx, Purpose::Save, folder);
         let mut dialog = dialog.borrow_mut();
         dialog.config_mut().default_file_name = name;
@@ -122,7 +142,7 @@ impl Opening {
     }
 
     /// Asks for a folder; at first it is this one.
-    fn choose_folder(&mut self, ctx: &egui::Context, folder: &Path) {
+    pub fn choose_folder(&mut self, ctx: &egui::Context, folder: &Path) {
         let dialog = self.prepared(ctx, Purpose::Folder, folder);
         dialog.borrow_mut().pick_directory();
     }
@@ -138,7 +158,7 @@ impl Opening {
             self.dialog = None;
         }
         let made = || match &purpose {
-            Purpose::Open => dialog("Open a file", KINDS),
+            Purpose::Open | Purpose::Join => dialog("Open a file", KINDS),
             Purpose::Mask(_) => dialog("Open a picture of the texture", MASKS),
             Purpose::Save => dialog("Save the scene", &[])
                 .add_save_extension(SCENES.0, SCENES.1)
@@ -173,8 +193,79 @@ impl Opening {
         dialog
     }
 
+    /// Shows it for one frame, if it is open. Gives the folder for exports that was chosen in it.
+    pub fn show(
+        &mut self,
+        ctx: &egui::Context,
+        edited: &mut Settings,
+        commands: &mut Vec<Command>,
+    ) -> Option<PathBuf> {
+        let path = self.chosen(ctx)?;
+        match &self.purpose {
+            Purpose::Open if is_mesh(&path) => self.mesh = Some(path),
+            Purpose::Open | Purpose::Join => commands.push(Command::TakeFile(path)),
+            Purpose::Save => commands.push(Command::SaveAs(path)),
+            Purpose::Folder => return Some(whole(&path)),
+            Purpose::Mask(key) => {
+                if let Some(mask) = mask_of(edited, key) {
+                    *mask = as_written(&path, &self.scene);
+                    commands.push(Command::Apply);
+                }
+            }
+        }
+        None
+    }
+
+    /// Asks what becomes of a mesh that was chosen, if there is one: it joins the scene, or is opened by itself.
+    pub fn ask_about_mesh(
+        &mut self,
+        ctx: &egui::Context,
+        picture: Rect,
+        commands: &mut Vec<Command>,
+    ) {
+        let Some(mesh) = &self.mesh else {
+            return;
+        };
+        let name = mesh
+            .file_name()
+            .unwrap_or(mesh.as_os_str())
+            .to_string_lossy();
+        let mut command = None;
+        let mut gives_up = ctx.input(|input| input.key_pressed(egui::Key::Escape));
+        egui::Area::new("mesh".into())
+            .order(egui::Order::Foreground)
+            .pivot(Align2::CENTER_CENTER)
+            .fixed_pos(picture.center())
+            .show(ctx, |ui| {
+                egui::Frame::popup(ui.style())
+                    .inner_margin(16.0)
+                    .show(ui, |ui| {
+                        ui.label(RichText::new(name).heading());
+                        ui.horizontal(|ui| {
+                            let add = ui.button("Add to the scene").on_hover_text(
+                                "It becomes one more object; what has grown goes on",
+                            );
+                            if add.marked("mesh.add").clicked() {
+                                command = Some(Command::TakeFile(mesh.clone()));
+                            }
+                            let alone = ui
+                                .button("Open alone")
+                                .on_hover_text("A new scene with this mesh as its only object");
+                            if alone.marked("mesh.alone").clicked() {
+                                command = Some(Command::OpenAlone(mesh.clone()));
+                            }
+                            gives_up |= ui.button("Cancel").marked("mesh.cancel").clicked();
+                        });
+                    });
+            });
+        if gives_up || command.is_some() {
+            self.mesh = None;
+        }
+        commands.extend(command);
+    }
+
     /// Shows it for one frame, and gives what was chosen in it.
-    fn show(&self, ctx: &egui::Context) -> Option<PathBuf> {
+    fn chosen(&self, ctx: &egui::Context) -> Option<PathBuf> {
         let mut dialog = self.dialog.as_ref()?.borrow_mut();
         if *dialog.state() != DialogState::Open {
             return None;
@@ -233,64 +324,6 @@ fn lighten_fields(ctx: &egui::Context, layer: egui::LayerId, color: Color32) {
             painted.mutate_shape(ShapeIdx(i), |entry| lighten(&mut entry.shape, color));
         }
     });
-}
-
-impl Interface {
-    /// Shows the dialog over everything else, with the files of that kind at first.
-    pub(super) fn begin_to_open(&mut self, ctx: &egui::Context, kind: &str) {
-        self.gallery.open = false;
-        self.opening.open(ctx, kind, Purpose::Open);
-    }
-
-    /// Asks where to save the scene, in this folder and by this name at first.
-    pub(super) fn begin_to_save(&mut self, ctx: &egui::Context, folder: &Path, name: String) {
-        self.gallery.open = false;
-        self.opening.save(ctx, folder, name);
-    }
-
-    /// Asks for the folder of what is taken out.
-    pub(super) fn begin_to_choose_folder(&mut self, ctx: &egui::Context, folder: &Path) {
-        self.gallery.open = false;
-        self.opening.choose_folder(ctx, folder);
-    }
-
-    /// The same for the picture of a row.
-    pub(super) fn begin_to_open_mask(&mut self, ctx: &egui::Context, key: String) {
-        self.gallery.open = false;
-        let (kind, _) = MASKS[0];
-        self.opening.open(ctx, kind, Purpose::Mask(key));
-    }
-
-    /// Shows it for one frame, if it is open.
-    pub(super) fn show_opening(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
-        let Some(path) = self.opening.show(ctx) else {
-            return;
-        };
-        match &self.opening.purpose {
-            Purpose::Open => commands.push(Command::TakeFile(path)),
-            Purpose::Save => commands.push(Command::SaveAs(path)),
-            Purpose::Folder => {
-                let path = whole(&path);
-                // As if it had been typed.
-                match path.to_str().filter(|text| text.trim() == *text) {
-                    Some(text) => self.out.folder = text.to_owned(),
-                    None => {
-                        let text = format!(
-                            "cannot take the folder {}: its name is not plain text, or begins or ends with a space; rename it or choose another",
-                            path.shown()
-                        );
-                        self.notice(ctx, text, true);
-                    }
-                }
-            }
-            Purpose::Mask(key) => {
-                if let Some(mask) = mask_of(&mut self.edited, key) {
-                    *mask = as_written(&path, &self.opening.scene);
-                    commands.push(Command::Apply);
-                }
-            }
-        }
-    }
 }
 
 /// The picture that a row names.

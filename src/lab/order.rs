@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::pacing::Pacer;
+use crate::lab::pacing::Pacer;
 
 /// What the hand has to do with a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

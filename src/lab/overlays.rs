@@ -2,107 +2,122 @@
 
 use egui::{Align, Align2, Layout, Rect, RichText, Ui, vec2};
 
-use super::interface::{Command, Facts, Interface, Waiting};
-use super::keys::{MOUSE, keys};
-use super::out::OutFacts;
-use super::places::{Marked as _, mark_cross, note_value};
-use super::rows::grouped;
-use super::theme;
+use crate::lab::actions::{self, Group, MOUSE};
+use crate::lab::command::Command;
+use crate::lab::document::Document;
+use crate::lab::facts::OutFacts;
+use crate::lab::facts::{Facts, Waiting};
+use crate::lab::layout::{self, Card};
+use crate::lab::places::{Marked as _, mark_cross, note_value};
+use crate::lab::rows::grouped;
+use crate::lab::theme;
 
-/// What mouse and keys do.
+/// What mouse and keys do, under headings.
 fn controls(ui: &mut Ui) {
     egui::Grid::new("controls")
         .num_columns(2)
         .spacing(vec2(20.0, 2.0))
         .show(ui, |ui| {
-            let mut line = |keys: &str, what: &str| {
+            let line = |ui: &mut Ui, keys: &str, what: &str| {
                 ui.label(RichText::new(keys).monospace().color(theme::accent(ui)));
                 ui.label(what);
                 ui.end_row();
             };
+            let heading = |ui: &mut Ui, title: &str| {
+                ui.label(RichText::new(title).strong());
+                ui.end_row();
+            };
+            heading(ui, "Mouse");
             for (keys, what) in MOUSE {
-                line(keys, what);
+                line(ui, keys, what);
             }
-            for (keys, what) in keys() {
-                line(keys, what);
+            for group in Group::ALL {
+                heading(ui, group.title());
+                for (_, keys, what, _) in actions::all().filter(|(.., own)| *own == group) {
+                    line(ui, keys, &what);
+                }
             }
         });
     note_value(ui.ctx(), "help.keys", || {
-        let keys: Vec<&str> = keys().map(|(keys, _)| keys).collect();
+        let keys: Vec<&str> = actions::all().map(|(_, keys, ..)| keys).collect();
         keys.join(", ")
     });
 }
 
-impl Interface {
-    /// The line below everything.
-    pub(super) fn status_line(&self, ui: &mut Ui, facts: &Facts) {
-        let frame = egui::Frame::new()
-            .fill(theme::panel(ui))
-            .inner_margin(egui::Margin::symmetric(12, 4));
-        egui::Panel::bottom("status")
-            .show_separator_line(false)
-            .frame(frame)
-            .show(ui, |ui| {
-                ui.horizontal(|ui| {
-                    let fact = |ui: &mut Ui, text: String| {
-                        ui.label(RichText::new(text).small().color(theme::weak(ui)));
-                    };
-                    fact(ui, format!("{:.0} fps", facts.frames_per_second));
-                    fact(
-                        ui,
-                        facts
-                            .step_ms
-                            .map_or("step time unavailable".to_owned(), |ms| {
-                                format!("{ms:.2} ms a step")
-                            }),
+/// The line below everything.
+pub(super) fn status_line(ui: &mut Ui, document: &Document, facts: &Facts) {
+    let frame = egui::Frame::new()
+        .fill(theme::panel(ui))
+        .inner_margin(egui::Margin::symmetric(12, 4));
+    egui::Panel::bottom("status")
+        .show_separator_line(false)
+        .frame(frame)
+        .show(ui, |ui| {
+            ui.horizontal(|ui| {
+                let fact = |ui: &mut Ui, text: String| {
+                    ui.label(RichText::new(text).small().color(theme::weak(ui)));
+                };
+                fact(ui, format!("{:.0} fps", facts.frames_per_second));
+                fact(
+                    ui,
+                    facts
+                        .times
+                        .step_ms
+                        .map_or("step time unavailable".to_owned(), |ms| {
+                            format!("{ms:.2} ms a step")
+                        }),
+                );
+                fact(
+                    ui,
+                    format!(
+                        "{} particles",
+                        grouped(f64::from(document.running.particles.count))
+                    ),
+                );
+                fact(ui, format!("{} triangles", grouped(facts.triangles as f64)));
+                fact(ui, format!("{} texels", grouped(facts.texels as f64)));
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    fact(ui, format!("{} MiB", facts.memory >> 20));
+                    ui.add(
+                        egui::Label::new(
+                            RichText::new(&facts.device).small().color(theme::weak(ui)),
+                        )
+                        .truncate(),
                     );
-                    fact(
-                        ui,
-                        format!(
-                            "{} particles",
-                            grouped(f64::from(self.running.particles.count))
-                        ),
-                    );
-                    fact(ui, format!("{} triangles", grouped(facts.triangles as f64)));
-                    fact(ui, format!("{} texels", grouped(facts.texels as f64)));
-                    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                        fact(ui, format!("{} MiB", facts.memory >> 20));
-                        ui.add(
-                            egui::Label::new(
-                                RichText::new(&facts.device).small().color(theme::weak(ui)),
-                            )
-                            .truncate(),
-                        );
-                    });
                 });
             });
-    }
+        });
+}
 
-    /// The list of controls.
-    pub(super) fn show_help(&mut self, ctx: &egui::Context, picture: Rect) {
-        let mut open = true;
-        let shown = egui::Window::new("Controls")
-            .open(&mut open)
-            .collapsible(false)
-            .resizable(false)
-            .fixed_pos(picture.left_top() + vec2(16.0, 16.0))
-            .show(ctx, |ui| {
-                // A small window has not room for all of it at once.
-                let room = (picture.height() - 84.0).max(80.0);
-                egui::ScrollArea::vertical()
-                    .max_height(room)
-                    .min_scrolled_height(room)
-                    .show(ui, |ui| {
-                        // Room for the bar, which floats over the content.
-                        let margin = egui::Margin {
-                            right: 12,
-                            ..egui::Margin::ZERO
-                        };
-                        egui::Frame::NONE.inner_margin(margin).show(ui, controls);
-                    });
-            });
-        mark_cross(shown, "help.close");
-        self.help &= open;
+/// The list of controls.
+pub(super) fn show_help(ctx: &egui::Context, picture: Rect, layout: &mut layout::Layout) {
+    if !layout.shows(Card::Help) {
+        return;
+    }
+    let mut open = true;
+    let shown = egui::Window::new("Controls")
+        .open(&mut open)
+        .collapsible(false)
+        .resizable(false)
+        .fixed_pos(picture.left_top() + vec2(16.0, 16.0))
+        .show(ctx, |ui| {
+            // A small window has not room for all of it at once.
+            let room = (picture.height() - 84.0).max(80.0);
+            egui::ScrollArea::vertical()
+                .max_height(room)
+                .min_scrolled_height(room)
+                .show(ui, |ui| {
+                    // Room for the bar, which floats over the content.
+                    let margin = egui::Margin {
+                        right: 12,
+                        ..egui::Margin::ZERO
+                    };
+                    egui::Frame::NONE.inner_margin(margin).show(ui, controls);
+                });
+        });
+    mark_cross(shown, "help.close");
+    if !open {
+        layout.close(Card::Help);
     }
 }
 

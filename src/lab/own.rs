@@ -11,7 +11,7 @@ use myxo::scene::settings::Settings;
 use myxo::whole_file::WholeFile;
 use myxo::{Error, Result};
 
-use super::presets::with_preset;
+use crate::lab::presets::with_preset;
 
 /// No preset is larger, bytes.
 const LARGEST: u64 = 64 << 10;

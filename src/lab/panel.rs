@@ -9,15 +9,24 @@ use myxo::scene::settings::{ObjectSettings, Part, Settings, Show};
 use myxo::sim::transfers::told;
 use myxo::sim::types::Flow;
 
-use super::checks::Check;
-use super::interface::{Command, Facts, Interface};
-use super::looks::summary;
-use super::places::{Marked as _, note_value};
-use super::plot::kernel_plot;
-use super::rows::{RowContext, grouped, row};
-use super::theme;
-use super::view_rows::{CAMERA_ROWS, COLOR_ROWS, DETAIL_ROWS, LIGHT_ROWS, found};
-use super::widgets::{kernel_table, parse_number};
+use crate::lab::actions::{self, Action};
+use crate::lab::command::Command;
+use crate::lab::desk::Desk;
+use crate::lab::facts::Check;
+use crate::lab::facts::Facts;
+use crate::lab::foods::food_sections;
+use crate::lab::layout::Card;
+use crate::lab::looks::Looks;
+use crate::lab::looks::summary;
+use crate::lab::navigation::Navigation;
+use crate::lab::places::{Marked as _, note_value};
+use crate::lab::profiling::Profiling;
+use crate::lab::rows::{RowContext, grouped, row};
+use crate::lab::theme;
+use crate::lab::tools::Hands;
+use crate::lab::view_rows::{CAMERA_ROWS, COLOR_ROWS, DETAIL_ROWS, LIGHT_ROWS, found, view_rows};
+use crate::lab::views::{camera_section, light_section, views_list};
+use crate::lab::widgets::{parse_number, reader, section, section_with};
 
 /// What the sections hold that are no rows of parameters, for those who look for it.
 static PICTURE_WORDS: LazyLock<String> = LazyLock::new(|| {
@@ -29,59 +38,91 @@ static PICTURE_WORDS: LazyLock<String> = LazyLock::new(|| {
 });
 const DETAIL_WORDS: &str = "points point size seams markers";
 const CAMERA_WORDS: &str = "camera home front back left right top bottom fly flight fov orbit";
+const TIMES_WORDS: &str = "times kernel kernels profiling gpu";
 const LIGHT_WORDS: &str = "light shadow";
 
-/// Is what somebody looks for among the words, or does nobody look for anything?
+/// Is what is searched for among the words? Without a search, everything is.
 fn is_among(words: &str, filter: &str) -> bool {
     let filter = filter.trim().to_lowercase();
     // A beginning of words that follow each other: who looks for a light wants no flight.
     filter.is_empty() || words.starts_with(&filter) || words.contains(&format!(" {filter}"))
 }
 
-impl Interface {
+/// The panel: what it is searched for.
+#[derive(Clone, Debug, Default)]
+pub struct ParameterPanel {
+    pub filter: String,
+    /// The keyboard is in the field for it.
+    is_searching: bool,
+    profiling: Profiling,
+}
+
+impl ParameterPanel {
+    /// Leaves the search, if the keyboard is in its field.
+    pub fn leave_search(&mut self) -> bool {
+        let leaves = std::mem::take(&mut self.is_searching);
+        if leaves {
+            self.filter.clear();
+        }
+        leaves
+    }
+
     /// Fills the panel.
-    pub(super) fn panel(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
+    pub fn show(
+        &mut self,
+        ui: &mut Ui,
+        looks: &mut Looks,
+        hands: &mut Hands,
+        navigation: &Navigation,
+        desk: &mut Desk<'_>,
+    ) {
         ui.horizontal(|ui| {
             ui.label(RichText::new("myxo").heading().color(theme::accent(ui)));
-            ui.label(RichText::new(&facts.scene).heading());
+            ui.label(RichText::new(&desk.facts.scene).heading());
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 ui.spacing_mut().item_spacing.x = 2.0;
-                ui.toggle_value(&mut self.help, "?")
-                    .on_hover_text("Keys and mouse (H)")
-                    .marked("help");
-                let theme = if self.light { "🌙" } else { "☀" };
+                let help = egui::Button::selectable(desk.layout.shows(Card::Help), "?");
+                if ui
+                    .add(help)
+                    .on_hover_text(Action::Help.hint("Keys and mouse"))
+                    .marked("help")
+                    .clicked()
+                {
+                    desk.actions.push(Action::Help);
+                }
+                let theme = if desk.layout.light { "🌙" } else { "☀" };
                 if ui
                     .add(egui::Button::new(theme).frame(false))
-                    .on_hover_text("Light or dark interface (T)")
+                    .on_hover_text(Action::Theme.hint("Light or dark interface"))
                     .marked("theme")
                     .clicked()
                 {
-                    self.set_light(ui.ctx(), !self.light);
+                    desk.actions.push(Action::Theme);
                 }
                 let redo = egui::Button::new("↪").frame(false);
                 if ui
-                    .add_enabled(self.undo.can_redo(), redo)
-                    .on_hover_text("Redo (Ctrl Shift Z)")
+                    .add_enabled(desk.document.undo.can_redo(), redo)
+                    .on_hover_text(Action::Redo.hint("Redo"))
                     .marked("redo")
                     .clicked()
                 {
-                    self.redo(commands);
+                    desk.actions.push(Action::Redo);
                 }
                 let undo = egui::Button::new("↩").frame(false);
                 if ui
-                    .add_enabled(self.undo.can_undo(), undo)
-                    .on_hover_text("Undo (Ctrl Z)")
+                    .add_enabled(desk.document.undo.can_undo(), undo)
+                    .on_hover_text(Action::Undo.hint("Undo"))
                     .marked("undo")
                     .clicked()
                 {
-                    self.undo_by_hand(ui.ctx(), commands);
+                    desk.actions.push(Action::Undo);
                 }
             });
         });
         ui.add_space(4.0);
-        self.transport(ui, facts, commands);
+        transport(ui, looks, desk);
         ui.add_space(4.0);
-        self.looks(ui, commands);
+        looks_row(ui, looks, desk);
         ui.add_space(6.0);
         ui.separator();
         self.search(ui);
@@ -94,20 +135,39 @@ impl Interface {
                 // Room for the bar, which floats over the content.
                 ui.set_max_width(ui.available_width() - theme::SCROLL_BAR);
                 let above = ui.cursor().top();
-                self.view_sections(ui, facts, looks_for);
-                self.parameter_sections(ui, commands);
                 if looks_for {
-                    if ui.cursor().top() == above {
-                        let text = format!("Nothing is called “{}”.", self.filter.trim());
-                        ui.label(RichText::new(text).color(theme::weak(ui)));
-                    }
-                    return;
+                    let has_picked = hands.picked().is_some() || hands.food.is_some();
+                    self.found_actions(ui, has_picked, desk);
                 }
-                section(ui, "Kernel times", true, false, |ui| {
-                    kernel_plot(ui, facts);
-                    kernel_table(ui, facts)
-                });
+                self.view_sections(ui, navigation, looks_for, desk);
+                self.parameter_sections(ui, hands, desk);
+                if is_among(TIMES_WORDS, &self.filter) {
+                    let profiling = &mut self.profiling;
+                    section(ui, "Times", true, looks_for, |ui| profiling.show(ui, desk));
+                }
+                if looks_for && ui.cursor().top() == above {
+                    let text = format!("Nothing is called “{}”.", self.filter.trim());
+                    ui.label(RichText::new(text).color(theme::weak(ui)));
+                }
             });
+    }
+
+    /// What can be done that is called so, as buttons.
+    fn found_actions(&self, ui: &mut Ui, has_picked: bool, desk: &mut Desk<'_>) {
+        for (action, keys, what, _) in actions::all() {
+            if !is_among(&what.to_lowercase(), &self.filter) {
+                continue;
+            }
+            let why_not = action.why_not(desk.document, has_picked);
+            let button = egui::Button::new(&what)
+                .shortcut_text(keys)
+                .min_size(vec2(ui.available_width(), 0.0));
+            let button = ui.add_enabled(why_not.is_none(), button);
+            let button = button.on_disabled_hover_text(why_not.unwrap_or_default());
+            if button.marked(&format!("do={what}")).clicked() {
+                desk.actions.push(action);
+            }
+        }
     }
 
     /// The field for what is looked for, and a way out of it.
@@ -117,7 +177,7 @@ impl Interface {
             let looks_for = !self.filter.is_empty();
             let room = if looks_for { 24.0 } else { 0.0 };
             let field = egui::TextEdit::singleline(&mut self.filter)
-                .hint_text("🔍 find a parameter")
+                .hint_text("🔍 find a parameter or a command")
                 .desired_width(ui.available_width() - room);
             self.is_searching = ui.add(field).marked("filter").has_focus();
             if !looks_for {
@@ -132,242 +192,55 @@ impl Interface {
     }
 
     /// Picture, Camera and Light; of those that are not looked for by name, the rows that are.
-    fn view_sections(&mut self, ui: &mut Ui, facts: &Facts, looks_for: bool) {
-        type Contents = fn(&mut Interface, &mut Ui, &Facts);
+    fn view_sections(
+        &self,
+        ui: &mut Ui,
+        navigation: &Navigation,
+        looks_for: bool,
+        desk: &mut Desk<'_>,
+    ) {
+        type Contents = fn(&mut Ui, &Navigation, &mut Desk<'_>);
         let sections: [(&str, bool, &str, &[&str], Contents); 4] = [
             (
                 "Picture",
                 true,
                 &PICTURE_WORDS,
                 COLOR_ROWS,
-                |it, ui, facts| {
-                    it.picture_section(ui, facts);
-                },
+                |ui, _, desk| picture_section(ui, desk),
             ),
             (
                 "Points, charts, food, areas, background",
                 false,
                 DETAIL_WORDS,
                 DETAIL_ROWS,
-                |it, ui, _| it.view_rows(ui, DETAIL_ROWS),
+                |ui, _, desk| view_rows(ui, DETAIL_ROWS, desk),
             ),
-            ("Camera", false, CAMERA_WORDS, CAMERA_ROWS, |it, ui, _| {
-                it.camera_section(ui);
-            }),
-            ("Light", false, LIGHT_WORDS, LIGHT_ROWS, |it, ui, _| {
-                it.light_section(ui);
+            ("Camera", false, CAMERA_WORDS, CAMERA_ROWS, camera_section),
+            ("Light", false, LIGHT_WORDS, LIGHT_ROWS, |ui, _, desk| {
+                light_section(ui, desk)
             }),
         ];
         for (title, open, words, rows, contents) in sections {
             if is_among(words, &self.filter) {
-                section(ui, title, open, looks_for, |ui| contents(self, ui, facts));
+                section(ui, title, open, looks_for, |ui| {
+                    contents(ui, navigation, desk)
+                });
                 continue;
             }
             let rows = found(rows, &self.filter);
             if !rows.is_empty() {
-                section(ui, title, open, looks_for, |ui| self.view_rows(ui, &rows));
+                section(ui, title, open, looks_for, |ui| view_rows(ui, &rows, desk));
             }
         }
     }
 
-    fn transport(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
-        ui.horizontal(|ui| {
-            let (label, hint) = if self.playing {
-                ("⏸ Pause", "Hold the simulation (Space)")
-            } else {
-                ("▶ Run", "Let it grow (Space)")
-            };
-            let button = egui::Button::new(RichText::new(label).color(theme::on_fill(ui)))
-                .fill(theme::accent(ui))
-                .min_size(vec2(84.0, 26.0));
-            let button = ui.add(button).on_hover_text(hint).marked("run");
-            if button.clicked() {
-                self.playing = !self.playing;
-            }
-            let wide = |label: &'static str| egui::Button::new(label).min_size(vec2(66.0, 26.0));
-            if ui
-                .add(wide("⏭ Step"))
-                .on_hover_text("One step, then hold (S or .)")
-                .marked("step")
-                .clicked()
-            {
-                self.playing = false;
-                commands.push(Command::Step);
-            }
-            if ui
-                .add(wide("⟲ Reset"))
-                .on_hover_text("Begin again at step 0 (R)")
-                .marked("reset")
-                .clicked()
-            {
-                commands.push(Command::Restart);
-            }
-            if ui
-                .add(egui::Button::new("📷").min_size(vec2(30.0, 26.0)))
-                .on_hover_text("Save a screenshot (F12)")
-                .marked("screenshot")
-                .clicked()
-            {
-                commands.push(Command::Screenshot);
-            }
-            ui.spacing_mut().item_spacing.x = 4.0;
-            let out = egui::Button::new("📤")
-                .min_size(vec2(30.0, 26.0))
-                .selected(self.out.open);
-            if ui
-                .add(out)
-                .on_hover_text("Export: pictures, recordings, films, models, data (Ctrl E)")
-                .marked("out")
-                .clicked()
-            {
-                self.out.open = !self.out.open;
-            }
-        });
-        ui.horizontal(|ui| {
-            ui.label(RichText::new(format!("step {}", grouped(facts.step as f64))).monospace());
-            let speed = if self.playing {
-                format!("{:.1} steps/s", facts.steps_per_second)
-            } else {
-                "paused".to_owned()
-            };
-            ui.label(RichText::new(speed).monospace().color(theme::weak(ui)));
-            if let Some(seconds) = facts.seconds {
-                ui.label(RichText::new(format!("{seconds:.1} s")).monospace())
-                    .on_hover_text("Time of the objects' motion");
-            }
-            if let Some(before) = &facts.before {
-                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                    if before.button(ui).clicked() {
-                        commands.push(Command::GoBack);
-                    }
-                });
-            }
-        });
-        // A part of its own: what comes and goes in it leaves alone what is being typed below.
-        ui.scope(|ui| self.conditions(ui, facts, commands));
-    }
-
-    /// What is not always said: transfers, invariants, edits that wait.
-    fn conditions(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
-        transfers(ui, facts, self.running.transfer.buffer_size);
-        if let Some(check) = &facts.check {
-            invariants(ui, check);
-        }
-        if self.is_pending() {
-            ui.horizontal(|ui| {
-                let button = egui::Button::new(
-                    RichText::new("⟲ Restart to apply").color(theme::on_fill(ui)),
-                )
-                .fill(theme::pending(ui));
-                if ui
-                    .add(button)
-                    .on_hover_text(
-                        "Parameters in orange take effect when the simulation begins again (R).",
-                    )
-                    .marked("restart")
-                    .clicked()
-                {
-                    commands.push(Command::Restart);
-                }
-                if ui
-                    .button("Discard")
-                    .on_hover_text("Keep what is running.")
-                    .marked("discard")
-                    .clicked()
-                {
-                    let live = self.live_settings();
-                    self.edited = live;
-                    self.find_preset();
-                }
-            });
-        }
-    }
-
-    /// The gallery, the preset, chance, and how quickly looks change.
-    fn looks(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
-        ui.horizontal(|ui| {
-            ui.spacing_mut().item_spacing.x = 4.0;
-            ui.toggle_value(&mut self.gallery.open, "🖼 Gallery")
-                .on_hover_text("Scenes and presets (G)")
-                .marked("gallery");
-            let name = match &self.preset {
-                Some(name) if self.is_changed_from(name) => format!("{name}*"),
-                Some(name) => name.clone(),
-                None => "own look".to_owned(),
-            };
-            let mut chosen = None;
-            egui::ComboBox::from_id_salt("preset")
-                .width(96.0)
-                .height(600.0)
-                .truncate()
-                .selected_text(name)
-                .show_ui(ui, |ui| {
-                    let names = self.preset_names();
-                    for (i, name) in names.iter().enumerate() {
-                        if i == PRESETS.len() {
-                            ui.separator();
-                        }
-                        let Some(text) = self.preset_text(name) else {
-                            continue;
-                        };
-                        let is_taken = self.preset.as_ref() == Some(name);
-                        let item = ui.selectable_label(is_taken, name);
-                        let item = item.on_hover_text(summary(&text));
-                        if item.marked(&format!("preset={name}")).clicked() {
-                            chosen = Some((name.clone(), text));
-                        }
-                    }
-                })
-                .response
-                .on_hover_text("A look: values for Physarum, Trail and Feeding ([ and ] for the next); * where it was changed. Looks are kept in the gallery.")
-                .marked("preset");
-            if let Some((name, text)) = chosen {
-                self.take_preset(ui.ctx(), &name, &text, commands);
-            }
-            if ui
-                .button("🎲")
-                .on_hover_text("A look by chance (D)")
-                .marked("chance")
-                .clicked()
-            {
-                self.by_chance(ui.ctx(), commands);
-            }
-            ui.add(
-                egui::DragValue::new(&mut self.morph_seconds)
-                    .range(0.0..=120.0)
-                    .speed(0.1)
-                    .custom_parser(parse_number)
-                    .update_while_editing(false)
-                    .max_decimals(1)
-                    .suffix(" s"),
-            )
-            .on_hover_text("How long the change to another look takes. Drag, or click to type.")
-            .marked("morph");
-        });
-    }
-
-    fn picture_section(&mut self, ui: &mut Ui, facts: &Facts) {
-        self.views_list(ui, facts);
-        ui.add_space(2.0);
-        self.view_rows(ui, COLOR_ROWS);
-        let has_points = self.view.show.has(Part::Points);
-        if has_points && facts.particles_drawn < self.running.particles.count {
-            let text = format!(
-                "{} are drawn while it runs",
-                grouped(f64::from(facts.particles_drawn))
-            );
-            ui.label(RichText::new(text).small().color(theme::weak(ui)))
-                .on_hover_text("All of them would be slow on this device. Paused, and in screenshots, all are.");
-        }
-    }
-
-    fn parameter_sections(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
+    fn parameter_sections(&self, ui: &mut Ui, hands: &mut Hands, desk: &mut Desk<'_>) {
         let filter = self.filter.trim().to_lowercase();
         let wanted = |name: &str, key: &str| {
             filter.is_empty() || name.to_lowercase().contains(&filter) || key.contains(&filter)
         };
         let mut changed = false;
-        let before = self.edited.clone();
+        let before = desk.document.edited.clone();
         let shared = &before.physarum;
         let default = Settings::default();
         for (prefix, title, open) in SECTIONS {
@@ -380,36 +253,41 @@ impl Interface {
             }
             section(ui, title, *open, !filter.is_empty(), |ui| {
                 let context = RowContext {
-                    loaded: &self.loaded,
+                    loaded: &desk.document.loaded,
                     default: &default,
-                    running: &self.running,
+                    running: &desk.document.running,
                     shared,
                     objects: &before.objects,
                     prefix: "",
                     idle: &|key| why_idle(key, &before),
                 };
                 for parameter in parameters {
-                    changed |= row(ui, parameter, &mut self.edited, &context);
+                    changed |= row(ui, parameter, &mut desk.document.edited, &context);
                 }
             });
         }
-        for i in 0..self.edited.objects.len() {
+        for i in 0..desk.document.edited.objects.len() {
             let parameters: Vec<_> = OBJECT_PARAMETERS
                 .iter()
                 .filter(|p| wanted(p.name, p.key))
                 .collect();
-            let Some(running) = self.running.objects.get(i) else {
+            let Some(running) = desk.document.running.objects.get(i) else {
                 continue;
             };
             // Who joined later has no other beginning than what it is.
-            let name = &self.edited.objects[i].name;
-            let loaded = self.loaded.objects.iter().find(|o| o.name == *name);
+            let name = &desk.document.edited.objects[i].name;
+            let loaded = desk
+                .document
+                .loaded
+                .objects
+                .iter()
+                .find(|o| o.name == *name);
             let loaded = loaded.unwrap_or(running);
             if parameters.is_empty() {
                 continue;
             }
-            let title = format!("Object: {}", self.edited.objects[i].name);
-            let reveals = self.hands.reveals == Some(i) && filter.is_empty();
+            let title = format!("Object: {}", desk.document.edited.objects[i].name);
+            let reveals = hands.reveals == Some(i) && filter.is_empty();
             let shown = section_with(ui, &title, false, !filter.is_empty(), reveals, |ui| {
                 let context = RowContext {
                     loaded,
@@ -421,12 +299,17 @@ impl Interface {
                     idle: &|key| why_object_idle(key, &before.objects[i], &before),
                 };
                 for parameter in parameters {
-                    changed |= row(ui, parameter, &mut self.edited.objects[i], &context);
+                    changed |= row(
+                        ui,
+                        parameter,
+                        &mut desk.document.edited.objects[i],
+                        &context,
+                    );
                 }
             });
             // Also what no click in the picture reaches, because it lies inside or behind of others.
             if shown.header_response.clicked() {
-                self.hands.pick(Some(i));
+                hands.pick(Some(i));
             }
             if reveals {
                 // It opens by and by, and only then is there something to scroll to.
@@ -434,14 +317,216 @@ impl Interface {
                 if shown.openness < 1.0 {
                     ui.ctx().request_repaint();
                 } else {
-                    self.hands.reveals = None;
+                    hands.reveals = None;
                 }
             }
         }
-        changed |= self.food_sections(ui, &before, &filter);
+        changed |= food_sections(ui, desk.document, &before, &filter);
         if changed {
-            commands.push(Command::Apply);
+            desk.commands.push(Command::Apply);
         }
+    }
+}
+
+/// Run, step, restart, pictures, and how far it is.
+fn transport(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
+    let facts = desk.facts;
+    ui.horizontal(|ui| {
+        let (label, hint) = if desk.document.playing {
+            ("⏸ Pause", "Hold the simulation (Space)")
+        } else {
+            ("▶ Run", "Let it grow (Space)")
+        };
+        let button = egui::Button::new(RichText::new(label).color(theme::on_fill(ui)))
+            .fill(theme::accent(ui))
+            .min_size(vec2(84.0, 26.0));
+        let button = ui.add(button).on_hover_text(hint).marked("run");
+        if button.clicked() {
+            desk.actions.push(Action::Pause);
+        }
+        let wide = |label: &'static str| egui::Button::new(label).min_size(vec2(66.0, 26.0));
+        if ui
+            .add(wide("⏭ Step"))
+            .on_hover_text("One step, then hold (S or .)")
+            .marked("step")
+            .clicked()
+        {
+            desk.actions.push(Action::SingleStep);
+        }
+        if ui
+            .add(wide("⟲ Reset"))
+            .on_hover_text("Begin again at step 0 (R)")
+            .marked("reset")
+            .clicked()
+        {
+            desk.actions.push(Action::Restart);
+        }
+        if ui
+            .add(egui::Button::new("📷").min_size(vec2(30.0, 26.0)))
+            .on_hover_text("Save a screenshot (F12)")
+            .marked("screenshot")
+            .clicked()
+        {
+            desk.actions.push(Action::Screenshot);
+        }
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let out = egui::Button::new("📤")
+            .min_size(vec2(30.0, 26.0))
+            .selected(desk.layout.shows(Card::Exports));
+        if ui
+            .add(out)
+            .on_hover_text("Export: pictures, recordings, films, models, data (Ctrl E)")
+            .marked("out")
+            .clicked()
+        {
+            desk.actions.push(Action::Export);
+        }
+    });
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(format!("step {}", grouped(facts.step as f64))).monospace());
+        let speed = if desk.document.playing {
+            format!("{:.1} steps/s", facts.steps_per_second)
+        } else {
+            "paused".to_owned()
+        };
+        ui.label(RichText::new(speed).monospace().color(theme::weak(ui)));
+        if let Some(seconds) = facts.seconds {
+            ui.label(RichText::new(format!("t {seconds:.1} s")).monospace())
+                .on_hover_text("Time of the objects' motion");
+        }
+        if let Some(before) = &facts.before {
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                if before.button(ui).clicked() {
+                    desk.commands.push(Command::GoBack);
+                }
+            });
+        }
+    });
+    // A part of its own: what comes and goes in it leaves alone what is being typed below.
+    ui.scope(|ui| conditions(ui, looks, desk));
+}
+
+/// What is not always said: transfers, invariants, edits that wait.
+fn conditions(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
+    let facts = desk.facts;
+    transfers(ui, facts, desk.document.running.transfer.buffer_size);
+    if let Some(check) = &facts.check {
+        invariants(ui, check);
+    }
+    if desk.document.is_pending() {
+        ui.horizontal(|ui| {
+            let button =
+                egui::Button::new(RichText::new("⟲ Restart to apply").color(theme::on_fill(ui)))
+                    .fill(theme::pending(ui));
+            if ui
+                .add(button)
+                .on_hover_text(
+                    "Parameters in orange take effect when the simulation begins again (R).",
+                )
+                .marked("restart")
+                .clicked()
+            {
+                desk.actions.push(Action::Restart);
+            }
+            if ui
+                .button("Discard")
+                .on_hover_text("Keep what is running.")
+                .marked("discard")
+                .clicked()
+            {
+                let live = desk.document.live_settings();
+                desk.document.edited = live;
+                looks.find_preset(desk.document);
+            }
+        });
+    }
+}
+
+/// The gallery, the preset, chance, and how quickly looks change.
+fn looks_row(ui: &mut Ui, looks: &mut Looks, desk: &mut Desk<'_>) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let gallery = egui::Button::selectable(desk.layout.shows(Card::Gallery), "🖼 Gallery");
+        if ui
+            .add(gallery)
+            .on_hover_text(Action::Gallery.hint("Scenes and presets"))
+            .marked("gallery")
+            .clicked()
+        {
+            desk.actions.push(Action::Gallery);
+        }
+        let name = match &desk.document.preset {
+            Some(name) if looks.is_changed_from(desk.document, name) => format!("{name}*"),
+            Some(name) => name.clone(),
+            None => "own look".to_owned(),
+        };
+        let mut chosen = None;
+        egui::ComboBox::from_id_salt("preset")
+            .width(96.0)
+            .height(600.0)
+            .truncate()
+            .selected_text(name)
+            .show_ui(ui, |ui| {
+                let names = looks.preset_names();
+                for (i, name) in names.iter().enumerate() {
+                    if i == PRESETS.len() {
+                        ui.separator();
+                    }
+                    let Some(text) = looks.preset_text(name) else {
+                        continue;
+                    };
+                    let is_taken = desk.document.preset.as_ref() == Some(name);
+                    let item = ui.selectable_label(is_taken, name);
+                    let item = item.on_hover_text(summary(&text));
+                    if item.marked(&format!("preset={name}")).clicked() {
+                        chosen = Some((name.clone(), text));
+                    }
+                }
+            })
+            .response
+            .on_hover_text("A look: values for Physarum, Trail and Feeding ([ and ] for the next); * where it was changed. Looks are kept in the gallery.")
+            .marked("preset");
+        if let Some((name, text)) = chosen {
+            looks.take_preset(ui.ctx(), &name, &text, desk);
+        }
+        if ui
+            .button("🎲")
+            .on_hover_text("A look by chance (D)")
+            .marked("chance")
+            .clicked()
+        {
+            desk.actions.push(Action::ByChance);
+        }
+        ui.add(
+            egui::DragValue::new(&mut looks.morph_seconds)
+                .range(0.0..=120.0)
+                .speed(0.1)
+                .custom_parser(reader(ui, parse_number))
+                .update_while_editing(false)
+                .max_decimals(1)
+                .suffix(" s"),
+        )
+        .on_hover_text("How long the change to another look takes. Drag, or click to type.")
+        .marked("morph");
+    });
+}
+
+/// What the picture shows, and its colours.
+fn picture_section(ui: &mut Ui, desk: &mut Desk<'_>) {
+    let facts = desk.facts;
+    views_list(ui, desk);
+    ui.add_space(2.0);
+    view_rows(ui, COLOR_ROWS, desk);
+    let has_points = desk.document.view.show.has(Part::Points);
+    if has_points && facts.particles_drawn < desk.document.running.particles.count {
+        let text = format!(
+            "{} are drawn while it runs",
+            grouped(f64::from(facts.particles_drawn))
+        );
+        ui.label(RichText::new(text).small().color(theme::weak(ui)))
+            .on_hover_text(
+                "All of them would be slow on this device. Paused, and in screenshots, all are.",
+            );
     }
 }
 
@@ -521,40 +606,6 @@ pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
     ("atlas", "Atlas", false),
     ("", "Scene", false),
 ];
-
-/// A part of the panel under a title that opens and closes it; `found` holds it open, because it has what was looked
-/// for, and leaves it afterwards as it was before.
-pub(super) fn section(
-    ui: &mut Ui,
-    title: &str,
-    open: bool,
-    found: bool,
-    contents: impl FnOnce(&mut Ui),
-) {
-    section_with(ui, title, open, found, false, contents);
-}
-
-/// The same, which can be opened from elsewhere.
-fn section_with(
-    ui: &mut Ui,
-    title: &str,
-    open: bool,
-    found: bool,
-    opens: bool,
-    contents: impl FnOnce(&mut Ui),
-) -> egui::CollapsingResponse<()> {
-    let mut shown = egui::CollapsingHeader::new(RichText::new(title).strong())
-        .id_salt((title, found))
-        .default_open(open)
-        .open((found || opens).then_some(true))
-        .show_unindented(ui, |ui| {
-            ui.add_space(2.0);
-            contents(ui);
-            ui.add_space(6.0);
-        });
-    shown.header_response = shown.header_response.marked(&format!("section={title}"));
-    shown
-}
 
 #[cfg(test)]
 mod tests {

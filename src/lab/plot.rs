@@ -3,8 +3,8 @@
 use egui::{Color32, Ui};
 use egui_plot::{HoverPosition, Line, Plot, PlotPoints};
 
-use super::interface::Facts;
-use super::theme;
+use crate::lab::facts::Times;
+use crate::lab::theme;
 
 /// Kernels with an area of their own, from the longest; the others share one.
 pub const SHOWN: usize = 6;
@@ -29,12 +29,12 @@ pub fn color_of(rank: usize) -> Color32 {
 }
 
 /// What steps took lately, kernel upon kernel, the longest at the bottom. Nothing where nothing was measured.
-pub fn kernel_plot(ui: &mut Ui, facts: &Facts) {
-    let len = facts.history.len();
-    if len < 2 || facts.kernels.is_empty() {
+pub fn kernel_plot(ui: &mut Ui, times: &Times) {
+    let len = times.history.len();
+    if len < 2 || times.kernels.is_empty() {
         return;
     }
-    let ranked: Vec<&str> = facts.kernels.iter().map(|k| k.name.as_str()).collect();
+    let ranked: Vec<&str> = times.kernels.iter().map(|k| k.name.as_str()).collect();
     let rank = |name: &str| {
         let place = ranked.iter().position(|other| *other == name);
         place.unwrap_or(SHOWN).min(ranked.len()).min(SHOWN)
@@ -53,6 +53,8 @@ pub fn kernel_plot(ui: &mut Ui, facts: &Facts) {
         .include_y(0.0)
         .include_x(0.0)
         .include_x(len as f64 - 1.0)
+        .include_y(1.1 * times.history.usual())
+        .auto_bounds(egui::Vec2b::new(true, false))
         .y_axis_min_width(28.0)
         .y_axis_formatter(|mark, _| format!("{}", mark.value))
         .label_formatter(|hovered| match hovered {
@@ -67,7 +69,7 @@ pub fn kernel_plot(ui: &mut Ui, facts: &Facts) {
         // Each area reaches down to zero, so the uppermost comes first.
         for top in (0..=ranked.len().min(SHOWN)).rev() {
             let below = |name: &str| rank(name) <= top;
-            let sums = facts.history.sums(&below);
+            let sums = times.history.sums(&below);
             let points: PlotPoints<'_> = sums.enumerate().map(|(x, sum)| [x as f64, sum]).collect();
             let name = ranked.get(top).filter(|_| top < SHOWN);
             let name = name.map_or("all others, up to here", |name| *name);

@@ -8,8 +8,9 @@ use myxo::plain_text::Shown as _;
 use myxo::whole_file::WholeFile;
 use serde::{Deserialize, Serialize};
 
-use super::out::OutPanel;
-use super::recent::Recent;
+use crate::lab::exports::OutPanel;
+use crate::lab::layout::{PANEL_WIDTH, PANEL_WIDTHS};
+use crate::lab::recent::{Recent, pick};
 
 /// Kept in `lab.toml` in the user's folder for settings. What a file lacks, or cannot be read, is as at first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,6 +20,8 @@ pub struct Preferences {
     pub light: bool,
     /// Is the panel shown?
     pub panel: bool,
+    /// Its width, points.
+    pub panel_width: f32,
     /// How much larger everything is than the system asks for.
     pub zoom: f32,
     /// Of the window, in pixels.
@@ -34,6 +37,7 @@ impl Default for Preferences {
         Self {
             light: false,
             panel: true,
+            panel_width: PANEL_WIDTH,
             zoom: 1.0,
             size: [1440, 900],
             recent: Recent::default(),
@@ -93,6 +97,7 @@ impl Preferences {
         Self {
             light: pick(&self.light, &opened.light, &kept.light),
             panel: pick(&self.panel, &opened.panel, &kept.panel),
+            panel_width: pick(&self.panel_width, &opened.panel_width, &kept.panel_width),
             zoom: pick(&self.zoom, &opened.zoom, &kept.zoom),
             size: pick(&self.size, &opened.size, &kept.size),
             recent: self.recent.over(&opened.recent, &kept.recent),
@@ -105,6 +110,9 @@ impl Preferences {
         if !(0.5..=4.0).contains(&self.zoom) {
             self.zoom = 1.0;
         }
+        if !PANEL_WIDTHS.contains(self.panel_width) {
+            self.panel_width = PANEL_WIDTH;
+        }
         self.size = [
             self.size[0].clamp(480, 16_384),
             self.size[1].clamp(320, 16_384),
@@ -114,15 +122,10 @@ impl Preferences {
     }
 }
 
-/// What is so now, if it was changed since this window opened; or else what is kept.
-pub fn pick<T: PartialEq + Clone>(now: &T, opened: &T, kept: &T) -> T {
-    if now == opened { kept } else { now }.clone()
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::out::{Kind, Size};
     use super::*;
+    use crate::lab::exports::{Kind, Size};
 
     #[test]
     fn what_was_kept_comes_back_and_nonsense_does_not() {
@@ -135,6 +138,7 @@ mod tests {
             recent: recent.clone(),
             light: true,
             panel: false,
+            panel_width: 400.0,
             zoom: 1.5,
             size: [800, 600],
             out: OutPanel {

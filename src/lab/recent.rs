@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use egui::Ui;
 use serde::{Deserialize, Serialize};
 
-use super::places::Marked as _;
+use crate::lab::places::Marked as _;
 
 /// How many of them are remembered.
 const MOST: usize = 8;
@@ -70,6 +70,11 @@ impl Recent {
             .marked("recent");
         clicked
     }
+}
+
+/// What is so now, if it was changed since this window opened; or else what is kept.
+pub fn pick<T: PartialEq + Clone>(now: &T, opened: &T, kept: &T) -> T {
+    if now == opened { kept } else { now }.clone()
 }
 
 #[cfg(test)]

@@ -3,8 +3,6 @@
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{FoodSettings, ObjectSettings, ParticleSettings, Settings};
 
-use super::hands::place_among;
-
 /// The settings that have arrived, with what differs between those that they were `asked` by and those that are `edited` now.
 /// What belongs to an object that has not come, or has gone, is left.
 pub fn with_changes_since(asked: &Settings, edited: &Settings, arrived: &Settings) -> Settings {
@@ -95,10 +93,22 @@ fn begin_where_they_are(settings: &mut Settings, before: &Settings, say: &Partic
     }
 }
 
+/// Do these differ only in what can change while they run, or waits for a restart?
+pub fn are_built_alike(some: &[ObjectSettings], others: &[ObjectSettings]) -> bool {
+    let alike = |(a, b): (&ObjectSettings, &ObjectSettings)| a.mesh == b.mesh && a.scale == b.scale;
+    some.len() == others.len() && some.iter().zip(others).all(alike)
+}
+
+/// Which of them an object is, by name, if its mesh has not become another one.
+pub fn place_among(objects: &[ObjectSettings], object: &ObjectSettings) -> Option<usize> {
+    let is_it = |other: &ObjectSettings| other.name == object.name && other.mesh == object.mesh;
+    objects.iter().position(is_it)
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::hands::objects::{with_object, without_object};
     use super::*;
+    use crate::lab::objects::{with_object, without_object};
 
     fn food(object: &str) -> FoodSettings {
         FoodSettings {

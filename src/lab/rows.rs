@@ -8,13 +8,12 @@ use egui::{
 use myxo::scene::parameters::{Effect, Kind, Number, Parameter, Scale};
 use myxo::scene::settings::{ObjectSettings, PhysarumSettings};
 
-use super::opening::OPEN_MASK;
-use super::places::{Marked as _, note_value};
-use super::theme;
-use super::widgets::{parse_number, parse_whole, wide_slider};
+use crate::lab::opening::OPEN_MASK;
+use crate::lab::places::{Marked as _, note_value};
+use crate::lab::theme;
+use crate::lab::widgets::{parse_number, parse_whole, reader, refuse, wide_slider};
 
 /// Where it is kept that a number was beyond its range, until it is told.
-const REFUSED: &str = "refused number";
 
 /// The key of the object that all particles begin on, and what is shown where there is none.
 const START_OBJECT: &str = "particles.start_object";
@@ -258,7 +257,7 @@ pub fn editor<T>(
                                     egui::emath::format_with_decimals_in_range(number, decimals)
                                 }
                             })
-                            .custom_parser(parse_number)
+                            .custom_parser(reader(ui, parse_number))
                             .update_while_editing(false)
                             .prefix(label),
                     )
@@ -289,7 +288,7 @@ pub fn within<T>(ui: &Ui, parameter: &Parameter<T>, number: f64, range: (f64, f6
     if taken != number {
         let (name, allowed) = (parameter.name, parameter.allowed());
         let text = format!("{name} is {allowed}: {number} became {taken}");
-        ui.data_mut(|data| data.insert_temp(Id::new(REFUSED), text));
+        refuse(ui.ctx(), text);
     }
     taken
 }
@@ -327,11 +326,6 @@ fn names_a_mask(key: &str) -> bool {
 /// The row whose picture is to be chosen, once.
 pub fn take_wanted(ctx: &egui::Context) -> Option<String> {
     ctx.data_mut(|data| data.remove_temp(Id::new(WANTED)))
-}
-
-/// What was said of a number beyond its range, once.
-pub fn take_refused(ctx: &egui::Context) -> Option<String> {
-    ctx.data_mut(|data| data.remove_temp(Id::new(REFUSED)))
 }
 
 fn slider<T>(

@@ -7,8 +7,7 @@ use myxo::plain_text::Shown as _;
 use myxo::whole_file::WholeFile;
 use myxo::{Error, Result};
 
-use super::left::LeftScenes;
-use super::out::Reserved;
+use crate::lab::names::Reserved;
 
 /// The file that a scene has.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,7 +22,7 @@ impl SceneFile {
     /// A file that was opened, if it is a scene's and somebody's own: no built-in name, model or checkpoint, and none of those
     /// that are kept as they were left.
     pub fn opened(path: &Path) -> Option<Self> {
-        if !(is_scene_file(path) && path.is_file()) || LeftScenes::name_of(path).is_some() {
+        if !(is_scene_file(path) && path.is_file()) || left_name(path).is_some() {
             return None;
         }
         Some(Self {
@@ -94,6 +93,49 @@ pub fn chosen(path: PathBuf) -> Result<PathBuf> {
         )));
     }
     Ok(with)
+}
+
+/// Where scenes lie that were left with changes; `None` where the user has no folder for data.
+pub fn left_folder() -> Option<PathBuf> {
+    directories::ProjectDirs::from("", "", "myxo").map(|dirs| dirs.data_dir().join("left"))
+}
+
+/// What a scene was called that lies there.
+pub fn left_name(file: &Path) -> Option<String> {
+    let folder = left_folder()?.canonicalize().ok()?;
+    let file = file.canonicalize().ok()?;
+    (file.parent()? == folder).then(|| name_in(&file)).flatten()
+}
+
+/// The scene's name in that of a file, if it is one of ours: they are numbered.
+pub fn name_in(file: &Path) -> Option<String> {
+    let name = file.file_name()?.to_str()?.strip_suffix(".toml")?;
+    let (name, number) = name.rsplit_once('_')?;
+    let is_ours =
+        !name.is_empty() && !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+    is_ours.then(|| name.to_owned())
+}
+
+/// How the files of meshes end.
+pub const MESHES: &[&str] = &["obj", "stl", "ply", "glb", "gltf"];
+
+/// A file that was dropped: a mesh joins the scene, everything else is opened.
+pub fn is_mesh(path: &Path) -> bool {
+    ends_so(path, &[MESHES])
+}
+
+/// Has a file one of these endings, in small letters or large ones?
+pub fn ends_so(path: &Path, endings: &[&[&str]]) -> bool {
+    let Some(ending) = path.extension() else {
+        return false;
+    };
+    let mut known = endings.iter().copied().flatten();
+    known.any(|known| ending.eq_ignore_ascii_case(known))
+}
+
+/// A path as scenes name meshes.
+pub fn mesh_name(path: &Path) -> String {
+    whole(path).to_string_lossy().into_owned()
 }
 
 #[cfg(test)]

@@ -9,8 +9,8 @@ use myxo::gpu::{
 };
 use myxo::render::gui::Gui;
 
-use super::LabOptions;
-use super::host::Host;
+use crate::lab::host::Host;
+use crate::lab::options::LabOptions;
 
 /// A device, and a window on it. Fields are dropped in this order: what lies on the device before the device.
 pub struct Screen {

@@ -2,22 +2,14 @@
 
 use std::time::Duration;
 
-use myxo::gpu::{DepthTest, Recorder, Targets};
 use myxo::render::View;
-use myxo::{Error, Result};
 
-use super::interface::Shown;
-use super::place::Place;
-use super::places::Places;
-use super::screen::FrontImage;
-use super::stage::Sizes;
-use super::window::Lab;
-
-/// Behind everything while there is no scene, as it is stored.
-const EMPTY: [f32; 4] = [0.055, 0.06, 0.075, 1.0];
+use crate::lab::interface::Shown;
+use crate::lab::place::Place;
+use crate::lab::stage::Sizes;
 
 /// What a frame draws into the window.
-pub(super) struct Shot<'a> {
+pub struct Shot<'a> {
     pub view: View,
     /// The picture that is there will do.
     pub answers: bool,
@@ -42,7 +34,7 @@ impl Shot<'_> {
 }
 
 /// What the interface came to in a frame.
-pub(super) struct Seen {
+pub struct Seen {
     pub shown: Shown,
     pub context: egui::Context,
     pub primitives: Vec<egui::ClippedPrimitive>,
@@ -54,120 +46,4 @@ pub(super) struct Seen {
     pub repaint: Option<Duration>,
     /// There was input.
     pub is_asked: bool,
-}
-
-impl Lab {
-    /// Shows the interface what came in.
-    pub(super) fn run_interface(&mut self) -> Result<Seen> {
-        let input = self.host.take_input();
-        let context = self.host.context().clone();
-        let is_asked = !input.events.is_empty();
-        let facts = &self.clocks.facts;
-        let (shown, output) = self.interface.run(&context, input, facts);
-        let repaint = output
-            .viewport_output
-            .get(&egui::ViewportId::ROOT)
-            .map(|viewport| viewport.repaint_delay);
-        self.host.take_output(output.platform_output, repaint);
-        self.gui.update_textures(output.textures_delta)?;
-        let primitives = match self.host.draws_interface() {
-            true => context.tessellate(output.shapes, output.pixels_per_point),
-            false => Vec::new(),
-        };
-        let window = self.host.size();
-        let place_of = |rect| Place::of(rect, output.pixels_per_point, window);
-        Ok(Seen {
-            picture: place_of(shown.picture),
-            beside: shown.beside.map(place_of).filter(|place| !place.is_empty()),
-            shown,
-            context,
-            primitives,
-            pixels_per_point: output.pixels_per_point,
-            repaint,
-            is_asked,
-        })
-    }
-
-    /// Draws the picture, or takes the one that is there, and the interface over it, and shows both.
-    pub(super) fn draw(
-        &mut self,
-        mut rec: Recorder,
-        image: FrontImage,
-        shot: &Shot<'_>,
-    ) -> Result<()> {
-        let target = self.front.image(&image);
-        let place = &shot.picture;
-        let mut is_covered = false;
-        if let Some(stage) = self.stage.as_mut().filter(|_| !place.is_empty()) {
-            let can_wait = self.out.holds() || shot.answers;
-            if shot.is_between {
-                // It stays as it is.
-            } else if can_wait && stage.shows(&shot.view, shot.sizes()) {
-                if shot.answers {
-                    self.order.owe_picture();
-                }
-            } else {
-                stage.draw(&mut rec, &shot.view, shot.sizes(), shot.is_moving)?;
-            }
-            let (picture, atlas) = stage.picture();
-            Self::look_on(&mut self.out, &mut rec, picture, stage.pictures)?;
-            rec.copy_image_to(picture, target, place.corner);
-            if let (Some(atlas), Some(place)) = (atlas, &shot.beside) {
-                rec.copy_image_to(atlas, target, place.corner);
-            }
-            is_covered = true;
-        }
-        let over = Targets {
-            color: target,
-            resolve: None,
-            depth: None,
-            depth_test: DepthTest::Greatest,
-            clear: (!is_covered).then_some(EMPTY),
-        };
-        let gui = &mut self.gui;
-        rec.pass("interface", &over, |pass| {
-            gui.draw(pass, target.size(), shot.pixels_per_point, shot.primitives)
-        })?;
-        let ring = if shot.is_between {
-            &mut self.answers
-        } else {
-            &mut self.frames
-        };
-        self.front.present(ring, rec, image)?;
-        self.clocks.presented();
-        Ok(())
-    }
-
-    /// Tells tests what the window shows now.
-    pub(super) fn tell_places(
-        &mut self,
-        context: &egui::Context,
-        pixels_per_point: f32,
-        rests: bool,
-    ) -> Result<()> {
-        let Some(places) = &mut self.places else {
-            return Ok(());
-        };
-        let state = self
-            .interface
-            .state(&self.clocks.facts, context.text_edit_focused());
-        told(places.write(state, pixels_per_point, rests))
-    }
-
-    /// What the window shows may change.
-    pub(super) fn stir_places(&mut self) -> Result<bool> {
-        told(self.places.as_mut().map_or(Ok(false), Places::stir))
-    }
-
-    /// What this frame has named is not in the window.
-    pub(super) fn forget_places(&mut self) {
-        if let Some(places) = &mut self.places {
-            places.forget();
-        }
-    }
-}
-
-/// What came of writing places.
-fn told<T>(written: std::io::Result<T>) -> Result<T> {
-    written.map_err(|error| Error::Invalid(format!("--places: {error}")))
 }

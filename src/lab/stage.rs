@@ -14,7 +14,7 @@ use myxo::sim::Simulation;
 use myxo::sim::types::{Flow, Pose};
 use myxo::{Error, Result};
 
-use super::loading::Loaded;
+use crate::lab::loading::Loaded;
 
 /// The most particles that a device which is a CPU draws while the simulation runs.
 const PARTICLES_ON_CPU: u32 = 60_000;

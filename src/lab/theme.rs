@@ -27,6 +27,9 @@ struct Palette {
     button_hovered: Color32,
 }
 
+/// How much of its colour is left of what is disabled.
+const DISABLED: f32 = 0.68;
+
 const DARK: Palette = Palette {
     accent: Color32::from_rgb(0xe8, 0xb4, 0x1c),
     pending: Color32::from_rgb(0xf0, 0x8a, 0x3c),
@@ -208,6 +211,10 @@ fn visuals(light: bool) -> Visuals {
         widget.weak_bg_fill = fill;
         widget.fg_stroke = Stroke::new(1.0, text);
     }
+    // What has the keyboard, or is pressed.
+    widgets.active.bg_stroke = Stroke::new(1.5, palette.accent);
+    // Text that is disabled keeps a contrast of 4.5 to 1 on the panel.
+    visuals.disabled_alpha = DISABLED;
     visuals
 }
 

@@ -1,46 +1,36 @@
 //! Steps that take longer than a hand waits: they go to the device in slices, and between these the window answers over the
 //! picture that is there.
 
-use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use myxo::Result;
 use myxo::gpu::Recorder;
 use myxo::scene::settings::ObjectSettings;
 
-use super::hands::{Ticket, Work};
-use super::interface::Command;
-use super::show::{Seen, Shot};
-use super::stage::Stage;
-use super::window::Lab;
+use crate::lab::command::Command;
+use crate::lab::command::{Ticket, Work};
 
-/// The system's events are taken in as often, or a slice later.
-const LONGEST_SLICES: Duration = Duration::from_millis(25);
 /// Kernels that take longer are divided.
-pub(super) const LONGEST_SLICE: Duration = Duration::from_millis(12);
-/// From one answer to the next at the least, or a pointer that moves would keep the steps from coming.
-const BETWEEN_ANSWERS: Duration = Duration::from_millis(50);
-
+pub const LONGEST_SLICE: Duration = Duration::from_millis(12);
 /// Steps that the device has been given a part of. Until it has all of them nobody else may touch the simulation.
-pub(super) struct UnderWay {
-    rec: Recorder,
-    steps: u32,
+pub struct UnderWay {
+    pub rec: Recorder,
+    pub steps: u32,
     /// There was input that the window does not show yet.
-    owes_answer: bool,
+    pub owes_answer: bool,
     /// When the interface wants to be shown again.
-    repaint: Option<Instant>,
+    pub repaint: Option<Instant>,
     /// Before that there is no answer.
-    rests_until: Instant,
+    pub rests_until: Instant,
 }
 
 impl UnderWay {
-    fn wants(&mut self, repaint: Option<Duration>) {
+    pub fn wants(&mut self, repaint: Option<Duration>) {
         self.repaint = repaint.and_then(|delay| Instant::now().checked_add(delay));
     }
 }
 
 /// Something to do when the steps are over, and what loads is there.
-pub(super) enum Left {
+pub enum Left {
     /// What the interface asked for, and the size of the picture that it meant.
     Command(Command, [u32; 2]),
     /// A file that was dropped onto the window.
@@ -53,7 +43,7 @@ pub(super) enum Left {
 
 impl Left {
     /// What the object was asked for by that is to come by it.
-    pub(super) fn ticket(&self) -> Option<Ticket> {
+    pub fn ticket(&self) -> Option<Ticket> {
         match self {
             Self::Copy(_, ticket)
             | Self::Command(Command::Hand(Work::Duplicate(_, ticket) | Work::Add(_, ticket)), _) => {
@@ -61,131 +51,5 @@ impl Left {
             }
             _ => None,
         }
-    }
-}
-
-impl Lab {
-    /// Steps have been recorded in slices; they begin. The window does not show what was seen.
-    pub(super) fn set_out(&mut self, rec: Recorder, steps: u32, seen: &Seen) {
-        let mut under_way = UnderWay {
-            rec,
-            steps,
-            owes_answer: seen.is_asked,
-            repaint: None,
-            rests_until: Instant::now(),
-        };
-        under_way.wants(seen.repaint);
-        self.under_way = Some(under_way);
-        self.forget_places();
-    }
-
-    /// Goes on with the steps that are under way, and answers if something was asked. False where there are none.
-    pub(super) fn go_on(&mut self) -> Result<bool> {
-        // Where something fails they are given up.
-        let Some(mut under_way) = self.under_way.take() else {
-            return Ok(false);
-        };
-        let now = Instant::now();
-        let is_asked = under_way.owes_answer
-            || self.host.has_input()
-            || under_way.repaint.is_some_and(|due| due <= now);
-        if is_asked && under_way.rests_until <= now {
-            self.answer(&mut under_way)?;
-            // An answer that takes long leaves the steps as much.
-            under_way.rests_until = Instant::now() + BETWEEN_ANSWERS.max(now.elapsed());
-        }
-        let began = Instant::now();
-        while began.elapsed() < LONGEST_SLICES {
-            if !self.frames.run_slice(&mut under_way.rec)? {
-                self.frames.submit(under_way.rec)?;
-                self.frames.wait_idle()?;
-                self.have_stepped(under_way.steps)?;
-                self.report_messages();
-                return Ok(true);
-            }
-        }
-        self.under_way = Some(under_way);
-        Ok(true)
-    }
-
-    /// Does the rest of the steps at once.
-    pub(super) fn finish_steps(&mut self) -> Result<()> {
-        let Some(mut under_way) = self.under_way.take() else {
-            return Ok(());
-        };
-        while self.frames.run_slice(&mut under_way.rec)? {}
-        self.frames.submit(under_way.rec)?;
-        self.frames.wait_idle()?;
-        self.have_stepped(under_way.steps)
-    }
-
-    /// Does what had to wait. Where something fails the rest goes on waiting.
-    pub(super) fn do_what_was_left(&mut self) -> Result<()> {
-        let mut left = VecDeque::from(std::mem::take(&mut self.left));
-        while let Some(next) = left.pop_front() {
-            let done = match next {
-                Left::Command(command, size) => {
-                    let context = self.host.context().clone();
-                    self.obey(&context, command, size)
-                }
-                Left::File(path) => {
-                    self.take_file(path);
-                    Ok(())
-                }
-                Left::Copy(object, ticket) => {
-                    self.duplicate_object(object, ticket);
-                    Ok(())
-                }
-                Left::Removal(object) => {
-                    self.remove_object(object);
-                    Ok(())
-                }
-            };
-            if let Err(error) = done {
-                self.left.extend(left);
-                return Err(error);
-            }
-        }
-        Ok(())
-    }
-
-    /// The interface as it is now, over the picture that is there. What it asks for has to wait.
-    fn answer(&mut self, under_way: &mut UnderWay) -> Result<()> {
-        let seen = self.run_interface()?;
-        under_way.owes_answer = false;
-        under_way.wants(seen.repaint);
-        let size = seen.picture.size;
-        self.closing |= seen.shown.commands.contains(&Command::Quit);
-        let commands = seen.shown.commands.iter().cloned();
-        self.left
-            .extend(commands.map(|command| Left::Command(command, size)));
-        self.look_under_hand(size);
-        let shot = Shot {
-            view: self.interface.view,
-            answers: true,
-            is_between: true,
-            picture: seen.picture,
-            beside: seen.beside,
-            is_moving: false,
-            primitives: &seen.primitives,
-            pixels_per_point: seen.pixels_per_point,
-        };
-        let is_there = |stage: &Stage| stage.has_drawn(&shot.view, shot.sizes());
-        // Another picture cannot be drawn now; the next frame does.
-        if !self.stage.as_ref().is_some_and(is_there) {
-            self.forget_places();
-            return Ok(());
-        }
-        let Some(image) = self.front.acquire()? else {
-            self.forget_places();
-            return Ok(());
-        };
-        self.order.has_been_answered();
-        let rec = self.answers.begin()?;
-        self.clocks.catch_up();
-        self.draw(rec, image, &shot)?;
-        self.answers.wait_idle()?;
-        self.clocks.facts.answers_within_steps += 1;
-        self.tell_places(&seen.context, seen.pixels_per_point, false)
     }
 }

@@ -80,11 +80,19 @@ impl State {
 }
 
 /// Where undo and redo lead to, and what a file has.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Entry {
     state: State,
     /// The last stroke; 0 for none.
     strokes: u64,
+    /// The preset that was taken last. It is no change by itself.
+    preset: Option<String>,
+}
+
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.state, self.strokes) == (&other.state, other.strokes)
+    }
 }
 
 /// What was, what is, and what was undone.
@@ -105,7 +113,11 @@ impl Undo {
     /// Nothing has been changed.
     pub fn new(settings: &Settings, view: &View) -> Self {
         let state = State::of(settings, view);
-        let now = Entry { state, strokes: 0 };
+        let now = Entry {
+            state,
+            strokes: 0,
+            preset: None,
+        };
         Self {
             past: Vec::new(),
             saved: Some(now.clone()),
@@ -136,6 +148,7 @@ impl Undo {
         self.go_on_to(Entry {
             state: State { settings, look },
             strokes: self.now.strokes,
+            preset: None,
         });
     }
 
@@ -146,6 +159,7 @@ impl Undo {
         self.go_on_to(Entry {
             state: self.now.state.clone(),
             strokes: self.last_number,
+            preset: self.now.preset.clone(),
         });
         self.last_number
     }
@@ -239,6 +253,7 @@ impl Undo {
         Entry {
             state: State::of(settings, view),
             strokes: self.now.strokes,
+            preset: None,
         }
     }
 
@@ -250,6 +265,16 @@ impl Undo {
     /// Is something different from what a file has?
     pub fn is_unsaved(&self, settings: &Settings, view: &View) -> bool {
         self.saved != Some(self.to_save(settings, view))
+    }
+
+    /// The preset that goes with what is there now.
+    pub fn preset(&self) -> Option<&str> {
+        self.now.preset.as_deref()
+    }
+
+    /// What is there now goes with this preset.
+    pub fn set_preset(&mut self, preset: Option<&str>) {
+        self.now.preset = preset.map(str::to_owned);
     }
 
     /// Is there something to undo?

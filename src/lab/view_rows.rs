@@ -8,11 +8,12 @@ use myxo::render::exposure::Exposure;
 use myxo::scene::parameters::{Kind, PARAMETERS, Parameter, why_idle};
 use myxo::scene::settings::Settings;
 
-use super::interface::Interface;
-use super::out::put_look;
-use super::places::Marked as _;
-use super::rows::{RowContext, editor, row_with, within};
-use super::widgets::{color_map_picker, parse_number, wide_slider};
+use crate::lab::desk::Desk;
+use crate::lab::document::Document;
+use crate::lab::document::put_look;
+use crate::lab::places::Marked as _;
+use crate::lab::rows::{RowContext, editor, row_with, within};
+use crate::lab::widgets::{color_map_picker, parse_number, wide_slider};
 
 /// Of the section Picture.
 pub(super) const COLOR_ROWS: &[&str] =
@@ -60,7 +61,7 @@ const NO_AREAS: &str = "Nothing is painted, and there is no area map: brushes pa
 /// What gets the brightest colour when automatic exposure is left, trail units.
 const BRIGHTEST: f32 = 50.0;
 
-impl Interface {
+impl Document {
     /// The settings with what is seen, as a scene file would have them. A camera that fits the scene has no distance of its
     /// own.
     fn as_seen(&self) -> Settings {
@@ -81,53 +82,6 @@ impl Interface {
             loaded.camera.distance = 0.0;
         }
         loaded
-    }
-
-    /// One row for each of these keys.
-    pub(super) fn view_rows(&mut self, ui: &mut Ui, keys: &[&str]) {
-        let (before, loaded) = (self.as_seen(), self.as_loaded());
-        let mut seen = before.clone();
-        let default = Settings::default();
-        let context = RowContext {
-            loaded: &loaded,
-            default: &default,
-            running: &before,
-            shared: &before.physarum,
-            objects: &before.objects,
-            prefix: "",
-            idle: &|key| match key {
-                "picture.areas" if !self.has_areas => Some(NO_AREAS),
-                // The atlas beside the picture has the trail's colours, whatever the picture shows.
-                "picture.color_map" | "picture.brightest" | "picture.darkest" if self.split => None,
-                _ => why_idle(key, &before),
-            },
-        };
-        for key in keys {
-            let parameter = parameter(key);
-            row_with(
-                ui,
-                parameter,
-                &mut seen,
-                &context,
-                |ui, settings| match *key {
-                    "picture.color_map" => {
-                        let before = settings.picture.color_map;
-                        color_map_picker(ui, &mut settings.picture.color_map);
-                        settings.picture.color_map != before
-                    }
-                    "picture.brightest" => brightest(ui, parameter, settings),
-                    "picture.background" => {
-                        ui.horizontal(|ui| {
-                            let changed = color(ui, &mut settings.picture.background);
-                            editor(ui, key, parameter, settings, &context) || changed
-                        })
-                        .inner
-                    }
-                    _ => editor(ui, key, parameter, settings, &context),
-                },
-            );
-        }
-        self.look_as(&before, &seen);
     }
 
     /// Takes over what differs.
@@ -166,6 +120,55 @@ impl Interface {
             self.refit();
         }
     }
+}
+
+/// One row for each of these keys.
+pub(super) fn view_rows(ui: &mut Ui, keys: &[&str], desk: &mut Desk<'_>) {
+    let (before, loaded) = (desk.document.as_seen(), desk.document.as_loaded());
+    let mut seen = before.clone();
+    let default = Settings::default();
+    let context = RowContext {
+        loaded: &loaded,
+        default: &default,
+        running: &before,
+        shared: &before.physarum,
+        objects: &before.objects,
+        prefix: "",
+        idle: &|key| match key {
+            "picture.areas" if !desk.facts.has_areas => Some(NO_AREAS),
+            // The atlas beside the picture has the trail's colours, whatever the picture shows.
+            "picture.color_map" | "picture.brightest" | "picture.darkest" if desk.layout.split => {
+                None
+            }
+            _ => why_idle(key, &before),
+        },
+    };
+    for key in keys {
+        let parameter = parameter(key);
+        row_with(
+            ui,
+            parameter,
+            &mut seen,
+            &context,
+            |ui, settings| match *key {
+                "picture.color_map" => {
+                    let before = settings.picture.color_map;
+                    color_map_picker(ui, &mut settings.picture.color_map);
+                    settings.picture.color_map != before
+                }
+                "picture.brightest" => brightest(ui, parameter, settings),
+                "picture.background" => {
+                    ui.horizontal(|ui| {
+                        let changed = color(ui, &mut settings.picture.background);
+                        editor(ui, key, parameter, settings, &context) || changed
+                    })
+                    .inner
+                }
+                _ => editor(ui, key, parameter, settings, &context),
+            },
+        );
+    }
+    desk.document.look_as(&before, &seen);
 }
 
 /// The trail that gets the brightest colour, 0 for as much as there is; true if it was changed.
@@ -214,11 +217,14 @@ mod tests {
     use super::*;
     use myxo::scene::Scene;
 
-    fn interface(distance: f32) -> Interface {
+    fn document(distance: f32) -> Document {
         let mut settings = Settings::default();
         settings.camera.distance = distance;
         let scene = Scene::from_settings("torus".to_owned(), settings, ".".into()).unwrap();
-        Interface::new(&scene)
+        let mut document = Document::new(&scene);
+        document.see_as(&scene);
+        document.restarted(&scene);
+        document
     }
 
     fn all() -> impl Iterator<Item = &'static str> {
@@ -242,10 +248,10 @@ mod tests {
     #[test]
     fn nothing_is_marked_before_it_is_changed() {
         for distance in [0.0, 3.0, 3.281_736_4] {
-            let mut interface = interface(distance);
+            let mut document = document(distance);
             for size in [[800.0, 600.0], [300.0, 900.0]] {
-                interface.keep_fitting(size.into());
-                let (seen, loaded) = (interface.as_seen(), interface.as_loaded());
+                document.keep_fitting(size.into(), Vec::new(), false);
+                let (seen, loaded) = (document.as_seen(), document.as_loaded());
                 assert_eq!((seen.camera, seen.picture), (loaded.camera, loaded.picture));
             }
         }
@@ -254,8 +260,8 @@ mod tests {
     #[test]
     fn what_is_typed_is_seen() {
         for key in all() {
-            let mut interface = interface(0.0);
-            let before = interface.as_seen();
+            let mut document = document(0.0);
+            let before = document.as_seen();
             let mut wanted = before.clone();
             match &parameter(key).kind {
                 Kind::Number(number) => {
@@ -270,13 +276,13 @@ mod tests {
                 _ => unreachable!("pictures have neither texts nor values of objects"),
             }
             assert_ne!(wanted, before, "{key}");
-            interface.look_as(&before, &wanted);
-            let seen = interface.as_seen();
+            document.look_as(&before, &wanted);
+            let seen = document.as_seen();
             assert_eq!(seen.picture, wanted.picture, "{key}");
             assert_eq!(seen.camera, wanted.camera, "{key}");
             // And back.
-            interface.look_as(&seen, &before);
-            let back = interface.as_seen();
+            document.look_as(&seen, &before);
+            let back = document.as_seen();
             assert_eq!(back.picture, before.picture, "{key}");
             assert_eq!(back.camera, before.camera, "{key}");
         }

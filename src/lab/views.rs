@@ -10,224 +10,223 @@ use myxo::render::hues::{hue_light, object_light};
 use myxo::render::view::Light;
 use myxo::scene::settings::{Legend, Show};
 
-use super::interface::{Facts, Interface};
-use super::places::{Marked as _, note_value};
-use super::theme;
-use super::view_rows::{CAMERA_ROWS, LIGHT_ROWS};
+use crate::lab::actions::Action;
+use crate::lab::desk::Desk;
+use crate::lab::document::Document;
+use crate::lab::facts::Facts;
+use crate::lab::navigation::Navigation;
+use crate::lab::places::{Marked as _, note_value};
+use crate::lab::theme;
+use crate::lab::view_rows::{CAMERA_ROWS, LIGHT_ROWS, view_rows};
 
 /// Of the ball that moves the light, points.
 const BALL: f32 = 72.0;
 /// Objects that are named in the legend.
 const NAMED: usize = 8;
 
-impl Interface {
-    /// Shows something else, if the scene has it.
-    pub(super) fn choose_view(&mut self, ctx: &egui::Context, show: Show) {
-        match show.why_not(&self.running) {
-            None => self.view.show = show,
-            Some(why) => {
-                let text = format!("{} cannot be shown: {why}", show.title());
-                self.notice(ctx, text, false);
-            }
+/// Shows something else, if the scene has it.
+pub(super) fn choose_view(ctx: &egui::Context, show: Show, desk: &mut Desk<'_>) {
+    match show.why_not(&desk.document.running) {
+        None => desk.document.view.show = show,
+        Some(why) => {
+            let text = format!("{} cannot be shown: {why}", show.title());
+            desk.notices.say(ctx, text, false);
         }
     }
+}
 
-    /// What the picture can show, the atlas beside it, and what the colours mean.
-    pub(super) fn views_list(&mut self, ui: &mut Ui, facts: &Facts) {
-        ui.horizontal_wrapped(|ui| {
-            ui.spacing_mut().item_spacing = vec2(3.0, 3.0);
-            for &show in Show::ALL {
-                let why_not = show.why_not(&self.running);
-                let label = egui::Button::selectable(self.view.show == show, show.title());
-                let button = ui
-                    .add_enabled(why_not.is_none(), label)
-                    .on_hover_text(in_words(show));
-                let button = match why_not {
-                    Some(why) => button
-                        .on_disabled_hover_text(format!("{}. Not here: {why}", in_words(show))),
-                    None => button,
-                };
-                if button.marked(&format!("show={}", show.word())).clicked() {
-                    self.view.show = show;
+/// What the picture can show, the atlas beside it, and what the colours mean.
+pub(super) fn views_list(ui: &mut Ui, desk: &mut Desk<'_>) {
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing = vec2(3.0, 3.0);
+        for &show in Show::ALL {
+            let why_not = show.why_not(&desk.document.running);
+            let label = egui::Button::selectable(desk.document.view.show == show, show.title());
+            let button = ui
+                .add_enabled(why_not.is_none(), label)
+                .on_hover_text(in_words(show));
+            let button = match why_not {
+                Some(why) => {
+                    button.on_disabled_hover_text(format!("{}. Not here: {why}", in_words(show)))
                 }
-            }
-        });
-        ui.horizontal(|ui| {
-            ui.spacing_mut().item_spacing.x = 3.0;
-            let can_split = !self.view.show.is_flat();
-            let split = egui::Button::selectable(self.split, "Atlas beside");
-            let split = ui
-                .add_enabled(can_split, split)
-                .on_hover_text("The texture, unwrapped, beside the picture (U)")
-                .on_disabled_hover_text("The picture is the atlas already.")
-                .marked("split");
-            if split.clicked() {
-                self.split = !self.split;
-            }
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                if ui
-                    .button("Fit")
-                    .on_hover_text("The whole scene into the picture (Home)")
-                    .marked("fit")
-                    .clicked()
-                {
-                    self.fit();
-                }
-            });
-        });
-        self.legend(ui, facts);
-    }
-
-    /// What colours mean.
-    fn legend(&self, ui: &mut Ui, facts: &Facts) {
-        let line = |ui: &mut Ui, colors: &[Vec3], text: &str| {
-            ui.horizontal(|ui| {
-                ui.spacing_mut().item_spacing.x = 2.0;
-                for color in colors {
-                    let (rect, _) = ui.allocate_exact_size(vec2(12.0, 10.0), Sense::hover());
-                    ui.painter().rect_filled(rect, 2.0, seen(*color));
-                }
-                ui.add_space(3.0);
-                ui.label(RichText::new(text).small().color(theme::weak(ui)));
-            });
-        };
-        let map = self.view.color_map;
-        match self.view.show.legend() {
-            Legend::None => {}
-            Legend::Trail => {
-                let Some(brightest) = facts.brightest else {
-                    return;
-                };
-                let trails = [0.0, 0.1, 0.3, 1.0].map(|share: f32| share * brightest);
-                let colors =
-                    trails.map(|trail| map.color(above(tone(trail, brightest), self.view.darkest)));
-                let levels = trails.map(three_digits);
-                note_value(ui.ctx(), "brightest", || levels[3].clone());
-                line(
-                    ui,
-                    &colors,
-                    &format!("trail {} and more", levels.join(", ")),
-                );
-            }
-            Legend::Hues(ways, hint) => {
-                ui.horizontal(|ui| {
-                    for (turn, text) in ways {
-                        line(ui, &[hue_light(*turn)], text);
-                    }
-                })
-                .response
-                .on_hover_text(hint);
-            }
-            Legend::Scale(shares, text) => {
-                let colors: Vec<Vec3> = shares.iter().map(|share| map.color(*share)).collect();
-                line(ui, &colors, text);
-            }
-            Legend::Lights(lights) => {
-                let reach = self.running.distance.reach.to_string();
-                for (light, text) in lights {
-                    line(ui, &[(*light).into()], &text.replace("{reach}", &reach));
-                }
-            }
-            Legend::Objects(last) => {
-                let objects = self.running.objects.iter().enumerate();
-                for (i, object) in objects.take(NAMED) {
-                    line(ui, &[object_light(i)], &object.name);
-                }
-                let more = self.running.objects.len().saturating_sub(NAMED);
-                if more > 0 {
-                    line(ui, &[], &format!("and {more} more"));
-                }
-                line(ui, &[], last);
+                None => button,
+            };
+            if button.marked(&format!("show={}", show.word())).clicked() {
+                desk.document.view.show = show;
             }
         }
-    }
-
-    /// What is looked at and how, for those who steer the window from outside.
-    pub(super) fn note_view(&self, ctx: &egui::Context) {
-        let camera = || self.view.camera.to_settings(Vec3::ZERO);
-        note_value(ctx, "camera", || {
-            let at = camera();
-            format!("{:.0} {:.0}", at.azimuth, at.elevation)
-        });
-        note_value(ctx, "camera.target", || format!("{:.3?}", camera().target));
-        note_value(ctx, "atlas", || format!("{:.3?}", self.view.atlas));
-        if let Some(flying) = &self.navigation.flying {
-            let modifiers = ctx.input(|input| input.modifiers);
-            note_value(ctx, "fly.speed", || {
-                flying.speed_with(modifiers).to_string()
-            });
+    });
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 3.0;
+        let can_split = !desk.document.view.show.is_flat();
+        let split = egui::Button::selectable(desk.layout.split, "Atlas beside");
+        let split = ui
+            .add_enabled(can_split, split)
+            .on_hover_text("The texture, unwrapped, beside the picture (U)")
+            .on_disabled_hover_text("The picture is the atlas already.")
+            .marked("split");
+        if split.clicked() {
+            desk.layout.split = !desk.layout.split;
         }
-        let light = self.view.light;
-        note_value(ctx, "light", || {
-            format!("{:.0} {:.0}", light.azimuth, light.elevation)
-        });
-        note_value(ctx, "shows_food", || self.view.shows_food.to_string());
-        note_value(ctx, "shows_areas", || self.view.shows_areas.to_string());
-    }
-
-    /// Sides to look from, how wide the camera opens, flight.
-    pub(super) fn camera_section(&mut self, ui: &mut Ui) {
-        ui.horizontal_wrapped(|ui| {
-            ui.spacing_mut().item_spacing = vec2(3.0, 3.0);
-            let home = ui
-                .button("Home")
-                .on_hover_text("Where the scene's file puts the camera");
-            if home.marked("view=home").clicked() {
-                self.go_home();
-            }
-            for (side, title) in Side::ALL {
-                let word = title.to_lowercase();
-                let button = ui
-                    .button(*title)
-                    .on_hover_text(format!("Looks at the same place from the {word}"));
-                if button.marked(&format!("view={word}")).clicked() {
-                    self.view.camera.look_from(*side);
-                }
-            }
-        });
-        ui.horizontal(|ui| {
-            let mut flies = self.navigation.is_flying();
-            let hint =
-                "Fly: W A S D, E up, Q down, Shift faster, drag to look, wheel for the speed (V)";
-            let toggle = ui.toggle_value(&mut flies, "✈ Fly");
-            if toggle.on_hover_text(hint).marked("fly").clicked() {
-                self.toggle_flight(ui.ctx());
-            }
-            if let Some(flying) = &self.navigation.flying {
-                let speed = flying.speed_with(ui.input(|input| input.modifiers));
-                let text = format!("{speed:.2} scene radii a second");
-                ui.label(RichText::new(text).small().color(theme::weak(ui)));
-            }
-        });
-        self.view_rows(ui, CAMERA_ROWS);
-    }
-
-    fn go_home(&mut self) {
-        self.view.camera = self.home;
-        if self.loaded.camera.distance <= 0.0 {
-            self.refit();
-        }
-    }
-
-    /// Where the light comes from, and how dark hollows are.
-    pub(super) fn light_section(&mut self, ui: &mut Ui) {
-        ui.horizontal_top(|ui| {
-            let (rect, response) =
-                ui.allocate_exact_size(vec2(BALL, BALL), Sense::click_and_drag());
-            let radius = 0.5 * BALL - 2.0;
-            if let Some(at) = response.interact_pointer_pos() {
-                let place = (at - rect.center()) / radius;
-                self.view.light = light_on_ball(Vec2::new(place.x, -place.y));
-            }
-            ball(ui, rect.center(), radius, self.view.light);
-            response
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if ui
+                .button("Fit")
                 .on_hover_text(
-                    "The light: drag the spot over the ball. In the picture: L and drag.",
+                    Action::Fit.hint("The selected object, or the whole scene, into the picture"),
                 )
-                .marked("light");
-            ui.vertical(|ui| self.view_rows(ui, LIGHT_ROWS));
+                .marked("fit")
+                .clicked()
+            {
+                desk.actions.push(Action::Fit);
+            }
+        });
+    });
+    legend(ui, desk.document, desk.facts);
+}
+
+/// What colours mean.
+fn legend(ui: &mut Ui, document: &Document, facts: &Facts) {
+    let line = |ui: &mut Ui, colors: &[Vec3], text: &str| {
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 2.0;
+            for color in colors {
+                let (rect, _) = ui.allocate_exact_size(vec2(12.0, 10.0), Sense::hover());
+                ui.painter().rect_filled(rect, 2.0, seen(*color));
+                // Pale colours are seen on a pale ground.
+                let line = Stroke::new(1.0, theme::weak(ui));
+                (ui.painter()).rect_stroke(rect, 2.0, line, egui::StrokeKind::Inside);
+            }
+            ui.add_space(3.0);
+            ui.label(RichText::new(text).small().color(theme::weak(ui)));
+        });
+    };
+    let map = document.view.color_map;
+    match document.view.show.legend() {
+        // What stands below stays where it is.
+        Legend::None => line(ui, &[], ""),
+        Legend::Trail => {
+            let Some(brightest) = facts.brightest else {
+                return;
+            };
+            let trails = [0.0, 0.1, 0.3, 1.0].map(|share: f32| share * brightest);
+            let colors =
+                trails.map(|trail| map.color(above(tone(trail, brightest), document.view.darkest)));
+            let levels = trails.map(three_digits);
+            note_value(ui.ctx(), "brightest", || levels[3].clone());
+            line(
+                ui,
+                &colors,
+                &format!("trail {} and more", levels.join(", ")),
+            );
+        }
+        Legend::Hues(ways, hint) => {
+            ui.horizontal(|ui| {
+                for (turn, text) in ways {
+                    line(ui, &[hue_light(*turn)], text);
+                }
+            })
+            .response
+            .on_hover_text(hint);
+        }
+        Legend::Scale(shares, text) => {
+            let colors: Vec<Vec3> = shares.iter().map(|share| map.color(*share)).collect();
+            line(ui, &colors, text);
+        }
+        Legend::Lights(lights) => {
+            let reach = document.running.distance.reach.to_string();
+            for (light, text) in lights {
+                line(ui, &[(*light).into()], &text.replace("{reach}", &reach));
+            }
+        }
+        Legend::Objects(last) => {
+            let objects = document.running.objects.iter().enumerate();
+            for (i, object) in objects.take(NAMED) {
+                line(ui, &[object_light(i)], &object.name);
+            }
+            let more = document.running.objects.len().saturating_sub(NAMED);
+            if more > 0 {
+                line(ui, &[], &format!("and {more} more"));
+            }
+            line(ui, &[], last);
+        }
+    }
+}
+
+/// What is looked at and how, for those who steer the window from outside.
+pub(super) fn note_view(ctx: &egui::Context, document: &Document, navigation: &Navigation) {
+    let camera = || document.view.camera.to_settings(Vec3::ZERO);
+    note_value(ctx, "camera", || {
+        let at = camera();
+        format!("{:.0} {:.0}", at.azimuth, at.elevation)
+    });
+    note_value(ctx, "camera.target", || format!("{:.3?}", camera().target));
+    note_value(ctx, "atlas", || format!("{:.3?}", document.view.atlas));
+    if let Some(flying) = &navigation.flying {
+        let modifiers = ctx.input(|input| input.modifiers);
+        note_value(ctx, "fly.speed", || {
+            flying.speed_with(modifiers).to_string()
         });
     }
+    let light = document.view.light;
+    note_value(ctx, "light", || {
+        format!("{:.0} {:.0}", light.azimuth, light.elevation)
+    });
+    note_value(ctx, "shows_food", || document.view.shows_food.to_string());
+    note_value(ctx, "shows_areas", || document.view.shows_areas.to_string());
+}
+
+/// Sides to look from, how wide the camera opens, flight.
+pub(super) fn camera_section(ui: &mut Ui, navigation: &Navigation, desk: &mut Desk<'_>) {
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing = vec2(3.0, 3.0);
+        let home = ui
+            .button("Home")
+            .on_hover_text(Action::Home.hint("Where the scene's file puts the camera"));
+        if home.marked("view=home").clicked() {
+            desk.actions.push(Action::Home);
+        }
+        for (side, title) in Side::ALL {
+            let word = title.to_lowercase();
+            let button = ui
+                .button(*title)
+                .on_hover_text(format!("Looks at the same place from the {word}"));
+            if button.marked(&format!("view={word}")).clicked() {
+                desk.document.view.camera.look_from(*side);
+            }
+        }
+    });
+    ui.horizontal(|ui| {
+        let mut flies = navigation.is_flying();
+        let hint =
+            "Fly: W A S D, E up, Q down, Shift faster, drag to look, wheel for the speed (V)";
+        let toggle = ui.toggle_value(&mut flies, "✈ Fly");
+        if toggle.on_hover_text(hint).marked("fly").clicked() {
+            desk.actions.push(Action::Fly);
+        }
+        if let Some(flying) = &navigation.flying {
+            let speed = flying.speed_with(ui.input(|input| input.modifiers));
+            let text = format!("{speed:.2} scene radii a second");
+            ui.label(RichText::new(text).small().color(theme::weak(ui)));
+        }
+    });
+    view_rows(ui, CAMERA_ROWS, desk);
+}
+
+/// Where the light comes from, and how dark hollows are.
+pub(super) fn light_section(ui: &mut Ui, desk: &mut Desk<'_>) {
+    ui.horizontal_top(|ui| {
+        let (rect, response) = ui.allocate_exact_size(vec2(BALL, BALL), Sense::click_and_drag());
+        let radius = 0.5 * BALL - 2.0;
+        if let Some(at) = response.interact_pointer_pos() {
+            let place = (at - rect.center()) / radius;
+            desk.document.view.light = light_on_ball(Vec2::new(place.x, -place.y));
+        }
+        ball(ui, rect.center(), radius, desk.document.view.light);
+        response
+            .on_hover_text("The light: drag the spot over the ball. In the picture: L and drag.")
+            .marked("light");
+        ui.vertical(|ui| view_rows(ui, LIGHT_ROWS, desk));
+    });
 }
 
 /// A trail value in so many digits that two runs can be compared.
@@ -329,7 +328,7 @@ mod tests {
     fn every_view_says_what_it_shows_and_its_key() {
         assert_eq!(
             in_words(Show::Glow),
-            "The trail as the only light, in the dark (5)"
+            "The trail as the only light, in the dark (3)"
         );
         assert_eq!(in_words(Show::Charts).find('('), None);
     }

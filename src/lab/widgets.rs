@@ -1,13 +1,10 @@
 //! Parts of the panel that egui does not have: the choice of colours and the table of kernel times.
 
-use egui::{Align, Color32, Layout, Rect, Response, RichText, Sense, Slider, Ui, vec2};
+use egui::{Color32, Id, Rect, RectAlign, Response, RichText, Sense, Slider, Tooltip, Ui, vec2};
 use myxo::render::colormap::srgb_from_linear;
 use myxo::scene::settings::ColorMap;
 
-use super::interface::Facts;
-use super::places::Marked as _;
-use super::plot::color_of;
-use super::theme;
+use crate::lab::places::Marked as _;
 
 /// Width of the number beside a slider, points.
 const VALUE_WIDTH: f32 = 74.0;
@@ -19,9 +16,54 @@ pub fn wide_slider(ui: &mut Ui, slider: Slider<'_>, parse: Parser) -> Response {
         ui.spacing_mut().slider_width = (ui.available_width() - VALUE_WIDTH - gap).max(60.0);
         ui.spacing_mut().interact_size.x = VALUE_WIDTH;
         // Else 512 could not be typed where 16 is the least: 5 would become 16 at once.
-        ui.add(slider.custom_parser(parse).update_while_editing(false))
+        let parser = reader(ui, parse);
+        ui.add(slider.custom_parser(parser).update_while_editing(false))
     })
     .inner
+}
+
+/// What a tool in the bar at the right does, to its left, where it covers no other tool; `why_not` where it is disabled.
+pub fn hint_beside(response: Response, text: &str, why_not: &str) -> Response {
+    for (tooltip, text) in [
+        (Tooltip::for_enabled(&response), text),
+        (Tooltip::for_disabled(&response), why_not),
+    ] {
+        let mut tooltip = tooltip;
+        tooltip.popup = tooltip.popup.align(RectAlign::LEFT_START);
+        tooltip.show(|ui| {
+            ui.set_max_width(ui.spacing().tooltip_width);
+            ui.label(text);
+        });
+    }
+    response
+}
+
+/// Where it is kept what was said of something that was typed.
+const REFUSED: &str = "refused number";
+
+/// Something that was typed is not taken: this is said.
+pub fn refuse(ctx: &egui::Context, text: String) {
+    ctx.data_mut(|data| data.insert_temp(Id::new(REFUSED), text));
+}
+
+/// What was said of something that was typed, once.
+pub fn take_refused(ctx: &egui::Context) -> Option<String> {
+    ctx.data_mut(|data| data.remove_temp(Id::new(REFUSED)))
+}
+
+/// Reads what is typed into a field of numbers. What is none is said, and the number stays what it was.
+pub fn reader(ui: &Ui, parse: Parser) -> impl Fn(&str) -> Option<f64> + 'static {
+    let ctx = ui.ctx().clone();
+    move |text| {
+        let number = parse(text);
+        if number.is_none() && !text.trim().is_empty() {
+            refuse(
+                &ctx,
+                format!("“{}” is no number: it stays as it was", text.trim()),
+            );
+        }
+        number
+    }
 }
 
 /// Reads what is typed as a number.
@@ -108,53 +150,32 @@ fn color_strip(ui: &Ui, rect: Rect, map: ColorMap) {
     ui.painter().add(mesh);
 }
 
-pub fn kernel_table(ui: &mut Ui, facts: &Facts) {
-    if facts.kernels.is_empty() {
-        let reason = if facts.step_ms.is_none() && facts.step > 0 {
-            "unavailable on this device"
-        } else {
-            "measured while it runs"
-        };
-        ui.label(RichText::new(reason).color(theme::weak(ui)));
-        return;
-    }
-    egui::Grid::new("kernels")
-        .num_columns(5)
-        .spacing(vec2(5.0, 3.0))
-        .show(ui, |ui| {
-            for title in ["kernel", "calls", "mean ms", "p95 ms", "share"] {
-                ui.label(RichText::new(title).small().color(theme::weak(ui)));
-            }
-            ui.end_row();
-            for (rank, kernel) in facts.kernels.iter().enumerate() {
-                ui.horizontal(|ui| {
-                    ui.spacing_mut().item_spacing.x = 5.0;
-                    let (rect, _) = ui.allocate_exact_size(vec2(8.0, 8.0), Sense::hover());
-                    ui.painter().rect_filled(rect, 2.0, color_of(rank));
-                    ui.label(&kernel.name);
-                });
-                let number = |ui: &mut Ui, text: String| {
-                    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                        ui.label(RichText::new(text).monospace())
-                    });
-                };
-                number(ui, format!("{:.0}", kernel.per_step));
-                number(ui, milliseconds(kernel.mean_ms));
-                number(ui, milliseconds(kernel.p95_ms));
-                number(ui, format!("{:.0} %", 100.0 * kernel.share));
-                ui.end_row();
-            }
-        });
+/// A part of the panel under a title that opens and closes it; `found` holds it open, because it has what was looked
+/// for, and leaves it afterwards as it was before.
+pub fn section(ui: &mut Ui, title: &str, open: bool, found: bool, contents: impl FnOnce(&mut Ui)) {
+    section_with(ui, title, open, found, false, contents);
 }
 
-/// With as many decimals as tell something, and never too wide for the table.
-fn milliseconds(ms: f64) -> String {
-    match ms {
-        100.0.. => format!("{ms:.0}"),
-        10.0.. => format!("{ms:.1}"),
-        1.0.. => format!("{ms:.2}"),
-        _ => format!("{ms:.3}"),
-    }
+/// The same, which can be opened from elsewhere.
+pub fn section_with(
+    ui: &mut Ui,
+    title: &str,
+    open: bool,
+    found: bool,
+    opens: bool,
+    contents: impl FnOnce(&mut Ui),
+) -> egui::CollapsingResponse<()> {
+    let mut shown = egui::CollapsingHeader::new(RichText::new(title).strong())
+        .id_salt((title, found))
+        .default_open(open)
+        .open((found || opens).then_some(true))
+        .show_unindented(ui, |ui| {
+            ui.add_space(2.0);
+            contents(ui);
+            ui.add_space(6.0);
+        });
+    shown.header_response = shown.header_response.marked(&format!("section={title}"));
+    shown
 }
 
 #[cfg(test)]

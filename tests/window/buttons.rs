@@ -30,7 +30,7 @@ fn every_button_and_key_has_its_effect() {
     for show in ["particles", "atlas", "surface"] {
         lab.click_until(&format!("show={show}"), "show", show);
     }
-    for (key, show) in [("2", "particles"), ("3", "atlas"), ("1", "surface")] {
+    for (key, show) in [("4", "particles"), ("0", "atlas"), ("1", "surface")] {
         lab.key_until(key, show, "show", show);
     }
     lab.click("colors");
@@ -41,7 +41,7 @@ fn every_button_and_key_has_its_effect() {
     lab.find("picture.brightest");
     lab.click("auto");
     lab.type_into("picture.brightest", 0.9, "33");
-    lab.key("2");
+    lab.key("4");
     lab.find("particle_size");
     lab.type_into("picture.particle_size", 0.9, "4");
     let saved = lab.save("cube");
@@ -144,6 +144,29 @@ fn every_button_and_key_has_its_effect() {
     lab.click("fit");
     let fitted = lab.save("cube").camera;
     assert!(fitted.distance > 1.05 * near.distance, "{fitted:?}");
+
+    // Commands are found as parameters are.
+    lab.find("one step");
+    let before = step(&lab.seen().expect("it is told"));
+    lab.click("do=take one step");
+    lab.wait("a step", |seen| step(seen) == before + 1);
+    // Where the time goes: kept, measured anew, copied.
+    lab.find("kernels");
+    for frozen in ["true", "false"] {
+        lab.click("times.freeze");
+        lab.wait("it is frozen, or not", |seen| {
+            seen["values"]["times.frozen"] == frozen
+        });
+    }
+    lab.click("times.copy");
+    let table = lab.clipboard("calls a step");
+    assert!(table.contains("\nadvance\t1.000\t"), "{table}");
+    lab.click("times.freeze");
+    lab.click("times.clear");
+    lab.wait("nothing is kept", |seen| {
+        seen["values"]["times.frozen"] != "true"
+    });
+    views::look_for_nothing(&lab);
 
     // Another scene, by its picture; and one that is given up, if it is not quicker than the hand.
     lab.click_until("gallery", "gallery", true);

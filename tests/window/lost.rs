@@ -60,7 +60,7 @@ fn after_a_lost_device_the_scene_begins_anew_as_it_was_set() {
     lab.key_until("Escape", "the card goes", "out", false);
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
-    lab.key_until("2", "what is shown", "show", "particles");
+    lab.key_until("4", "what is shown", "show", "particles");
     lab.point("picture", 0.4);
     for _ in 0..3 {
         lab.does(Does::Wheel(true));

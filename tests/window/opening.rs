@@ -33,6 +33,19 @@ pub fn type_path(lab: &Lab, path: &str, is_behind: bool) {
     lab.again_until(path, act, |seen| seen["state"]["opening"] == false);
 }
 
+/// The same of a mesh, until it is asked what becomes of it.
+#[track_caller]
+fn type_path_and_ask(lab: &Lab, path: &str) {
+    let act = || {
+        lab.key("slash");
+        lab.wait("it is typed", |seen| seen["state"]["typing"] == true);
+        lab.key("ctrl+a");
+        lab.write(path);
+        lab.key("Return");
+    };
+    lab.again_until(path, act, |seen| seen["places"]["mesh.alone"].is_array());
+}
+
 #[test]
 fn files_are_opened_by_a_dialog() {
     if !can_open() {
@@ -170,6 +183,29 @@ fn files_are_opened_by_a_dialog() {
     lab.wait("it is there", |_| {
         folder.join("screenshot_000001.png").exists()
     });
+    // A mesh that is opened, and not added: it is asked what becomes of it.
+    let objects = lab.value("objects");
+    let own = lab.seen().expect("it is told")["state"]["scene"].clone();
+    let own = own.as_str().expect("it has a name").to_owned();
+    for (answer, scene) in [
+        ("mesh.cancel", own.as_str()),
+        ("mesh.alone", "tip"),
+        ("mesh.add", "tip"),
+    ] {
+        lab.key_until("ctrl+o", "the dialog", "opening", true);
+        type_path_and_ask(&lab, path(&lab.folder.file("tip.obj")));
+        lab.click_until(answer, "opening", false);
+        lab.wait(answer, |seen| {
+            seen["state"]["scene"] == scene && seen["state"]["loading"] == false
+        });
+        match answer {
+            "mesh.cancel" => assert_eq!(lab.value("objects"), objects),
+            "mesh.alone" => assert_eq!(lab.value("objects"), "1"),
+            _ => {
+                lab.wait("it joins", |seen| seen["values"]["objects"] == "2");
+            }
+        }
+    }
     lab.quit();
 }
 

@@ -90,7 +90,7 @@ fn every_view_can_be_chosen_and_told() {
             lab.key_until(&key.to_lowercase(), show.word(), "show", show.word());
         }
     }
-    lab.key_until("0", "nearest", "show", "nearest");
+    lab.key_until("9", "nearest", "show", "nearest");
     assert_eq!(lab.save("touching").picture.show.word(), "nearest");
     // The texture beside the picture.
     lab.key_until("u", "it is split", "split", true);
@@ -109,7 +109,7 @@ fn every_view_can_be_chosen_and_told() {
         let notice = seen["state"]["notice"].as_str();
         notice.is_some_and(|text| text.contains("clipboard"))
     });
-    lab.key_until("4", "relief", "show", "relief");
+    lab.key_until("2", "relief", "show", "relief");
     lab.find("trail.decay");
     lab.place("trail.decay");
     let decay = lab.value("trail.decay");
@@ -139,7 +139,7 @@ fn the_light_and_the_camera_can_be_moved() {
     lab.key_until("space", "it is held", "playing", false);
     let before = lab.save("cube");
     // A single object has no distances, and it is told.
-    lab.key("9");
+    lab.key("8");
     lab.wait("it is told", |seen| {
         let notice = seen["state"]["notice"].as_str();
         notice.is_some_and(|text| text.contains("needs a second object"))

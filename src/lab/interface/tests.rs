@@ -13,7 +13,10 @@ use myxo::scene::Scene;
 use myxo::scene::settings::{ColorMap, Part, Strategy};
 
 use super::*;
-use crate::lab::checks::Check;
+use crate::lab::facts::Check;
+use crate::lab::facts::KernelTime;
+use glam::Vec3;
+use myxo::scene::parameters::PARAMETERS;
 
 struct Harness {
     ctx: egui::Context,
@@ -156,38 +159,41 @@ impl Harness {
 #[test]
 fn keys_run_step_restart_and_choose() {
     let mut harness = Harness::new();
-    assert!(harness.interface.playing);
+    assert!(harness.interface.document.playing);
     harness.press(Key::Space);
-    assert!(!harness.interface.playing);
+    assert!(!harness.interface.document.playing);
     assert_eq!(harness.press(Key::S), [Command::Step]);
     assert_eq!(harness.press(Key::Period), [Command::Step]);
     assert_eq!(harness.press(Key::R), [Command::Restart]);
     assert_eq!(harness.press(Key::F12), [Command::Screenshot]);
     for (key, show) in [
-        (Key::Num2, Show::Particles),
-        (Key::Num3, Show::Atlas),
+        (Key::Num4, Show::Particles),
+        (Key::Num0, Show::Atlas),
         (Key::Num1, Show::Surface),
     ] {
         harness.press(key);
-        assert_eq!(harness.interface.view.show, show);
+        assert_eq!(harness.interface.document.view.show, show);
     }
     for charts in [0.5, 1.0, 0.0] {
         harness.press(Key::X);
-        assert_eq!(harness.interface.view.charts, charts);
+        assert_eq!(harness.interface.document.view.charts, charts);
     }
     harness.press(Key::C);
-    assert_eq!(harness.interface.view.color_map, ColorMap::default().next());
+    assert_eq!(
+        harness.interface.document.view.color_map,
+        ColorMap::default().next()
+    );
     harness.press(Key::H);
-    assert!(harness.interface.help);
+    assert!(harness.interface.layout.shows(Card::Help));
     harness.press(Key::Escape);
-    assert!(!harness.interface.help);
+    assert!(!harness.interface.layout.shows(Card::Help));
 }
 
 #[test]
 fn a_single_step_holds_the_simulation() {
     let mut harness = Harness::new();
     harness.press(Key::S);
-    assert!(!harness.interface.playing);
+    assert!(!harness.interface.document.playing);
 }
 
 #[test]
@@ -206,7 +212,7 @@ fn hiding_the_panel_gives_its_room_to_the_picture() {
 #[test]
 fn drags_in_the_picture_turn_and_pan_and_those_in_the_panel_do_not() {
     let mut harness = Harness::new();
-    let start = harness.interface.view.camera;
+    let start = harness.interface.document.view.camera;
     let orbited = |camera: &Camera| (camera.yaw, camera.pitch) != (start.yaw, start.pitch);
     let panned = |camera: &Camera| camera.target != start.target;
 
@@ -216,7 +222,7 @@ fn drags_in_the_picture_turn_and_pan_and_those_in_the_panel_do_not() {
         IN_PANEL,
         IN_PANEL + vec2(0.0, 60.0),
     );
-    assert_eq!(harness.interface.view.camera, start);
+    assert_eq!(harness.interface.document.view.camera, start);
 
     assert!(harness.drag(
         PointerButton::Primary,
@@ -224,16 +230,16 @@ fn drags_in_the_picture_turn_and_pan_and_those_in_the_panel_do_not() {
         IN_PICTURE,
         IN_PICTURE + vec2(60.0, 20.0)
     ));
-    let camera = harness.interface.view.camera;
+    let camera = harness.interface.document.view.camera;
     assert!(orbited(&camera) && !panned(&camera));
 
     for (button, modifiers) in [
         (PointerButton::Secondary, Modifiers::NONE),
         (PointerButton::Primary, Modifiers::SHIFT),
     ] {
-        harness.interface.view.camera = start;
+        harness.interface.document.view.camera = start;
         harness.drag(button, modifiers, IN_PICTURE, IN_PICTURE + vec2(60.0, 20.0));
-        let camera = harness.interface.view.camera;
+        let camera = harness.interface.document.view.camera;
         assert!(!orbited(&camera) && panned(&camera), "{button:?}");
     }
 }
@@ -241,7 +247,7 @@ fn drags_in_the_picture_turn_and_pan_and_those_in_the_panel_do_not() {
 #[test]
 fn the_wheel_zooms_to_the_pointer() {
     let mut harness = Harness::new();
-    let start = harness.interface.view.camera;
+    let start = harness.interface.document.view.camera;
     harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
     let picture = harness.frame(vec![]).picture;
     let wheel = Event::MouseWheel {
@@ -254,7 +260,7 @@ fn the_wheel_zooms_to_the_pointer() {
     for _ in 0..60 {
         touched |= harness.frame(vec![]).touched;
     }
-    let camera = harness.interface.view.camera;
+    let camera = harness.interface.document.view.camera;
     assert!(
         touched
             && camera.distance < 0.95 * start.distance
@@ -291,13 +297,13 @@ fn a_double_click_asks_for_the_point_under_it() {
     assert_eq!(commands, [Command::Refocus(pixel)]);
 
     let goal = Vec3::new(0.3, 0.1, 0.2);
-    let before = harness.interface.view.camera;
-    let view = harness.interface.view;
+    let before = harness.interface.document.view.camera;
+    let view = harness.interface.document.view;
     harness.interface.navigation.fly_to(goal, &view);
     for _ in 0..120 {
         harness.frame(vec![]);
     }
-    let after = harness.interface.view.camera;
+    let after = harness.interface.document.view.camera;
     assert_eq!(after.target, goal);
     // The eye has moved sideways only.
     assert!((after.eye() - before.eye()).dot(before.backward()).abs() < 1e-4);
@@ -308,26 +314,26 @@ fn a_double_click_asks_for_the_point_under_it() {
 fn what_restarts_waits_and_what_does_not_is_live() {
     let mut harness = Harness::new();
     let interface = &mut harness.interface;
-    interface.edited.trail.decay = 0.5;
-    interface.edited.particles.count = 77;
-    assert!(interface.is_pending());
-    let live = interface.live_settings();
+    interface.document.edited.trail.decay = 0.5;
+    interface.document.edited.particles.count = 77;
+    assert!(interface.document.is_pending());
+    let live = interface.document.live_settings();
     assert_eq!(
         (live.trail.decay, live.particles.count),
-        (0.5, interface.running.particles.count)
+        (0.5, interface.document.running.particles.count)
     );
-    interface.edited.particles.count = interface.running.particles.count;
-    assert!(!interface.is_pending());
-    interface.edited.objects[0].scale = 2.0;
-    assert!(interface.is_pending());
+    interface.document.edited.particles.count = interface.document.running.particles.count;
+    assert!(!interface.document.is_pending());
+    interface.document.edited.objects[0].scale = 2.0;
+    assert!(interface.document.is_pending());
 }
 
 /// Nothing changes for particles when an object gets a value of its own, before that is changed too.
 #[test]
 fn a_value_of_its_own_begins_as_the_scenes() {
     let mut harness = Harness::new();
-    harness.interface.edited.physarum.speed = 0.0123;
-    harness.interface.filter = "particle speed".to_owned();
+    harness.interface.document.edited.physarum.speed = 0.0123;
+    harness.interface.panel.filter = "particle speed".to_owned();
     for _ in 0..30 {
         harness.frame(vec![]);
     }
@@ -337,14 +343,14 @@ fn a_value_of_its_own_begins_as_the_scenes() {
             panic!("{:?}", harness.places_of("of its own"));
         };
         assert_eq!(harness.click(checkbox), [Command::Apply]);
-        harness.interface.running = harness.interface.edited.clone();
+        harness.interface.document.running = harness.interface.document.edited.clone();
         harness.frame(vec![]);
-        harness.interface.edited.objects[0].physarum.speed
+        harness.interface.document.edited.objects[0].physarum.speed
     };
     assert_eq!(toggle(&mut harness), Some(0.0123));
     // It goes away again, and begins as what the scene has then.
     assert_eq!(toggle(&mut harness), None);
-    harness.interface.edited.physarum.speed = 0.25;
+    harness.interface.document.edited.physarum.speed = 0.25;
     assert_eq!(toggle(&mut harness), Some(0.25));
 }
 
@@ -376,10 +382,13 @@ fn every_strategy_is_live() {
     let mut harness = Harness::new();
     let interface = &mut harness.interface;
     for &strategy in Strategy::ALL {
-        interface.edited.transfer.strategy = strategy;
-        interface.edited.transfer.buffer_size += 1;
-        assert!(!interface.is_pending(), "{strategy:?}");
-        assert_eq!(interface.live_settings(), interface.edited);
+        interface.document.edited.transfer.strategy = strategy;
+        interface.document.edited.transfer.buffer_size += 1;
+        assert!(!interface.document.is_pending(), "{strategy:?}");
+        assert_eq!(
+            interface.document.live_settings(),
+            interface.document.edited
+        );
     }
 }
 
@@ -387,7 +396,7 @@ fn every_strategy_is_live() {
 #[test]
 fn keys_count_while_something_new_finds_its_size() {
     let mut harness = Harness::new();
-    harness.facts.kernels = vec![KernelTime {
+    harness.facts.times.kernels = vec![KernelTime {
         name: "walk".to_owned(),
         per_step: 1.0,
         mean_ms: 2.0,
@@ -435,7 +444,7 @@ fn every_parameter_has_a_place_in_the_panel() {
 fn a_notice_goes_away() {
     let mut harness = Harness::new();
     let ctx = harness.ctx.clone();
-    harness.interface.notice(&ctx, "saved", false);
+    harness.interface.notices.say(&ctx, "saved", false);
     harness.frame(vec![]);
     assert!(harness.interface.notices.text().is_some());
     harness.time += 10.0;
@@ -449,19 +458,19 @@ fn what_is_wrong_with_a_dropped_file_is_told_with_what_comes_after() {
     let ctx = harness.ctx.clone();
     let told = |interface: &Interface| interface.notices.text().expect("it is shown");
     let interface = &mut harness.interface;
-    interface.begin_drop();
-    interface.notice(&ctx, "a.obj comes", false);
+    interface.notices.begin_drop();
+    interface.notices.say(&ctx, "a.obj comes", false);
     assert_eq!(told(interface), "a.obj comes");
     for text in ["b.obj is torn", "b.obj is torn", "c.obj is torn"] {
-        interface.begin_drop();
-        interface.notice(&ctx, text, true);
+        interface.notices.begin_drop();
+        interface.notices.say(&ctx, text, true);
     }
     assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\na.obj comes");
-    interface.notice(&ctx, "d.obj comes", false);
-    interface.notice(&ctx, "e.obj comes", false);
+    interface.notices.say(&ctx, "d.obj comes", false);
+    interface.notices.say(&ctx, "e.obj comes", false);
     assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\ne.obj comes");
-    interface.end_drop();
-    interface.notice(&ctx, "saved", false);
+    interface.notices.end_drop();
+    interface.notices.say(&ctx, "saved", false);
     assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\nsaved");
     // They are one error.
     (0..3).for_each(|_| drop(harness.frame(vec![])));
@@ -475,28 +484,28 @@ fn what_cannot_go_on_as_pasted_is_as_it_was_before() {
     let mut harness = Harness::new();
     let ctx = harness.ctx.clone();
     let interface = &mut harness.interface;
-    interface.edited.trail.decay = 0.75;
-    let (edited, view) = (interface.edited.clone(), interface.view);
+    interface.document.edited.trail.decay = 0.75;
+    let (edited, view) = (interface.document.edited.clone(), interface.document.view);
     let mut settings = edited.clone();
     settings.trail.decay = 0.5;
     settings.camera.distance = 9.0;
     let scene = Scene::from_settings("torus".to_owned(), settings, ".".into()).unwrap();
     let before = interface.clone();
     interface.go_on_as(&scene);
-    assert!(interface.edited.trail.decay == 0.5 && interface.view != view);
-    interface.notice(&ctx, "it cannot", true);
+    assert!(interface.document.edited.trail.decay == 0.5 && interface.document.view != view);
+    interface.notices.say(&ctx, "it cannot", true);
     interface.put_back(before);
-    assert!(interface.edited == edited && interface.view == view);
+    assert!(interface.document.edited == edited && interface.document.view == view);
     assert_eq!(interface.notices.text().as_deref(), Some("it cannot"));
 }
 
 #[test]
 fn the_scene_keeps_fitting_until_the_camera_is_moved() {
     let mut harness = Harness::new();
-    let with_panel = harness.interface.view.camera.distance;
+    let with_panel = harness.interface.document.view.camera.distance;
     harness.press(Key::P);
     harness.frame(vec![]);
-    let without_panel = harness.interface.view.camera.distance;
+    let without_panel = harness.interface.document.view.camera.distance;
     assert!(
         without_panel < 0.95 * with_panel,
         "{without_panel}, {with_panel}"
@@ -509,8 +518,11 @@ fn the_scene_keeps_fitting_until_the_camera_is_moved() {
     );
     harness.press(Key::P);
     harness.frame(vec![]);
-    assert_eq!(harness.interface.view.camera.distance, without_panel);
+    assert_eq!(
+        harness.interface.document.view.camera.distance,
+        without_panel
+    );
     harness.press(Key::F);
     harness.frame(vec![]);
-    assert!(harness.interface.view.camera.distance > 1.05 * without_panel);
+    assert!(harness.interface.document.view.camera.distance > 1.05 * without_panel);
 }

@@ -11,7 +11,7 @@ use myxo::Result;
 use myxo::render::offscreen::unmultiply;
 use myxo::render::output::{Output, OutputError, Written};
 
-use super::names::Reserved;
+use crate::lab::names::Reserved;
 use crate::lab::worker::joined;
 
 /// Pictures that wait take no more than this, but for the first few.

@@ -10,57 +10,12 @@ use myxo::Result;
 use myxo::gpu::{Context, Format, Image, ReadbackImage, Recorder};
 use myxo::render::output::{Output, Written};
 
-use super::encoder::{Encoder, Frame};
-use super::names::Reserved;
+use crate::lab::facts::Recorded;
+use crate::lab::names::Reserved;
+use crate::lab::out::encoder::{Encoder, Frame};
 
 /// Pictures that may be on their way from the device.
 const UNDER_WAY: usize = 4;
-
-/// What is told of a recording.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Recorded {
-    /// Its length.
-    pub seconds: f64,
-    /// Frames that it has by now.
-    pub frames: u64,
-    /// How many of these show another picture than the one before.
-    pub different: u64,
-    /// Pictures for which there was no time; those before them are shown in their places.
-    pub dropped: u64,
-    /// It was stopped, and what is left is being written.
-    pub is_ending: bool,
-}
-
-impl Recorded {
-    /// Frames that show the picture before once more.
-    pub fn repeated(&self) -> u64 {
-        self.frames.saturating_sub(self.different)
-    }
-
-    /// Is most of it still?
-    pub fn is_mostly_repeated(&self) -> bool {
-        2 * self.repeated() > self.frames
-    }
-
-    /// What is said of it behind its name.
-    pub fn remarks(&self) -> String {
-        let Self {
-            different, dropped, ..
-        } = *self;
-        let mut text = String::new();
-        if dropped > 0 {
-            text += &format!("; {dropped} pictures came too fast and were left out");
-        }
-        let repeated = self.repeated();
-        if repeated > 0 {
-            text += &format!("; {different} different pictures, {repeated} repeated");
-        }
-        if self.is_mostly_repeated() {
-            text += ". Where the window is slow, Film (Ctrl E) leaves none out";
-        }
-        text
-    }
-}
 
 /// Counts the pictures of a recording that are not the one before once more.
 #[derive(Debug, Default)]

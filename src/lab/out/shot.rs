@@ -8,7 +8,7 @@ use myxo::gpu::{Buffer, Context, Domain, Format, Frames};
 use myxo::render::exposure::Exposure;
 use myxo::render::{Canvas, View};
 
-use super::encoder::Frame;
+use crate::lab::out::encoder::Frame;
 use crate::lab::stage::Stage;
 
 /// What one part should take.

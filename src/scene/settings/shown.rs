@@ -82,7 +82,7 @@ views! {
     Relief = "relief": View {
         title: "Relief",
         help: "the trail raised by light, as if it stood up from the surface",
-        key: Some(("4", "relief")),
+        key: Some(("2", "relief")),
         has: &[Trail, Scale, Charts],
         legend: Legend::Trail,
     },
@@ -90,7 +90,7 @@ views! {
     Glow = "glow": View {
         title: "Glow",
         help: "the trail as the only light, in the dark",
-        key: Some(("5", "glow")),
+        key: Some(("3", "glow")),
         has: &[Trail, Scale, Charts],
         legend: Legend::Trail,
     },
@@ -98,7 +98,7 @@ views! {
     Particles = "particles": View {
         title: "Particles",
         help: "every particle as a point",
-        key: Some(("2", "particles")),
+        key: Some(("4", "particles")),
         has: &[Points, Charts],
         legend: Legend::None,
     },
@@ -106,7 +106,7 @@ views! {
     Headings = "headings": View {
         title: "Headings",
         help: "every particle in the hue of its heading: right red, up green, left blue, down violet",
-        key: Some(("6", "headings")),
+        key: Some(("5", "headings")),
         has: &[Points, Charts],
         legend: Legend::Hues(
             &[(0.0, "right"), (0.25, "up"), (0.5, "left"), (0.75, "down")],
@@ -117,7 +117,7 @@ views! {
     Density = "density": View {
         title: "Density",
         help: "how many particles there are by area, in the trail's colours",
-        key: Some(("7", "density of particles")),
+        key: Some(("6", "density of particles")),
         has: &[Scale],
         // By doublings, of which the shader has six.
         legend: Legend::Scale(
@@ -129,7 +129,7 @@ views! {
     Wireframe = "wireframe": View {
         title: "Wireframe",
         help: "the edges of triangles, over a faint trail",
-        key: Some(("8", "wireframe")),
+        key: Some(("7", "wireframe")),
         has: &[Trail, Scale],
         legend: Legend::None,
     },
@@ -145,7 +145,7 @@ views! {
     Distance = "distance": View {
         title: "Distance",
         help: "signed distance to other objects: blue outside, orange inside, bright where they touch",
-        key: Some(("9", "signed distance")),
+        key: Some(("8", "signed distance")),
         has: &[Distances, OwnColors],
         legend: Legend::Lights(&[
             ([0.72, 0.72, 0.70], "beside another object"),
@@ -157,7 +157,7 @@ views! {
     Nearest = "nearest": View {
         title: "Nearest",
         help: "the colour of the nearest other object; each object's own, dark, beyond reach",
-        key: Some(("0", "nearest object")),
+        key: Some(("9", "nearest object")),
         has: &[Distances, OwnColors],
         legend: Legend::Objects("bright: the nearest; dark: its own, none in reach"),
     },
@@ -165,7 +165,7 @@ views! {
     Atlas = "atlas": View {
         title: "Atlas",
         help: "the texture that holds the trail, unwrapped",
-        key: Some(("3", "atlas, unwrapped")),
+        key: Some(("0", "atlas, unwrapped")),
         has: &[Flat, Trail, Scale, Charts],
         legend: Legend::Trail,
     },

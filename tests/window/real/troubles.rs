@@ -116,7 +116,7 @@ fn a_device_that_is_lost_is_replaced_in_the_window() {
         seen["state"]["loading"] == false
     });
     goes_on(&lab);
-    lab.key_until("2", "it answers", "show", "particles");
+    lab.key_until("4", "it answers", "show", "particles");
     lab.click_until("run", "playing", false);
     let lab = lab.quit_and_keep();
     let said = said(&lab.said);

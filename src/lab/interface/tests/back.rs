@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::lab::facts::Before;
+use crate::lab::layout::PANEL_WIDTH;
 
 #[test]
 fn what_had_grown_comes_back_by_a_button_and_in_the_gallery() {
@@ -17,14 +18,17 @@ fn what_had_grown_comes_back_by_a_button_and_in_the_gallery() {
     };
     assert_eq!(harness.click(at), [Command::GoBack]);
     // Also where no scene was left with changes.
-    assert!(harness.interface.left.all().is_empty());
+    assert!(harness.interface.gallery.left.all().is_empty());
     harness.press(Key::G);
     harness.frame(vec![]);
     let [at] = harness.places_of("cube · step 1,234")[..] else {
         panic!("{:?}", harness.places_of("↶"))
     };
     assert_eq!(harness.click(at), [Command::GoBack]);
-    assert!(!harness.interface.gallery.open, "it makes room");
+    assert!(
+        !harness.interface.layout.shows(Card::Gallery),
+        "it makes room"
+    );
 }
 
 #[test]

@@ -3,14 +3,17 @@
 use myxo::sim::types::Flow;
 
 use super::*;
-use crate::lab::{hands, presets};
+use crate::lab::facts::Waiting;
+use crate::lab::own::OwnPresets;
+use crate::lab::presets;
+use crate::lab::tools::Tool;
 
 #[test]
 fn changes_are_undone_and_redone_by_keys() {
     let mut harness = Harness::new();
-    let first = harness.interface.edited.clone();
+    let first = harness.interface.document.edited.clone();
     for decay in [0.5, 0.6] {
-        harness.interface.edited.trail.decay = decay;
+        harness.interface.document.edited.trail.decay = decay;
         harness.frame(vec![]);
     }
     let pressed = |harness: &mut Harness, modifiers, key| {
@@ -29,19 +32,19 @@ fn changes_are_undone_and_redone_by_keys() {
     let control = Modifiers::CTRL.plus(Modifiers::COMMAND);
     for expected in [0.5, first.trail.decay] {
         assert_eq!(pressed(&mut harness, control, Key::Z), [Command::Apply]);
-        assert_eq!(harness.interface.edited.trail.decay, expected);
+        assert_eq!(harness.interface.document.edited.trail.decay, expected);
     }
     assert_eq!(
         pressed(&mut harness, control, Key::Z),
         [],
         "nothing is left"
     );
-    assert_eq!(harness.interface.edited, first);
+    assert_eq!(harness.interface.document.edited, first);
     let shift = control.plus(Modifiers::SHIFT);
     assert_eq!(pressed(&mut harness, shift, Key::Z), [Command::Apply]);
-    assert_eq!(harness.interface.edited.trail.decay, 0.5);
+    assert_eq!(harness.interface.document.edited.trail.decay, 0.5);
     assert_eq!(pressed(&mut harness, control, Key::S), [Command::Save]);
-    assert!(harness.interface.playing, "S alone would hold it");
+    assert!(harness.interface.document.playing, "S alone would hold it");
 }
 
 #[test]
@@ -56,25 +59,25 @@ fn a_dialog_that_opens_files_has_the_keys_to_itself() {
         modifiers,
     };
     harness.press(Key::B);
-    harness.interface.gallery.open = true;
+    harness.interface.layout.toggle(Card::Gallery);
     harness.frame(vec![Event::ModifiersChanged(control)]);
     harness.frame(vec![pressed(Key::O, control)]);
     harness.frame(vec![Event::ModifiersChanged(Modifiers::NONE)]);
-    assert!(harness.interface.opening.is_open() && !harness.interface.gallery.open);
+    assert!(harness.interface.opening.is_open() && !harness.interface.layout.shows(Card::Gallery));
     harness.frame(vec![]);
     assert!(!harness.places_of("Open a file").is_empty());
-    let view = harness.interface.view;
+    let view = harness.interface.document.view;
     for key in [Key::F10, Key::F12, Key::Delete] {
         assert_eq!(harness.press(key), [], "{key:?}");
     }
     harness.frame(vec![Event::Paste("[trail]\ndecay = 0.5\n".to_owned())]);
     assert_eq!(harness.click(IN_PICTURE), []);
-    assert_eq!(harness.interface.view, view);
-    assert!(!harness.interface.performing);
+    assert_eq!(harness.interface.document.view, view);
+    assert!(!harness.interface.layout.alone);
     // It goes, and the brush stays in the hand.
     harness.press(Key::Escape);
     assert!(!harness.interface.opening.is_open());
-    assert_ne!(harness.interface.hands.tool, hands::Tool::Look);
+    assert_ne!(harness.interface.hands.tool, Tool::Look);
     assert_eq!(harness.press(Key::F12), [Command::Screenshot]);
 }
 
@@ -84,33 +87,39 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
     let first = &myxo::scene::builtin::PRESETS[0];
     let second = &myxo::scene::builtin::PRESETS[1];
     // The scene has the look of none: before comes the last one, and behind that the first.
-    assert_eq!(harness.interface.preset, None);
+    assert_eq!(harness.interface.document.preset, None);
     assert_eq!(harness.press(Key::OpenBracket), [Command::Apply]);
     let last = myxo::scene::builtin::PRESETS.last().map(|last| last.name);
-    assert_eq!(harness.interface.preset.as_deref(), last);
+    assert_eq!(harness.interface.document.preset.as_deref(), last);
     assert_eq!(harness.press(Key::CloseBracket), [Command::Apply]);
-    assert_eq!(harness.interface.preset.as_deref(), Some(first.name));
-    harness.interface.morph_seconds = 1.0;
-    let to = presets::with_preset(&harness.interface.edited, second.name, second.text);
+    assert_eq!(
+        harness.interface.document.preset.as_deref(),
+        Some(first.name)
+    );
+    harness.interface.looks.morph_seconds = 1.0;
+    let to = presets::with_preset(&harness.interface.document.edited, second.name, second.text);
     let mut to = to.expect("it is right");
     // Colours are the picture's, and come at once.
     let colours = std::mem::replace(
         &mut to.picture.color_map,
-        harness.interface.edited.picture.color_map,
+        harness.interface.document.edited.picture.color_map,
     );
     harness.press(Key::CloseBracket);
-    assert_eq!(harness.interface.view.color_map, colours);
-    assert_ne!(harness.interface.edited, to, "on the way");
+    assert_eq!(harness.interface.document.view.color_map, colours);
+    assert_ne!(harness.interface.document.edited, to, "on the way");
     harness.time += 0.5;
     assert_eq!(harness.frame(vec![]).commands, [Command::Apply]);
     harness.time += 0.6;
     assert_eq!(harness.frame(vec![]).commands, [Command::Apply]);
-    assert_eq!(harness.interface.edited, to);
+    assert_eq!(harness.interface.document.edited, to);
     assert_eq!(harness.frame(vec![]).commands, [], "it has arrived");
-    harness.interface.morph_seconds = 0.0;
+    harness.interface.looks.morph_seconds = 0.0;
     assert_eq!(harness.press(Key::OpenBracket), [Command::Apply]);
-    assert_eq!(harness.interface.preset.as_deref(), Some(first.name));
-    let before = harness.interface.edited.clone();
+    assert_eq!(
+        harness.interface.document.preset.as_deref(),
+        Some(first.name)
+    );
+    let before = harness.interface.document.edited.clone();
     // With Shift or Alt it is another program's key.
     for modifiers in [Modifiers::SHIFT, Modifiers::ALT] {
         let event = Event::Key {
@@ -121,11 +130,11 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
             modifiers,
         };
         assert_eq!(harness.frame(vec![event]).commands, []);
-        assert_eq!(harness.interface.edited, before);
+        assert_eq!(harness.interface.document.edited, before);
     }
     assert_eq!(harness.press(Key::D), [Command::Apply]);
-    assert_ne!(harness.interface.edited, before);
-    assert_eq!(harness.interface.preset, None);
+    assert_ne!(harness.interface.document.edited, before);
+    assert_eq!(harness.interface.document.preset, None);
 }
 
 #[test]
@@ -136,7 +145,7 @@ fn a_scene_that_has_the_look_of_a_preset_is_shown_with_its_name() {
         let of = |settings: &Settings| {
             let settings = settings.clone();
             let scene = Scene::from_settings("torus".to_owned(), settings, ".".into());
-            Interface::new(&scene.expect("it is right")).preset
+            Interface::new(&scene.expect("it is right")).document.preset
         };
         assert_eq!(of(&settings).as_deref(), Some(preset.name));
         settings.particles.count = 1234;
@@ -160,17 +169,23 @@ fn the_gallery_opens_scenes_and_takes_presets() {
     };
     let at = card(&harness, "gyroid");
     assert_eq!(harness.click(at), [Command::Open("gyroid")]);
-    assert!(!harness.interface.gallery.open, "the picture is seen");
+    assert!(
+        !harness.interface.layout.shows(Card::Gallery),
+        "the picture is seen"
+    );
     harness.press(Key::G);
     for _ in 0..3 {
         harness.frame(vec![]);
     }
     let at = card(&harness, "spots");
     assert_eq!(harness.click(at), [Command::Apply]);
-    assert_eq!(harness.interface.preset.as_deref(), Some("spots"));
-    assert!(harness.interface.gallery.open, "others can be tried");
+    assert_eq!(harness.interface.document.preset.as_deref(), Some("spots"));
+    assert!(
+        harness.interface.layout.shows(Card::Gallery),
+        "others can be tried"
+    );
     harness.press(Key::Escape);
-    assert!(!harness.interface.gallery.open);
+    assert!(!harness.interface.layout.shows(Card::Gallery));
 }
 
 #[test]
@@ -179,12 +194,12 @@ fn looks_are_kept_and_removed_in_the_gallery() {
     let mut harness = Harness::new();
     let picture = image::RgbaImage::new(3, 2);
     let mut own = OwnPresets::read(Some(folder.path().to_owned()));
-    let text = myxo::scene::presets::to_toml(&harness.interface.edited, "Mine.");
+    let text = myxo::scene::presets::to_toml(&harness.interface.document.edited, "Mine.");
     own.save("moss", &text.replace("0.95", "0.5"), &picture)
         .unwrap();
     std::fs::write(folder.path().join("torn.toml"), "[trail").unwrap();
     own.read_again();
-    harness.interface.own = own;
+    harness.interface.looks.own = own;
     harness.press(Key::G);
     for _ in 0..3 {
         harness.frame(vec![]);
@@ -197,8 +212,8 @@ fn looks_are_kept_and_removed_in_the_gallery() {
     // Taken, and one that cannot be.
     let at = in_gallery(&harness, "moss") + vec2(0.0, -40.0);
     assert_eq!(harness.click(at), [Command::Apply]);
-    assert_eq!(harness.interface.preset.as_deref(), Some("moss"));
-    assert_eq!(harness.interface.edited.trail.decay, 0.5);
+    assert_eq!(harness.interface.document.preset.as_deref(), Some("moss"));
+    assert_eq!(harness.interface.document.edited.trail.decay, 0.5);
     let at = in_gallery(&harness, "torn") + vec2(0.0, -40.0);
     assert_eq!(harness.click(at), []);
     let notice = harness.interface.notices.text().expect("it is said");
@@ -232,11 +247,14 @@ fn looks_are_kept_and_removed_in_the_gallery() {
     }
     // The steps go round all that can be taken.
     harness.press(Key::Escape);
-    harness.interface.preset = None;
+    harness.interface.document.preset = None;
     harness.press(Key::OpenBracket);
-    assert_eq!(harness.interface.preset.as_deref(), Some("moss"));
+    assert_eq!(harness.interface.document.preset.as_deref(), Some("moss"));
     harness.press(Key::CloseBracket);
-    assert_eq!(harness.interface.preset.as_deref(), Some("network"));
+    assert_eq!(
+        harness.interface.document.preset.as_deref(),
+        Some("network")
+    );
 }
 
 #[test]
@@ -244,7 +262,7 @@ fn things_are_taken_out_by_keys_and_buttons() {
     let mut harness = Harness::new();
     let record = Command::TakeOut(Out::Record);
     assert_eq!(harness.press(Key::F9), std::slice::from_ref(&record));
-    harness.interface.out.open = true;
+    harness.interface.layout.toggle(Card::Exports);
     for _ in 0..3 {
         harness.frame(vec![]);
     }
@@ -259,21 +277,21 @@ fn things_are_taken_out_by_keys_and_buttons() {
         ("🎬 Film 300 frames", Command::TakeOut(Out::Film)),
         (
             "NPZ",
-            Command::TakeOut(Out::Export(crate::lab::out::Model::Npz)),
+            Command::TakeOut(Out::Export(crate::lab::command::Model::Npz)),
         ),
     ] {
         let at = place(&harness, words);
         assert_eq!(harness.click(at), [command], "{words}");
     }
     // What is under way is told, and one thing waits for another.
-    harness.facts.out.recording = Some(crate::lab::out::Recorded {
+    harness.facts.out.recording = Some(crate::lab::facts::Recorded {
         seconds: 65.0,
         frames: 1950,
         different: 1900,
         dropped: 3,
         is_ending: false,
     });
-    harness.facts.out.making = Some(crate::lab::out::Making {
+    harness.facts.out.making = Some(crate::lab::facts::Making {
         name: "film_000001.mp4".to_owned(),
         doing: "frame 7 of 300".to_owned(),
         done: Some(0.02),
@@ -300,7 +318,7 @@ fn things_are_taken_out_by_keys_and_buttons() {
     let at = place(&harness, "Finish now");
     assert_eq!(harness.click(at), [Command::TakeOut(Out::Finish)]);
     harness.press(Key::Escape);
-    assert!(!harness.interface.out.open);
+    assert!(!harness.interface.layout.shows(Card::Exports));
 }
 
 #[test]
@@ -324,7 +342,7 @@ fn the_picture_can_be_alone() {
     assert_eq!(harness.press(Key::F11), [Command::FullScreen]);
     let dark = harness.ctx.theme();
     harness.press(Key::T);
-    assert!(harness.interface.light && harness.ctx.theme() != dark);
+    assert!(harness.interface.layout.light && harness.ctx.theme() != dark);
 }
 
 #[test]
@@ -359,7 +377,7 @@ fn what_is_loading_is_told_and_can_be_given_up() {
 #[test]
 fn what_has_no_effect_cannot_be_turned() {
     let mut harness = Harness::new();
-    harness.interface.filter = "transfer strategy".to_owned();
+    harness.interface.panel.filter = "transfer strategy".to_owned();
     for _ in 0..30 {
         harness.frame(vec![]);
     }
@@ -369,14 +387,14 @@ fn what_has_no_effect_cannot_be_turned() {
     };
     let at = direct(&harness);
     assert_eq!(harness.click(at), []);
-    let object = harness.interface.edited.objects[0].clone();
-    harness.interface.edited.objects.push(object);
+    let object = harness.interface.document.edited.objects[0].clone();
+    harness.interface.document.edited.objects.push(object);
     for _ in 0..2 {
         harness.frame(vec![]);
     }
     let at = direct(&harness);
     assert_eq!(harness.click(at), [Command::Apply]);
-    let strategy = harness.interface.edited.transfer.strategy;
+    let strategy = harness.interface.document.edited.transfer.strategy;
     assert_eq!(strategy, Strategy::Direct);
 }
 
@@ -384,9 +402,9 @@ fn what_has_no_effect_cannot_be_turned() {
 #[test]
 fn a_row_goes_back_to_the_scene_or_to_the_default() {
     let mut harness = Harness::new();
-    harness.interface.loaded.trail.decay = 0.75;
-    harness.interface.edited.trail.decay = 0.5;
-    harness.interface.filter = "trail.decay".to_owned();
+    harness.interface.document.loaded.trail.decay = 0.75;
+    harness.interface.document.edited.trail.decay = 0.5;
+    harness.interface.panel.filter = "trail.decay".to_owned();
     let default = Settings::default().trail.decay;
     for (words, decay) in [
         ("As in the scene (0.75)", 0.75),
@@ -407,7 +425,7 @@ fn a_row_goes_back_to_the_scene_or_to_the_default() {
         let places = harness.places_of(words);
         let at = *places.first().unwrap_or_else(|| panic!("{words}"));
         assert_eq!(harness.click(at), [Command::Apply]);
-        assert_eq!(harness.interface.edited.trail.decay, decay);
+        assert_eq!(harness.interface.document.edited.trail.decay, decay);
     }
 }
 
@@ -415,7 +433,7 @@ fn a_row_goes_back_to_the_scene_or_to_the_default() {
 #[test]
 fn a_number_that_restarts_can_be_typed_to_its_end() {
     let mut harness = Harness::new();
-    harness.interface.filter = "particle count".to_owned();
+    harness.interface.panel.filter = "particle count".to_owned();
     for _ in 0..30 {
         harness.frame(vec![]);
     }
@@ -428,18 +446,21 @@ fn a_number_that_restarts_can_be_typed_to_its_end() {
         harness.frame(vec![]);
     }
     // What writes letters or moves in a text does nothing else meanwhile.
-    assert!(harness.press(Key::S).is_empty() && harness.interface.playing);
+    assert!(harness.press(Key::S).is_empty() && harness.interface.document.playing);
     assert!(matches!(harness.press(Key::F12)[..], [Command::Screenshot]));
-    assert_eq!(harness.interface.edited.particles.count, 500_000);
+    assert_eq!(harness.interface.document.edited.particles.count, 500_000);
     // What is saved has the number as it stands.
     let held = Modifiers::COMMAND;
     let commands = harness.press_with(held, Key::S);
     assert_eq!(commands[0], Command::Save, "{commands:?}");
-    assert_eq!(harness.interface.edited.particles.count, 1200);
-    assert!(harness.interface.is_pending());
+    assert_eq!(harness.interface.document.edited.particles.count, 1200);
+    assert!(harness.interface.document.is_pending());
     for (key, count) in [(Key::Z, 500_000), (Key::Y, 1200)] {
         harness.press_with(held, key);
-        assert_eq!(harness.interface.edited.particles.count, count, "{key:?}");
+        assert_eq!(
+            harness.interface.document.edited.particles.count, count,
+            "{key:?}"
+        );
     }
 }
 
@@ -447,7 +468,7 @@ fn a_number_that_restarts_can_be_typed_to_its_end() {
 #[test]
 fn a_number_with_a_least_value_can_be_typed() {
     let mut harness = Harness::new();
-    harness.interface.filter = "atlas size".to_owned();
+    harness.interface.panel.filter = "atlas size".to_owned();
     for _ in 0..30 {
         harness.frame(vec![]);
     }
@@ -460,7 +481,7 @@ fn a_number_with_a_least_value_can_be_typed() {
         harness.frame(vec![]);
     }
     harness.press(Key::Enter);
-    assert_eq!(harness.interface.edited.atlas.size, 512);
+    assert_eq!(harness.interface.document.edited.atlas.size, 512);
     // What is less than the least becomes the least.
     harness.frame(vec![]);
     let [number] = harness.places_of("512")[..] else {
@@ -469,23 +490,21 @@ fn a_number_with_a_least_value_can_be_typed() {
     harness.click(number);
     harness.frame(vec![Event::Text("3".to_owned())]);
     harness.press(Key::Enter);
-    assert_eq!(harness.interface.edited.atlas.size, 16);
+    assert_eq!(harness.interface.document.edited.atlas.size, 16);
 }
 
 #[test]
 fn what_is_opened_over_the_picture_closes_the_rest() {
     let mut harness = Harness::new();
     let open = |harness: &Harness| {
-        let Interface {
-            help, gallery, out, ..
-        } = &harness.interface;
-        [*help, gallery.open, out.open]
+        let cards = [Card::Help, Card::Gallery, Card::Exports];
+        cards.map(|card| harness.interface.layout.shows(card))
     };
     harness.press(Key::H);
     assert_eq!(open(&harness), [true, false, false]);
     harness.press(Key::G);
     assert_eq!(open(&harness), [false, true, false]);
-    harness.interface.out.open = true;
+    harness.interface.layout.toggle(Card::Exports);
     harness.frame(vec![]);
     assert_eq!(open(&harness), [false, false, true]);
     harness.press(Key::H);
@@ -497,38 +516,41 @@ fn what_is_opened_over_the_picture_closes_the_rest() {
 #[test]
 fn what_no_file_has_is_known_until_it_is_saved() {
     let mut harness = Harness::new();
-    assert!(!harness.interface.is_unsaved());
-    harness.interface.edited.trail.decay = 0.5;
-    assert!(harness.interface.is_unsaved());
+    assert!(!harness.interface.document.is_unsaved());
+    harness.interface.document.edited.trail.decay = 0.5;
+    assert!(harness.interface.document.is_unsaved());
     harness.frame(vec![]);
-    let now = harness.interface.state_to_save();
-    harness.interface.saved(Some(now));
-    assert!(!harness.interface.is_unsaved());
-    harness.interface.view.background = glam::Vec3::X;
+    let now = harness.interface.document.state_to_save();
+    harness.interface.document.saved(Some(now));
+    assert!(!harness.interface.document.is_unsaved());
+    harness.interface.document.view.background = glam::Vec3::X;
     harness.frame(vec![]);
-    assert!(harness.interface.is_unsaved(), "a look is one's own, too");
-    harness.interface.undo(&mut Vec::new());
-    assert!(!harness.interface.is_unsaved());
-    harness.interface.view.camera.yaw += 1.0;
     assert!(
-        !harness.interface.is_unsaved(),
+        harness.interface.document.is_unsaved(),
+        "a look is one's own, too"
+    );
+    harness.interface.undo(&mut Vec::new());
+    assert!(!harness.interface.document.is_unsaved());
+    harness.interface.document.view.camera.yaw += 1.0;
+    assert!(
+        !harness.interface.document.is_unsaved(),
         "whoever looks round changes nothing"
     );
     // A file that was asked for before a change has not that one; what came from the clipboard is in none.
-    let before = harness.interface.state_to_save();
-    harness.interface.edited.trail.decay = 0.6;
-    harness.interface.saved(Some(before));
-    assert!(harness.interface.is_unsaved());
-    harness.interface.saved(None);
+    let before = harness.interface.document.state_to_save();
+    harness.interface.document.edited.trail.decay = 0.6;
+    harness.interface.document.saved(Some(before));
+    assert!(harness.interface.document.is_unsaved());
+    harness.interface.document.saved(None);
     harness.interface.undo(&mut Vec::new());
-    assert!(harness.interface.is_unsaved());
+    assert!(harness.interface.document.is_unsaved());
 }
 
 /// What to do where the transfer buffer was full is read without pointing at anything.
 #[test]
 fn the_panel_says_how_large_the_transfer_buffer_must_be() {
     let mut harness = Harness::new();
-    harness.interface.running.transfer.buffer_size = 16;
+    harness.interface.document.running.transfer.buffer_size = 16;
     let mut says = |refused, most_wanted, text: &str| {
         harness.facts.flow = Flow {
             refused,
@@ -560,8 +582,8 @@ fn errors_stay_until_they_are_clicked_away() {
     let mut harness = Harness::new();
     let ctx = harness.ctx.clone();
     for number in 0..6 {
-        (harness.interface).notice(&ctx, format!("it {number} is wrong"), true);
-        harness.interface.notice(&ctx, "something came", false);
+        (harness.interface.notices).say(&ctx, format!("it {number} is wrong"), true);
+        harness.interface.notices.say(&ctx, "something came", false);
     }
     let errors = |numbers: &[u32]| {
         let lines: Vec<_> = numbers.iter().map(|n| format!("it {n} is wrong")).collect();
@@ -572,7 +594,7 @@ fn errors_stay_until_they_are_clicked_away() {
     harness.time += 1000.0;
     harness.frame(vec![]);
     assert_eq!(harness.interface.notices.text(), errors(&[2, 3, 4, 5]));
-    harness.interface.notice(&ctx, "it 3 is wrong", true);
+    harness.interface.notices.say(&ctx, "it 3 is wrong", true);
     assert_eq!(harness.interface.notices.text(), errors(&[2, 4, 5, 3]));
     for left in [&[2, 5, 3][..], &[2, 3]] {
         // The cards move to where they are.
@@ -581,4 +603,118 @@ fn errors_stay_until_they_are_clicked_away() {
         assert_eq!(harness.click(at), []);
         assert_eq!(harness.interface.notices.text(), errors(left));
     }
+}
+
+#[test]
+fn what_is_no_number_is_said() {
+    let mut harness = Harness::new();
+    harness.interface.panel.filter = "atlas size".to_owned();
+    for _ in 0..30 {
+        harness.frame(vec![]);
+    }
+    harness.click(harness.places_of("1024")[0]);
+    harness.frame(vec![Event::Text("wide".to_owned())]);
+    harness.press(Key::Enter);
+    harness.frame(vec![]);
+    let notice = harness.interface.notices.text().expect("it is said");
+    assert!(notice.contains("“wide” is no number"), "{notice}");
+    assert_eq!(harness.interface.document.edited.atlas.size, 1024);
+}
+
+#[test]
+fn commands_are_found_by_what_they_do() {
+    let mut harness = Harness::new();
+    harness.interface.panel.filter = "one step".to_owned();
+    harness.frame(vec![]);
+    let at = harness.places_of("take one step")[0];
+    assert_eq!(harness.click(at), [Command::Step]);
+    assert!(!harness.interface.document.playing);
+    // One that has nothing to do is grey.
+    harness.interface.panel.filter = "selected object".to_owned();
+    for _ in 0..3 {
+        harness.frame(vec![]);
+    }
+    let at = harness.places_of("copy the selected object")[0];
+    assert_eq!(harness.click(at), []);
+    harness.interface.panel.filter = "relief".to_owned();
+    for _ in 0..3 {
+        harness.frame(vec![]);
+    }
+    let places = harness.places_of("relief");
+    // The first one is the field that it is searched in.
+    harness.click(places[1]);
+    assert_eq!(harness.interface.document.view.show.word(), "relief");
+}
+
+/// A button that the tabulator has led to is pressed by Space, and the simulation runs on.
+#[test]
+fn space_is_for_what_has_the_keyboard() {
+    let mut harness = Harness::new();
+    while harness.ctx.memory(|memory| memory.focused()).is_none() {
+        harness.press(Key::Tab);
+    }
+    harness.press(Key::Space);
+    assert!(harness.interface.document.playing);
+    harness.press(Key::Escape);
+    harness.frame(vec![]);
+    assert_eq!(harness.ctx.memory(|memory| memory.focused()), None);
+    harness.press(Key::Space);
+    assert!(!harness.interface.document.playing);
+}
+
+#[test]
+fn the_probe_lays_a_brush_down() {
+    let mut harness = Harness::new();
+    harness.interface.hands.take(Tool::Erase);
+    harness.press(Key::I);
+    assert!(harness.interface.hands.probe);
+    assert_eq!(harness.interface.hands.tool, Tool::Look);
+    harness.press(Key::I);
+    assert!(!harness.interface.hands.probe);
+}
+
+#[test]
+fn undo_leads_back_to_the_preset_with_its_name() {
+    let mut harness = Harness::new();
+    harness.press(Key::CloseBracket);
+    let taken = harness
+        .interface
+        .document
+        .preset
+        .clone()
+        .expect("it has a name");
+    harness.frame(vec![]);
+    harness.interface.document.edited.trail.decay = 0.5;
+    harness.frame(vec![]);
+    harness.press(Key::D);
+    harness.frame(vec![]);
+    assert_eq!(harness.interface.document.preset, None);
+    harness.press_with(Modifiers::COMMAND, Key::Z);
+    // It was changed, and is still that preset.
+    assert_eq!(harness.interface.document.preset, Some(taken));
+    assert_eq!(harness.interface.document.edited.trail.decay, 0.5);
+}
+
+/// What the wheel turns goes on for a moment: not over another part of the window.
+#[test]
+fn a_turn_of_the_wheel_ends_where_it_began() {
+    let mut harness = Harness::new();
+    let wheel = || Event::MouseWheel {
+        unit: MouseWheelUnit::Line,
+        delta: vec2(0.0, 3.0),
+        phase: egui::TouchPhase::Move,
+        modifiers: Modifiers::NONE,
+    };
+    let distance = |harness: &Harness| harness.interface.document.view.camera.distance;
+    harness.frame(vec![Event::PointerMoved(IN_PANEL)]);
+    harness.frame(vec![wheel()]);
+    let before = distance(&harness);
+    harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
+    for _ in 0..20 {
+        harness.frame(vec![]);
+    }
+    assert_eq!(distance(&harness), before);
+    harness.frame(vec![wheel()]);
+    harness.frame(vec![]);
+    assert!(distance(&harness) < before);
 }

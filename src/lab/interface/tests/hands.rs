@@ -5,12 +5,14 @@ mod gizmo;
 mod objects;
 mod slow;
 
-use glam::{Affine3A, DVec3};
+use glam::{Affine3A, DVec3, Vec3};
 use myxo::scene::settings::ObjectSettings;
 use myxo::sim::paint::Brush;
 
-use super::super::super::hands::{Tool, Under, Which};
 use super::*;
+use crate::lab::command::Which;
+use crate::lab::facts::Under;
+use crate::lab::tools::Tool;
 
 const LEFT: PointerButton = PointerButton::Primary;
 
@@ -35,8 +37,8 @@ fn harness() -> Harness {
         ..ObjectSettings::default()
     };
     for settings in [
-        &mut harness.interface.edited,
-        &mut harness.interface.running,
+        &mut harness.interface.document.edited,
+        &mut harness.interface.document.running,
     ] {
         settings.objects.push(second.clone());
     }
@@ -44,9 +46,9 @@ fn harness() -> Harness {
     harness.facts.hand.mean_trail = 10.0;
     harness.facts.hand.radius = 1.0;
     // What the window would have noted.
-    let edited = harness.interface.edited.clone();
-    let view = harness.interface.view;
-    harness.interface.undo.note(&edited, &view);
+    let edited = harness.interface.document.edited.clone();
+    let view = harness.interface.document.view;
+    harness.interface.document.undo.note(&edited, &view);
     harness
 }
 
@@ -80,13 +82,13 @@ fn dragged(harness: &mut Harness, from: Pos2, to: Pos2) -> Vec<Command> {
 #[test]
 fn a_brush_paints_where_it_is_drawn_and_leaves_the_camera() {
     let mut harness = harness();
-    harness.interface.playing = false;
-    let camera = harness.interface.view.camera;
+    harness.interface.document.playing = false;
+    let camera = harness.interface.document.view.camera;
     harness.press(Key::B);
     assert_eq!(harness.interface.hands.tool, Tool::Trail);
     let to = IN_PICTURE + vec2(60.0, 20.0);
     let commands = dragged(&mut harness, IN_PICTURE, to);
-    assert_eq!(harness.interface.view.camera, camera);
+    assert_eq!(harness.interface.document.view.camera, camera);
     let strokes: Vec<_> = (commands.iter())
         .map(|command| match command {
             Command::Hand(Work::Stroke {
@@ -107,7 +109,7 @@ fn a_brush_paints_where_it_is_drawn_and_leaves_the_camera() {
     // The other button still pans.
     let pans = PointerButton::Secondary;
     harness.drag(pans, Modifiers::NONE, IN_PICTURE, to);
-    assert_ne!(harness.interface.view.camera.target, camera.target);
+    assert_ne!(harness.interface.document.view.camera.target, camera.target);
     harness.press(Key::Escape);
     assert_eq!(harness.interface.hands.tool, Tool::Look);
 }
@@ -123,7 +125,7 @@ fn end_stroke(harness: &mut Harness, has_changed: bool) {
     let interface = &mut harness.interface;
     interface.hands.pending_ends -= 1;
     if has_changed {
-        interface.undo.stroke();
+        interface.document.undo.stroke();
     }
 }
 
@@ -145,7 +147,7 @@ fn a_stroke_is_one_thing_to_undo() {
         if ends > 0 {
             end_stroke(&mut harness, true);
         }
-        assert_eq!(harness.interface.undo.strokes(), last, "{tool:?}");
+        assert_eq!(harness.interface.document.undo.strokes(), last, "{tool:?}");
     }
     // Through the panel and back it is the same stroke, which cannot be undone before it is over.
     harness.interface.hands.take(Tool::Repel);
@@ -172,9 +174,9 @@ fn a_stroke_is_one_thing_to_undo() {
     // A stroke that has changed nothing leaves what was undone.
     dragged(&mut harness, IN_PICTURE, to);
     end_stroke(&mut harness, false);
-    assert_eq!(harness.interface.undo.strokes(), 3);
+    assert_eq!(harness.interface.document.undo.strokes(), 3);
     harness.interface.redo(&mut Vec::new());
-    assert_eq!(harness.interface.undo.strokes(), 4);
+    assert_eq!(harness.interface.document.undo.strokes(), 4);
 }
 
 /// While long steps are under way strokes wait for their ends, and undo and redo for their turn.
@@ -188,22 +190,22 @@ fn undo_comes_after_the_strokes_that_wait_for_their_ends() {
         assert_eq!(count_of_ends(&commands), 1);
     }
     // What is changed meanwhile comes after them.
-    harness.interface.edited.trail.decay = 0.5;
+    harness.interface.document.edited.trail.decay = 0.5;
     harness.frame(vec![]);
     let mut commands = Vec::new();
     harness.interface.undo(&mut commands);
     harness.interface.redo(&mut commands);
     let turn = |again: bool| Command::Hand(Work::Undo { again });
     assert_eq!(commands, [turn(false), turn(true)]);
-    assert_eq!(harness.interface.undo.strokes(), 0);
+    assert_eq!(harness.interface.document.undo.strokes(), 0);
     for last in 1..=2 {
         end_stroke(&mut harness, true);
-        assert_eq!(harness.interface.undo.strokes(), last);
+        assert_eq!(harness.interface.document.undo.strokes(), last);
     }
     for last in [2, 1, 0] {
         harness.interface.undo(&mut Vec::new());
-        assert_eq!(harness.interface.undo.strokes(), last);
-        let decay = harness.interface.edited.trail.decay;
+        assert_eq!(harness.interface.document.undo.strokes(), last);
+        let decay = harness.interface.document.edited.trail.decay;
         assert_eq!(decay, Settings::default().trail.decay, "{last}");
     }
 }
@@ -213,14 +215,14 @@ fn hands_work_in_every_view_of_the_surface() {
     for &show in Show::ALL.iter().filter(|show| !show.is_flat()) {
         let word = show.word();
         let mut harness = harness();
-        harness.interface.view.show = show;
-        let camera = harness.interface.view.camera;
+        harness.interface.document.view.show = show;
+        let camera = harness.interface.document.view.camera;
         // A brush, and its ring.
         harness.press(Key::B);
         let commands = dragged(&mut harness, IN_PICTURE, IN_PICTURE + vec2(40.0, 0.0));
         let strokes = commands.iter().filter(|c| matches!(c, Command::Hand(_)));
         assert!(strokes.count() >= 5, "{word}: {commands:?}");
-        assert_eq!(harness.interface.view.camera, camera, "{word}");
+        assert_eq!(harness.interface.document.view.camera, camera, "{word}");
         let lines = |harness: &Harness| harness.shapes.len();
         harness.frame(vec![]);
         let without = lines(&harness);
@@ -243,9 +245,9 @@ fn hands_work_in_every_view_of_the_surface() {
         assert_eq!(harness.interface.hands.selected, Some(0), "{word}");
         let from = middle(&mut harness);
         dragged(&mut harness, from, from + vec2(80.0, 0.0));
-        let position = single(harness.interface.edited.objects[0].position);
+        let position = single(harness.interface.document.edited.objects[0].position);
         assert!(position.length() > 0.1, "{word}: {position}");
-        assert_eq!(harness.interface.view.camera, camera, "{word}");
+        assert_eq!(harness.interface.document.view.camera, camera, "{word}");
         // Food.
         harness.press(Key::Escape);
         harness.press(Key::O);
@@ -253,7 +255,7 @@ fn hands_work_in_every_view_of_the_surface() {
         harness.click(IN_PICTURE);
         harness.facts.hand.looked = harness.interface.hands.pointer;
         harness.frame(vec![]);
-        assert_eq!(harness.interface.edited.foods.len(), 1, "{word}");
+        assert_eq!(harness.interface.document.edited.foods.len(), 1, "{word}");
     }
 }
 
@@ -261,7 +263,7 @@ fn hands_work_in_every_view_of_the_surface() {
 fn in_the_flat_view_hands_rest_and_it_is_said_why() {
     let mut harness = harness();
     harness.interface.hands.take(Tool::Trail);
-    harness.interface.view.show = Show::Atlas;
+    harness.interface.document.view.show = Show::Atlas;
     harness.facts.hand.under = Some(under());
     let commands = dragged(&mut harness, IN_PICTURE, IN_PICTURE + vec2(40.0, 0.0));
     assert_eq!(commands, []);
@@ -278,7 +280,7 @@ fn in_the_flat_view_hands_rest_and_it_is_said_why() {
     // The bar has nothing to do there, and makes room.
     harness.frame(vec![]);
     assert_eq!(harness.places_of("✖ erase"), []);
-    harness.interface.view.show = Show::Surface;
+    harness.interface.document.view.show = Show::Surface;
     harness.frame(vec![]);
     assert_eq!(harness.places_of("✖ erase").len(), 1);
 }
@@ -288,7 +290,7 @@ fn shift_and_the_wheel_change_the_brush_and_nothing_else() {
     let mut harness = harness();
     harness.interface.hands.take(Tool::Erase);
     let (camera, radius) = (
-        harness.interface.view.camera,
+        harness.interface.document.view.camera,
         harness.interface.hands.radius,
     );
     harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
@@ -305,7 +307,7 @@ fn shift_and_the_wheel_change_the_brush_and_nothing_else() {
         harness.frame(vec![]);
     }
     assert!(harness.interface.hands.radius > 1.1 * radius);
-    assert_eq!(harness.interface.view.camera, camera);
+    assert_eq!(harness.interface.document.view.camera, camera);
 }
 
 #[test]
@@ -339,6 +341,7 @@ fn middle(harness: &mut Harness) -> Pos2 {
     let size = Vec2::new(picture.width(), picture.height());
     let at = harness
         .interface
+        .document
         .view
         .camera
         .pixel(Vec3::ZERO, size)
@@ -350,24 +353,30 @@ fn middle(harness: &mut Harness) -> Pos2 {
 fn a_dragged_object_goes_along_and_undo_brings_it_back() {
     let mut harness = harness();
     harness.interface.hands.selected = Some(0);
-    let camera = harness.interface.view.camera;
+    let camera = harness.interface.document.view.camera;
     let from = middle(&mut harness);
     let commands = dragged(&mut harness, from, from + vec2(80.0, 0.0));
     assert!(commands.len() > 2 && commands.iter().all(|command| *command == Command::Apply));
-    let position = single(harness.interface.edited.objects[0].position);
+    let position = single(harness.interface.document.edited.objects[0].position);
     assert!(position.dot(camera.right()) > 0.1, "{position}");
     assert!(position.dot(camera.up()).abs() < 1e-3, "{position}");
-    assert_eq!(harness.interface.view.camera, camera);
-    assert_eq!(harness.interface.edited.objects[1].position, [0.0; 3]);
+    assert_eq!(harness.interface.document.view.camera, camera);
+    assert_eq!(
+        harness.interface.document.edited.objects[1].position,
+        [0.0; 3]
+    );
     assert!(!{
-        harness.interface.running = harness.interface.edited.clone();
-        harness.interface.is_pending()
+        harness.interface.document.running = harness.interface.document.edited.clone();
+        harness.interface.document.is_pending()
     });
     harness.frame(vec![]);
     let mut commands = Vec::new();
     harness.interface.undo(&mut commands);
     assert_eq!(commands, [Command::Apply]);
-    assert_eq!(harness.interface.edited.objects[0].position, [0.0; 3]);
+    assert_eq!(
+        harness.interface.document.edited.objects[0].position,
+        [0.0; 3]
+    );
 }
 
 #[test]
@@ -391,13 +400,13 @@ fn objects_that_undo_brings_back_run_at_once_and_what_waits_goes_on_waiting() {
         commands
     };
     // Scaled by hand: the window has loaded it.
-    harness.interface.edited.objects[0].scale = 2.0;
-    harness.interface.running = harness.interface.edited.clone();
+    harness.interface.document.edited.objects[0].scale = 2.0;
+    harness.interface.document.running = harness.interface.document.edited.clone();
     harness.interface.hands.selected = Some(1);
     harness.frame(vec![]);
     let renew = [Command::Hand(Work::Renew)];
     assert_eq!(undone(&mut harness), renew);
-    assert_eq!(harness.interface.edited.objects[0].scale, 1.0);
+    assert_eq!(harness.interface.document.edited.objects[0].scale, 1.0);
     assert_eq!(harness.interface.hands.selected, Some(1));
     // Brought back before that was there.
     let mut commands = Vec::new();
@@ -406,16 +415,16 @@ fn objects_that_undo_brings_back_run_at_once_and_what_waits_goes_on_waiting() {
 
     // Typed and not run yet.
     let mut harness = super::hands::harness();
-    harness.interface.edited.objects[0].scale = 2.0;
+    harness.interface.document.edited.objects[0].scale = 2.0;
     harness.frame(vec![]);
-    assert!(harness.interface.is_pending());
+    assert!(harness.interface.document.is_pending());
     assert_eq!(undone(&mut harness), [Command::Apply]);
-    assert!(!harness.interface.is_pending());
+    assert!(!harness.interface.document.is_pending());
 
     // Taken out: who is picked stays picked, wherever it stands then.
     let mut harness = super::hands::harness();
-    harness.interface.edited.objects.remove(0);
-    harness.interface.running = harness.interface.edited.clone();
+    harness.interface.document.edited.objects.remove(0);
+    harness.interface.document.running = harness.interface.document.edited.clone();
     harness.interface.hands.selected = Some(0);
     harness.frame(vec![]);
     assert_eq!(undone(&mut harness), renew);
@@ -425,8 +434,8 @@ fn objects_that_undo_brings_back_run_at_once_and_what_waits_goes_on_waiting() {
 #[test]
 fn objects_that_do_not_come_back_leave_those_that_run() {
     let mut harness = harness();
-    harness.interface.edited.objects.remove(0);
-    harness.interface.running = harness.interface.edited.clone();
+    harness.interface.document.edited.objects.remove(0);
+    harness.interface.document.running = harness.interface.document.edited.clone();
     harness.frame(vec![]);
     let undone = |harness: &mut Harness| {
         let mut commands = Vec::new();
@@ -435,25 +444,25 @@ fn objects_that_do_not_come_back_leave_those_that_run() {
     };
     let renew = [Command::Hand(Work::Renew)];
     assert_eq!(undone(&mut harness), renew);
-    assert_eq!(harness.interface.edited.objects.len(), 2);
+    assert_eq!(harness.interface.document.edited.objects.len(), 2);
     // Until they are there, each that runs keeps its own place.
-    let second = harness.interface.running.objects[0].clone();
-    harness.interface.edited.objects[0].position = [9.0; 3];
-    assert_eq!(harness.interface.live_settings().objects, [second]);
+    let second = harness.interface.document.running.objects[0].clone();
+    harness.interface.document.edited.objects[0].position = [9.0; 3];
+    assert_eq!(harness.interface.document.live_settings().objects, [second]);
     // The mesh is gone, or somebody gave the load up.
     harness.interface.not_shown();
-    let Interface {
+    let Document {
         edited, running, ..
-    } = &harness.interface;
+    } = &harness.interface.document;
     assert_eq!(edited.objects, running.objects);
     // A slider is a slider again.
-    harness.interface.edited.trail.decay = 0.5;
+    harness.interface.document.edited.trail.decay = 0.5;
     harness.frame(vec![]);
     assert_eq!(undone(&mut harness), [Command::Apply]);
     // Nothing was on its way: what is typed stays.
-    harness.interface.edited.objects[0].scale = 3.0;
+    harness.interface.document.edited.objects[0].scale = 3.0;
     harness.interface.not_shown();
-    assert_eq!(harness.interface.edited.objects[0].scale, 3.0);
+    assert_eq!(harness.interface.document.edited.objects[0].scale, 3.0);
 }
 
 #[test]

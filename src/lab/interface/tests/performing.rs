@@ -2,8 +2,8 @@
 
 use egui::{Event, Key, vec2};
 
-use super::{Harness, IN_PICTURE};
-use crate::lab::performing::POINTER_RESTS;
+use crate::lab::interface::tests::{Harness, IN_PICTURE};
+use crate::lab::layout::POINTER_RESTS;
 
 #[test]
 fn the_picture_alone_has_no_lines_and_no_pointer_that_rests() {
@@ -12,11 +12,17 @@ fn the_picture_alone_has_no_lines_and_no_pointer_that_rests() {
     harness.press(Key::F10);
     assert!(!harness.places_of("Esc brings").is_empty());
     let ctx = harness.ctx.clone();
-    harness.interface.notice(&ctx, "Saved a picture", false);
+    harness
+        .interface
+        .notices
+        .say(&ctx, "Saved a picture", false);
     harness.frame(vec![]);
     harness.frame(vec![]);
     assert!(harness.places_of("Saved").is_empty());
-    harness.interface.notice(&ctx, "The disk is full", true);
+    harness
+        .interface
+        .notices
+        .say(&ctx, "The disk is full", true);
     harness.frame(vec![]);
     harness.frame(vec![]);
     assert!(!harness.places_of("The disk").is_empty());
@@ -44,7 +50,7 @@ fn the_picture_alone_has_no_lines_and_no_pointer_that_rests() {
 fn news_go_also_where_nothing_happens() {
     let mut harness = Harness::new();
     let ctx = harness.ctx.clone();
-    harness.interface.notice(&ctx, "Saved", false);
+    harness.interface.notices.say(&ctx, "Saved", false);
     let delay = delay_at_rest(&mut harness);
     assert!((2.0..3.3).contains(&delay), "{delay}");
     harness.time += delay + 0.1;

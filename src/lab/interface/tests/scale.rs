@@ -1,16 +1,17 @@
 //! A screen that is twice as dense: what is pressed and painted is where it is shown.
 
 use super::*;
-use crate::lab::hands::{Tool, Work};
-use crate::lab::out::Out;
+use crate::lab::command::Out;
+use crate::lab::command::Work;
 use crate::lab::place::Place;
+use crate::lab::tools::Tool;
 
 #[test]
 fn on_a_dense_screen_controls_and_pictures_are_met_where_they_are_shown() {
     let mut harness = Harness::new();
     let before = harness.frame(vec![]).picture;
     harness.scale = 2.0;
-    harness.interface.out.open = true;
+    harness.interface.layout.toggle(Card::Exports);
     for _ in 0..3 {
         harness.frame(vec![]);
     }
@@ -19,7 +20,7 @@ fn on_a_dense_screen_controls_and_pictures_are_met_where_they_are_shown() {
     assert_eq!(picture, before, "points are what they were");
     let record = harness.places_of("⏺ Record")[0];
     assert_eq!(harness.click(record), [Command::TakeOut(Out::Record)]);
-    harness.interface.out.open = false;
+    harness.interface.layout.close(Card::Exports);
 
     // The picture has twice as many pixels each way, and strokes are in pixels of it.
     let place = Place::of(picture, 2.0, [2400, 1600]);

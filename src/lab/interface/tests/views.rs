@@ -1,6 +1,7 @@
 //! What the picture shows, the atlas beside it, the light, flight, and sides to look from.
 
 use super::*;
+use glam::Vec3;
 
 const DRAG: egui::Vec2 = vec2(60.0, -20.0);
 
@@ -50,24 +51,28 @@ fn keys_and_buttons_choose_views_and_what_a_scene_has_not_is_refused() {
     let is_of_two = |show: Show| show.has(Part::Distances);
     for (show, name) in with_keys().filter(|(show, _)| !is_of_two(*show)) {
         harness.press(key(name));
-        assert_eq!(harness.interface.view.show, show);
+        assert_eq!(harness.interface.document.view.show, show);
     }
-    harness.press(Key::Num8);
+    harness.press(Key::Num7);
     for (_, name) in with_keys().filter(|(show, _)| is_of_two(*show)) {
         harness.press(key(name));
-        assert_eq!(harness.interface.view.show, Show::Wireframe);
+        assert_eq!(harness.interface.document.view.show, Show::Wireframe);
         let notice = harness.interface.notices.text().expect("it is told");
         assert!(notice.contains("needs a second object"), "{}", notice);
     }
     harness.frame(vec![]);
     harness.click_text("Distance");
-    assert_eq!(harness.interface.view.show, Show::Wireframe, "it is grey");
+    assert_eq!(
+        harness.interface.document.view.show,
+        Show::Wireframe,
+        "it is grey"
+    );
     harness.click_text("Glow");
-    assert_eq!(harness.interface.view.show, Show::Glow);
-    let other = harness.interface.running.objects[0].clone();
-    harness.interface.running.objects.push(other);
-    harness.press(Key::Num9);
-    assert_eq!(harness.interface.view.show, Show::Distance);
+    assert_eq!(harness.interface.document.view.show, Show::Glow);
+    let other = harness.interface.document.running.objects[0].clone();
+    harness.interface.document.running.objects.push(other);
+    harness.press(Key::Num8);
+    assert_eq!(harness.interface.document.view.show, Show::Distance);
     harness.frame(vec![]);
     assert!(!harness.places_of("inside of it").is_empty(), "a legend");
 }
@@ -77,7 +82,7 @@ fn a_scene_that_asks_for_what_it_has_not_shows_its_trail() {
     let mut settings = Settings::default();
     settings.picture.show = Show::Nearest;
     let scene = Scene::from_settings("torus".to_owned(), settings, ".".into()).unwrap();
-    assert_eq!(Interface::new(&scene).view.show, Show::Surface);
+    assert_eq!(Interface::new(&scene).document.view.show, Show::Surface);
 }
 
 #[test]
@@ -94,27 +99,27 @@ fn the_atlas_beside_the_picture_has_a_hand_of_its_own() {
     assert_eq!(shown.picture.left_top(), whole.picture.left_top());
     assert_eq!(beside.right_bottom(), whole.picture.right_bottom());
     assert_eq!(shown.picture.right(), beside.left());
-    let before = harness.interface.view;
+    let before = harness.interface.document.view;
     let none = Modifiers::NONE;
     let middle = beside.center();
-    harness.interface.view.atlas.zoom = 4.0;
+    harness.interface.document.view.atlas.zoom = 4.0;
     assert!(harness.drag(PointerButton::Primary, none, middle, middle + DRAG));
-    let after = harness.interface.view;
+    let after = harness.interface.document.view;
     assert_eq!(after.camera, before.camera);
     assert!(after.atlas.middle.x < before.atlas.middle.x - 0.01);
     let middle = shown.picture.center();
     harness.drag(PointerButton::Primary, none, middle, middle + DRAG);
-    assert_ne!(harness.interface.view.camera, before.camera);
-    assert_eq!(harness.interface.view.atlas, after.atlas);
+    assert_ne!(harness.interface.document.view.camera, before.camera);
+    assert_eq!(harness.interface.document.view.atlas, after.atlas);
     // What shows the atlas alone needs it not twice.
-    harness.press(Key::Num3);
+    harness.press(Key::Num0);
     assert_eq!(harness.frame(vec![]).beside, None);
 }
 
 #[test]
 fn the_light_moves_with_its_key_and_nothing_else_does() {
     let mut harness = Harness::new();
-    let before = harness.interface.view;
+    let before = harness.interface.document.view;
     let key = |pressed| Event::Key {
         key: Key::L,
         physical_key: None,
@@ -126,16 +131,16 @@ fn the_light_moves_with_its_key_and_nothing_else_does() {
     let none = Modifiers::NONE;
     harness.drag(PointerButton::Primary, none, IN_PICTURE, IN_PICTURE + DRAG);
     harness.frame(vec![key(false)]);
-    let after = harness.interface.view;
+    let after = harness.interface.document.view;
     assert!(after.light.azimuth > before.light.azimuth + 1.0);
     assert!(after.light.elevation > before.light.elevation + 1.0);
     assert_eq!(after.camera, before.camera);
     harness.drag(PointerButton::Primary, none, IN_PICTURE, IN_PICTURE + DRAG);
-    assert_eq!(harness.interface.view.light, after.light);
-    assert_ne!(harness.interface.view.camera, before.camera);
+    assert_eq!(harness.interface.document.view.light, after.light);
+    assert_ne!(harness.interface.document.view.camera, before.camera);
     let mut commands = Vec::new();
     harness.interface.undo(&mut commands);
-    assert_eq!(harness.interface.view.light, before.light);
+    assert_eq!(harness.interface.document.view.light, before.light);
     assert_eq!(commands, [Command::Apply]);
 }
 
@@ -143,8 +148,8 @@ fn the_light_moves_with_its_key_and_nothing_else_does() {
 fn flight_has_its_own_keys_hand_and_wheel() {
     let mut harness = Harness::new();
     harness.press(Key::V);
-    assert!(harness.interface.navigation.is_flying() && harness.interface.playing);
-    let start = harness.interface.view.camera;
+    assert!(harness.interface.navigation.is_flying() && harness.interface.document.playing);
+    let start = harness.interface.document.view.camera;
     for (key, way) in [
         (Key::W, -start.backward()),
         (Key::S, start.backward()),
@@ -153,16 +158,16 @@ fn flight_has_its_own_keys_hand_and_wheel() {
         (Key::E, start.up()),
         (Key::Q, -start.up()),
     ] {
-        let before = harness.interface.view.camera;
+        let before = harness.interface.document.view.camera;
         assert_eq!(harness.hold(key, 6), [], "{key:?} means nothing else");
-        let gone = harness.interface.view.camera.eye() - before.eye();
+        let gone = harness.interface.document.view.camera.eye() - before.eye();
         assert!(gone.normalize().dot(way) > 0.999, "{key:?} goes {gone}");
     }
-    assert!(harness.interface.playing, "S alone would hold it");
-    let before = harness.interface.view.camera;
+    assert!(harness.interface.document.playing, "S alone would hold it");
+    let before = harness.interface.document.view.camera;
     let none = Modifiers::NONE;
     harness.drag(PointerButton::Primary, none, IN_PICTURE, IN_PICTURE + DRAG);
-    let turned = harness.interface.view.camera;
+    let turned = harness.interface.document.view.camera;
     assert!(turned.eye().distance(before.eye()) < 1e-4 && turned.yaw != before.yaw);
 
     let speed = |harness: &Harness| harness.interface.navigation.flying.expect("it flies").speed;
@@ -177,19 +182,22 @@ fn flight_has_its_own_keys_hand_and_wheel() {
         harness.frame(vec![]);
     }
     assert!(speed(&harness) > 1.1 * slow);
-    assert_eq!(harness.interface.view.camera.distance, turned.distance);
+    assert_eq!(
+        harness.interface.document.view.camera.distance,
+        turned.distance
+    );
 
     harness.press(Key::Escape);
     assert!(!harness.interface.navigation.is_flying());
-    let there = harness.interface.view.camera;
+    let there = harness.interface.document.view.camera;
     assert_eq!(harness.hold(Key::S, 2), [Command::Step]);
-    assert_eq!(harness.interface.view.camera, there);
+    assert_eq!(harness.interface.document.view.camera, there);
 }
 
 #[test]
 fn the_camera_looks_from_sides_and_goes_home() {
     let mut harness = Harness::new();
-    let home = harness.interface.view.camera;
+    let home = harness.interface.document.view.camera;
     harness.open("Camera");
     for (title, towards) in [
         ("Front", Vec3::Z),
@@ -198,17 +206,22 @@ fn the_camera_looks_from_sides_and_goes_home() {
         ("Bottom", Vec3::NEG_Y),
     ] {
         harness.click_text(title);
-        let backward = harness.interface.view.camera.backward();
+        let backward = harness.interface.document.view.camera.backward();
         assert!(backward.dot(towards) > 0.999, "{title}");
     }
     harness.click_text("Home");
-    assert_eq!(harness.interface.view.camera, home);
+    assert_eq!(harness.interface.document.view.camera, home);
     // A wider view is a change that can be taken back.
-    harness.interface.view.camera.set_field_of_view(1.2);
+    harness
+        .interface
+        .document
+        .view
+        .camera
+        .set_field_of_view(1.2);
     harness.frame(vec![]);
     let mut commands = Vec::new();
     harness.interface.undo(&mut commands);
-    let back = harness.interface.view.camera;
+    let back = harness.interface.document.view.camera;
     assert!((back.vertical_fov - home.vertical_fov).abs() < 1e-5);
     assert!((back.distance - home.distance).abs() < 1e-3);
 }

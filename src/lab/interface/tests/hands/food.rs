@@ -7,8 +7,8 @@ use super::*;
 #[test]
 fn food_is_put_picked_changed_and_taken_away() {
     let mut harness = harness();
-    harness.interface.edited.objects[0].scale = 2.0;
-    harness.interface.running.objects[0].scale = 2.0;
+    harness.interface.document.edited.objects[0].scale = 2.0;
+    harness.interface.document.running.objects[0].scale = 2.0;
     harness.press(Key::O);
     assert_eq!(harness.interface.hands.tool, Tool::Food);
     let click = |harness: &mut Harness, position: Vec3| {
@@ -23,35 +23,42 @@ fn food_is_put_picked_changed_and_taken_away() {
         commands.extend(harness.frame(Vec::new()).commands);
         commands
     };
-    let camera = harness.interface.view.camera;
+    let camera = harness.interface.document.view.camera;
     let commands = click(&mut harness, Vec3::new(1.0, 2.0, 3.0));
     assert!(commands.contains(&Command::Apply), "{commands:?}");
-    let food = harness.interface.edited.foods[0].clone();
-    assert_eq!(food.object, harness.interface.edited.objects[0].name);
+    let food = harness.interface.document.edited.foods[0].clone();
+    assert_eq!(
+        food.object,
+        harness.interface.document.edited.objects[0].name
+    );
     assert_eq!(food.at, [0.5, 1.0, 1.5], "in the mesh's own coordinates");
     assert_eq!(harness.interface.hands.food, Some(0));
-    assert_eq!(harness.interface.view.camera, camera);
+    assert_eq!(harness.interface.document.view.camera, camera);
     // The window tells where it lies; a click on it picks it, one beside puts another one.
     harness.facts.hand.foods = vec![(Vec3::new(1.0, 2.0, 3.0), 0.1)];
     harness.interface.hands.food = None;
     click(&mut harness, Vec3::new(1.05, 2.0, 3.0));
     assert_eq!(harness.interface.hands.food, Some(0));
     click(&mut harness, Vec3::new(3.0, 2.0, 3.0));
-    assert_eq!(harness.interface.edited.foods.len(), 2);
+    assert_eq!(harness.interface.document.edited.foods.len(), 2);
     assert_eq!(harness.interface.hands.food, Some(1));
     // Taken away, brought back.
     let commands = harness.press(Key::Delete);
     assert!(commands.contains(&Command::Apply), "{commands:?}");
-    assert_eq!(harness.interface.edited.foods, [food]);
+    assert_eq!(harness.interface.document.edited.foods, [food]);
     harness.press(Key::Delete);
-    assert_eq!(harness.interface.edited.foods.len(), 1, "none is picked");
+    assert_eq!(
+        harness.interface.document.edited.foods.len(),
+        1,
+        "none is picked"
+    );
     harness.interface.undo(&mut Vec::new());
-    assert_eq!(harness.interface.edited.foods.len(), 2);
+    assert_eq!(harness.interface.document.edited.foods.len(), 2);
     harness.interface.undo(&mut Vec::new());
-    assert_eq!(harness.interface.edited.foods.len(), 1);
+    assert_eq!(harness.interface.document.edited.foods.len(), 1);
     // Objects take theirs along.
-    let name = harness.interface.edited.objects[0].name.clone();
-    let without = crate::lab::hands::objects::without_object(&harness.interface.edited, 0);
+    let name = harness.interface.document.edited.objects[0].name.clone();
+    let without = crate::lab::objects::without_object(&harness.interface.document.edited, 0);
     assert!(without.foods.is_empty(), "{name}");
     harness.press(Key::Escape);
     harness.press(Key::Escape);
@@ -67,34 +74,37 @@ fn food_that_is_refused_is_gone_and_undo_leads_past_it() {
         ..FoodSettings::default()
     };
     let interface = &mut harness.interface;
-    interface.edited.foods = vec![food(1.0)];
-    interface.running.foods = vec![food(1.0)];
+    interface.document.edited.foods = vec![food(1.0)];
+    interface.document.running.foods = vec![food(1.0)];
     harness.frame(vec![]);
-    harness.interface.edited.foods.push(food(2.0));
+    harness.interface.document.edited.foods.push(food(2.0));
     harness.interface.hands.food = Some(1);
     harness.frame(vec![]);
-    let refused = harness.interface.edited.clone();
-    harness.interface.take_food_back(&refused);
+    let refused = harness.interface.document.edited.clone();
+    harness.interface.food_is_refused(&refused);
     harness.frame(vec![]);
-    assert_eq!(harness.interface.edited.foods, [food(1.0)]);
+    assert_eq!(harness.interface.document.edited.foods, [food(1.0)]);
     assert_eq!(harness.interface.hands.food, None, "nothing is picked");
     // The one entry before is that there was none.
     harness.interface.undo(&mut Vec::new());
-    assert!(harness.interface.edited.foods.is_empty());
+    assert!(harness.interface.document.edited.foods.is_empty());
     harness.interface.redo(&mut Vec::new());
-    assert_eq!(harness.interface.edited.foods, [food(1.0)]);
+    assert_eq!(harness.interface.document.edited.foods, [food(1.0)]);
     // A change that is refused gives back what was, also to the next food.
     harness.interface.hands.food = Some(0);
-    harness.interface.edited.foods[0].radius = 3.0;
+    harness.interface.document.edited.foods[0].radius = 3.0;
     harness.interface.hands.next_food.radius = 3.0;
-    let refused = harness.interface.edited.clone();
-    harness.interface.take_food_back(&refused);
+    let refused = harness.interface.document.edited.clone();
+    harness.interface.food_is_refused(&refused);
     assert_eq!(harness.interface.hands.food, Some(0));
     assert_eq!(harness.interface.hands.next_food, food(1.0));
     // What the hand has set since stays.
-    harness.interface.edited.foods.push(food(5.0));
-    harness.interface.take_food_back(&refused);
-    assert_eq!(harness.interface.edited.foods, [food(1.0), food(5.0)]);
+    harness.interface.document.edited.foods.push(food(5.0));
+    harness.interface.food_is_refused(&refused);
+    assert_eq!(
+        harness.interface.document.edited.foods,
+        [food(1.0), food(5.0)]
+    );
 }
 
 /// Where everything lies of which the window tells: on a plane, a point of the picture a hundredth.
@@ -115,7 +125,7 @@ fn seen(harness: &mut Harness, events: Vec<Event>, border: f32) -> Vec<Command> 
         object: usize::from(position.x > border),
         ..under()
     });
-    let foods = harness.interface.edited.foods.iter();
+    let foods = harness.interface.document.edited.foods.iter();
     hand.foods = foods.map(|food| (single(food.at), 0.1)).collect();
     commands
 }
@@ -127,13 +137,13 @@ fn with_food() -> Harness {
     seen(&mut harness, vec![Event::PointerMoved(IN_PICTURE)], 99.0);
     let at = harness.facts.hand.under.as_ref().expect("it has looked");
     let food = FoodSettings {
-        object: harness.interface.edited.objects[0].name.clone(),
+        object: harness.interface.document.edited.objects[0].name.clone(),
         at: at.position.as_dvec3().to_array(),
         ..FoodSettings::default()
     };
     for settings in [
-        &mut harness.interface.edited,
-        &mut harness.interface.running,
+        &mut harness.interface.document.edited,
+        &mut harness.interface.document.running,
     ] {
         settings.foods.push(food.clone());
     }
@@ -143,16 +153,16 @@ fn with_food() -> Harness {
 
 /// Where the food lies, points from where it was pressed.
 fn way_of(harness: &Harness, from: [f64; 3]) -> Vec2 {
-    let at = single(harness.interface.edited.foods[0].at);
+    let at = single(harness.interface.document.edited.foods[0].at);
     100.0 * (at - single(from)).truncate()
 }
 
 #[test]
 fn food_is_dragged_over_the_surface_and_to_another_object() {
     let mut harness = with_food();
-    let first = harness.interface.edited.foods[0].clone();
+    let first = harness.interface.document.edited.foods[0].clone();
     let border = first.at[0] as f32 + 0.5;
-    let camera = harness.interface.view.camera;
+    let camera = harness.interface.document.view.camera;
     let way = vec2(80.0, 30.0);
     let mut commands = seen(&mut harness, vec![button(IN_PICTURE, true)], border);
     for step in 1..=4 {
@@ -165,22 +175,22 @@ fn food_is_dragged_over_the_surface_and_to_another_object() {
         commands.extend(seen(&mut harness, vec![], border));
     }
     assert!(!commands.is_empty() && commands.iter().all(|c| *c == Command::Apply));
-    let moved = harness.interface.edited.foods[0].clone();
+    let moved = harness.interface.document.edited.foods[0].clone();
     assert_eq!(moved.object, "second");
     let off = way_of(&harness, first.at) - Vec2::new(way.x, way.y);
     assert!(off.length() < 0.1, "{off}");
-    assert_eq!(harness.interface.edited.foods.len(), 1);
+    assert_eq!(harness.interface.document.edited.foods.len(), 1);
     assert_eq!(harness.interface.hands.food, Some(0), "it is picked");
-    assert_eq!(harness.interface.view.camera, camera);
+    assert_eq!(harness.interface.document.view.camera, camera);
     // All of the way at once.
     harness.interface.undo(&mut Vec::new());
-    assert_eq!(harness.interface.edited.foods, [first]);
+    assert_eq!(harness.interface.document.edited.foods, [first]);
     harness.interface.redo(&mut Vec::new());
-    assert_eq!(harness.interface.edited.foods, [moved]);
+    assert_eq!(harness.interface.document.edited.foods, [moved]);
     harness.interface.undo(&mut Vec::new());
     harness.interface.undo(&mut Vec::new());
     assert!(
-        harness.interface.edited.foods.is_empty(),
+        harness.interface.document.edited.foods.is_empty(),
         "it was put there"
     );
 }
@@ -189,7 +199,7 @@ fn food_is_dragged_over_the_surface_and_to_another_object() {
 fn where_there_is_no_food_a_drag_turns_the_picture() {
     let (from, way) = (IN_PICTURE + vec2(-120.0, 90.0), vec2(60.0, 20.0));
     let turned = |mut harness: Harness, is_slow: bool| {
-        let begun = harness.interface.view.camera;
+        let begun = harness.interface.document.view.camera;
         // Nobody has looked where it is pressed.
         let mut events = vec![button(from, true)];
         events.extend((1..=4).map(|i| Event::PointerMoved(from + way * (i as f32 / 4.0))));
@@ -202,7 +212,7 @@ fn where_there_is_no_food_a_drag_turns_the_picture() {
             }
         }
         (0..3).for_each(|_| drop(seen(&mut harness, vec![], 99.0)));
-        let camera = harness.interface.view.camera;
+        let camera = harness.interface.document.view.camera;
         [camera.yaw - begun.yaw, camera.pitch - begun.pitch]
     };
     let usual = turned(harness(), false);
@@ -215,16 +225,16 @@ fn where_there_is_no_food_a_drag_turns_the_picture() {
     }
     // Nor does one with Shift take food along: it pans.
     let mut harness = with_food();
-    let foods = harness.interface.edited.foods.clone();
+    let foods = harness.interface.document.edited.foods.clone();
     harness.drag(LEFT, Modifiers::SHIFT, IN_PICTURE, IN_PICTURE + way);
-    assert_eq!(harness.interface.edited.foods, foods);
+    assert_eq!(harness.interface.document.edited.foods, foods);
 }
 
 #[test]
 fn food_comes_to_where_it_was_let_go_of_also_where_a_frame_takes_long() {
     let mut harness = with_food();
-    let first = harness.interface.edited.foods[0].at;
-    let camera = harness.interface.view.camera;
+    let first = harness.interface.document.edited.foods[0].at;
+    let camera = harness.interface.document.view.camera;
     let elsewhere = IN_PICTURE + vec2(30.0, 200.0);
     seen(&mut harness, vec![Event::PointerMoved(elsewhere)], 99.0);
     let end = IN_PICTURE + vec2(50.0, -20.0);
@@ -239,9 +249,9 @@ fn food_comes_to_where_it_was_let_go_of_also_where_a_frame_takes_long() {
     (0..4).for_each(|_| drop(seen(&mut harness, vec![], 99.0)));
     let off = way_of(&harness, first) - Vec2::new(50.0, -20.0);
     assert!(off.length() < 0.1, "{off}");
-    assert_eq!(harness.interface.view.camera, camera);
+    assert_eq!(harness.interface.document.view.camera, camera);
     // A press that does not move is a click, and picks it where it lies.
-    let at = harness.interface.edited.foods[0].at;
+    let at = harness.interface.document.edited.foods[0].at;
     harness.interface.hands.food = None;
     harness.time += 2.0;
     for events in [
@@ -254,14 +264,14 @@ fn food_comes_to_where_it_was_let_go_of_also_where_a_frame_takes_long() {
         seen(&mut harness, events, 99.0);
     }
     assert_eq!(harness.interface.hands.food, Some(0));
-    assert_eq!(harness.interface.edited.foods[0].at, at);
-    assert_eq!(harness.interface.edited.foods.len(), 1);
+    assert_eq!(harness.interface.document.edited.foods[0].at, at);
+    assert_eq!(harness.interface.document.edited.foods.len(), 1);
     // Taken away while it is held, it is gone, and the one that has its place in the list stays where it is.
     let other = FoodSettings {
         at: [9.0, 9.0, 9.0],
-        ..harness.interface.edited.foods[0].clone()
+        ..harness.interface.document.edited.foods[0].clone()
     };
-    harness.interface.edited.foods.push(other.clone());
+    harness.interface.document.edited.foods.push(other.clone());
     harness.time += 2.0;
     seen(&mut harness, vec![button(end, true)], 99.0);
     seen(
@@ -276,6 +286,6 @@ fn food_comes_to_where_it_was_let_go_of_also_where_a_frame_takes_long() {
         99.0,
     );
     seen(&mut harness, vec![button(IN_PANEL, false)], 99.0);
-    assert_eq!(harness.interface.edited.foods, [other]);
+    assert_eq!(harness.interface.document.edited.foods, [other]);
     assert!(!harness.interface.hands.has_food_in_hand());
 }

@@ -13,26 +13,26 @@ fn hold(harness: &mut Harness) -> Pos2 {
 #[test]
 fn esc_puts_back_what_a_handle_has_moved() {
     let mut harness = harness();
-    let before = harness.interface.edited.clone();
-    let camera = harness.interface.view.camera;
+    let before = harness.interface.document.edited.clone();
+    let camera = harness.interface.document.view.camera;
     let from = hold(&mut harness);
     harness.frame(vec![Event::PointerMoved(from + vec2(60.0, 0.0))]);
-    assert_ne!(harness.interface.edited, before);
+    assert_ne!(harness.interface.document.edited, before);
     assert_eq!(harness.press(Key::Escape), [Command::Apply]);
-    assert_eq!(harness.interface.edited, before);
+    assert_eq!(harness.interface.document.edited, before);
     // The hand has not let go: it moves nothing else, and the release is no click.
     let on = from + vec2(90.0, 30.0);
     for event in [Event::PointerMoved(on), button(on, false)] {
         assert_eq!(harness.frame(vec![event]).commands, []);
-        assert_eq!(harness.interface.edited, before);
-        assert_eq!(harness.interface.view.camera, camera);
+        assert_eq!(harness.interface.document.edited, before);
+        assert_eq!(harness.interface.document.view.camera, camera);
     }
     assert_eq!(harness.interface.hands.selected, Some(0));
     harness.press(Key::Escape);
     assert_eq!(harness.interface.hands.selected, None);
     // Nothing was changed: before that the scene had one object.
     harness.interface.undo(&mut Vec::new());
-    assert_eq!(harness.interface.edited.objects.len(), 1);
+    assert_eq!(harness.interface.document.edited.objects.len(), 1);
 }
 
 #[test]
@@ -47,7 +47,7 @@ fn with_ctrl_objects_are_moved_in_steps_and_how_far_is_told() {
     harness.frame(vec![Event::PointerMoved(to)]);
     assert_eq!(told(&harness), 1);
     let off = |harness: &Harness| {
-        let position = harness.interface.edited.objects[0].position;
+        let position = harness.interface.document.edited.objects[0].position;
         let off = position.map(|x| (10.0 * x - (10.0 * x).round()).abs());
         off.into_iter().fold(0.0, f64::max)
     };
@@ -55,7 +55,7 @@ fn with_ctrl_objects_are_moved_in_steps_and_how_far_is_told() {
     let held = Modifiers::CTRL.plus(Modifiers::COMMAND);
     harness.frame(vec![Event::ModifiersChanged(held)]);
     assert!(off(&harness) < 1e-3, "{}", off(&harness));
-    let position = single(harness.interface.edited.objects[0].position);
+    let position = single(harness.interface.document.edited.objects[0].position);
     assert!(position.length() > 0.09, "{position}");
     harness.frame(vec![button(to, false)]);
     harness.frame(vec![]);
@@ -65,28 +65,28 @@ fn with_ctrl_objects_are_moved_in_steps_and_how_far_is_told() {
 #[test]
 fn f_looks_at_what_is_picked() {
     let mut harness = harness();
-    let whole = harness.interface.view.camera;
+    let whole = harness.interface.document.view.camera;
     harness.facts.hand.poses[0] = Affine3A::from_translation(Vec3::new(2.0, 0.0, 0.0));
     harness.interface.hands.selected = Some(0);
     harness.press(Key::F);
-    let near = harness.interface.view.camera;
+    let near = harness.interface.document.view.camera;
     let off = near.target - whole.target - Vec3::new(2.0, 0.0, 0.0);
     assert!(off.length() < 0.05, "{near:?}");
     assert_eq!((near.yaw, near.pitch), (whole.yaw, whole.pitch));
-    assert!(!harness.interface.is_fitted());
+    assert!(!harness.interface.document.is_fitted());
     harness.press(Key::Home);
-    assert_eq!(harness.interface.view.camera.target, whole.target);
+    assert_eq!(harness.interface.document.view.camera.target, whole.target);
     harness.interface.hands.selected = None;
-    harness.interface.view.camera = near;
+    harness.interface.document.view.camera = near;
     harness.press(Key::F);
-    assert_eq!(harness.interface.view.camera.target, whole.target);
+    assert_eq!(harness.interface.document.view.camera.target, whole.target);
 }
 
 #[test]
 fn undo_says_what_it_does_not_take_back() {
     let mut harness = harness();
     harness.facts.hand.under = Some(under());
-    let before = harness.interface.edited.clone();
+    let before = harness.interface.document.edited.clone();
     let undo = |harness: &mut Harness| {
         let held = Modifiers::CTRL.plus(Modifiers::COMMAND);
         let event = |pressed| Event::Key {
@@ -100,9 +100,9 @@ fn undo_says_what_it_does_not_take_back() {
         harness.frame(vec![event(false)]);
         commands
     };
-    harness.interface.edited.trail.decay = 0.5;
+    harness.interface.document.edited.trail.decay = 0.5;
     harness.frame(vec![]);
-    let changed = harness.interface.edited.clone();
+    let changed = harness.interface.document.edited.clone();
     for tool in [Tool::Trail, Tool::Particles] {
         harness.interface.hands.take(tool);
         dragged(&mut harness, IN_PICTURE, IN_PICTURE + vec2(40.0, 0.0));
@@ -110,14 +110,14 @@ fn undo_says_what_it_does_not_take_back() {
         assert_eq!(undo(&mut harness), []);
         let notice = harness.interface.notices.text();
         assert!(notice.is_some_and(|text| text.contains("once more undoes")));
-        assert_eq!(harness.interface.edited, changed);
+        assert_eq!(harness.interface.document.edited, changed);
     }
     assert_eq!(undo(&mut harness), [Command::Apply]);
-    assert_eq!(harness.interface.edited, before);
+    assert_eq!(harness.interface.document.edited, before);
     // What came after is undone first.
     dragged(&mut harness, IN_PICTURE, IN_PICTURE + vec2(40.0, 0.0));
-    harness.interface.edited.trail.decay = 0.25;
+    harness.interface.document.edited.trail.decay = 0.25;
     harness.frame(vec![]);
     assert_eq!(undo(&mut harness), [Command::Apply]);
-    assert_eq!(harness.interface.edited, before);
+    assert_eq!(harness.interface.document.edited, before);
 }

@@ -11,8 +11,8 @@ fn the_last_object_stays() {
     harness.interface.hands.selected = Some(1);
     let commands = harness.press(Key::Delete);
     assert_eq!(commands, [Command::Hand(Work::Remove(Which::Object(1)))]);
-    harness.interface.running.objects.pop();
-    harness.interface.edited.objects.pop();
+    harness.interface.document.running.objects.pop();
+    harness.interface.document.edited.objects.pop();
     harness.interface.hands.selected = Some(0);
     assert_eq!(harness.press(Key::Delete), []);
     assert!(notice(&harness).is_some_and(|text| text.contains("The last object stays")));
@@ -36,7 +36,7 @@ fn the_picked_object_is_duplicated_by_its_key_and_its_button() {
         harness.frame(vec![event(Key::D, control, false)]);
         commands
     };
-    let edited = harness.interface.edited.clone();
+    let edited = harness.interface.document.edited.clone();
     assert_eq!(key(&mut harness), []);
     let notice = harness.interface.notices.text();
     assert!(notice.is_some_and(|text| text.contains("Pick an object first")));
@@ -55,7 +55,10 @@ fn the_picked_object_is_duplicated_by_its_key_and_its_button() {
     // What comes next is about the copy, and about its copy.
     let (which, second) = copy(harness.click(at));
     assert_eq!(which, Which::Asked(first));
-    assert_eq!(harness.interface.edited, edited, "no look by chance");
+    assert_eq!(
+        harness.interface.document.edited, edited,
+        "no look by chance"
+    );
     // The last one is picked when it comes, and no other.
     harness.interface.hands.answer(first, Some(0));
     assert_eq!(harness.interface.hands.selected, None);
@@ -72,8 +75,8 @@ fn the_picked_object_is_duplicated_by_its_key_and_its_button() {
     assert_eq!(harness.press(Key::Escape), [Command::CancelLoading]);
 
     // Also where a slow frame gets them at once, and of the only object there is.
-    harness.interface.running.objects.pop();
-    harness.interface.edited.objects.pop();
+    harness.interface.document.running.objects.pop();
+    harness.interface.document.edited.objects.pop();
     harness.interface.hands.selected = Some(0);
     let presses = [
         event(Key::D, control, true),

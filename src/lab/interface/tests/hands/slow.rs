@@ -13,7 +13,7 @@ fn in_one_frame(harness: &mut Harness, from: Pos2, to: Pos2) -> Vec<Command> {
 }
 
 fn position(harness: &Harness) -> Vec3 {
-    single(harness.interface.edited.objects[0].position)
+    single(harness.interface.document.edited.objects[0].position)
 }
 
 #[test]
@@ -42,11 +42,11 @@ fn a_handle_is_held_where_it_was_pressed() {
         let mut harness = harness();
         harness.interface.hands.selected = Some(0);
         middle(&mut harness);
-        let camera = harness.interface.view.camera;
+        let camera = harness.interface.document.view.camera;
         slow(&mut harness);
         let apart = (position(&harness) - position(&usual)).length();
         assert!(apart < 1e-4, "{}", position(&harness));
-        assert_eq!(harness.interface.view.camera, camera);
+        assert_eq!(harness.interface.document.view.camera, camera);
         assert_eq!(harness.interface.hands.selected, Some(0));
     }
 }
@@ -56,7 +56,7 @@ fn a_quick_stroke_paints_all_its_way() {
     let mut harness = harness();
     harness.interface.hands.take(Tool::NoGo);
     harness.frame(vec![]);
-    let camera = harness.interface.view.camera;
+    let camera = harness.interface.document.view.camera;
     let way = vec2(240.0, 60.0);
     let commands = in_one_frame(&mut harness, IN_PICTURE, IN_PICTURE + way);
     assert_eq!(count_of_ends(&commands), 1);
@@ -70,7 +70,7 @@ fn a_quick_stroke_paints_all_its_way() {
     }
     let drawn = strokes[strokes.len() - 1].1 - strokes[0].0;
     assert!((drawn - Vec2::new(way.x, way.y)).length() < 1e-3, "{drawn}");
-    assert_eq!(harness.interface.view.camera, camera);
+    assert_eq!(harness.interface.document.view.camera, camera);
     // What it is over is asked until that is where the pointer is.
     harness.facts.hand.looked = None;
     harness.frame(vec![]);
@@ -92,7 +92,7 @@ fn the_camera_turns_by_what_was_dragged_and_no_more() {
         button(to, false),
         Event::PointerMoved(to + vec2(90.0, 0.0)),
     ]);
-    let [slow, usual] = [slow, usual].map(|harness| harness.interface.view.camera);
+    let [slow, usual] = [slow, usual].map(|harness| harness.interface.document.view.camera);
     let off = (slow.yaw - usual.yaw).abs() + (slow.pitch - usual.pitch).abs();
     assert!(
         off < 0.02,
@@ -137,9 +137,9 @@ fn keys_do_what_they_do_in_the_order_in_which_they_were_typed() {
     harness.press(Key::O);
     harness.frame(typed(&[Key::Escape, Key::G]));
     assert_eq!(harness.interface.hands.tool, Tool::Look);
-    assert!(harness.interface.gallery.open);
+    assert!(harness.interface.layout.shows(Card::Gallery));
     harness.frame(typed(&[Key::G, Key::B]));
-    assert!(!harness.interface.gallery.open);
+    assert!(!harness.interface.layout.shows(Card::Gallery));
     assert_eq!(harness.interface.hands.tool, Tool::Trail);
     let commands = harness.frame(typed(&[Key::S, Key::R, Key::S])).commands;
     assert_eq!(commands, [Command::Step, Command::Restart, Command::Step]);
@@ -191,7 +191,7 @@ fn what_is_picked_has_its_section_in_sight() {
     let mut harness = harness();
     harness.facts.hand.under = Some(under());
     let is_shown = |harness: &Harness| {
-        let name = &harness.interface.edited.objects[0].name;
+        let name = &harness.interface.document.edited.objects[0].name;
         let title = harness.places_of(&format!("Object: {name}"));
         title.iter().any(|at| at.y < 500.0)
     };
@@ -222,21 +222,21 @@ fn what_is_picked_has_its_section_in_sight() {
 #[test]
 fn what_was_picked_in_one_scene_is_not_picked_in_the_next() {
     let mut harness = harness();
-    let settings = harness.interface.edited.clone();
+    let settings = harness.interface.document.edited.clone();
     let scene = Scene::from_settings("pair".to_owned(), settings, ".".into()).unwrap();
     let hands = &mut harness.interface.hands;
     (hands.selected, hands.food) = (Some(1), None);
     harness.interface.restarted(&scene);
     assert_eq!(harness.interface.hands.selected, Some(1), "it is the same");
     // While the one before it goes, it comes to stand in that one's place.
-    let mut fewer = harness.interface.edited.clone();
+    let mut fewer = harness.interface.document.edited.clone();
     let picked = fewer.objects[1].name.clone();
     fewer.objects.remove(0);
     let fewer = Scene::from_settings("pair".to_owned(), fewer, ".".into()).unwrap();
     harness.interface.restarted(&fewer);
     let hands = &harness.interface.hands;
     assert_eq!(hands.selected, Some(0));
-    assert_eq!(harness.interface.edited.objects[0].name, picked);
+    assert_eq!(harness.interface.document.edited.objects[0].name, picked);
     harness.interface.hands.food = Some(0);
     harness.interface.open(&scene);
     let hands = &harness.interface.hands;
@@ -247,27 +247,30 @@ fn what_was_picked_in_one_scene_is_not_picked_in_the_next() {
 fn what_is_changed_while_a_scene_loads_is_kept() {
     let mut harness = harness();
     let interface = &mut harness.interface;
-    let asked = interface.edited.clone();
+    let asked = interface.document.edited.clone();
     let scene = Scene::from_settings("pair".to_owned(), asked.clone(), ".".into()).unwrap();
-    interface.asked = Some(asked.clone());
-    interface.edited.trail.decay = 0.5;
-    interface.edited.objects[1].position = [0.0, 3.0, 0.0];
-    let edited = interface.edited.clone();
+    interface.document.asked = Some(asked.clone());
+    interface.document.edited.trail.decay = 0.5;
+    interface.document.edited.objects[1].position = [0.0, 3.0, 0.0];
+    let edited = interface.document.edited.clone();
     interface.restarted(&scene);
-    assert_eq!((&interface.edited, &interface.running), (&edited, &asked));
+    assert_eq!(
+        (&interface.document.edited, &interface.document.running),
+        (&edited, &asked)
+    );
     // Only once, and another scene has what its file says.
     interface.restarted(&scene);
-    assert_eq!(interface.edited, asked);
-    interface.asked = Some(edited);
+    assert_eq!(interface.document.edited, asked);
+    interface.document.asked = Some(edited);
     interface.open(&scene);
-    assert_eq!(interface.edited, asked);
+    assert_eq!(interface.document.edited, asked);
 }
 
 #[test]
 fn an_object_that_comes_is_seen_whole() {
     for is_fitted in [true, false] {
         let mut harness = Harness::new();
-        let mut settings = harness.interface.edited.clone();
+        let mut settings = harness.interface.document.edited.clone();
         settings.objects.push(ObjectSettings {
             name: "far".to_owned(),
             position: [3.0, 0.0, 0.0],
@@ -275,12 +278,12 @@ fn an_object_that_comes_is_seen_whole() {
         });
         let scene = Scene::from_settings("two".to_owned(), settings, ".".into()).unwrap();
         if !is_fitted {
-            harness.interface.view.camera.yaw += 0.2;
+            harness.interface.document.view.camera.yaw += 0.2;
         }
-        let before = harness.interface.view.camera;
+        let before = harness.interface.document.view.camera;
         harness.interface.restarted(&scene);
         let picture = harness.frame(vec![]).picture;
-        let after = harness.interface.view.camera;
+        let after = harness.interface.document.view.camera;
         assert_eq!(after.yaw, before.yaw);
         let middle = if is_fitted {
             scene.center
@@ -290,7 +293,7 @@ fn an_object_that_comes_is_seen_whole() {
         assert_eq!(after.target, middle);
         assert!(after.distance > 1.2 * before.distance);
         let size = Vec2::new(picture.width(), picture.height());
-        for place in view::points(&scene) {
+        for place in myxo::render::view::points(&scene) {
             let pixel = after.pixel(place, size).unwrap();
             assert!(pixel.cmpge(Vec2::ZERO).all() && pixel.cmple(size).all());
         }
@@ -312,11 +315,11 @@ fn what_is_looked_for_is_left_by_escape_and_by_its_cross() {
         harness.click(at);
         harness.frame(vec![Event::Text("decay".to_owned())]);
         harness.frame(vec![]);
-        assert_eq!(harness.interface.filter, "decay");
+        assert_eq!(harness.interface.panel.filter, "decay");
     };
     look_for(&mut harness);
     harness.press(Key::Escape);
-    assert_eq!(harness.interface.filter, "");
+    assert_eq!(harness.interface.panel.filter, "");
     assert_eq!(
         harness.interface.hands.tool,
         Tool::Trail,
@@ -327,5 +330,5 @@ fn what_is_looked_for_is_left_by_escape_and_by_its_cross() {
     let crosses = harness.places_of("✖");
     let cross = crosses.iter().find(|at| at.x < 336.0).expect("it is there");
     harness.click(*cross);
-    assert_eq!(harness.interface.filter, "");
+    assert_eq!(harness.interface.panel.filter, "");
 }

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
-use super::facts::Facts;
-use super::interface::Interface;
+use crate::lab::facts::Facts;
+use crate::lab::interface::Interface;
+use crate::lab::layout::Card;
 
 /// What is going on, for tests.
 #[derive(Debug, PartialEq, Serialize)]
@@ -48,28 +49,34 @@ impl Interface {
             step: facts.step,
             answers_within_steps: facts.answers_within_steps,
             loading: facts.loading.is_some(),
-            playing: self.playing,
+            playing: self.document.playing,
             typing,
-            pending: self.is_pending(),
-            unsaved: self.is_unsaved(),
-            panel: self.panel && !self.performing,
-            light: self.light,
-            performing: self.performing,
+            pending: self.document.is_pending(),
+            unsaved: self.document.is_unsaved(),
+            panel: self.layout.panel && !self.layout.alone,
+            light: self.layout.light,
+            performing: self.layout.alone,
             full_screen: facts.full_screen,
-            help: self.help,
-            gallery: self.gallery.open,
-            out: self.out.open,
+            help: self.layout.shows(Card::Help),
+            gallery: self.layout.shows(Card::Gallery),
+            out: self.layout.shows(Card::Exports),
             opening: self.opening.is_open(),
             recording: facts.out.recording.is_some(),
             recorded: facts.out.recording.map_or(0, |recording| recording.frames),
             making: facts.out.making.as_ref().map(|making| making.name.clone()),
-            preset: self.preset.as_deref(),
-            own: self.own.all().iter().map(|own| own.name.as_str()).collect(),
-            morphing: self.morph.is_some(),
-            show: self.view.show.word(),
-            split: self.split,
+            preset: self.document.preset.as_deref(),
+            own: self
+                .looks
+                .own
+                .all()
+                .iter()
+                .map(|own| own.name.as_str())
+                .collect(),
+            morphing: self.document.morph.is_some(),
+            show: self.document.view.show.word(),
+            split: self.layout.split,
             flying: self.navigation.is_flying(),
-            color_map: self.view.color_map.word(),
+            color_map: self.document.view.color_map.word(),
             notice: self.notices.text(),
         }
     }

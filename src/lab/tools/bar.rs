@@ -3,12 +3,16 @@
 use egui::{Align2, Rect, RichText, Slider, Ui, vec2};
 use myxo::mesh::builtin::BUILTINS;
 
-use super::super::interface::{Command, Interface};
-use super::super::opening::{ONLY_MESHES, OPEN_MESH};
-use super::super::places::{Marked as _, note_value};
-use super::super::theme;
-use super::super::widgets::parse_number;
-use super::{PICK_FIRST, RADII, Tool, Work};
+use crate::lab::actions::PICK_FIRST;
+use crate::lab::command::Command;
+use crate::lab::command::Work;
+use crate::lab::desk::Desk;
+use crate::lab::opening::{ONLY_MESHES, OPEN_MESH};
+use crate::lab::places::{Marked as _, note_value};
+use crate::lab::theme;
+use crate::lab::tools::Hands;
+use crate::lab::tools::{RADII, Tool};
+use crate::lab::widgets::{hint_beside, parse_number, reader};
 
 /// Of the bar's contents, points.
 const WIDTH: f32 = 108.0;
@@ -17,20 +21,20 @@ const NARROW: f32 = 24.0;
 /// A picture narrower than this would lose too much to names.
 const HAS_ROOM: f32 = 620.0;
 
-impl Interface {
+impl Hands {
     /// Shows the bar at the right side of the picture, and gives where it is; none in a picture that is small, or flat.
     pub(in super::super) fn show_tools(
         &mut self,
         ctx: &egui::Context,
         picture: Rect,
-        commands: &mut Vec<Command>,
+        desk: &mut Desk<'_>,
     ) -> Option<Rect> {
         // A picture that small is for looking, and so is the atlas.
         let is_small = picture.width() < 260.0 || picture.height() < 330.0;
-        if is_small || self.view.show.is_flat() {
+        if is_small || desk.document.view.show.is_flat() {
             return None;
         }
-        let has_controls = self.hands.tool.is_brush() || self.hands.tool == Tool::Food;
+        let has_controls = self.tool.is_brush() || self.tool == Tool::Food;
         let is_narrow = picture.width() < HAS_ROOM && !has_controls;
         let shown = egui::Area::new("tools".into())
             .pivot(Align2::RIGHT_TOP)
@@ -40,16 +44,16 @@ impl Interface {
                     ui.set_width(if is_narrow { NARROW } else { WIDTH });
                     ui.spacing_mut().item_spacing.y = 2.0;
                     self.tools(ui, is_narrow);
-                    if self.hands.tool.is_brush() {
+                    if self.tool.is_brush() {
                         ui.separator();
-                        self.brush_controls(ui, commands);
+                        self.brush_controls(ui, desk);
                     }
-                    if self.hands.tool == Tool::Food {
+                    if self.tool == Tool::Food {
                         ui.separator();
-                        self.food_controls(ui, WIDTH, commands);
+                        self.food_controls(ui, WIDTH, desk);
                     }
                     ui.separator();
-                    self.object_controls(ui, is_narrow, commands);
+                    self.object_controls(ui, is_narrow, desk);
                 });
             });
         Some(shown.response.rect)
@@ -66,46 +70,44 @@ impl Interface {
             false => hint.to_owned(),
         };
         for tool in Tool::ALL {
-            let is_taken = self.hands.tool == tool;
+            let is_taken = self.tool == tool;
             let word = tool.word();
             let button = egui::Button::selectable(is_taken, text(sign(tool), word)).min_size(size);
-            let button = ui.add(button).on_hover_text(told(word, tool.hint()));
+            let button = hint_beside(ui.add(button), &told(word, tool.hint()), "");
             if button.marked(&format!("tool={}", tool.word())).clicked() {
-                self.hands.take(tool);
+                self.take(tool);
             }
         }
-        note_value(ui.ctx(), "tool", || self.hands.tool.word().to_owned());
+        note_value(ui.ctx(), "tool", || self.tool.word().to_owned());
         let probe = text("🔍", "probe");
-        let probe = egui::Button::selectable(self.hands.probe, probe).min_size(size);
+        let probe = egui::Button::selectable(self.probe, probe).min_size(size);
         let hint = "Shows triangle, uv, texel, trail and the distance to other objects under the pointer (I)";
-        let probe = ui.add(probe).on_hover_text(told("probe", hint));
+        let probe = hint_beside(ui.add(probe), &told("probe", hint), "");
         if probe.marked("probe").clicked() {
-            self.hands.probe = !self.hands.probe;
+            self.toggle_probe();
         }
     }
 
-    fn brush_controls(&mut self, ui: &mut Ui, commands: &mut Vec<Command>) {
+    fn brush_controls(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         ui.spacing_mut().slider_width = WIDTH - 50.0;
         ui.spacing_mut().interact_size.x = 42.0;
         let (least, most) = RADII;
         ui.label(RichText::new("radius").small().color(theme::weak(ui)));
-        let slider = Slider::new(&mut self.hands.radius, least..=most)
+        let slider = Slider::new(&mut self.radius, least..=most)
             .logarithmic(true)
             .max_decimals(3)
-            .custom_parser(parse_number)
+            .custom_parser(reader(ui, parse_number))
             .update_while_editing(false);
         ui.add(slider)
             .on_hover_text("Of the brush, scene radii (Shift and the wheel)")
             .marked("brush.radius");
-        note_value(ui.ctx(), "brush.radius", || {
-            format!("{:.3}", self.hands.radius)
-        });
-        let has_strength = self.hands.tool != Tool::NoGo;
+        note_value(ui.ctx(), "brush.radius", || format!("{:.3}", self.radius));
+        let has_strength = self.tool != Tool::NoGo;
         ui.label(RichText::new("strength").small().color(theme::weak(ui)));
-        let slider = Slider::new(&mut self.hands.strength, 0.1..=30.0)
+        let slider = Slider::new(&mut self.strength, 0.1..=30.0)
             .logarithmic(true)
             .max_decimals(1)
-            .custom_parser(parse_number)
+            .custom_parser(reader(ui, parse_number))
             .update_while_editing(false);
         ui.add_enabled(has_strength, slider)
             .on_hover_text(
@@ -114,27 +116,26 @@ impl Interface {
             )
             .on_disabled_hover_text("A place is no-go or is not")
             .marked("brush.strength");
-        if self.hands.tool == Tool::Attract {
-            self.start_control(ui, commands);
+        if self.tool == Tool::Attract {
+            self.start_control(ui, desk);
         }
         note_value(ui.ctx(), "brush.strength", || {
-            format!("{:.1}", self.hands.strength)
+            format!("{:.1}", self.strength)
         });
     }
 
-    fn start_control(&self, ui: &mut Ui, commands: &mut Vec<Command>) {
+    fn start_control(&self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let size = vec2(ui.available_width(), 20.0);
         let start = egui::Button::new("⟲ Start here").min_size(size);
-        let start = ui.add(start).on_hover_text(
-            "All particles begin anew on what is green, which is taken away for it. A mask of it, a PNG in the folder for \
-             files, becomes the scene's start",
-        );
+        let hint = "All particles begin anew on what is green, which is taken away for it. A mask of it, a PNG in the folder for \
+             files, becomes the scene's start";
+        let start = hint_beside(ui.add(start), hint, "");
         if start.marked("start.painted").clicked() {
-            commands.push(Command::Hand(Work::StartOnPainted));
+            desk.commands.push(Command::Hand(Work::StartOnPainted));
         }
     }
 
-    fn object_controls(&mut self, ui: &mut Ui, is_narrow: bool, commands: &mut Vec<Command>) {
+    fn object_controls(&mut self, ui: &mut Ui, is_narrow: bool, desk: &mut Desk<'_>) {
         let [add, duplicate, remove] = match is_narrow {
             true => ["📦", "🗐", "🗑"],
             false => ["+ object", "🗐 duplicate", "− object"],
@@ -144,55 +145,50 @@ impl Interface {
             for (name, hint) in BUILTINS {
                 let entry = ui.button(*name).on_hover_text(*hint);
                 if entry.marked(&format!("add={name}")).clicked() {
-                    let ticket = self.hands.ask();
+                    let ticket = self.ask();
                     let mesh = format!("builtin:{name}");
-                    commands.push(Command::Hand(Work::Add(mesh, ticket)));
+                    desk.commands.push(Command::Hand(Work::Add(mesh, ticket)));
                     ui.close();
                 }
             }
             ui.separator();
             let file = ui.button("Open…").on_hover_text(OPEN_MESH);
             if file.marked("add.file").clicked() {
-                self.begin_to_open(ui.ctx(), ONLY_MESHES);
+                desk.opening.begin(ui.ctx(), ONLY_MESHES);
                 ui.close();
             }
         });
-        menu.response
-            .on_hover_text(
-                "Puts a mesh into the scene; files of meshes can be dropped onto the window",
-            )
-            .marked("add");
-        let has_picked = self.hands.picked().is_some();
+        let hint = "Puts a mesh into the scene; files of meshes can be dropped onto the window";
+        hint_beside(menu.response, hint, "").marked("add");
+        let has_picked = self.picked().is_some();
         let duplicate = egui::Button::new(duplicate);
-        let duplicate = ui
-            .add_enabled(has_picked, duplicate)
-            .on_hover_text("A copy of the picked object beside it, with its parameters and its motion (Ctrl D)")
-            .on_disabled_hover_text(PICK_FIRST)
-            .marked("duplicate");
+        let hint =
+            "A copy of the picked object beside it, with its parameters and its motion (Ctrl D)";
+        let duplicate = ui.add_enabled(has_picked, duplicate);
+        let duplicate = hint_beside(duplicate, hint, PICK_FIRST).marked("duplicate");
         if duplicate.clicked() {
             let ctx = ui.ctx().clone();
-            self.duplicate_selected(&ctx, commands);
+            self.duplicate_selected(&ctx, desk);
         }
         let remove = egui::Button::new(remove);
-        let remove = ui
-            .add_enabled(has_picked, remove)
-            .on_hover_text("Takes the picked object out of the scene (Delete)")
-            .on_disabled_hover_text(PICK_FIRST)
-            .marked("remove");
+        let hint = "Takes the picked object out of the scene (Delete)";
+        let remove = ui.add_enabled(has_picked, remove);
+        let remove = hint_beside(remove, hint, PICK_FIRST).marked("remove");
         if remove.clicked() {
             let ctx = ui.ctx().clone();
-            self.remove_selected(&ctx, commands);
+            self.remove_selected(&ctx, desk);
         }
-        let selected = self.hands.selected.and_then(|i| self.edited.objects.get(i));
+        let selected = self
+            .selected
+            .and_then(|i| desk.document.edited.objects.get(i));
         note_value(ui.ctx(), "picked", || {
             selected.map_or(String::new(), |object| object.name.clone())
         });
         let running = self
-            .hands
             .selected
-            .and_then(|i| self.running.objects.get(i));
+            .and_then(|i| desk.document.running.objects.get(i));
         note_value(ui.ctx(), "objects", || {
-            self.running.objects.len().to_string()
+            desk.document.running.objects.len().to_string()
         });
         note_value(ui.ctx(), "picked.scale", || {
             running.map_or(String::new(), |object| object.scale.to_string())

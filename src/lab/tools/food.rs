@@ -4,14 +4,20 @@ use egui::{CursorIcon, Key, Pos2, Response, RichText, Slider, SliderClamping, Ui
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::motion::{Origins, in_decimals};
 use myxo::scene::parameters::{FOOD_PARAMETERS, Kind};
-use myxo::scene::settings::{FoodSettings, MOST_FOODS, Settings, Start};
+use myxo::scene::settings::{FoodSettings, MOST_FOODS, Settings};
 use myxo::sim::types::Mark;
 
-use super::super::interface::{Command, Facts, Interface};
-use super::super::places::{Marked as _, note_value};
-use super::super::theme;
-use super::super::widgets::parse_number;
-use super::{Held, Under};
+use super::super::objects::remove_food;
+use crate::lab::command::Command;
+use crate::lab::desk::Desk;
+use crate::lab::document::Document;
+use crate::lab::facts::Under;
+use crate::lab::places::{Marked as _, note_value};
+use crate::lab::theme;
+use crate::lab::tools::Hands;
+use crate::lab::tools::Held;
+use crate::lab::tools::grips::FoodDrag;
+use crate::lab::widgets::parse_number;
 
 /// A click picks food that is so far from it for its size.
 const NEAR: f32 = 1.5;
@@ -49,36 +55,16 @@ const CONTROLS: [Control; 4] = [
     ),
 ];
 
-/// What becomes of a press with the tool for food.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum FoodDrag {
-    /// Nothing: it turns the picture, or is over.
-    #[default]
-    None,
-    /// It was at a pixel of which it is not known yet whether food lies there.
-    Asks {
-        at: Vec2,
-        /// What was dragged meanwhile, points.
-        waits: egui::Vec2,
-        /// It is over already, at this pixel.
-        let_go: Option<Vec2>,
-    },
-    /// It holds this food.
-    Holds(usize),
-    /// This food is to lie at a pixel of which it is not known yet what lies there.
-    LetGo(usize, Vec2),
-}
-
-impl Interface {
+impl Hands {
     /// A drag with the tool for food takes along the food that it begins on. Is it the hand's, so that the picture does not turn?
     pub(super) fn drag_food(
         &mut self,
         ui: &Ui,
         response: &Response,
-        facts: &Facts,
         held: &Held,
-        commands: &mut Vec<Command>,
+        desk: &mut Desk<'_>,
     ) -> bool {
+        let facts = desk.facts;
         let scale = ui.ctx().pixels_per_point();
         let to_pixel = |at: Pos2| {
             let from_corner = (at - response.rect.min) * scale;
@@ -86,13 +72,13 @@ impl Interface {
         };
         let release = held.release.filter(|at| response.rect.contains(*at));
         let release = release.map(to_pixel);
-        let (is_drag, is_down) = (self.hands.hold.is_drag(), self.hands.hold.is_down());
+        let (is_drag, is_down) = (self.hold.is_drag(), self.hold.is_down());
         let under = facts.hand.under.as_ref();
         let food = under.and_then(|under| nearest(&facts.hand.foods, under.position));
-        let food = food.filter(|food| *food < self.edited.foods.len());
+        let food = food.filter(|food| *food < desk.document.edited.foods.len());
         if let Some(at) = held.press {
             let means_another = ui.input(|i| i.modifiers.shift || i.key_down(Key::L));
-            self.hands.food_drag = match means_another {
+            self.food_drag = match means_another {
                 true => FoodDrag::None,
                 false => FoodDrag::Asks {
                     at: to_pixel(at),
@@ -101,44 +87,44 @@ impl Interface {
                 },
             };
         }
-        if let FoodDrag::Asks { at, waits, let_go } = self.hands.food_drag {
-            let waits = waits + self.hands.drags.first;
+        if let FoodDrag::Asks { at, waits, let_go } = self.food_drag {
+            let waits = waits + self.drags.first;
             let let_go = let_go.or(release);
             if facts.hand.looked != Some(at) {
-                self.hands.food_drag = FoodDrag::Asks { at, waits, let_go };
-                self.hands.pointer = Some(at);
+                self.food_drag = FoodDrag::Asks { at, waits, let_go };
+                self.pointer = Some(at);
                 ui.ctx().request_repaint();
                 return is_drag;
             }
-            self.hands.food_drag = match (food, let_go) {
+            self.food_drag = match (food, let_go) {
                 (Some(food), None) if is_down => FoodDrag::Holds(food),
                 (Some(food), Some(to)) if is_drag => FoodDrag::LetGo(food, to),
                 _ => FoodDrag::None,
             };
-            if self.hands.food_drag == FoodDrag::None {
+            if self.food_drag == FoodDrag::None {
                 // The picture turns by all of it.
-                self.hands.drags.first = waits;
+                self.drags.first = waits;
             }
-        } else if let FoodDrag::Holds(food) = self.hands.food_drag
+        } else if let FoodDrag::Holds(food) = self.food_drag
             && !is_down
         {
-            self.hands.food_drag = match release {
+            self.food_drag = match release {
                 Some(to) if is_drag => FoodDrag::LetGo(food, to),
                 _ => FoodDrag::None,
             };
         }
-        match self.hands.food_drag {
+        match self.food_drag {
             FoodDrag::Holds(food) if is_drag => {
                 ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
-                self.put_food(food, under, facts, commands);
+                self.put_food(food, under, desk);
             }
             FoodDrag::LetGo(food, to) if facts.hand.looked == Some(to) => {
-                self.put_food(food, under, facts, commands);
-                self.hands.food_drag = FoodDrag::None;
+                self.put_food(food, under, desk);
+                self.food_drag = FoodDrag::None;
                 return true;
             }
             FoodDrag::LetGo(_, to) => {
-                self.hands.pointer = Some(to);
+                self.pointer = Some(to);
                 ui.ctx().request_repaint();
             }
             FoodDrag::Holds(_) => ui.ctx().set_cursor_icon(CursorIcon::Grab),
@@ -147,33 +133,30 @@ impl Interface {
             }
             _ => {}
         }
-        is_drag && self.hands.food_drag != FoodDrag::None
+        is_drag && self.food_drag != FoodDrag::None
     }
 
     /// This food is picked, and lies where the pointer is.
-    fn put_food(
-        &mut self,
-        food: usize,
-        under: Option<&Under>,
-        facts: &Facts,
-        commands: &mut Vec<Command>,
-    ) {
-        let place = under.and_then(|under| self.place_under(under, facts));
+    fn put_food(&mut self, food: usize, under: Option<&Under>, desk: &mut Desk<'_>) {
+        let _facts = desk.facts;
+        let place = under.and_then(|under| self.place_under(under, desk));
         // It may have been taken away, or back, since it was picked up.
-        let (Some((object, at)), Some(held)) = (place, self.edited.foods.get_mut(food)) else {
+        let (Some((object, at)), Some(held)) = (place, desk.document.edited.foods.get_mut(food))
+        else {
             return;
         };
         if (&held.object, held.at) != (&object, at) {
             (held.object, held.at) = (object, at);
-            commands.push(Command::Apply);
+            desk.commands.push(Command::Apply);
         }
-        self.hands.next_food = held.clone();
-        self.hands.food = Some(food);
+        self.next_food = held.clone();
+        self.food = Some(food);
     }
 
     /// The object that lies under the pointer, and where on it, as food has it.
-    fn place_under(&self, under: &Under, facts: &Facts) -> Option<(String, [f64; 3])> {
-        let object = self.running.objects.get(under.object)?;
+    fn place_under(&self, under: &Under, desk: &Desk<'_>) -> Option<(String, [f64; 3])> {
+        let facts = desk.facts;
+        let object = desk.document.running.objects.get(under.object)?;
         let pose = facts.hand.poses.get(under.object)?;
         let origins = facts.hand.origins.get(under.object).copied();
         let at = pose.inverse().transform_point3(under.position).as_dvec3();
@@ -187,98 +170,99 @@ impl Interface {
         &mut self,
         ctx: &egui::Context,
         under: Option<&Under>,
-        facts: &Facts,
-        commands: &mut Vec<Command>,
+        desk: &mut Desk<'_>,
     ) {
+        let facts = desk.facts;
         let Some(under) = under else {
-            self.hands.food = None;
+            self.food = None;
             return;
         };
         let near = nearest(&facts.hand.foods, under.position);
         if let Some(food) = near {
-            if food < self.edited.foods.len() {
-                self.hands.food = Some(food);
-                self.hands.next_food = self.edited.foods[food].clone();
+            if food < desk.document.edited.foods.len() {
+                self.food = Some(food);
+                self.next_food = desk.document.edited.foods[food].clone();
             } else {
                 let text =
                     "This one is scattered: Scattered food, in the panel, says how many there are";
-                self.notice(ctx, text, false);
+                desk.notices.say(ctx, text, false);
             }
             return;
         }
-        if self.edited.food_count() >= MOST_FOODS {
+        if desk.document.edited.food_count() >= MOST_FOODS {
             let text = format!("There may be {MOST_FOODS} foods and markers: take some away first");
-            self.notice(ctx, text, false);
+            desk.notices.say(ctx, text, false);
             return;
         }
-        let Some((object, at)) = self.place_under(under, facts) else {
+        let Some((object, at)) = self.place_under(under, desk) else {
             return;
         };
-        self.hands.food = Some(self.edited.foods.len());
-        self.edited.foods.push(FoodSettings {
+        self.food = Some(desk.document.edited.foods.len());
+        desk.document.edited.foods.push(FoodSettings {
             object,
             at,
-            ..self.hands.next_food.clone()
+            ..self.next_food.clone()
         });
-        commands.push(Command::Apply);
+        desk.commands.push(Command::Apply);
     }
 
     /// The picked food goes.
-    pub(super) fn remove_food(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+    pub(super) fn remove_food(&mut self, ctx: &egui::Context, desk: &mut Desk<'_>) {
         // Another one has its place then.
-        self.hands.let_food_go();
-        let picked = self.hands.food.take();
-        let Some(food) = picked.filter(|food| *food < self.edited.foods.len()) else {
-            self.notice(ctx, "Pick food first: click on it", false);
+        self.let_food_go();
+        let picked = self.food.take();
+        let Some(food) = picked.filter(|food| *food < desk.document.edited.foods.len()) else {
+            desk.notices.say(ctx, "Pick food first: click on it", false);
             return;
         };
-        remove_food(&mut self.edited, food);
-        commands.push(Command::Apply);
+        remove_food(&mut desk.document.edited, food);
+        desk.commands.push(Command::Apply);
     }
 
     /// The simulation refuses this food: what runs is what there is again, unless the hand has set other food since.
-    pub fn take_food_back(&mut self, refused: &Settings) {
-        self.undo.forget_food(refused, &self.running);
-        let Settings { foods, feeding, .. } = &mut self.edited;
+    pub fn take_food_back(&mut self, refused: &Settings, document: &mut Document) {
+        document.undo.forget_food(refused, &document.running);
+        let Settings { foods, feeding, .. } = &mut document.edited;
         if (&*foods, &*feeding) != (&refused.foods, &refused.feeding) {
             return;
         }
-        foods.clone_from(&self.running.foods);
-        *feeding = self.running.feeding.clone();
-        self.hands.food = self.hands.food.filter(|food| *food < foods.len());
-        if let Some(food) = self.hands.food {
+        foods.clone_from(&document.running.foods);
+        *feeding = document.running.feeding.clone();
+        self.food = self.food.filter(|food| *food < foods.len());
+        if let Some(food) = self.food {
             // Or the next one would be refused, too.
-            self.hands.next_food = foods[food].clone();
+            self.next_food = foods[food].clone();
         }
     }
 
     /// What the picked food is like, or the next one will be.
-    pub(super) fn food_controls(&mut self, ui: &mut Ui, width: f32, commands: &mut Vec<Command>) {
+    pub(super) fn food_controls(&mut self, ui: &mut Ui, width: f32, desk: &mut Desk<'_>) {
         ui.spacing_mut().slider_width = width - 50.0;
         ui.spacing_mut().interact_size.x = 42.0;
         // Undo may have taken it away.
-        self.hands.food = self
-            .hands
+        self.food = self
             .food
-            .filter(|food| *food < self.edited.foods.len());
+            .filter(|food| *food < desk.document.edited.foods.len());
         // What was changed takes a moment to be there.
-        let is_coming = self.edited.foods != self.running.foods;
-        let title = match self.hands.food {
+        let is_coming = desk.document.edited.foods != desk.document.running.foods;
+        let title = match self.food {
             Some(food) if is_coming => format!("food {food} …"),
             Some(food) => format!("food {food}"),
             None => "next food".to_owned(),
         };
         ui.label(RichText::new(&title).small().strong());
-        let picked = self.hands.food.map(|food| food.to_string());
+        let picked = self.food.map(|food| food.to_string());
         note_value(ui.ctx(), "picked.food", || picked.unwrap_or_default());
-        note_value(ui.ctx(), "foods", || self.edited.foods.len().to_string());
+        note_value(ui.ctx(), "foods", || {
+            desk.document.edited.foods.len().to_string()
+        });
         note_value(ui.ctx(), "foods.there", || {
             let there = if is_coming { "coming" } else { "all" };
             there.to_owned()
         });
-        let food = match self.hands.food {
-            Some(food) => &mut self.edited.foods[food],
-            None => &mut self.hands.next_food,
+        let food = match self.food {
+            Some(food) => &mut desk.document.edited.foods[food],
+            None => &mut self.next_food,
         };
         let before = food.clone();
         for (key, name, hint, (least, most)) in CONTROLS {
@@ -316,19 +300,19 @@ impl Interface {
             }
             keep_in_range(food, key);
         }
-        if *food != before && self.hands.food.is_some() {
-            self.hands.next_food = food.clone();
-            commands.push(Command::Apply);
+        if *food != before && self.food.is_some() {
+            self.next_food = food.clone();
+            desk.commands.push(Command::Apply);
         }
         let remove = egui::Button::new("− food");
         let remove = ui
-            .add_enabled(self.hands.food.is_some(), remove)
+            .add_enabled(self.food.is_some(), remove)
             .on_hover_text("Takes the picked food away (Delete)")
             .on_disabled_hover_text("Pick food first: click on it")
             .marked("food.remove");
         if remove.clicked() {
             let ctx = ui.ctx().clone();
-            self.remove_food(&ctx, commands);
+            self.remove_food(&ctx, desk);
         }
     }
 }
@@ -398,29 +382,6 @@ fn nearest(foods: &[(Vec3, f32)], place: Vec3) -> Option<usize> {
         (away <= NEAR * size).then_some((away, i))
     });
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
-}
-
-/// A food goes. Particles that begin on one after it still do; where it was theirs, they begin on the one that has its number.
-pub fn remove_food(settings: &mut Settings, food: usize) {
-    settings.foods.remove(food);
-    let start = &mut settings.particles.start_food;
-    if settings.particles.start == Start::Food && *start as usize > food {
-        *start -= 1;
-    }
-    begin_on_food_that_is(settings);
-}
-
-/// Particles that begin on a food begin on one that there is; where there is none, as they do by default.
-pub fn begin_on_food_that_is(settings: &mut Settings) {
-    let count = settings.food_count() as u32;
-    let particles = &mut settings.particles;
-    if particles.start != Start::Food {
-        return;
-    }
-    if count == 0 {
-        particles.start = Start::default();
-    }
-    particles.start_food = particles.start_food.min(count.saturating_sub(1));
 }
 
 #[cfg(test)]

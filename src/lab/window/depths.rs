@@ -7,7 +7,7 @@ use myxo::render::camera::Ray;
 use myxo::render::pick::{Hit, pick_bundles};
 use myxo::sim::paint::{Ball, Dab, MOST_DEPTHS, Ring};
 
-use super::overlay::normal_towards;
+use crate::lab::tools::overlay::normal_towards;
 
 /// What is seen farther than this from a ring's middle lies off the dab's ball, as a share of its radius: places on smooth
 /// surfaces that are seen from the side come beyond 1.

@@ -4,16 +4,20 @@
 use egui::{Color32, Pos2, Rect, Response, Stroke, Ui, vec2};
 use glam::{Vec2, Vec3};
 use myxo::render::Camera;
-use myxo::scene::motion::Origins;
 use myxo::scene::settings::ObjectSettings;
 
-use super::super::interface::{Command, Facts, Interface};
-use super::super::places::{Marked as _, are_asked_for, note_value};
-use super::super::theme;
-use super::handles::{
+use crate::lab::command::Command;
+use crate::lab::command::Work;
+use crate::lab::desk::Desk;
+use crate::lab::facts::HandFacts;
+use crate::lab::places::{Marked as _, are_asked_for, note_value};
+use crate::lab::theme;
+use crate::lab::tools::Hands;
+use crate::lab::tools::Held;
+use crate::lab::tools::grips::{Grab, Handle};
+use crate::lab::tools::handles::{
     along_axis, angle_round, keep_in_place, length_of_pixel, on_plane, shift, turn,
 };
-use super::{HandFacts, Held, Work};
 
 /// Points from the middle to the end of an arrow.
 const ARROW: f32 = 84.0;
@@ -31,39 +35,6 @@ const COLORS: [Color32; 3] = [
 ];
 const NAMES: [&str; 3] = ["x", "y", "z"];
 const PARTS: usize = 48;
-
-/// What a handle does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Handle {
-    /// Moves along an axis.
-    Move(usize),
-    /// Moves in the plane of the picture.
-    Plane,
-    /// Turns about an axis.
-    Turn(usize),
-    /// Scales.
-    Scale,
-}
-
-/// A handle that is held.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Grab {
-    handle: Handle,
-    /// The object as it was.
-    object: ObjectSettings,
-    /// What it is turned about, as origins of its coordinates.
-    pivot: Origins,
-    /// Where its middle was, world space.
-    middle: Vec3,
-    /// Where the pointer was, pixels of the picture.
-    from: Vec2,
-    /// Radius of the rings, world length.
-    ring: f32,
-    /// How much larger the object shall become.
-    pub scaled: f32,
-    /// It was put back where it was; the hand has not let go yet.
-    is_given_up: bool,
-}
 
 /// Where everything of the gizmo lies.
 struct Shape {
@@ -165,43 +136,44 @@ fn to_segment(at: Pos2, from: Pos2, to: Pos2) -> f32 {
     at.distance(from + share * way)
 }
 
-impl Interface {
+impl Hands {
     /// The hand on the gizmo, which is drawn. Does it hold a handle?
     pub(super) fn use_gizmo(
         &mut self,
         ui: &Ui,
         response: &Response,
-        facts: &Facts,
         held: &Held,
-        commands: &mut Vec<Command>,
+        desk: &mut Desk<'_>,
     ) -> bool {
-        let Some(object) = self.hands.selected else {
-            self.hands.grab = None;
+        let facts = desk.facts;
+        let Some(object) = self.selected else {
+            self.grab = None;
             return false;
         };
         // While objects come or go, those that are seen are not those that are edited.
-        let settings = (self.edited.objects.get(object)).filter(|_| !self.is_renewed());
+        let settings =
+            (desk.document.edited.objects.get(object)).filter(|_| !desk.document.is_renewed());
         let (Some(pose), Some(settings)) = (facts.hand.poses.get(object), settings) else {
-            self.hands.grab = None;
+            self.grab = None;
             return false;
         };
         let screen = Screen::of(ui, response.rect);
-        let camera = self.view.camera;
+        let camera = desk.document.view.camera;
         let middle = pose.transform_point3(facts.hand.middle_of(object));
         let Some(shape) = Shape::of(screen, &camera, middle) else {
             return false;
         };
         let pointer = ui.input(|i| i.pointer.latest_pos());
-        let hovered = pointer.filter(|_| response.hovered() || self.hands.grab.is_some());
+        let hovered = pointer.filter(|_| response.hovered() || self.grab.is_some());
         let to_pixel = |at: Pos2| {
             let at = (at - response.rect.min) * screen.pixels_per_point;
             Vec2::new(at.x, at.y)
         };
         let over = hovered.and_then(|at| shape.handle_at(at));
         // Where it was pressed: in a slow frame the pointer has gone on since.
-        let pressed = held.press.filter(|_| self.hands.grab.is_none());
+        let pressed = held.press.filter(|_| self.grab.is_none());
         if let Some((at, handle)) = pressed.and_then(|at| Some((at, shape.handle_at(at)?))) {
-            self.hands.grab = Some(Grab {
+            self.grab = Some(Grab {
                 handle,
                 object: settings.clone(),
                 pivot: facts.hand.pivot_of(object),
@@ -216,7 +188,7 @@ impl Interface {
         let in_steps = ui.input(|i| i.modifiers.command);
         let step = in_steps.then(|| step_of(facts.hand.radius));
         let mut told = None;
-        let held = self.hands.grab.as_mut().filter(|grab| !grab.is_given_up);
+        let held = self.grab.as_mut().filter(|grab| !grab.is_given_up);
         if let (Some(grab), Some(at)) = (held, to) {
             let to = to_pixel(at);
             if grab.handle == Handle::Scale {
@@ -228,24 +200,25 @@ impl Interface {
                 told = Some((at, format!("× {:.2}", grab.scaled)));
             } else {
                 let (moved, way) = grab.moved(&camera, screen.size(), &facts.hand, to, step);
-                if self.edited.objects[object] != moved {
-                    self.edited.objects[object] = moved;
-                    commands.push(Command::Apply);
+                if desk.document.edited.objects[object] != moved {
+                    desk.document.edited.objects[object] = moved;
+                    desk.commands.push(Command::Apply);
                 }
                 told = Some((at, way));
             }
         }
-        if !self.hands.hold.is_down()
-            && let Some(grab) = self.hands.grab.take()
+        if !self.hold.is_down()
+            && let Some(grab) = self.grab.take()
         {
             if grab.scaled != 1.0 {
-                commands.push(Command::Hand(Work::Scale(object, grab.scaled)));
+                desk.commands
+                    .push(Command::Hand(Work::Scale(object, grab.scaled)));
             }
             // The release is not a click.
             self.draw_gizmo(ui, &shape, None, screen);
             return true;
         }
-        let active = self.hands.grab.as_ref().map(|grab| grab.handle);
+        let active = self.grab.as_ref().map(|grab| grab.handle);
         self.draw_gizmo(ui, &shape, active.or(over), screen);
         if let Some((at, text)) = told {
             tell_beside(ui, screen, at, text);
@@ -254,18 +227,18 @@ impl Interface {
     }
 
     /// What is moved by a handle that is held goes back where it was. False where none is.
-    pub(in super::super) fn give_up_grab(&mut self, commands: &mut Vec<Command>) -> bool {
-        let grab = self.hands.grab.as_mut().filter(|grab| !grab.is_given_up);
-        let (Some(grab), Some(object)) = (grab, self.hands.selected) else {
+    pub(in super::super) fn give_up_grab(&mut self, desk: &mut Desk<'_>) -> bool {
+        let grab = self.grab.as_mut().filter(|grab| !grab.is_given_up);
+        let (Some(grab), Some(object)) = (grab, self.selected) else {
             return false;
         };
         grab.is_given_up = true;
         grab.scaled = 1.0;
-        if let Some(edited) = self.edited.objects.get_mut(object)
+        if let Some(edited) = desk.document.edited.objects.get_mut(object)
             && *edited != grab.object
         {
             edited.clone_from(&grab.object);
-            commands.push(Command::Apply);
+            desk.commands.push(Command::Apply);
         }
         true
     }

@@ -10,13 +10,13 @@ use myxo::sim::areas::{AreaMap, keep_beside};
 use myxo::sim::start::Masks;
 use myxo::{Error, Result};
 
-use super::hands::begin_on_food_that_is;
-use super::out::put_look;
-use super::window::Lab;
+use crate::lab::document::put_look;
+use crate::lab::objects::begin_on_food_that_is;
+use crate::lab::window::Lab;
 
 /// A scene file on its way.
 #[derive(Debug, Default)]
-pub(super) struct SceneText {
+pub(crate) struct SceneText {
     /// What it says.
     pub text: String,
     /// The map of areas that was written beside it.
@@ -53,7 +53,7 @@ impl SceneText {
 
 impl Lab {
     /// The scene as it is edited and looked at; none before there is one.
-    pub(super) fn scene_text(&self) -> Option<SceneText> {
+    pub(crate) fn scene_text(&self) -> Option<SceneText> {
         let (settings, waits) = self.settings_that_work();
         Some(SceneText {
             text: self.text_of(settings, None)?,
@@ -63,7 +63,7 @@ impl Lab {
     }
 
     /// The same for a file of this path, with areas as they are in a map beside it.
-    pub(super) fn scene_text_at(&self, file: &Path) -> Result<SceneText> {
+    pub(crate) fn scene_text_at(&self, file: &Path) -> Result<SceneText> {
         let (settings, waits) = self.settings_that_work();
         let only = |settings| SceneText {
             text: self.text_of(settings, None).unwrap_or_default(),
@@ -100,7 +100,11 @@ impl Lab {
     fn text_of(&self, settings: Settings, areas: Option<&AreaSettings>) -> Option<String> {
         let mut scene = self.scene()?.clone();
         scene.settings = settings;
-        put_look(&self.interface.view, scene.center, &mut scene.settings);
+        put_look(
+            &self.interface.document.view,
+            scene.center,
+            &mut scene.settings,
+        );
         Some(match areas {
             Some(areas) => scene.to_toml_beside(areas),
             None => scene.to_toml(),
@@ -108,17 +112,17 @@ impl Lab {
     }
 
     /// The settings as they are edited. Where no scene could begin with what waits for a restart, the rest of them, and why.
-    pub(super) fn settings_that_work(&self) -> (Settings, Option<Error>) {
-        let mut edited = self.interface.edited.clone();
+    pub(crate) fn settings_that_work(&self) -> (Settings, Option<Error>) {
+        let mut edited = self.interface.document.edited.clone();
         // Food comes and goes while the scene runs, and where it began no longer matters.
         begin_on_food_that_is(&mut edited);
-        if !self.interface.is_pending() {
+        if !self.interface.document.is_pending() {
             return (edited, None);
         }
         match self.try_to_begin(edited.clone()) {
             Ok(()) => (edited, None),
             Err(error) => {
-                let mut live = self.interface.live_settings();
+                let mut live = self.interface.document.live_settings();
                 begin_on_food_that_is(&mut live);
                 (live, Some(error))
             }
@@ -153,7 +157,7 @@ impl Lab {
     }
 
     /// The meshes that are there already, where these settings ask for no others.
-    pub(super) fn meshes_for(&self, settings: &Settings) -> Option<Vec<Mesh>> {
+    pub(crate) fn meshes_for(&self, settings: &Settings) -> Option<Vec<Mesh>> {
         let scene = self.scene()?;
         let there = scene.settings.objects.iter().map(|object| &object.mesh);
         let wanted = settings.objects.iter().map(|object| &object.mesh);

@@ -6,44 +6,41 @@ use std::ops::Range;
 use myxo::gpu::Recorder;
 use myxo::sim::paint::{Brush, Painted, Repainted};
 use myxo::sim::{Areas, Simulation};
-use myxo::{Error, Result};
 
-use super::super::lost::is_loss;
-use super::super::undo::Undo;
-use super::super::window::Lab;
+use crate::lab::undo::Undo;
 
 /// Strokes that can be undone, at the most.
 const MOST: usize = 200;
 /// Texels that they have changed, at the most, all of them together: 192 MiB.
-const MOST_TEXELS: usize = 1 << 24;
+pub const MOST_TEXELS: usize = 1 << 24;
 
 /// What is said of a stroke that has changed too much.
-const CANNOT_UNDO: &str = "This stroke and those before it cannot be undone";
+pub const CANNOT_UNDO: &str = "This stroke and those before it cannot be undone";
 
 /// A stroke that is over.
 #[derive(Debug)]
-struct Stroke {
+pub struct Stroke {
     /// As [`Undo`] numbers them.
-    number: u64,
-    changed: Vec<Repainted>,
+    pub number: u64,
+    pub changed: Vec<Repainted>,
     /// Before it nothing had been painted.
-    is_first: bool,
+    pub is_first: bool,
 }
 
 /// A stroke that goes on.
-struct Open {
+pub struct Open {
     /// None where there was no room to keep it.
-    before: Option<Areas>,
+    pub before: Option<Areas>,
     /// Texels among which all lie that it has touched.
-    span: Range<u32>,
+    pub span: Range<u32>,
 }
 
 /// All that can be undone or brought back.
 #[derive(Default)]
 pub struct Strokes {
-    done: Vec<Stroke>,
-    undone: Vec<Stroke>,
-    open: Option<Open>,
+    pub done: Vec<Stroke>,
+    pub undone: Vec<Stroke>,
+    pub open: Option<Open>,
 }
 
 impl Strokes {
@@ -81,7 +78,7 @@ impl Strokes {
     }
 
     /// A stroke has changed something: that is one more thing to undo.
-    fn keep(&mut self, undo: &mut Undo, changed: Vec<Repainted>, is_first: bool) {
+    pub fn keep(&mut self, undo: &mut Undo, changed: Vec<Repainted>, is_first: bool) {
         self.push(Stroke {
             number: undo.stroke(),
             changed,
@@ -91,7 +88,7 @@ impl Strokes {
     }
 
     /// One more; the oldest are forgotten where they would be too many.
-    fn push(&mut self, mut stroke: Stroke) {
+    pub fn push(&mut self, mut stroke: Stroke) {
         // What is counted is what it takes.
         stroke.changed.shrink_to_fit();
         self.undone.clear();
@@ -106,13 +103,13 @@ impl Strokes {
     }
 
     /// Undo and redo go through the strokes that are known.
-    fn tell(&self, undo: &mut Undo) {
+    pub fn tell(&self, undo: &mut Undo) {
         undo.keep_strokes(|number| self.known(number));
     }
 
     /// The next one on the way to where this is the last one that there is, and whether it goes back. It has to be put
     /// somewhere again.
-    fn take_towards(&mut self, last: u64) -> Option<(Stroke, bool)> {
+    pub fn take_towards(&mut self, last: u64) -> Option<(Stroke, bool)> {
         if let Some(stroke) = self.done.pop_if(|stroke| stroke.number > last) {
             return Some((stroke, true));
         }
@@ -120,7 +117,7 @@ impl Strokes {
         Some((stroke, false))
     }
 
-    fn put(&mut self, stroke: Stroke, is_done: bool) {
+    pub fn put(&mut self, stroke: Stroke, is_done: bool) {
         let to = if is_done {
             &mut self.done
         } else {
@@ -130,144 +127,10 @@ impl Strokes {
     }
 }
 
-impl Lab {
-    /// The hand has let go: what was painted since it pressed is one stroke. Where it has changed nothing there is none.
-    pub(in super::super) fn end_stroke(&mut self, context: &egui::Context) -> Result<()> {
-        let pending_ends = &mut self.interface.hands.pending_ends;
-        *pending_ends = pending_ends.saturating_sub(1);
-        self.paint_now(context)?;
-        let (Some(open), Some(stage)) = (self.hand.strokes.open.take(), &mut self.stage) else {
-            return Ok(());
-        };
-        let Some(before) = open.before else {
-            self.forget_strokes();
-            return Ok(());
-        };
-        let changed = match stage.simulation.repainted(&before, open.span) {
-            Ok(changed) => changed,
-            Err(error) => {
-                self.forget_strokes();
-                return self.tell_unless_lost(context, CANNOT_UNDO, error);
-            }
-        };
-        let is_first = before.is_empty();
-        if changed.is_empty() {
-            let forgotten = if is_first {
-                stage.simulation.forget_areas()
-            } else {
-                Ok(())
-            };
-            return forgotten
-                .or_else(|error| self.tell_unless_lost(context, "Empty areas stay", error));
-        }
-        let is_kept = changed.len() <= MOST_TEXELS;
-        let undo = &mut self.interface.undo;
-        self.hand.strokes.keep(undo, changed, is_first);
-        if !is_kept {
-            let text = format!("{CANNOT_UNDO}: it has more than {MOST_TEXELS} texels");
-            self.interface.notice(context, text, false);
-        }
-        // The buttons of undo and redo may be others now.
-        self.host.request_redraw();
-        Ok(())
-    }
-
-    /// Takes these texels' areas away: one more thing to undo.
-    pub(in super::super) fn take_away(&mut self, texels: Vec<Repainted>) -> Result<()> {
-        let Some(stage) = &mut self.stage else {
-            return Ok(());
-        };
-        let mut rec = self.frames.begin()?;
-        stage.simulation.put_areas(&mut rec, &texels, true)?;
-        self.frames.submit(rec)?;
-        stage.forget_picture();
-        self.interface.note_changes();
-        let undo = &mut self.interface.undo;
-        self.hand.strokes.keep(undo, texels, false);
-        Ok(())
-    }
-
-    /// Paints what the next frame would, and waits for it.
-    pub(in super::super) fn paint_now(&mut self, context: &egui::Context) -> Result<()> {
-        if self.hand.has_dabs() {
-            let mut rec = self.frames.begin()?;
-            self.record_dabs(&mut rec, context)?;
-            self.frames.submit(rec)?;
-        }
-        Ok(self.frames.wait_idle()?)
-    }
-
-    /// Strokes go back, or come again, until this is the last one that there is.
-    pub(in super::super) fn take_strokes(
-        &mut self,
-        context: &egui::Context,
-        last: u64,
-    ) -> Result<()> {
-        self.paint_now(context)?;
-        // What has no end yet would count what changes here as its own.
-        self.hand.strokes.open = None;
-        let Some(stage) = &mut self.stage else {
-            return Ok(());
-        };
-        let strokes = &mut self.hand.strokes;
-        let mut refused = None;
-        while let Some((stroke, is_back)) = strokes.take_towards(last) {
-            let taken = if is_back && stroke.is_first {
-                stage.simulation.forget_areas()
-            } else {
-                let mut rec = self.frames.begin()?;
-                let put = (stage.simulation).put_areas(&mut rec, &stroke.changed, !is_back);
-                if put.is_ok() {
-                    self.frames.submit(rec)?;
-                }
-                put
-            };
-            // One that is refused stays where it was: the next undo or redo goes through it.
-            strokes.put(stroke, is_back == taken.is_err());
-            if let Err(error) = taken {
-                refused = Some((is_back, error));
-                break;
-            }
-        }
-        stage.forget_picture();
-        self.host.request_redraw();
-        match refused {
-            None => Ok(()),
-            Some((true, error)) => {
-                self.tell_unless_lost(context, "A stroke could not be undone", error)
-            }
-            Some((false, error)) => {
-                self.tell_unless_lost(context, "A stroke could not be redone", error)
-            }
-        }
-    }
-
-    /// An undo for which there is no memory is no reason to end the lab. With a lost device all of it begins anew.
-    pub(super) fn tell_unless_lost(
-        &mut self,
-        context: &egui::Context,
-        what: &str,
-        error: Error,
-    ) -> Result<()> {
-        if is_loss(&error) {
-            return Err(error);
-        }
-        let text = format!("{what}: {error}");
-        self.interface.notice(context, text, true);
-        Ok(())
-    }
-
-    /// Another atlas has other texels: strokes on the one before are no longer known.
-    pub(in super::super) fn forget_strokes(&mut self) {
-        self.hand.strokes = Strokes::default();
-        self.hand.strokes.tell(&mut self.interface.undo);
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::Hand;
     use super::*;
+    use crate::lab::edits::Edits;
     use glam::Vec2;
     use myxo::render::View;
     use myxo::scene::Scene;
@@ -348,7 +211,7 @@ mod tests {
 
     #[test]
     fn a_lost_device_takes_the_stroke_that_goes_on_with_it() {
-        let mut hand = Hand::default();
+        let mut hand = Edits::default();
         hand.strokes.open = Some(Open {
             before: Some(Areas::default()),
             span: 0..0,

@@ -1,7 +1,7 @@
 //! What the hands ask of the simulation, done: dabs of brushes along the way of the pointer, and what lies under it.
 
 use glam::{DVec3, Vec2, Vec3};
-use myxo::gpu::{Buffer, Context, Readback, Recorder};
+use myxo::gpu::Recorder;
 use myxo::plain_text::Shown as _;
 use myxo::render::camera::Ray;
 use myxo::scene::motion::Origins;
@@ -10,126 +10,29 @@ use myxo::sim::paint::{Brush, Dab};
 use myxo::{Error, Result};
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use super::super::interface::Command;
-use super::super::loading::Origin;
-use super::super::lost::is_loss;
-use super::super::own::preset_in;
-use super::super::stage::Stage;
-use super::super::under_way::Left;
-use super::super::window::Lab;
-use super::depths::dabs_seen;
-use super::food::placed;
-use super::handles::keep_in_place;
-use super::overlay::normal_towards;
-use super::strokes::Strokes;
-use super::{HandFacts, Ticket, Under, Work, is_mesh, mesh_name};
+use super::super::edits::Probe;
+use crate::lab::command::Command;
+use crate::lab::command::Work;
+use crate::lab::facts::{HandFacts, Under};
+use crate::lab::loading::Origin;
+use crate::lab::lost::is_loss;
+use crate::lab::own::preset_in;
+use crate::lab::saving::{is_mesh, mesh_name};
+use crate::lab::tools::food::placed;
+use crate::lab::tools::handles::keep_in_place;
+use crate::lab::tools::overlay::normal_towards;
+use crate::lab::under_way::Left;
+use crate::lab::window::Lab;
+use crate::lab::window::depths::dabs_seen;
 
 /// Dabs of one frame, at the most.
 const MOST_DABS: f32 = 6.0;
 /// From one dab to the next, as a share of their radius.
 const SPACING: f32 = 0.35;
-/// Copies of what is probed that may be on their way to the host.
-const PROBES_UNDER_WAY: usize = 4;
-/// Values that are probed.
-const PROBED: usize = 3;
-
-/// What the hands have on the device.
-#[derive(Default)]
-pub struct Hand {
-    /// Dabs that the next frame records.
-    dabs: Vec<Dab>,
-    /// How many there were.
-    dab_count: u32,
-    /// What undo takes back.
-    pub(super) strokes: Strokes,
-    probe: Option<Probe>,
-    /// What the scene on its way takes over: for each of its objects, which of the present ones it was.
-    pub carry: Option<Vec<Option<usize>>>,
-    /// The object that comes or goes with the scene on its way.
-    pub coming: Option<Coming>,
-    /// Those that were asked for and have come: their names.
-    pub(super) come: Vec<(Ticket, String)>,
-}
-
-/// An object that comes or goes.
-pub struct Coming {
-    /// How it is told of.
-    pub what: String,
-    /// What asks for it again, if anything may.
-    pub again: Option<Left>,
-    /// One that comes was asked for by this.
-    pub ticket: Option<Ticket>,
-}
-
-impl Hand {
-    /// What an object that was asked for is called, once it has come.
-    pub(super) fn name_of(&self, ticket: Ticket) -> Option<&str> {
-        let found = self.come.iter().find(|(known, _)| *known == ticket);
-        found.map(|(_, name)| name.as_str())
-    }
-
-    /// Another scene: what has come is not in it.
-    pub fn leave_scene(&mut self) {
-        self.come.clear();
-    }
-
-    /// Is there something to record?
-    pub(super) fn has_dabs(&self) -> bool {
-        !self.dabs.is_empty()
-    }
-}
-
-/// Trail and distance at one texel, read some frames later.
-struct Probe {
-    values: Buffer<f32>,
-    readback: Readback<f32>,
-    /// What was read last: trail, distance, bias.
-    last: Option<[f32; PROBED]>,
-}
-
-impl Probe {
-    fn new(ctx: &Arc<Context>) -> Result<Self> {
-        Ok(Self {
-            values: Buffer::zeroed(ctx, "probe", PROBED)?,
-            readback: Readback::new(ctx, "probe", PROBED, PROBES_UNDER_WAY)?,
-            last: None,
-        })
-    }
-
-    fn record(&mut self, rec: &mut Recorder, stage: &Stage, texel: usize) {
-        let state = stage.simulation.state();
-        let mut sources = vec![&state.trail.front];
-        // Where there is one object, nobody reads its distance.
-        let has_distances = state.near.distances.len() > texel;
-        sources.push(if has_distances {
-            &state.near.distances
-        } else {
-            &state.trail.front
-        });
-        sources.extend(&state.bias);
-        for (i, source) in sources.into_iter().enumerate() {
-            rec.copy_range(source, texel..texel + 1, &self.values, i);
-        }
-        self.readback.record(rec, &self.values, texel as u64);
-    }
-}
-
-impl Hand {
-    /// The device goes, and all that is on it.
-    pub fn leave_device(&mut self) {
-        self.dabs.clear();
-        // A stroke that goes on holds areas on the device.
-        self.strokes = Strokes::default();
-        self.probe = None;
-        self.carry = None;
-    }
-}
-
 impl Lab {
     /// Does what the hands ask for.
-    pub(in super::super) fn obey_hand(
+    pub(crate) fn obey_hand(
         &mut self,
         context: &egui::Context,
         work: Work,
@@ -176,11 +79,11 @@ impl Lab {
                     surface: f64::from(factor) * origins.surface,
                     ..origins
                 };
-                if let Some(object) = self.interface.edited.objects.get_mut(object) {
+                if let Some(object) = self.interface.document.edited.objects.get_mut(object) {
                     let before = object.clone();
                     object.scale *= factor;
                     keep_in_place(object, &before, hand.time, [origins, grown], hand.radius);
-                    self.interface.begin_renewal();
+                    self.interface.document.begin_renewal();
                     self.renew();
                 }
             }
@@ -192,13 +95,13 @@ impl Lab {
     /// A file was dropped onto the window, or chosen in it. What is on its way comes first: files that are dropped together
     /// all come.
     pub fn drop_file(&mut self, path: PathBuf) {
-        self.interface.begin_drop();
+        self.interface.notices.begin_drop();
         if let Some(folder) = path.parent() {
             self.interface.opening.begin_in(folder);
         }
         self.host.request_redraw();
         let before = self.loading.as_ref().and_then(|loading| {
-            let coming = self.hand.coming.as_ref().map(|coming| &coming.what);
+            let coming = self.edits.coming.as_ref().map(|coming| &coming.what);
             // The scene that is shown is there already.
             let other = (loading.origin != Origin::Shown).then_some(&loading.name);
             coming.or(other)
@@ -207,13 +110,13 @@ impl Lab {
             let file = path.file_name().unwrap_or(path.as_os_str());
             let text = format!("{} comes after {before}", Path::new(file).shown());
             let context = self.host.context().clone();
-            self.interface.notice(&context, text, false);
+            self.interface.notices.say(&context, text, false);
         }
         self.take_file(path);
     }
 
     /// A mesh that was dropped joins the scene, a preset gives it its look; everything else is opened.
-    pub(in super::super) fn take_file(&mut self, path: PathBuf) {
+    pub(crate) fn take_file(&mut self, path: PathBuf) {
         let has_to_wait = self.under_way.is_some() || self.loading.is_some();
         if has_to_wait || !self.left.is_empty() {
             self.left.push(Left::File(path));
@@ -235,7 +138,7 @@ impl Lab {
             return;
         };
         let size = Vec2::new(size[0] as f32, size[1] as f32);
-        let view = &self.interface.view;
+        let view = &self.interface.document.view;
         let eye = view.camera.eye();
         let radius = radius * stage.scene.radius;
         let pixels = stage.pick(view, to, size).map(|hit| {
@@ -257,40 +160,40 @@ impl Lab {
             number: 0,
         });
         for mut dab in dabs {
-            dab.number = self.hand.dab_count;
-            self.hand.dab_count = dab.number.wrapping_add(1);
-            self.hand.dabs.push(dab);
+            dab.number = self.edits.dab_count;
+            self.edits.dab_count = dab.number.wrapping_add(1);
+            self.edits.dabs.push(dab);
         }
     }
 
     /// Records what was painted since it was last called.
-    pub(super) fn record_dabs(
+    pub(crate) fn record_dabs(
         &mut self,
         rec: &mut Recorder,
         context: &egui::Context,
     ) -> Result<()> {
-        let dabs = std::mem::take(&mut self.hand.dabs);
+        let dabs = std::mem::take(&mut self.edits.dabs);
         let Some(stage) = &mut self.stage else {
             return Ok(());
         };
         for dab in dabs {
-            let strokes = &mut self.hand.strokes;
+            let strokes = &mut self.edits.strokes;
             if let Some(text) = strokes.before(rec, &stage.simulation, dab.brush) {
-                self.interface.notice(context, text, false);
+                self.interface.notices.say(context, text, false);
             }
             match stage.simulation.paint(rec, &dab) {
                 Ok(painted) => {
-                    self.hand.strokes.painted(&painted);
+                    self.edits.strokes.painted(&painted);
                     if painted.count() > 0 {
                         stage.forget_picture();
                     }
                 }
-                Err(Error::Invalid(problem)) => self.interface.notice(context, problem, true),
+                Err(Error::Invalid(problem)) => self.interface.notices.say(context, problem, true),
                 // Nothing was painted, and the scene goes on.
                 Err(error) if is_loss(&error) => return Err(error),
                 Err(error) => {
                     let text = format!("nothing was painted: {error}");
-                    self.interface.notice(context, text, true);
+                    self.interface.notices.say(context, text, true);
                 }
             }
         }
@@ -298,7 +201,7 @@ impl Lab {
     }
 
     /// Records what was painted since the last frame, and what the probe wants to know.
-    pub(in super::super) fn record_hands(
+    pub(crate) fn record_hands(
         &mut self,
         rec: &mut Recorder,
         context: &egui::Context,
@@ -311,16 +214,16 @@ impl Lab {
             return Ok(());
         };
         if self.interface.hands.probe {
-            if self.hand.probe.is_none() {
+            if self.edits.probe.is_none() {
                 match Probe::new(&self.ctx) {
-                    Ok(probe) => self.hand.probe = Some(probe),
+                    Ok(probe) => self.edits.probe = Some(probe),
                     Err(error) => {
                         self.interface.hands.probe = false;
                         return self.tell_unless_lost(context, "there is no probe", error);
                     }
                 }
             }
-            if let Some(probe) = &mut self.hand.probe {
+            if let Some(probe) = &mut self.edits.probe {
                 let pitch = stage.simulation.setup().atlas.pitch;
                 let [column, row] = under.texel;
                 probe.record(rec, stage, (row * pitch + column) as usize);
@@ -330,7 +233,7 @@ impl Lab {
     }
 
     /// Tells the interface what lies under the pointer and where objects are.
-    pub(in super::super) fn look_under_hand(&mut self, size: [u32; 2]) {
+    pub(crate) fn look_under_hand(&mut self, size: [u32; 2]) {
         let Some(stage) = &self.stage else {
             self.clocks.facts.hand = HandFacts::default();
             return;
@@ -345,16 +248,16 @@ impl Lab {
             / f64::from(setup.atlas.owned_count.max(1))
             * (decay / (1.0 - decay)).max(1.0);
         let size = Vec2::new(size[0] as f32, size[1] as f32);
-        let view = &self.interface.view;
+        let view = &self.interface.document.view;
         let poses = simulation.world_from_object();
         let pixel = self.interface.hands.pointer;
         let hit = pixel.and_then(|pixel| Some((pixel, stage.pick(view, pixel, size)?)));
-        if let Some(probe) = &mut self.hand.probe {
+        if let Some(probe) = &mut self.edits.probe {
             while let Some((_, values)) = probe.readback.poll() {
                 probe.last = values.try_into().ok();
             }
         }
-        let last = self.hand.probe.as_ref().and_then(|probe| probe.last);
+        let last = self.edits.probe.as_ref().and_then(|probe| probe.last);
         let under = hit.map(|(pixel, hit)| {
             let surface = &setup.surface;
             let object = surface.triangles[hit.triangle as usize].object as usize;
@@ -383,7 +286,7 @@ impl Lab {
             looked: pixel,
             under,
             foods: placed(
-                &self.interface.edited,
+                &self.interface.document.edited,
                 &settings.foods,
                 &setup.pantry.marks,
                 &setup.origins,

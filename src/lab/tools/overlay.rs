@@ -7,72 +7,84 @@ use glam::Vec3;
 
 use myxo::sim::paint::NO_GO_BELOW;
 
-use super::super::interface::{Facts, Interface};
-use super::super::places::note_value;
-use super::super::rows::grouped;
-use super::super::theme;
-use super::gizmo::Screen;
-use super::{Tool, Under};
+use crate::lab::desk::Desk;
+use crate::lab::facts::Under;
+use crate::lab::places::note_value;
+use crate::lab::rows::grouped;
+use crate::lab::theme;
+use crate::lab::tools::Hands;
+use crate::lab::tools::Tool;
+use crate::lab::tools::gizmo::Screen;
 
 const PARTS: u32 = 64;
 /// How often the probe looks again while nothing else happens.
 const PROBE_INTERVAL: Duration = Duration::from_millis(50);
 
-impl Interface {
+impl Hands {
     /// Draws it over the picture.
-    pub(in super::super) fn show_hands(&mut self, ui: &Ui, picture: Rect, facts: &Facts) {
+    pub(crate) fn show(&mut self, ui: &Ui, picture: Rect, desk: &Desk<'_>) {
+        let facts = desk.facts;
         // Nothing of it has a place on the atlas.
-        if self.view.show.is_flat() {
+        if desk.document.view.show.is_flat() {
             return;
         }
         let screen = Screen::of(ui, picture);
-        if self.performing {
-            self.brush_alone(ui, screen, facts);
+        if desk.layout.alone {
+            self.brush_alone(ui, screen, desk);
             return;
         }
-        self.outline_picked(ui, screen, facts);
-        if let Some((at, size)) = self.hands.food.and_then(|food| facts.hand.foods.get(food)) {
-            let to_eye = (self.view.camera.eye() - *at).normalize_or(Vec3::Z);
-            self.ring(ui, screen, *at, to_eye, 1.3 * size);
+        self.outline_picked(ui, screen, desk);
+        if let Some((at, size)) = self.food.and_then(|food| facts.hand.foods.get(food)) {
+            let to_eye = (desk.document.view.camera.eye() - *at).normalize_or(Vec3::Z);
+            self.ring(ui, screen, *at, to_eye, 1.3 * size, desk);
         }
-        self.brush_alone(ui, screen, facts);
-        if self.hands.pointer.is_none() {
+        self.brush_alone(ui, screen, desk);
+        if self.pointer.is_none() {
             return;
         }
         let Some(under) = &facts.hand.under else {
             return;
         };
-        if self.hands.tool == Tool::Food {
-            let size = self.hands.next_food.size.max(0.01) * facts.hand.radius;
-            self.ring(ui, screen, under.position, under.normal, size);
+        if self.tool == Tool::Food {
+            let size = self.next_food.size.max(0.01) * facts.hand.radius;
+            self.ring(ui, screen, under.position, under.normal, size, desk);
         }
-        if self.hands.probe {
-            self.probe(ui, picture, facts, under);
+        if self.probe {
+            self.probe(ui, picture, desk, under);
         }
     }
 
     /// Where a brush would paint: all that is shown while somebody performs.
-    fn brush_alone(&self, ui: &Ui, screen: Screen, facts: &Facts) {
+    fn brush_alone(&self, ui: &Ui, screen: Screen, desk: &Desk<'_>) {
+        let facts = desk.facts;
         let under = facts.hand.under.as_ref();
-        let under = under.filter(|_| self.hands.pointer.is_some() && self.hands.tool.is_brush());
+        let under = under.filter(|_| self.pointer.is_some() && self.tool.is_brush());
         if let Some(under) = under {
-            let radius = self.hands.radius * facts.hand.radius;
-            self.ring(ui, screen, under.position, under.normal, radius);
+            let radius = self.radius * facts.hand.radius;
+            self.ring(ui, screen, under.position, under.normal, radius, desk);
         }
     }
 
-    fn ring(&self, ui: &Ui, screen: Screen, middle: Vec3, normal: Vec3, radius: f32) {
+    fn ring(
+        &self,
+        ui: &Ui,
+        screen: Screen,
+        middle: Vec3,
+        normal: Vec3,
+        radius: f32,
+        desk: &Desk<'_>,
+    ) {
         let side = normal.any_orthonormal_vector();
         let other = normal.cross(side);
         let points = (0..=PARTS).filter_map(|i| {
             let angle = i as f32 / PARTS as f32 * std::f32::consts::TAU;
             let (sin, cos) = angle.sin_cos();
             let place = middle + radius * (cos * side + sin * other);
-            screen.point(&self.view.camera, place)
+            screen.point(&desk.document.view.camera, place)
         });
         let points: Vec<Pos2> = points.collect();
         let painter = ui.painter_at(screen.rect);
-        let color = match self.hands.tool {
+        let color = match self.tool {
             Tool::Repel | Tool::NoGo => theme::error(ui),
             Tool::Erase => egui::Color32::WHITE,
             _ => theme::accent(ui),
@@ -81,26 +93,26 @@ impl Interface {
         let dark = egui::Color32::from_black_alpha(140);
         painter.line(points.clone(), Stroke::new(3.5, dark));
         painter.line(points, Stroke::new(1.5, color));
-        if let Some(middle) = screen.point(&self.view.camera, middle) {
+        if let Some(middle) = screen.point(&desk.document.view.camera, middle) {
             painter.circle_filled(middle, 2.0, color);
         }
     }
 
     /// A line round the picked object, and its name.
-    fn outline_picked(&self, ui: &Ui, screen: Screen, facts: &Facts) {
-        let Some(object) = self.hands.selected else {
+    fn outline_picked(&self, ui: &Ui, screen: Screen, desk: &Desk<'_>) {
+        let facts = desk.facts;
+        let Some(object) = self.selected else {
             return;
         };
-        let (Some(pose), Some(vertices)) = (
-            facts.hand.poses.get(object),
-            self.hands.vertices.get(object),
-        ) else {
+        let (Some(pose), Some(vertices)) =
+            (facts.hand.poses.get(object), self.vertices.get(object))
+        else {
             return;
         };
-        let scale = self.hands.scaled();
+        let scale = self.scaled();
         let seen = vertices.iter().filter_map(|vertex| {
             let place = pose.transform_point3(scale * *vertex);
-            screen.point(&self.view.camera, place)
+            screen.point(&desk.document.view.camera, place)
         });
         let hull = hull(seen.collect());
         let painter = ui.painter_at(screen.rect);
@@ -113,7 +125,8 @@ impl Interface {
         for stroke in [Stroke::new(4.5, dark), Stroke::new(1.5, color)] {
             painter.add(egui::Shape::closed_line(hull.clone(), stroke));
         }
-        let name = self
+        let name = desk
+            .document
             .edited
             .objects
             .get(object)
@@ -130,13 +143,15 @@ impl Interface {
         painter.galley(corner + vec2(5.0, 2.0), text, color);
     }
 
-    fn probe(&self, ui: &Ui, picture: Rect, facts: &Facts, under: &Under) {
+    fn probe(&self, ui: &Ui, picture: Rect, desk: &Desk<'_>, under: &Under) {
+        let facts = desk.facts;
         let Some(at) = ui.input(|i| i.pointer.latest_pos()) else {
             return;
         };
         // What comes from the device comes with the next frames.
         ui.ctx().request_repaint_after(PROBE_INTERVAL);
-        let name = (self.running.objects.get(under.object)).map(|object| object.name.clone());
+        let name =
+            (desk.document.running.objects.get(under.object)).map(|object| object.name.clone());
         let number = |value: Option<f32>| match value {
             Some(value) => format!("{value:.4}"),
             None => "...".to_owned(),
@@ -148,7 +163,7 @@ impl Interface {
             ("texel", format!("{}  {}", under.texel[0], under.texel[1])),
             ("trail", number(under.trail)),
         ];
-        if self.running.objects.len() > 1 {
+        if desk.document.running.objects.len() > 1 {
             let is_far = (under.distance).is_some_and(|away| away.abs() > 0.999 * facts.hand.reach);
             let away = match under.distance {
                 Some(_) if is_far => format!("over {}", facts.hand.reach),
@@ -231,7 +246,7 @@ fn hull(mut points: Vec<Pos2>) -> Vec<Pos2> {
 }
 
 /// A triangle's normal, turned to the eye.
-pub(super) fn normal_towards(corners: [Vec3; 3], eye: Vec3) -> Vec3 {
+pub(crate) fn normal_towards(corners: [Vec3; 3], eye: Vec3) -> Vec3 {
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a).normalize_or(Vec3::Y);
     if normal.dot(eye - a) < 0.0 {

@@ -7,14 +7,16 @@ use myxo::plain_text::Shown as _;
 use myxo::render::output::{OutputError, Written};
 use myxo::{Error, Result};
 
-use super::job::Job;
-use super::{Lab, Out, TakeOut};
 use crate::cli::console;
-use crate::lab::hands::Work;
-use crate::lab::interface::Command;
+use crate::lab::command::Command;
+use crate::lab::command::Out;
+use crate::lab::command::Work;
 use crate::lab::loading::Origin;
+use crate::lab::out::TakeOut;
+use crate::lab::out::job::Job;
 use crate::lab::saving::whole;
 use crate::lab::under_way::Left;
+use crate::lab::window::Lab;
 
 /// A window that closes waits no longer for a picture to be drawn.
 const LAST_PICTURE: Duration = Duration::from_secs(10);
@@ -134,7 +136,7 @@ impl Lab {
 
     /// What is said of a scene, or an object that was to come or to go.
     fn was_on_its_way(&self) -> Option<String> {
-        let coming = self.hand.coming.as_ref();
+        let coming = self.edits.coming.as_ref();
         let coming = coming.map(|coming| coming.what.clone());
         let loading = self.loading.as_ref();
         // Before there is a scene, nothing but the first one can be.
@@ -161,7 +163,7 @@ impl Lab {
         };
         let is_whole = self.out.end_job(ready);
         if saves.is_some() && is_whole {
-            self.interface.saved(saves);
+            self.interface.document.saved(saves);
         }
     }
 
@@ -357,9 +359,9 @@ pub(super) fn told_of(path: &Path, ended: &Result<Written>, is_cancelled: bool) 
 
 #[cfg(test)]
 mod tests {
-    use super::super::Model;
     use super::*;
-    use crate::lab::hands::{Ticket, Which};
+    use crate::lab::command::Model;
+    use crate::lab::command::{Ticket, Which};
     use crate::lab::left::LeftScene;
     use glam::Vec2;
     use myxo::scene::settings::ObjectSettings;

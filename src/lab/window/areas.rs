@@ -8,11 +8,11 @@ use myxo::sim::areas::write_mask;
 use myxo::sim::carry::{carried, carried_bias};
 use myxo::sim::paint::Repainted;
 
-use super::super::lost::is_loss;
-use super::super::out::Reserved;
-use super::super::saving::whole;
-use super::super::stage::Stage;
-use super::super::window::Lab;
+use crate::lab::lost::is_loss;
+use crate::lab::names::Reserved;
+use crate::lab::saving::whole;
+use crate::lab::stage::Stage;
+use crate::lab::window::Lab;
 
 /// Why nobody can begin on painted areas.
 const NOTHING_ATTRACTS: &str =
@@ -67,7 +67,7 @@ pub struct CarriedOver {
 
 impl Lab {
     /// Would what was painted be gone with this stage, because it brings another map?
-    pub(in super::super) fn loses_areas_to(&self, next: &Stage) -> bool {
+    pub(crate) fn loses_areas_to(&self, next: &Stage) -> bool {
         self.stage.as_ref().is_some_and(|left| {
             let (here, there) = (Areas::of(left), Areas::of(next));
             // What cannot be read is lost in any case.
@@ -81,8 +81,8 @@ impl Lab {
 
     /// Takes what has grown on the stage that is left over to the next one, where that has a meaning, or its areas. A state that
     /// goes on has its own.
-    pub(in super::super) fn carry_over(&mut self, next: &mut Stage) -> Result<CarriedOver> {
-        let carry = self.hand.carry.take();
+    pub(crate) fn carry_over(&mut self, next: &mut Stage) -> Result<CarriedOver> {
+        let carry = self.edits.carry.take();
         let mut carried_over = CarriedOver::default();
         let Some(left) = &self.stage else {
             return Ok(carried_over);
@@ -125,12 +125,12 @@ impl Lab {
     }
 
     /// All particles begin on what attracts, which is taken away for it: a mask of it becomes the scene's start.
-    pub(in super::super) fn start_on_painted(&mut self, context: &egui::Context) -> Result<()> {
+    pub(crate) fn start_on_painted(&mut self, context: &egui::Context) -> Result<()> {
         let begun = self.begin_on_painted(context);
         match begun {
             Err(error) if is_loss(&error) => Err(error),
             Err(error) => {
-                self.interface.notice(context, error.to_string(), true);
+                self.interface.notices.say(context, error.to_string(), true);
                 Ok(())
             }
             Ok(()) => Ok(()),
@@ -138,8 +138,8 @@ impl Lab {
     }
 
     fn begin_on_painted(&mut self, context: &egui::Context) -> Result<()> {
-        if self.interface.is_pending() {
-            self.interface.notice(context, WAITS, false);
+        if self.interface.document.is_pending() {
+            self.interface.notices.say(context, WAITS, false);
             return Ok(());
         }
         self.paint_now(context)?;
@@ -151,7 +151,7 @@ impl Lab {
         let name = Reserved::next(&folder, &format!("{}_start", self.name), "png")?;
         let atlas = &stage.simulation.setup().atlas;
         let Some(texels) = write_mask(name.path(), &bias, atlas)? else {
-            self.interface.notice(context, NOTHING_ATTRACTS, false);
+            self.interface.notices.say(context, NOTHING_ATTRACTS, false);
             return Ok(());
         };
         let taken = texels.into_iter().map(|texel| Repainted {
@@ -160,15 +160,15 @@ impl Lab {
             after: 0.0,
         });
         self.take_away(taken.collect())?;
-        let particles = &mut self.interface.edited.particles;
+        let particles = &mut self.interface.document.edited.particles;
         particles.start = Start::Mask;
         particles.start_object.clear();
         particles.start_mask = whole(name.path()).to_string_lossy().into_owned();
-        for object in &mut self.interface.edited.objects {
+        for object in &mut self.interface.document.edited.objects {
             object.start.place = ObjectStart::Scene;
         }
         let text = format!("All begin where it attracted: {}", name.path().shown());
-        self.interface.notice(context, text, false);
+        self.interface.notices.say(context, text, false);
         self.restart();
         Ok(())
     }

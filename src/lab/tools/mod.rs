@@ -3,38 +3,32 @@
 //! The interface knows the tool, the pointer and what the window told it lies under it; what needs the simulation it asks
 //! for by [`Work`], which `work.rs` does.
 
-mod areas;
 mod bar;
-mod depths;
-mod food;
+pub mod food;
 mod gizmo;
-mod handles;
+mod grips;
+pub mod handles;
 mod hold;
-pub(super) mod objects;
-mod overlay;
+pub mod overlay;
 mod picked;
-mod strokes;
 mod tool;
-mod work;
 
 use egui::{PointerButton, Response, Ui};
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use myxo::scene::Scene;
-use myxo::scene::motion::Origins;
-use myxo::scene::settings::{FoodSettings, ObjectSettings};
+use myxo::scene::settings::FoodSettings;
 use myxo::sim::paint::Brush;
 
-use super::interface::{Command, Facts, Interface};
-use super::navigation::Drags;
-use super::saving::whole;
-pub use areas::CarriedOver;
-use food::FoodDrag;
-pub use food::{begin_on_food_that_is, remove_food};
-use gizmo::Grab;
+use crate::lab::command::Command;
+use crate::lab::command::{Ticket, Work};
+use crate::lab::desk::Desk;
+use crate::lab::document::Document;
+use crate::lab::navigation::Drags;
+use crate::lab::renewal::place_among;
+use crate::lab::wheel::Wheel;
+use grips::{FoodDrag, Grab};
 use hold::{Held, Hold, Way};
-pub use picked::{Ticket, Which};
 pub use tool::Tool;
-pub use work::{Coming, Hand};
 
 /// Vertices of an object that its outline is drawn round, at the most.
 const OUTLINE_VERTICES: usize = 3000;
@@ -46,111 +40,6 @@ const RADIUS_PER_POINT: f32 = 0.004;
 const LONGEST_FRAME: f32 = 0.4;
 /// Nor does a press that has not moved yet: nobody knows how long it lasts.
 const LONGEST_PRESS: f32 = 0.1;
-/// Why hands rest in a view that is flat.
-const FLAT: &str = "Hands work on the surface, and the atlas is flat: choose another view first";
-/// What those who have picked nothing are told.
-const PICK_FIRST: &str = "Pick an object first: click on it";
-
-/// What lies under the pointer.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Under {
-    /// The pixel that was asked about.
-    pub pixel: Vec2,
-    /// Global triangle id.
-    pub triangle: u32,
-    /// Weights of the corners B and C.
-    pub uv: [f32; 2],
-    /// Column and row in the atlas.
-    pub texel: [u32; 2],
-    /// Which object.
-    pub object: usize,
-    /// In world space.
-    pub position: Vec3,
-    /// Unit normal of the triangle, turned to the eye.
-    pub normal: Vec3,
-    /// The trail at the texel, when it has come from the device.
-    pub trail: Option<f32>,
-    /// Signed distance to the other objects, scene radii, likewise; none with one object.
-    pub distance: Option<f32>,
-    /// What sensors read more there, once something was painted, likewise.
-    pub bias: Option<f32>,
-}
-
-/// What the window knows for the hands.
-#[derive(Clone, Debug, Default)]
-pub struct HandFacts {
-    /// The pixel that was looked at last, if any was asked for.
-    pub looked: Option<Vec2>,
-    /// Under the pointer, if it was asked for and there is something.
-    pub under: Option<Under>,
-    /// World from object, one an object.
-    pub poses: Vec<Affine3A>,
-    /// Where coordinates are counted from, one an object.
-    pub origins: Vec<Origins>,
-    /// Where handles are and what they turn and scale about, counted from there: the object's own origin, or if its
-    /// surface is far from that, the middle of its box.
-    pub middles: Vec<Vec3>,
-    /// Where each food and marker lies, in world space, and how large it is drawn; scattered ones last.
-    pub foods: Vec<(Vec3, f32)>,
-    /// Seconds of the objects' motion.
-    pub time: f64,
-    /// The mean of the trail where particles deposit as they do and it decays as it does: what brushes measure by.
-    pub mean_trail: f32,
-    /// Scene radius, world units.
-    pub radius: f32,
-    /// Reach of signed distances, scene radii.
-    pub reach: f32,
-}
-
-impl HandFacts {
-    /// What an object is turned and scaled about, as origins of its coordinates.
-    fn pivot_of(&self, object: usize) -> Origins {
-        let mut origins = self.origins.get(object).copied().unwrap_or_default();
-        origins.surface += self.middle_of(object).as_dvec3();
-        origins
-    }
-
-    fn middle_of(&self, object: usize) -> Vec3 {
-        self.middles.get(object).copied().unwrap_or_default()
-    }
-}
-
-/// What needs the simulation.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Work {
-    /// A brush was drawn from one pixel of the picture to another.
-    Stroke {
-        /// Where it was.
-        from: Vec2,
-        /// Where it is.
-        to: Vec2,
-        /// What a single dab does.
-        brush: Brush,
-        /// Scene radii.
-        radius: f32,
-    },
-    /// The hand has let go of a stroke that may have changed what attracts, repels or forbids.
-    EndStroke,
-    /// Undo, or redo with `again`, whose turn comes after strokes that had no end yet.
-    Undo {
-        /// Redo.
-        again: bool,
-    },
-    /// Undo or redo has come to where this stroke is the last one.
-    ToStroke(u64),
-    /// All particles begin anew, on what is painted to attract.
-    StartOnPainted,
-    /// Takes an object out of the scene.
-    Remove(Which),
-    /// Puts a mesh into the scene: `builtin:NAME`, or a file.
-    Add(String, Ticket),
-    /// Puts an object into the scene once more.
-    Duplicate(Which, Ticket),
-    /// Multiplies an object's scale.
-    Scale(usize, f32),
-    /// Undo or redo has brought other objects than those that run: they take over what has grown.
-    Renew,
-}
 
 /// The state of the hands.
 #[derive(Clone, Debug)]
@@ -183,6 +72,7 @@ pub struct Hands {
     pub pointer: Option<Vec2>,
     /// Where a click waits to hear what it has picked.
     click: Option<Vec2>,
+    wheel: Wheel,
     /// The pointer while it is held, and while its other buttons are.
     hold: Hold,
     others: [Hold; 2],
@@ -222,6 +112,7 @@ impl Hands {
             grab: None,
             pointer: None,
             click: None,
+            wheel: Wheel::default(),
             hold: Hold::default(),
             others: Default::default(),
             drags: Drags::default(),
@@ -312,6 +203,14 @@ impl Hands {
         self.take(tool);
     }
 
+    /// The probe, or no longer. A brush is laid down for it, so that a click does not paint.
+    pub fn toggle_probe(&mut self) {
+        self.probe = !self.probe;
+        if self.probe && self.tool.is_brush() {
+            self.take(Tool::Look);
+        }
+    }
+
     /// The tool for food, or none.
     pub fn toggle_food(&mut self) {
         let tool = match self.tool {
@@ -337,80 +236,77 @@ impl Hands {
     }
 }
 
-impl Interface {
+impl Hands {
     /// The pointer as the hands use it. Did they, so that nobody else may?
-    pub(super) fn use_hands(
-        &mut self,
-        ui: &Ui,
-        response: &Response,
-        facts: &Facts,
-        commands: &mut Vec<Command>,
-    ) -> bool {
-        let used = self.reach_out(ui, response, facts, commands);
+    pub(super) fn use_hands(&mut self, ui: &Ui, response: &Response, desk: &mut Desk<'_>) -> bool {
+        let facts = desk.facts;
+        let used = self.reach_out(ui, response, desk);
         // What waits to be done may bring areas, so only the simulation knows whether there are any to be erased.
-        let paints = commands.iter().any(|command| match command {
+        let paints = desk.commands.iter().any(|command| match command {
             Command::Hand(Work::Stroke { brush, .. }) => brush.changes_areas(true),
             _ => false,
         });
-        self.hands.paints_areas |= paints;
-        let lasts = commands.iter().any(|command| match command {
+        self.paints_areas |= paints;
+        let lasts = desk.commands.iter().any(|command| match command {
             Command::Hand(Work::Stroke { brush, .. }) => !brush.changes_areas(false),
             _ => false,
         });
         if lasts && facts.hand.under.is_some() {
-            self.note_changes();
-            self.undo.note_lasting();
+            self.note_changes(desk.document);
+            desk.document.undo.note_lasting();
         }
         // A pointer that leaves the picture and comes back goes on with its stroke.
         let is_held = ui.input(|i| i.pointer.button_down(PointerButton::Primary));
-        if !is_held && std::mem::take(&mut self.hands.paints_areas) {
+        if !is_held && std::mem::take(&mut self.paints_areas) {
             // What was changed until now comes before the stroke.
-            self.note_changes();
-            self.hands.pending_ends += 1;
-            commands.push(Command::Hand(Work::EndStroke));
+            self.note_changes(desk.document);
+            self.pending_ends += 1;
+            desk.commands.push(Command::Hand(Work::EndStroke));
         }
         used
     }
 
-    fn reach_out(
-        &mut self,
-        ui: &Ui,
-        response: &Response,
-        facts: &Facts,
-        commands: &mut Vec<Command>,
-    ) -> bool {
+    /// Undo may lead back to before what has changed. What changes after a stroke that waits for its end comes after it.
+    pub(super) fn note_changes(&self, document: &mut Document) {
+        if self.pending_ends == 0 {
+            document.note();
+        }
+    }
+
+    fn reach_out(&mut self, ui: &Ui, response: &Response, desk: &mut Desk<'_>) -> bool {
+        let facts = desk.facts;
         let scale = ui.ctx().pixels_per_point();
         let to_pixel = |at: egui::Pos2| {
             let from_corner = (at - response.rect.min) * scale;
             Vec2::new(from_corner.x, from_corner.y)
         };
-        let is_free = !self.hands.is_covered;
-        let held = (self.hands.hold).follow(ui, response, PointerButton::Primary, is_free);
+        let is_free = !self.is_covered;
+        let held = (self.hold).follow(ui, response, PointerButton::Primary, is_free);
         let others = [PointerButton::Secondary, PointerButton::Middle];
-        let others = self.hands.others.iter_mut().zip(others);
+        let others = self.others.iter_mut().zip(others);
         let others = others.map(|(hold, button)| hold.follow(ui, response, button, is_free).drag);
-        self.hands.drags = Drags {
+        self.drags = Drags {
             first: held.drag,
             others: others.fold(egui::Vec2::ZERO, |all, drag| all + drag),
-            pressed: self.hands.hold.pressed(),
+            pressed: self.hold.pressed(),
         };
         let hovered = response.hover_pos();
-        let hovered = hovered.filter(|_| !self.opening.is_open()).map(to_pixel);
-        let is_solid = !self.view.show.is_flat();
-        let is_held = self.hands.hold.is_down();
-        let asks = is_solid && (self.hands.tool != Tool::Look || self.hands.probe || is_held);
-        self.hands.pointer = hovered.filter(|_| asks);
-        if facts.hand.looked != self.hands.pointer && !facts.hand.poses.is_empty() {
+        let hovered = hovered.filter(|_| !desk.opening.is_open()).map(to_pixel);
+        let is_solid = !desk.document.view.show.is_flat();
+        let is_held = self.hold.is_down();
+        let asks = is_solid && (self.tool != Tool::Look || self.probe || is_held);
+        self.pointer = hovered.filter(|_| asks);
+        if facts.hand.looked != self.pointer && !facts.hand.poses.is_empty() {
             // What is shown is where the pointer was; one more frame brings it to where it is.
             ui.ctx().request_repaint();
         }
         if !is_solid {
-            self.hands.food_drag = FoodDrag::None;
-            self.hands.grab = None;
-            self.hands.click = None;
+            self.food_drag = FoodDrag::None;
+            self.grab = None;
+            self.click = None;
             return false;
         }
-        if self.hands.tool.is_brush() {
+        if self.tool.is_brush() {
             self.change_radius(ui, response);
             if ui.input(|i| i.modifiers.shift) {
                 return false;
@@ -421,7 +317,7 @@ impl Interface {
                     false => ui.input(|i| i.unstable_dt).min(LONGEST_FRAME),
                 };
                 let seconds = most / held.ways.len() as f32;
-                self.paint_along(way, seconds, facts, to_pixel, commands);
+                self.paint_along(way, seconds, to_pixel, desk);
             }
             if is_held {
                 // A brush that is held still goes on.
@@ -429,41 +325,41 @@ impl Interface {
             }
             return is_held || held.release.is_some();
         }
-        if self.hands.tool == Tool::Look && self.performing {
+        if self.tool == Tool::Look && desk.layout.alone {
             // What would be picked shows handles.
-            self.hands.grab = None;
+            self.grab = None;
             return false;
         }
-        if self.hands.tool == Tool::Look && self.use_gizmo(ui, response, facts, &held, commands) {
+        if self.tool == Tool::Look && self.use_gizmo(ui, response, &held, desk) {
             return true;
         }
-        let drags =
-            self.hands.tool == Tool::Food && self.drag_food(ui, response, facts, &held, commands);
+        let drags = self.tool == Tool::Food && self.drag_food(ui, response, &held, desk);
         if response.clicked_by(PointerButton::Primary) {
             // The pointer may be elsewhere already.
-            self.hands.click = self.hands.hold.pressed().map(to_pixel);
+            self.click = self.hold.pressed().map(to_pixel);
         }
-        if let Some(click) = self.hands.click {
+        if let Some(click) = self.click {
             // A quick click is over before the window has looked.
             if facts.hand.looked == Some(click) {
                 let under = facts.hand.under.as_ref();
-                self.hands.click = None;
-                if self.hands.tool == Tool::Food {
-                    self.feed_at(ui.ctx(), under, facts, commands);
+                self.click = None;
+                if self.tool == Tool::Food {
+                    self.feed_at(ui.ctx(), under, desk);
                 } else {
                     // Seen are the objects that run; the next ones may stand in other places already.
-                    let running = under.and_then(|under| self.running.objects.get(under.object));
-                    let place =
-                        running.and_then(|object| place_among(&self.edited.objects, object));
-                    self.hands.pick(place);
+                    let running =
+                        under.and_then(|under| desk.document.running.objects.get(under.object));
+                    let place = running
+                        .and_then(|object| place_among(&desk.document.edited.objects, object));
+                    self.pick(place);
                     // Who touches the only one there is goes on with what they see in the panel.
-                    let is_one_of_several = self.edited.objects.len() > 1;
-                    self.hands.reveals =
-                        (self.hands.selected).filter(|_| self.panel && is_one_of_several);
+                    let is_one_of_several = desk.document.edited.objects.len() > 1;
+                    self.reveals =
+                        (self.selected).filter(|_| desk.layout.panel && is_one_of_several);
                     ui.ctx().request_repaint();
                 }
             } else {
-                self.hands.pointer = Some(click);
+                self.pointer = Some(click);
                 ui.ctx().request_repaint();
             }
         }
@@ -475,23 +371,23 @@ impl Interface {
         &self,
         way: &Way,
         seconds: f32,
-        facts: &Facts,
         to_pixel: impl Fn(egui::Pos2) -> Vec2,
-        commands: &mut Vec<Command>,
+        desk: &mut Desk<'_>,
     ) {
+        let facts = desk.facts;
         let (length, corners) = (way.length(), way.corners());
         if way.ends && !way.begins && length == 0.0 {
             // It was let go of where it was.
             return;
         }
         let mut paint = |from: egui::Pos2, to: egui::Pos2, share: f32| {
-            let brush = self.hands.brush(share * seconds, facts.hand.mean_trail);
-            commands.extend(brush.map(|brush| {
+            let brush = self.brush(share * seconds, facts.hand.mean_trail);
+            desk.commands.extend(brush.map(|brush| {
                 Command::Hand(Work::Stroke {
                     from: to_pixel(from),
                     to: to_pixel(to),
                     brush,
-                    radius: self.hands.radius,
+                    radius: self.radius,
                 })
             }));
         };
@@ -504,28 +400,16 @@ impl Interface {
         }
     }
 
-    /// Says why hands have nothing to do in the view that is shown, if it is a flat one.
-    pub(super) fn tell_flat(&mut self, ctx: &egui::Context) {
-        if self.view.show.is_flat() {
-            self.notice(ctx, FLAT, false);
-        }
-    }
-
     /// Shift and the wheel.
     fn change_radius(&mut self, ui: &Ui, response: &Response) {
         // With Shift, the wheel goes sideways on most systems.
-        let turned = ui.input(|i| {
-            let delta = i.smooth_scroll_delta();
-            if i.modifiers.shift {
-                delta.x + delta.y
-            } else {
-                0.0
-            }
-        });
-        if response.hovered() && turned != 0.0 {
+        let delta = self.wheel.turned(ui, response);
+        let has_shift = ui.input(|i| i.modifiers.shift);
+        let turned = if has_shift { delta.x + delta.y } else { 0.0 };
+        if turned != 0.0 {
             let (least, most) = RADII;
-            let radius = self.hands.radius * (turned * RADIUS_PER_POINT).exp();
-            self.hands.radius = radius.clamp(least, most);
+            let radius = self.radius * (turned * RADIUS_PER_POINT).exp();
+            self.radius = radius.clamp(least, most);
         }
     }
 }
@@ -539,40 +423,6 @@ fn last_points(scene: &Scene) -> Vec<Vec3> {
     let own = &scene.surface.positions[range.vertices.0 as usize..range.vertices.1 as usize];
     let some = own.iter().step_by((own.len() / OUTLINE_VERTICES).max(1));
     some.map(|place| pose.transform_point3(*place)).collect()
-}
-
-/// How the files of meshes end.
-pub const MESHES: &[&str] = &["obj", "stl", "ply", "glb", "gltf"];
-
-/// A file that was dropped: a mesh joins the scene, everything else is opened.
-pub fn is_mesh(path: &std::path::Path) -> bool {
-    ends_so(path, &[MESHES])
-}
-
-/// Has a file one of these endings, in small letters or large ones?
-pub fn ends_so(path: &std::path::Path, endings: &[&[&str]]) -> bool {
-    let Some(ending) = path.extension() else {
-        return false;
-    };
-    let mut known = endings.iter().copied().flatten();
-    known.any(|known| ending.eq_ignore_ascii_case(known))
-}
-
-/// Do these differ only in what can change while they run, or waits for a restart?
-pub fn are_built_alike(some: &[ObjectSettings], others: &[ObjectSettings]) -> bool {
-    let alike = |(a, b): (&ObjectSettings, &ObjectSettings)| a.mesh == b.mesh && a.scale == b.scale;
-    some.len() == others.len() && some.iter().zip(others).all(alike)
-}
-
-/// Which of them an object is, by name, if its mesh has not become another one.
-pub fn place_among(objects: &[ObjectSettings], object: &ObjectSettings) -> Option<usize> {
-    let is_it = |other: &ObjectSettings| other.name == object.name && other.mesh == object.mesh;
-    objects.iter().position(is_it)
-}
-
-/// A path as scenes name meshes.
-fn mesh_name(path: &std::path::Path) -> String {
-    whole(path).to_string_lossy().into_owned()
 }
 
 #[cfg(test)]

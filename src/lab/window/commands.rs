@@ -10,18 +10,21 @@ use myxo::scene::{Overrides, Scene, Settings};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::{Error, Result};
 
-use super::hands::{CarriedOver, Coming, Work};
-use super::interface::Command;
-use super::interface::Interface;
-use super::left::LeftScenes;
-use super::loading::{Loaded, Loading, Opened, Origin};
-use super::lost::is_loss;
-use super::out::unnumbered;
-use super::saving::{SceneFile, chosen, save_scene, whole, write_scene};
-use super::stage::Stage;
-use super::under_way::Left;
-use super::window::{Lab, title};
 use crate::cli::console;
+use crate::lab::command::Command;
+use crate::lab::command::Work;
+use crate::lab::edits::Coming;
+use crate::lab::interface::Interface;
+use crate::lab::left::LeftScenes;
+use crate::lab::loading::{Loaded, Loading, Opened, Origin};
+use crate::lab::lost::is_loss;
+use crate::lab::names::unnumbered;
+use crate::lab::saving::left_name;
+use crate::lab::saving::{SceneFile, chosen, save_scene, whole, write_scene};
+use crate::lab::stage::Stage;
+use crate::lab::under_way::Left;
+use crate::lab::window::areas::CarriedOver;
+use crate::lab::window::{Lab, title};
 
 impl Lab {
     /// Does what the interface asks for.
@@ -38,17 +41,20 @@ impl Lab {
             Command::Restart => self.restart(),
             Command::GoBack => self.go_back(),
             Command::Step => self.single_steps += u32::from(self.stage.is_some()),
+            Command::ClearTimes => self.clocks.clear_times(&mut self.frames),
             Command::Screenshot => self.picture(context, picture_size),
             Command::TakeOut(out) => self.take_out(context, out, picture_size),
             Command::Refocus(pixel) => {
                 let size = Vec2::new(picture_size[0] as f32, picture_size[1] as f32);
-                let view = &self.interface.view;
+                let view = &self.interface.document.view;
                 let hit = self.stage.as_ref().and_then(|s| s.pick(view, pixel, size));
                 if let Some(hit) = hit {
                     let Interface {
-                        navigation, view, ..
+                        navigation,
+                        document,
+                        ..
                     } = &mut self.interface;
-                    navigation.fly_to(hit.position, view);
+                    navigation.fly_to(hit.position, &mut document.view);
                 }
             }
             Command::Copy => self.copy(context),
@@ -64,6 +70,7 @@ impl Lab {
                 self.open_as(left.name, left.file);
             }
             Command::TakeFile(path) => self.drop_file(path),
+            Command::OpenAlone(path) => self.open_file(path),
             Command::CancelLoading => {
                 if let Some(loading) = &self.loading {
                     loading.cancel();
@@ -73,7 +80,7 @@ impl Lab {
             Command::AskWhereToSave => self.ask_where_to_save(context),
             Command::AskForFolder => {
                 let folder = self.folder_out();
-                self.interface.begin_to_choose_folder(context, &folder);
+                self.interface.opening.choose_folder(context, &folder);
             }
             Command::SaveAs(file) => self.save_as(context, file),
             Command::FullScreen => {
@@ -93,7 +100,7 @@ impl Lab {
         let Some(stage) = &mut self.stage else {
             return false;
         };
-        let wanted = self.interface.live_settings();
+        let wanted = self.interface.document.live_settings();
         let mut live = wanted.clone();
         // To measure how far texels are from food takes longer than a picture.
         let runs = stage.simulation.settings();
@@ -101,12 +108,12 @@ impl Lab {
         live.feeding = runs.feeding.clone();
         let is_taken = match stage.simulation.apply(&live) {
             Ok(()) => {
-                self.interface.running = live;
+                self.interface.document.running = live;
                 stage.forget_picture();
                 true
             }
             Err(error) => {
-                self.interface.notice(context, error.to_string(), true);
+                self.interface.notices.say(context, error.to_string(), true);
                 false
             }
         };
@@ -116,8 +123,8 @@ impl Lab {
 
     /// From step 0, with the settings as they are edited.
     pub(super) fn restart(&mut self) {
-        self.interface.end_morph();
-        self.restart_as(self.interface.edited.clone());
+        self.interface.document.end_morph();
+        self.restart_as(self.interface.document.edited.clone());
     }
 
     /// The same with other settings.
@@ -136,7 +143,7 @@ impl Lab {
     pub(super) fn has_painted(&self) -> bool {
         let has_areas = |stage: &Stage| stage.simulation.state().bias.is_some();
         let has_map = |stage: &Stage| !stage.simulation.setup().bias.is_empty();
-        let has_strokes = self.interface.undo.strokes() > 0;
+        let has_strokes = self.interface.document.undo.strokes() > 0;
         (self.stage.as_ref()).is_some_and(|s| has_areas(s) && (!has_map(s) || has_strokes))
     }
 
@@ -154,7 +161,7 @@ impl Lab {
             ", without the areas that were painted: files of scenes have them (Ctrl S)"
         };
         let text = format!("The scene is in the clipboard{without}{as_it_runs}");
-        self.interface.notice(context, text, false);
+        self.interface.notices.say(context, text, false);
     }
 
     /// Into the file that the scene was saved in before, or else into a numbered one.
@@ -184,13 +191,13 @@ impl Lab {
         );
         let folder = file.and_then(Path::parent).map(Path::to_owned);
         let folder = folder.unwrap_or_else(|| self.folder_out());
-        self.interface.begin_to_save(context, &folder, name);
+        self.interface.opening.save(context, &folder, name);
     }
 
     fn save_as(&mut self, context: &egui::Context, file: PathBuf) {
         let file = match chosen(file) {
             Ok(file) => file,
-            Err(error) => return self.interface.notice(context, error.to_string(), true),
+            Err(error) => return self.interface.notices.say(context, error.to_string(), true),
         };
         if let Some(file) = self.save_by(context, |text| write_scene(&file, text)) {
             let name = file.file_stem().unwrap_or(file.as_os_str());
@@ -204,7 +211,7 @@ impl Lab {
     /// From now on the scene is saved there.
     fn is_saved_in(&mut self, file: &Path) {
         let file = SceneFile::saved(file);
-        self.interface.recent.note(&file.path);
+        self.interface.gallery.recent.note(&file.path);
         self.file = Some(file);
         self.back.saved(self.file.as_ref());
     }
@@ -225,14 +232,16 @@ impl Lab {
         match saved {
             Ok(path) => {
                 if has_all {
-                    self.interface.saved(Some(self.interface.state_to_save()));
+                    self.interface
+                        .document
+                        .saved(Some(self.interface.document.state_to_save()));
                 }
                 let text = format!("Saved {}{told}", whole(&path).shown());
-                self.interface.notice(context, text, false);
+                self.interface.notices.say(context, text, false);
                 Some(path)
             }
             Err(error) => {
-                self.interface.notice(context, error.to_string(), true);
+                self.interface.notices.say(context, error.to_string(), true);
                 None
             }
         }
@@ -240,7 +249,7 @@ impl Lab {
 
     /// Begins to load a scene by name, or from a file: a scene, a model or a checkpoint.
     pub fn open_file(&mut self, path: PathBuf) {
-        let name = LeftScenes::name_of(&path).unwrap_or_else(|| {
+        let name = left_name(&path).unwrap_or_else(|| {
             let name = path.file_stem().unwrap_or(path.as_os_str());
             name.to_string_lossy().into_owned()
         });
@@ -264,7 +273,7 @@ impl Lab {
 
     /// Keeps the scene that is about to be left, if something of it has no file. Gives its file, and what it lacks.
     fn keep_left(&mut self) -> Option<Result<(PathBuf, String)>> {
-        if !self.interface.is_unsaved() || self.scene().is_none() {
+        if !self.interface.document.is_unsaved() || self.scene().is_none() {
             return None;
         }
         Some(self.keep_as_left())
@@ -273,13 +282,13 @@ impl Lab {
     /// The same, whatever has a file.
     pub(super) fn keep_as_left(&mut self) -> Result<(PathBuf, String)> {
         let mut lacks = String::new();
-        let mut left = std::mem::take(&mut self.interface.left);
+        let mut left = std::mem::take(&mut self.interface.gallery.left);
         let kept = left.keep(&self.name, |file| {
             let scene = self.scene_text_at(file)?;
             lacks = scene.lacking();
             Ok(scene.text)
         });
-        self.interface.left = left;
+        self.interface.gallery.left = left;
         Ok((kept?, lacks))
     }
 
@@ -305,10 +314,10 @@ impl Lab {
         load: impl FnOnce() -> Result<T> + Send + 'static,
     ) {
         self.make_room(&name, origin);
-        self.hand.carry = None;
+        self.edits.carry = None;
         self.back.stays();
-        let asked = (origin == Origin::Shown).then(|| self.interface.edited.clone());
-        self.interface.asked = asked;
+        let asked = (origin == Origin::Shown).then(|| self.interface.document.edited.clone());
+        self.interface.document.asked = asked;
         let (info, atlases) = (self.ctx.info(), self.atlases.clone());
         self.loading = Some(Loading::begin(name, origin, info, atlases, load));
         self.host.request_redraw();
@@ -330,7 +339,7 @@ impl Lab {
                 !is_of_an_object
             });
         }
-        let coming = self.hand.coming.take();
+        let coming = self.edits.coming.take();
         let loading = self.loading.as_ref();
         let Some(loading) = loading.filter(|loading| !loading.told().is_cancelled) else {
             return;
@@ -355,7 +364,7 @@ impl Lab {
         };
         let context = self.host.context().clone();
         let text = format!("{lost} was on its way, and was given up");
-        self.interface.notice(&context, text, false);
+        self.interface.notices.say(&context, text, false);
     }
 
     /// Shows the scene that was loaded, if it is ready. If something was wrong with it, what runs goes on.
@@ -378,18 +387,21 @@ impl Lab {
             Ok(()) => {}
             Err(Error::Atlas(AtlasError::Cancelled)) => {
                 let text = format!("{} was not loaded", loading.name);
-                self.interface.notice(&context, text, false);
+                self.interface.notices.say(&context, text, false);
             }
             Err(error) if is_loss(&error) => {
                 // It is given up like any that is on its way then. An object is not asked for again: it may be what the device
                 // was lost by.
                 self.loading = Some(loading);
-                if let Some(coming) = &mut self.hand.coming {
+                if let Some(coming) = &mut self.edits.coming {
                     coming.again = None;
                 }
                 return Err(error);
             }
-            Err(error) => self.interface.notice(&context, error.to_string(), true),
+            Err(error) => self
+                .interface
+                .notices
+                .say(&context, error.to_string(), true),
         }
         Ok(())
     }
@@ -452,7 +464,9 @@ impl Lab {
         }
         if !texts.is_empty() {
             let context = self.host.context().clone();
-            self.interface.notice(&context, texts.join("\n"), is_error);
+            self.interface
+                .notices
+                .say(&context, texts.join("\n"), is_error);
         }
         self.feeder.leave();
         stage.take_canvas(self.stage.take());
@@ -463,13 +477,13 @@ impl Lab {
         self.host.set_title(&title(&scene.name));
         if is_new_scene {
             if let Some(file) = &file {
-                self.interface.recent.note(&file.path);
+                self.interface.gallery.recent.note(&file.path);
             }
             self.file = file;
-            self.hand.leave_scene();
+            self.edits.leave_scene();
             self.interface.open(scene);
             if origin == Origin::NoFile {
-                self.interface.saved(None);
+                self.interface.document.saved(None);
             }
             self.shows_another(back.as_ref());
         } else {
@@ -486,7 +500,7 @@ impl Lab {
         }
         self.pacer.restart();
         self.moved = self.host.now();
-        if self.interface.edited != self.interface.running {
+        if self.interface.document.edited != self.interface.document.running {
             self.apply(&self.host.context().clone());
         }
         Ok(())

@@ -1,5 +1,22 @@
 //! The window and its frames: what happens, in order, from input to a picture on the screen.
 
+mod areas;
+mod back;
+mod closing;
+mod commands;
+mod depths;
+mod exports;
+mod feeding;
+mod looks;
+mod lost;
+mod objects;
+mod pasting;
+mod scene_text;
+mod show;
+mod strokes;
+mod under_way;
+mod work;
+
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,29 +30,32 @@ use myxo::render::gui::Gui;
 use myxo::{Error, Result};
 use winit::event::WindowEvent;
 
-use super::LabOptions;
-use super::back::Back;
-use super::checks::Checks;
-use super::clocks::Clocks;
-use super::feeding::Feeder;
-use super::hands::Hand;
-use super::host::Host;
-use super::interface::{Command, Interface};
-use super::left::LeftScenes;
-use super::loading::{Loading, Opened, Origin};
-use super::lost::Lost;
-use super::order::{Asked, Order, Task};
-use super::out::{Out, TakeOut};
-use super::own::OwnPresets;
-use super::pacing::Pacer;
-use super::places::Places;
-use super::preferences::Preferences;
-use super::saving::SceneFile;
-use super::screen::{Front, Screen};
-use super::show::Shot;
-use super::stage::Stage;
-use super::theme;
-use super::under_way::{LONGEST_SLICE, Left, UnderWay};
+use crate::lab::back::Back;
+use crate::lab::checks::Checks;
+use crate::lab::clocks::Clocks;
+use crate::lab::command::Command;
+use crate::lab::command::Out;
+use crate::lab::edits::Edits;
+use crate::lab::feeding::Feeder;
+use crate::lab::host::Host;
+use crate::lab::interface::Interface;
+use crate::lab::left::LeftScenes;
+use crate::lab::loading::{Loading, Opened, Origin};
+use crate::lab::lost::Lost;
+use crate::lab::options::LabOptions;
+use crate::lab::order::{Asked, Order, Task};
+use crate::lab::out::TakeOut;
+use crate::lab::own::OwnPresets;
+use crate::lab::pacing::Pacer;
+use crate::lab::places::Places;
+use crate::lab::preferences::Preferences;
+use crate::lab::saving::SceneFile;
+use crate::lab::saving::left_folder;
+use crate::lab::screen::{Front, Screen};
+use crate::lab::show::Shot;
+use crate::lab::stage::Stage;
+use crate::lab::theme;
+use crate::lab::under_way::{LONGEST_SLICE, Left, UnderWay};
 
 /// A picture counts as moving for this long after it last moved; then it may be drawn with all care.
 const SETTLES_AFTER: Duration = Duration::from_millis(250);
@@ -78,7 +98,7 @@ pub struct Lab {
     /// What had grown before.
     pub(super) back: Back,
     /// What the hands have on the device.
-    pub(super) hand: Hand,
+    pub(super) edits: Edits,
     /// Food that was changed and is not there yet.
     pub(super) feeder: Feeder,
     /// The user wants to leave.
@@ -140,13 +160,14 @@ impl Lab {
         let places = tells.then(|| Places::new(places, context));
         host.set_max_texture_side(ctx.info().max_image_side as usize);
         let mut interface = Interface::new(scene);
-        interface.panel = preferences.panel;
-        interface.light = preferences.light;
+        interface.layout.panel = preferences.panel;
+        interface.layout.panel_width = preferences.panel_width;
+        interface.layout.light = preferences.light;
         interface.out = preferences.out.clone();
-        interface.recent = preferences.recent.clone();
-        interface.own = OwnPresets::read(OwnPresets::folder());
-        interface.find_preset();
-        interface.left = LeftScenes::read(LeftScenes::folder());
+        interface.gallery.recent = preferences.recent.clone();
+        interface.looks.own = OwnPresets::read(OwnPresets::folder());
+        interface.looks.find_preset(&mut interface.document);
+        interface.gallery.left = LeftScenes::read(left_folder());
         let file = opened.from.as_ref().map(|(path, _)| path.as_path());
         let folder = file.map_or(Some(scene.folder.as_path()), Path::parent);
         interface.opening.begin_in(folder.unwrap_or(Path::new("")));
@@ -170,7 +191,7 @@ impl Lab {
             order: Order::default(),
             single_steps: 0,
             back: Back::default(),
-            hand: Hand::default(),
+            edits: Edits::default(),
             feeder: Feeder::default(),
             closing: false,
             frames_left: options.frames,
@@ -215,7 +236,7 @@ impl Lab {
         self.stir_places()?;
         let since_last = self.host.pace(self.clocks.tick());
         if self.left.is_empty() && self.loading.is_none() {
-            self.interface.end_drop();
+            self.interface.notices.end_drop();
         }
         if self.closing {
             self.begin_to_end();
@@ -366,14 +387,14 @@ impl Lab {
     /// Does the simulation go on by itself? Where it would take the processors that are needed to load, it waits.
     pub(super) fn runs(&self) -> bool {
         let waits = self.loading.is_some() && self.ctx.info().kind == DeviceKind::Cpu;
-        let goes_on = self.interface.playing && !self.closing;
+        let goes_on = self.interface.document.playing && !self.closing;
         self.stage.is_some() && goes_on && !waits && !self.out.holds()
     }
 
     /// What this frame does; where it `can_split`, steps, answers and pictures have frames of their own.
     fn task(&mut self, since_last: Duration, can_split: bool, asked: Asked) -> Task {
         if self.runs() {
-            let cap = self.interface.running.time.steps_per_second;
+            let cap = self.interface.document.running.time.steps_per_second;
             return (self.order).next(&mut self.pacer, can_split, since_last, cap, asked);
         }
         self.order.rest();
@@ -393,7 +414,7 @@ impl Lab {
 
     /// The view with the exposure's pace for a frame of this length.
     fn present_view(&self, since_last: Duration) -> View {
-        let mut view = self.interface.view;
+        let mut view = self.interface.document.view;
         if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
             *adaptation = 1.0 - (-EXPOSURE_SPEED * since_last.as_secs_f32()).exp();
             // It is the film's, which goes by pictures and not by the clock.
@@ -440,10 +461,11 @@ impl Lab {
             return;
         };
         let preferences = Preferences {
-            light: self.interface.light,
-            panel: self.interface.panel,
+            light: self.interface.layout.light,
+            panel: self.interface.layout.panel,
+            panel_width: self.interface.layout.panel_width,
             zoom: self.host.context().zoom_factor(),
-            recent: self.interface.recent.clone(),
+            recent: self.interface.gallery.recent.clone(),
             out: self.interface.out.kept(),
             // The whole screen is not the size of a window.
             size: match self.host.is_full_screen() {

@@ -1,15 +1,22 @@
 //! What the interface has for taking out: the card with its choices, the red dot, and how far things are.
 
+use std::path::Path;
+
 use egui::{Align2, DragValue, Rect, RichText, Ui, vec2};
 use myxo::export::Colors;
+use myxo::plain_text::Shown as _;
 use serde::{Deserialize, Serialize};
 
-use super::{Making, Model, Out, Recorded};
-use crate::lab::interface::{Command, Facts, Interface};
+use crate::lab::command::Command;
+use crate::lab::command::{Model, Out};
+use crate::lab::desk::Desk;
+use crate::lab::facts::Facts;
+use crate::lab::facts::{Making, Recorded};
+use crate::lab::layout::Card;
 use crate::lab::places::{Marked as _, mark_cross, note_value};
-use crate::lab::preferences::pick;
+use crate::lab::recent::pick;
 use crate::lab::theme;
-use crate::lab::widgets::{parse_number, parse_whole};
+use crate::lab::widgets::{parse_number, parse_whole, reader};
 
 /// The size of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -96,9 +103,6 @@ const RECORDING_FPS: (u32, u32) = (1, 60);
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct OutPanel {
-    /// Is the card shown?
-    #[serde(skip)]
-    pub open: bool,
     /// Where files go; empty for the folder that the program was started in.
     pub folder: String,
     /// Of pictures.
@@ -130,7 +134,6 @@ pub struct OutPanel {
 impl Default for OutPanel {
     fn default() -> Self {
         Self {
-            open: false,
             folder: String::new(),
             size: Size::Window,
             film_size: Size::Hd,
@@ -157,7 +160,6 @@ impl OutPanel {
     /// What another window has kept since this one opened, but for what was changed in this one.
     pub fn over(&self, opened: &Self, kept: &Self) -> Self {
         Self {
-            open: false,
             folder: pick(&self.folder, &opened.folder, &kept.folder),
             size: pick(&self.size, &opened.size, &kept.size),
             film_size: pick(&self.film_size, &opened.film_size, &kept.film_size),
@@ -186,7 +188,6 @@ impl OutPanel {
         };
         let usual = Self::default();
         Self {
-            open: false,
             custom: self.custom.map(|pixels| pixels.clamp(CUSTOM.0, CUSTOM.1)),
             fps: self.fps.clamp(RECORDING_FPS.0, RECORDING_FPS.1),
             film_fps: self.film_fps.clamp(FILM_FPS.0, FILM_FPS.1),
@@ -198,17 +199,32 @@ impl OutPanel {
     }
 }
 
-impl Interface {
+impl OutPanel {
+    /// Takes a folder as if its path had been typed; else says why not.
+    pub fn take_folder(&mut self, folder: &Path) -> Result<(), String> {
+        match folder.to_str().filter(|text| text.trim() == *text) {
+            Some(text) => {
+                self.folder = text.to_owned();
+                Ok(())
+            }
+            None => Err(format!(
+                "cannot take the folder {}: its name is not plain text, or begins or ends with a space; rename it or choose another",
+                folder.shown()
+            )),
+        }
+    }
+
     /// The card, the red dot and how far things are, these two beside the bar of tools if there is one.
-    pub(in crate::lab) fn show_out(
+    pub fn show(
         &mut self,
         ctx: &egui::Context,
         picture: Rect,
         bar: Option<Rect>,
-        facts: &Facts,
-        commands: &mut Vec<Command>,
+        desk: &mut Desk<'_>,
     ) {
-        if self.out.open {
+        let facts = desk.facts;
+        let is_flat = desk.document.view.show.is_flat();
+        if desk.layout.shows(Card::Exports) {
             let mut open = true;
             let shown = egui::Window::new("Export")
                 .open(&mut open)
@@ -221,10 +237,12 @@ impl Interface {
                     egui::ScrollArea::vertical()
                         .max_height(room)
                         .min_scrolled_height(room)
-                        .show(ui, |ui| self.out_card(ui, facts, commands));
+                        .show(ui, |ui| self.card(ui, facts, is_flat, desk.commands));
                 });
             mark_cross(shown, "out.close");
-            self.out.open &= open;
+            if !open {
+                desk.layout.close(Card::Exports);
+            }
         }
         let right = bar.map_or(picture.right() - 14.0, |bar| bar.left() - 8.0);
         let corner = egui::pos2(right, picture.top() + 10.0);
@@ -237,12 +255,12 @@ impl Interface {
                 None => corner,
             };
             let room = (corner.x - picture.left() - 40.0).max(60.0);
-            show_making(ctx, corner, room, making, commands);
+            show_making(ctx, corner, room, making, desk.commands);
         }
     }
 
-    fn out_card(&mut self, ui: &mut Ui, facts: &Facts, commands: &mut Vec<Command>) {
-        let out = &mut self.out;
+    fn card(&mut self, ui: &mut Ui, facts: &Facts, is_flat: bool, commands: &mut Vec<Command>) {
+        let out = self;
         let is_free = facts.out.making.is_none();
         title(
             ui,
@@ -338,7 +356,7 @@ impl Interface {
                     .range(SECONDS.0..=SECONDS.1)
                     .speed(0.1)
                     .max_decimals(1)
-                    .custom_parser(parse_number)
+                    .custom_parser(reader(ui, parse_number))
                     .update_while_editing(false)
                     .suffix(" s"),
             )
@@ -366,11 +384,11 @@ impl Interface {
             .range(TURNS.0..=TURNS.1)
             .speed(0.05)
             .max_decimals(2)
-            .custom_parser(parse_number)
+            .custom_parser(reader(ui, parse_number))
             .update_while_editing(false)
             .prefix("camera turns ");
         ui.horizontal(|ui| {
-            ui.add_enabled(!self.view.show.is_flat(), turns)
+            ui.add_enabled(!is_flat, turns)
                 .on_hover_text(
                     "How often the camera goes round the scene while the film plays; below 0 the other way round. \
                      After whole turns it can be played round and round.",
@@ -490,7 +508,7 @@ fn number(
     let response = ui.add(
         DragValue::new(value)
             .range(range)
-            .custom_parser(parse_whole)
+            .custom_parser(reader(ui, parse_whole))
             .update_while_editing(false)
             .suffix(suffix),
     );

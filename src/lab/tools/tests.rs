@@ -1,9 +1,11 @@
 //! Scenes with an object more or less, and what brushes come to.
 
-use super::objects::{with_copy, with_object, without_object};
 use super::*;
+use crate::lab::objects::{begin_on_food_that_is, remove_food};
+use crate::lab::objects::{with_copy, with_object, without_object};
+use crate::lab::saving::is_mesh;
 use myxo::scene::motion::pose_at;
-use myxo::scene::settings::{Settings, Start};
+use myxo::scene::settings::{ObjectSettings, Settings, Start};
 
 fn two() -> Settings {
     let mut settings = with_object(&Settings::default(), "builtin:cube", 0.5, [1.0, 0.0, 0.0]);

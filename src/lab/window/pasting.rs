@@ -10,16 +10,16 @@ use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{ObjectSettings, Settings};
 use myxo::scene::{Scene, SceneError};
 
-use super::loading::Origin;
-use super::saving::whole;
-use super::window::Lab;
+use crate::lab::loading::Origin;
+use crate::lab::saving::whole;
+use crate::lab::window::Lab;
 
 impl Lab {
     /// Takes a scene from text. What is wrong with it is said, and changes nothing.
-    pub(super) fn paste(&mut self, context: &egui::Context, text: &str) {
+    pub(crate) fn paste(&mut self, context: &egui::Context, text: &str) {
         let settings = match read_scene(text) {
             Ok(settings) => settings,
-            Err(error) => return self.interface.notice(context, error.to_string(), true),
+            Err(error) => return self.interface.notices.say(context, error.to_string(), true),
         };
         // What is on its way is not there to be compared with.
         let stage = self.stage.as_ref().filter(|_| self.loading.is_none());
@@ -38,10 +38,10 @@ impl Lab {
                 // It is another scene, and the one before has its file.
                 self.file = None;
                 let text = format!("{} goes on as pasted (R begins anew)", self.name);
-                self.interface.notice(context, text, false);
+                self.interface.notices.say(context, text, false);
             } else {
                 self.interface.put_back(before);
-                let wanted = self.interface.live_settings();
+                let wanted = self.interface.document.live_settings();
                 if let Some(stage) = &self.stage {
                     self.feeder.want(&stage.simulation, &wanted);
                 }

@@ -1,0 +1,635 @@
+//! What can be done in the window, in one table: keys, the help, buttons and the search read it.
+
+use egui::{Event, Key, Modifiers};
+use myxo::scene::settings::Show;
+
+use crate::lab::document::Document;
+
+/// Why tools rest in a view that is flat.
+pub const FLAT: &str =
+    "Tools work on the surface, and the atlas is flat: choose another view first";
+/// Why nothing can be done with an object.
+pub const PICK_FIRST: &str = "Pick an object first: click on it";
+
+/// Something that a key, a button or the search does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Runs or holds the simulation.
+    Pause,
+    /// Takes one step, and holds.
+    SingleStep,
+    /// Begins again at step 0.
+    Restart,
+    /// Shows this view.
+    Show(Show),
+    /// Shows the atlas beside the picture, or no longer.
+    Split,
+    /// Flies, or turns about the scene.
+    Fly,
+    /// The atlas's charts: none, under the trail, alone.
+    NextCharts,
+    /// The next colour map.
+    NextColors,
+    /// The look of the next preset.
+    NextPreset,
+    /// The look of the preset before.
+    PreviousPreset,
+    /// A look by chance.
+    ByChance,
+    /// Brings the camera to where the scene's file puts it.
+    Home,
+    /// Brings the selected object into the picture, or the whole scene.
+    Fit,
+    /// Writes the picture to a file.
+    Screenshot,
+    /// Begins to record the window, or ends it.
+    Record,
+    /// Hides or shows the exports.
+    Export,
+    /// Chooses a file to open.
+    Open,
+    /// Writes the scene to its file.
+    Save,
+    /// Writes the scene to a file that is asked for.
+    SaveAs,
+    /// Takes back a change.
+    Undo,
+    /// Brings it back.
+    Redo,
+    /// Hides or shows the panel.
+    Panel,
+    /// Shows the picture alone.
+    PictureAlone,
+    /// Fills the screen with the window.
+    FullScreen,
+    /// Changes between the light interface and the dark one.
+    Theme,
+    /// Hides or shows scenes and presets.
+    Gallery,
+    /// Hides or shows the list of controls.
+    Help,
+    /// Takes the brush used last, or none.
+    Brush,
+    /// Takes the tool for food, or none.
+    Food,
+    /// Shows or hides what lies under the pointer.
+    Probe,
+    /// Puts a copy of the selected object into the scene.
+    Duplicate,
+    /// Takes the selected object or food out of the scene.
+    Remove,
+    /// Leaves what lies on top.
+    Back,
+    /// Closes the window.
+    Quit,
+}
+
+impl Action {
+    /// Works while text is being typed.
+    fn is_for_typists(self) -> bool {
+        matches!(
+            self,
+            Self::Save
+                | Self::SaveAs
+                | Self::Open
+                | Self::Screenshot
+                | Self::Record
+                | Self::FullScreen
+                | Self::Quit
+        )
+    }
+
+    /// Why it cannot be done now; none where it can. `has_picked` says whether an object or food is selected.
+    pub fn why_not(self, document: &Document, has_picked: bool) -> Option<String> {
+        let view = document.view.show;
+        let why = match self {
+            Self::Show(show) => return show.why_not(&document.running).map(str::to_owned),
+            Self::Undo if !document.undo.can_undo() => "Nothing was changed",
+            Self::Redo if !document.undo.can_redo() => "Nothing was undone",
+            Self::Split if view.is_flat() => "The picture is the atlas already",
+            Self::Brush | Self::Food | Self::Probe if view.is_flat() => FLAT,
+            Self::Duplicate | Self::Remove if !has_picked => PICK_FIRST,
+            _ => return None,
+        };
+        Some(why.to_owned())
+    }
+
+    /// Writes the scene to a file, or may.
+    pub fn keeps_the_scene(self) -> bool {
+        matches!(self, Self::Save | Self::SaveAs | Self::Quit)
+    }
+
+    /// How its keys are written; empty where it has none.
+    pub fn keys(self) -> String {
+        match self {
+            Self::Show(show) => show.key().map_or(String::new(), |(key, _)| key.to_owned()),
+            _ => ROWS
+                .iter()
+                .find(|row| row.action == self)
+                .map_or(String::new(), |row| row.written.to_owned()),
+        }
+    }
+
+    /// A tooltip with its keys behind it.
+    pub fn hint(self, text: &str) -> String {
+        format!("{text} ({})", self.keys())
+    }
+}
+
+/// What actions have to do with, for the help.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    /// The simulation.
+    Run,
+    /// What the picture shows.
+    View,
+    /// From where.
+    Camera,
+    /// Presets and colours.
+    Looks,
+    /// Objects, brushes, food.
+    Scene,
+    /// Files, pictures, undo.
+    Files,
+    /// The window itself.
+    Window,
+}
+
+impl Group {
+    /// In the order of the help.
+    pub const ALL: [Self; 7] = [
+        Self::Run,
+        Self::View,
+        Self::Camera,
+        Self::Looks,
+        Self::Scene,
+        Self::Files,
+        Self::Window,
+    ];
+
+    /// Its heading.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Run => "Simulation",
+            Self::View => "View",
+            Self::Camera => "Camera",
+            Self::Looks => "Looks",
+            Self::Scene => "Objects, brushes, food",
+            Self::Files => "Files and undo",
+            Self::Window => "Window",
+        }
+    }
+}
+
+/// An action and its keys.
+struct Row {
+    action: Action,
+    group: Group,
+    held: Modifiers,
+    keys: &'static [Key],
+    /// The keys as they are written.
+    written: &'static str,
+    /// What it does.
+    what: &'static str,
+}
+
+const fn row(
+    action: Action,
+    group: Group,
+    held: Modifiers,
+    keys: &'static [Key],
+    written: &'static str,
+    what: &'static str,
+) -> Row {
+    Row {
+        action,
+        group,
+        held,
+        keys,
+        written,
+        what,
+    }
+}
+
+const NONE: Modifiers = Modifiers::NONE;
+const CTRL: Modifiers = Modifiers::COMMAND;
+const CTRL_SHIFT: Modifiers = CTRL.plus(Modifiers::SHIFT);
+
+/// Every action but the views, which have a table of their own ([`Show::key`]). Of those that share a key, the first that fits what is
+/// held.
+const ROWS: &[Row] = &[
+    row(
+        Action::Pause,
+        Group::Run,
+        NONE,
+        &[Key::Space],
+        "Space",
+        "run or pause",
+    ),
+    row(
+        Action::SingleStep,
+        Group::Run,
+        NONE,
+        &[Key::S, Key::Period],
+        "S  .",
+        "take one step",
+    ),
+    row(
+        Action::Restart,
+        Group::Run,
+        NONE,
+        &[Key::R],
+        "R",
+        "restart from step 0",
+    ),
+    row(
+        Action::Split,
+        Group::View,
+        NONE,
+        &[Key::U],
+        "U",
+        "show the atlas beside the picture",
+    ),
+    row(
+        Action::Fly,
+        Group::Camera,
+        NONE,
+        &[Key::V],
+        "V",
+        "fly: W A S D, E up, Q down",
+    ),
+    row(
+        Action::NextCharts,
+        Group::View,
+        NONE,
+        &[Key::X],
+        "X",
+        "show charts: none, under the trail, alone",
+    ),
+    row(
+        Action::NextColors,
+        Group::Looks,
+        NONE,
+        &[Key::C],
+        "C",
+        "next colour map",
+    ),
+    row(
+        Action::NextPreset,
+        Group::Looks,
+        NONE,
+        &[Key::CloseBracket],
+        "]",
+        "next preset",
+    ),
+    row(
+        Action::PreviousPreset,
+        Group::Looks,
+        NONE,
+        &[Key::OpenBracket],
+        "[",
+        "previous preset",
+    ),
+    row(
+        Action::ByChance,
+        Group::Looks,
+        NONE,
+        &[Key::D],
+        "D",
+        "a random look",
+    ),
+    row(
+        Action::Home,
+        Group::Camera,
+        NONE,
+        &[Key::Home],
+        "Home",
+        "the camera as the scene's file has it",
+    ),
+    row(
+        Action::Fit,
+        Group::Camera,
+        NONE,
+        &[Key::F],
+        "F",
+        "fit the selected object or the scene into the picture",
+    ),
+    row(
+        Action::Screenshot,
+        Group::Files,
+        NONE,
+        &[Key::F12],
+        "F12",
+        "save a screenshot",
+    ),
+    row(
+        Action::Record,
+        Group::Files,
+        NONE,
+        &[Key::F9],
+        "F9",
+        "start or stop recording the window",
+    ),
+    row(
+        Action::Export,
+        Group::Files,
+        CTRL,
+        &[Key::E],
+        "Ctrl E",
+        "export pictures, films, models, data",
+    ),
+    row(
+        Action::Open,
+        Group::Files,
+        CTRL,
+        &[Key::O],
+        "Ctrl O",
+        "open a scene, preset, mesh or checkpoint",
+    ),
+    row(
+        Action::SaveAs,
+        Group::Files,
+        CTRL_SHIFT,
+        &[Key::S],
+        "Ctrl Shift S",
+        "save the scene under a new name",
+    ),
+    row(
+        Action::Save,
+        Group::Files,
+        CTRL,
+        &[Key::S],
+        "Ctrl S",
+        "save the scene in its file",
+    ),
+    row(
+        Action::Redo,
+        Group::Files,
+        CTRL_SHIFT,
+        &[Key::Z],
+        "Ctrl Shift Z",
+        "redo",
+    ),
+    row(
+        Action::Redo,
+        Group::Files,
+        CTRL,
+        &[Key::Y],
+        "Ctrl Y",
+        "redo, too",
+    ),
+    row(
+        Action::Undo,
+        Group::Files,
+        CTRL,
+        &[Key::Z],
+        "Ctrl Z",
+        "undo",
+    ),
+    row(
+        Action::Gallery,
+        Group::Looks,
+        NONE,
+        &[Key::G],
+        "G",
+        "show scenes and presets",
+    ),
+    row(
+        Action::Panel,
+        Group::Window,
+        NONE,
+        &[Key::P],
+        "P",
+        "hide or show the panel",
+    ),
+    row(
+        Action::PictureAlone,
+        Group::Window,
+        NONE,
+        &[Key::F10],
+        "F10",
+        "show the picture alone",
+    ),
+    row(
+        Action::FullScreen,
+        Group::Window,
+        NONE,
+        &[Key::F11],
+        "F11",
+        "full screen",
+    ),
+    row(
+        Action::Theme,
+        Group::Window,
+        NONE,
+        &[Key::T],
+        "T",
+        "light or dark interface",
+    ),
+    row(
+        Action::Brush,
+        Group::Scene,
+        NONE,
+        &[Key::B],
+        "B",
+        "take the brush used last, or none",
+    ),
+    row(
+        Action::Food,
+        Group::Scene,
+        NONE,
+        &[Key::O],
+        "O",
+        "take the food tool, or none",
+    ),
+    row(
+        Action::Probe,
+        Group::Scene,
+        NONE,
+        &[Key::I],
+        "I",
+        "show what lies under the pointer",
+    ),
+    row(
+        Action::Duplicate,
+        Group::Scene,
+        CTRL,
+        &[Key::D],
+        "Ctrl D",
+        "copy the selected object",
+    ),
+    row(
+        Action::Remove,
+        Group::Scene,
+        NONE,
+        &[Key::Delete],
+        "Delete",
+        "remove the selected object or food",
+    ),
+    row(
+        Action::Help,
+        Group::Window,
+        NONE,
+        &[Key::H, Key::F1],
+        "H, F1",
+        "show this list",
+    ),
+    row(
+        Action::Back,
+        Group::Window,
+        NONE,
+        &[Key::Escape],
+        "Esc",
+        "leave what lies on top",
+    ),
+    row(
+        Action::Quit,
+        Group::Window,
+        CTRL,
+        &[Key::Q],
+        "Ctrl Q",
+        "close the window",
+    ),
+];
+
+/// Every action, its keys as they are written, what it does, and what it has to do with.
+pub fn all() -> impl Iterator<Item = (Action, &'static str, String, Group)> {
+    let mut views: Vec<Show> = Show::ALL.to_vec();
+    // As their keys lie on the keyboard; letters come last.
+    let place = |show: &Show| show.key().and_then(|(key, _)| "1234567890".find(key));
+    views.sort_by_key(|show| place(show).unwrap_or(usize::MAX));
+    let views = views.into_iter().filter_map(|show| {
+        let (key, what) = show.key()?;
+        Some((Action::Show(show), key, what.to_owned(), Group::View))
+    });
+    let rows = ROWS.iter();
+    let rows = rows.map(|row| (row.action, row.written, row.what.to_owned(), row.group));
+    views.chain(rows)
+}
+
+/// What the mouse does, for the help.
+pub const MOUSE: &[(&str, &str)] = &[
+    ("Drag", "orbit"),
+    ("Right drag, Shift drag", "pan"),
+    ("Wheel", "zoom to the pointer"),
+    ("Double click", "look at that point"),
+    ("L and drag", "move the light"),
+    ("Flying: wheel, Shift", "speed, four times as fast"),
+    (
+        "Click",
+        "pick an object; its handles move, turn and scale it",
+    ),
+    ("Drag with a brush", "paint; right drag still pans"),
+    (
+        "Drag a handle, Ctrl",
+        "in steps, with Ctrl; Esc puts the object back",
+    ),
+    ("Drag food with its tool", "move it over the surfaces"),
+    ("Shift wheel", "size of the brush"),
+    (
+        "Ctrl C, Ctrl V",
+        "copy and paste the scene and the view as text",
+    ),
+    (
+        "Ctrl Shift C",
+        "copy the look alone; Ctrl V takes looks, too",
+    ),
+    ("Ctrl +, Ctrl -, Ctrl 0", "larger, smaller, usual letters"),
+];
+
+/// The actions whose keys were pressed in this frame, in the order in which they were pressed. While text is being typed, only those
+/// count that write no letters and lead nowhere in a text.
+pub fn pressed(ctx: &egui::Context) -> Vec<Action> {
+    let is_typing = ctx.text_edit_focused();
+    let has_keyboard = ctx.memory(|memory| memory.focused().is_some());
+    let mut pressed = Vec::new();
+    ctx.input_mut(|input| {
+        input.events.retain(|event| {
+            let Event::Key {
+                key,
+                pressed: true,
+                repeat,
+                modifiers,
+                ..
+            } = event
+            else {
+                return true;
+            };
+            // A button that has the keyboard is pressed by it.
+            if *key == Key::Space && has_keyboard {
+                return true;
+            }
+            let action = action_of(*modifiers, *key);
+            let Some(action) = action.filter(|action| !is_typing || action.is_for_typists()) else {
+                return true;
+            };
+            // A key that is held does in a slow frame what it would in a quick one.
+            if !(*repeat && pressed.contains(&action)) {
+                pressed.push(action);
+            }
+            false
+        });
+    });
+    pressed
+}
+
+/// What a key does with these held. Letters mean one thing alone and another with Shift or Alt, as in other programs; signs
+/// may need Shift to be written.
+fn action_of(held: Modifiers, key: Key) -> Option<Action> {
+    let is_letter = (Key::A..=Key::Z).contains(&key);
+    let is_held = |modifiers: Modifiers| match is_letter {
+        true => held.matches_exact(modifiers),
+        false => held.matches_logically(modifiers),
+    };
+    let row = ROWS
+        .iter()
+        .find(|row| row.keys.contains(&key) && is_held(row.held));
+    row.map(|row| row.action).or_else(|| {
+        let view = view_of(key).filter(|_| is_held(NONE));
+        view.map(Action::Show)
+    })
+}
+
+/// The view with this key.
+fn view_of(key: Key) -> Option<Show> {
+    let mut views = Show::ALL.iter().copied();
+    views.find(|show| { show.key() }.is_some_and(|(name, _)| Key::from_name(name) == Some(key)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_action_has_one_line_and_every_key_one_action() {
+        let written: Vec<&str> = all().map(|(_, keys, ..)| keys).collect();
+        for (i, keys) in written.iter().enumerate() {
+            assert!(!written[..i].contains(keys), "{keys} stands twice");
+        }
+        for row in ROWS {
+            for key in row.keys {
+                assert_eq!(
+                    action_of(row.held, *key),
+                    Some(row.action),
+                    "{}",
+                    row.written
+                );
+            }
+        }
+        for group in Group::ALL {
+            assert!(all().any(|(.., own)| own == group), "{}", group.title());
+        }
+    }
+
+    #[test]
+    fn keys_of_views_do_nothing_else() {
+        for &show in Show::ALL {
+            let Some((name, _)) = show.key() else {
+                continue;
+            };
+            let key = Key::from_name(name).expect(name);
+            let action = action_of(Modifiers::NONE, key);
+            assert_eq!(action, Some(Action::Show(show)), "{name}");
+        }
+    }
+}

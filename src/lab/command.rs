@@ -1,0 +1,167 @@
+//! What the interface asks the window for.
+
+use std::path::PathBuf;
+
+use glam::Vec2;
+use myxo::sim::paint::Brush;
+
+use crate::lab::left::LeftScene;
+
+/// Something that the window must do.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Settings changed that the running simulation can take over.
+    Apply,
+    /// Begin again at step 0, with the settings as they are edited.
+    Restart,
+    /// Go on from what had grown before a reset, or in another scene.
+    GoBack,
+    /// Take one step.
+    Step,
+    /// Measure times anew.
+    ClearTimes,
+    /// Write the picture to a file.
+    Screenshot,
+    /// Put the surface point that this pixel of the picture shows in its middle.
+    Refocus(Vec2),
+    /// Put the scene with its settings and camera into the clipboard.
+    Copy,
+    /// Put the look alone into the clipboard.
+    CopyLook,
+    /// Keep the look as a preset of this name.
+    SavePreset(String),
+    /// Remove a preset of one's own.
+    RemovePreset(String),
+    /// Close the window.
+    Quit,
+    /// Take over a scene or a look from the clipboard.
+    Paste(String),
+    /// Write the scene as it is edited and looked at to a file.
+    Save,
+    /// Opens the dialog that asks where.
+    AskWhereToSave,
+    /// Opens the dialog that asks for the folder of what is taken out.
+    AskForFolder,
+    /// Saves the scene in this file, in the place of what is there.
+    SaveAs(PathBuf),
+    /// Show another scene that comes with the program.
+    Open(&'static str),
+    /// The same, with the look that is here.
+    OpenWithLook(&'static str),
+    /// Show a scene as it was left.
+    OpenLeft(LeftScene),
+    /// Do with a file what is done with one that is dropped.
+    TakeFile(PathBuf),
+    /// Open a mesh as a scene of its own.
+    OpenAlone(PathBuf),
+    /// Give up the scene that is on its way.
+    CancelLoading,
+    /// The window over the whole screen, or no longer.
+    FullScreen,
+    /// A hand is on the scene.
+    Hand(Work),
+    /// Take something out.
+    TakeOut(Out),
+}
+
+/// What needs the simulation.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Work {
+    /// A brush was drawn from one pixel of the picture to another.
+    Stroke {
+        /// Where it was.
+        from: Vec2,
+        /// Where it is.
+        to: Vec2,
+        /// What a single dab does.
+        brush: Brush,
+        /// Scene radii.
+        radius: f32,
+    },
+    /// The hand has let go of a stroke that may have changed what attracts, repels or forbids.
+    EndStroke,
+    /// Undo, or redo with `again`, whose turn comes after strokes that had no end yet.
+    Undo {
+        /// Redo.
+        again: bool,
+    },
+    /// Undo or redo has come to where this stroke is the last one.
+    ToStroke(u64),
+    /// All particles begin anew, on what is painted to attract.
+    StartOnPainted,
+    /// Takes an object out of the scene.
+    Remove(Which),
+    /// Puts a mesh into the scene: `builtin:NAME`, or a file.
+    Add(String, Ticket),
+    /// Puts an object into the scene once more.
+    Duplicate(Which, Ticket),
+    /// Multiplies an object's scale.
+    Scale(usize, f32),
+    /// Undo or redo has brought other objects than those that run: they take over what has grown.
+    Renew,
+}
+
+/// Tells objects that were asked for from each other before they have names.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ticket(pub u64);
+
+/// An object that something is to be done with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// One that is edited, by its place.
+    Object(usize),
+    /// One that was asked for, whether it has come or not.
+    Asked(Ticket),
+}
+
+/// What the interface asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Out {
+    /// Begin to record the window, or end it.
+    Record,
+    /// A film at a fixed step.
+    Film,
+    /// A file of the present state.
+    Export(Model),
+    /// Give up what is being made.
+    Cancel,
+    /// End the film that is being made with the pictures that it has.
+    Finish,
+}
+
+/// What a state is written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    /// A model with the trail on it.
+    Glb,
+    /// A mesh with colours.
+    Ply,
+    /// All data for NumPy.
+    Npz,
+    /// A scene file.
+    Scene,
+    /// Everything, to go on from.
+    Checkpoint,
+}
+
+impl Model {
+    /// Every one, in the order of the panel.
+    pub const ALL: [Self; 5] = [
+        Self::Glb,
+        Self::Ply,
+        Self::Npz,
+        Self::Scene,
+        Self::Checkpoint,
+    ];
+
+    /// The ending of its files.
+    pub fn ending(self) -> &'static str {
+        match self {
+            Self::Glb => "glb",
+            Self::Ply => "ply",
+            Self::Npz => "npz",
+            Self::Scene => "toml",
+            Self::Checkpoint => "ckpt",
+        }
+    }
+}

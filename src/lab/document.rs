@@ -1,0 +1,250 @@
+//! What is being worked on: the settings of the scene as they were loaded, as they run and as they are edited, its look, and what
+//! undo and redo lead to. Plain data, without a window and without a device.
+
+use glam::{Vec2, Vec3};
+use myxo::render::exposure::Exposure;
+use myxo::render::view;
+use myxo::render::{Camera, View};
+use myxo::scene::Scene;
+use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
+use myxo::scene::presets;
+use myxo::scene::settings::{Settings, Show};
+
+use crate::lab::presets::Morph;
+use crate::lab::renewal::{are_built_alike, place_among, take_back, with_changes_since};
+use crate::lab::undo::{Entry, Undo};
+
+/// A scene with its settings and its look.
+#[derive(Clone, Debug)]
+pub struct Document {
+    /// As it was loaded; resets of single values return to it.
+    pub loaded: Settings,
+    /// What the simulation runs with.
+    pub running: Settings,
+    /// What the panel shows.
+    pub edited: Settings,
+    /// What the picture shows.
+    pub view: View,
+    /// The look that the present one is changing into, slowly.
+    pub morph: Option<Morph>,
+    /// Does the simulation run by itself?
+    pub playing: bool,
+    /// The preset that was taken last, or whose look the scene had when it was loaded.
+    pub preset: Option<String>,
+    /// What was changed, to go back to.
+    pub undo: Undo,
+    /// What was edited when this scene was sent for once more, while it is on its way.
+    pub asked: Option<Settings>,
+    /// Objects that come, go or grow are on their way.
+    renews: bool,
+    /// What a fit brings into the picture: the scene's centre, and every vertex.
+    pub outline: (Vec3, Vec<Vec3>),
+    /// The camera of the last fit and its picture's size. As long as the camera is that one, it keeps fitting.
+    pub fitted: Option<(Camera, Vec2)>,
+    /// Where the scene's own camera stands.
+    pub home: Camera,
+}
+
+/// What undo or redo has come to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// Other objects must be loaded; else the running simulation takes the settings over.
+    pub renews: bool,
+    /// None was on its way yet.
+    pub begins_renewal: bool,
+    /// Painted areas must be as after this stroke.
+    pub stroke: Option<u64>,
+}
+
+impl Document {
+    /// A scene that has just been loaded.
+    pub fn new(scene: &Scene) -> Self {
+        let settings = &scene.settings;
+        let view = View::of(scene, Vec2::ONE);
+        Self {
+            loaded: settings.clone(),
+            running: settings.clone(),
+            edited: settings.clone(),
+            view,
+            morph: None,
+            playing: true,
+            preset: None,
+            undo: Undo::new(settings, &view),
+            asked: None,
+            renews: false,
+            outline: (Vec3::ZERO, Vec::new()),
+            fitted: None,
+            home: Camera::default(),
+        }
+    }
+
+    /// Another scene has been loaded.
+    pub fn open(&mut self, scene: &Scene) {
+        self.loaded = scene.settings.clone();
+        self.asked = None;
+    }
+
+    /// Nothing can be undone, and nothing is unsaved.
+    pub fn forget_changes(&mut self) {
+        self.undo = Undo::new(&self.edited, &self.view);
+        self.undo.set_preset(self.preset.as_deref());
+    }
+
+    /// The view that a scene's file asks for.
+    pub fn see_as(&mut self, scene: &Scene) {
+        self.view = View::of(scene, Vec2::ONE);
+        if matches!(self.view.exposure, Exposure::Auto { .. }) {
+            self.view.exposure = Exposure::following();
+        }
+        if self.view.show.why_not(&scene.settings).is_some() {
+            self.view.show = Show::default();
+        }
+        let camera = self.view.camera;
+        self.home = camera;
+        // Only the first frame has the size of the picture.
+        let is_free = scene.settings.camera.distance <= 0.0;
+        self.fitted = is_free.then_some((camera, Vec2::ZERO));
+    }
+
+    /// The scene runs from step 0, with its settings. What was changed since it was sent for is edited.
+    pub fn restarted(&mut self, scene: &Scene) {
+        self.running = scene.settings.clone();
+        let asked = self.asked.take();
+        let since = asked.map(|asked| with_changes_since(&asked, &self.edited, &self.running));
+        self.edited = since.unwrap_or_else(|| self.running.clone());
+        self.renews = false;
+        self.outline = (scene.center, view::points(scene).collect());
+    }
+
+    /// What was on its way is not shown. True where that were objects: then those that run are edited again.
+    pub fn not_shown(&mut self) -> bool {
+        self.asked = None;
+        let renewed = std::mem::take(&mut self.renews);
+        if renewed {
+            take_back(&mut self.edited, &self.running);
+            self.note();
+        }
+        renewed
+    }
+
+    /// Are objects that come, go or grow on their way?
+    pub fn is_renewed(&self) -> bool {
+        self.renews
+    }
+
+    /// The objects that are edited are on their way.
+    pub fn begin_renewal(&mut self) {
+        self.renews = true;
+    }
+
+    /// A look on its way is there at once.
+    pub fn end_morph(&mut self) {
+        if let Some(morph) = self.morph.take() {
+            morph.end(&mut self.edited);
+        }
+    }
+
+    /// What is edited, with the colours that the picture has.
+    pub fn look(&self) -> Settings {
+        let mut look = self.edited.clone();
+        look.picture.color_map = self.view.color_map;
+        look
+    }
+
+    /// The look as it is edited, as the text of a preset; `scene` is where it comes from.
+    pub fn look_text(&self, scene: &str) -> String {
+        presets::to_toml(&self.look(), &format!("A look of one's own, from {scene}."))
+    }
+
+    /// The edited settings, but for what would restart the running simulation.
+    pub fn live_settings(&self) -> Settings {
+        let mut live = self.running.clone();
+        for parameter in PARAMETERS {
+            if !parameter.restarts(&self.running, &self.edited) {
+                parameter.copy(&self.edited, &mut live);
+            }
+        }
+        for (i, live) in live.objects.iter_mut().enumerate() {
+            let running = &self.running.objects[i];
+            // While others are on their way they stand in other places.
+            let edited = &self.edited.objects;
+            let place = if edited.len() == self.running.objects.len() {
+                Some(i)
+            } else {
+                place_among(edited, running)
+            };
+            let Some(edited) = place.map(|place| &edited[place]) else {
+                continue;
+            };
+            for parameter in OBJECT_PARAMETERS {
+                if !parameter.restarts(running, edited) {
+                    parameter.copy(edited, live);
+                }
+            }
+        }
+        live.foods.clone_from(&self.edited.foods);
+        live
+    }
+
+    /// Are there edits that wait for a restart?
+    pub fn is_pending(&self) -> bool {
+        PARAMETERS
+            .iter()
+            .any(|p| p.restarts(&self.running, &self.edited))
+            || self.running.objects != self.edited.objects
+    }
+
+    /// Does something differ from the file that it was saved in last, or from what was loaded if it was not?
+    pub fn is_unsaved(&self) -> bool {
+        self.undo.is_unsaved(&self.edited, &self.view)
+    }
+
+    /// Everything as it is now, for [`Self::saved`] once a file has it.
+    pub fn state_to_save(&self) -> Entry {
+        self.undo.to_save(&self.edited, &self.view)
+    }
+
+    /// A file has everything as it was then; with none, no file has anything of it.
+    pub fn saved(&mut self, then: Option<Entry>) {
+        self.undo.saved(then);
+    }
+
+    /// If anything is different from before, that is one more entry to undo; not while a look is on its way, which is one entry when it
+    /// is there.
+    pub fn note(&mut self) {
+        if self.morph.is_some() {
+            return;
+        }
+        self.undo.note(&self.edited, &self.view);
+        self.undo.set_preset(self.preset.as_deref());
+    }
+
+    /// Undo, or redo with `again`; none where there is nothing to undo.
+    pub fn lead(&mut self, again: bool) -> Option<Change> {
+        let waited = self.is_pending();
+        let before = self.undo.strokes();
+        let lead = if again { Undo::redo } else { Undo::undo };
+        if !lead(&mut self.undo, &mut self.edited, &mut self.view) {
+            return None;
+        }
+        self.preset = self.undo.preset().map(str::to_owned);
+        let strokes = self.undo.strokes();
+        // Objects that came, went or grew did so at once, and go back at once; what waited for a restart goes on waiting. While such
+        // objects are on their way, those that run are not what was seen last.
+        let are_others = !are_built_alike(&self.running.objects, &self.edited.objects);
+        let renews = self.renews || (!waited && are_others);
+        let begins_renewal = renews && !self.renews;
+        self.renews = renews;
+        Some(Change {
+            renews,
+            begins_renewal,
+            stroke: (strokes != before).then_some(strokes),
+        })
+    }
+}
+
+/// What of the look a scene file holds.
+pub fn put_look(view: &View, center: Vec3, settings: &mut Settings) {
+    settings.camera = view.camera.to_settings(center);
+    view.tell(&mut settings.picture);
+}

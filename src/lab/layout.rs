@@ -1,0 +1,170 @@
+//! What stands round the picture and over it: the panel, the atlas beside it, one card over it, or nothing.
+
+use std::time::Duration;
+
+use egui::{Rangef, Rect, Sense, Stroke, Ui};
+use myxo::render::View;
+use myxo::scene::settings::Show;
+
+use crate::lab::navigation::{Drags, Navigation};
+use crate::lab::places::Marked as _;
+use crate::lab::theme;
+
+/// Of the panel, points: at first, and what it can be dragged to.
+pub const PANEL_WIDTH: f32 = 336.0;
+pub const PANEL_WIDTHS: Rangef = Rangef {
+    min: 300.0,
+    max: 640.0,
+};
+
+/// Half of what counts as the panel's edge, points.
+const GRIP: f32 = 3.0;
+
+/// After so many seconds without a movement the pointer is hidden over the picture alone.
+pub const POINTER_RESTS: f64 = 2.0;
+
+/// What lies over the picture. There is room for one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Card {
+    /// The list of controls.
+    Help,
+    /// Scenes and presets.
+    Gallery,
+    /// Exports.
+    Exports,
+}
+
+/// What is shown where.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    /// Is the panel shown?
+    pub panel: bool,
+    /// Its width, points.
+    pub panel_width: f32,
+    /// A light interface; else a dark one.
+    pub light: bool,
+    /// The picture alone, without anything round it.
+    pub alone: bool,
+    /// The atlas beside the picture.
+    pub split: bool,
+    /// The pointer over that.
+    pub beside: Navigation,
+    card: Option<Card>,
+}
+
+impl Default for Layout {
+    fn default() -> Self {
+        Self {
+            panel: true,
+            panel_width: PANEL_WIDTH,
+            light: false,
+            alone: false,
+            split: false,
+            beside: Navigation::default(),
+            card: None,
+        }
+    }
+}
+
+impl Layout {
+    /// Is it over the picture?
+    pub fn shows(&self, card: Card) -> bool {
+        self.card == Some(card)
+    }
+
+    /// Is anything over the picture?
+    pub fn shows_a_card(&self) -> bool {
+        self.card.is_some()
+    }
+
+    /// Shows a card, or no longer.
+    pub fn toggle(&mut self, card: Card) {
+        self.card = (self.card != Some(card)).then_some(card);
+    }
+
+    /// This card is closed; another one stays.
+    pub fn close(&mut self, card: Card) {
+        self.card.take_if(|shown| *shown == card);
+    }
+
+    /// No card is shown.
+    pub fn close_card(&mut self) {
+        self.card = None;
+    }
+
+    /// A light interface, or a dark one.
+    pub fn set_light(&mut self, ctx: &egui::Context, light: bool) {
+        self.light = light;
+        theme::apply(ctx, light);
+    }
+
+    /// The right edge of the panel, which covers `panel`, can be dragged. What stands in the panel does not change its width.
+    pub fn drag_edge(&mut self, ui: &Ui, panel: Rect) {
+        let edge =
+            Rect::from_x_y_ranges(panel.right() - GRIP..=panel.right() + GRIP, panel.y_range());
+        let response = ui.interact(edge, ui.id().with("panel edge"), Sense::drag());
+        if response.hovered() || response.dragged() {
+            ui.ctx().set_cursor_icon(egui::CursorIcon::ResizeHorizontal);
+            let line = Stroke::new(2.0, theme::accent(ui));
+            ui.painter().vline(panel.right(), panel.y_range(), line);
+        }
+        if let (true, Some(at)) = (response.dragged(), response.interact_pointer_pos()) {
+            self.panel_width = PANEL_WIDTHS.clamp(at.x - panel.left());
+        }
+    }
+
+    /// A pointer that rests on the picture alone is in the way.
+    pub fn hide_resting_pointer(&self, ctx: &egui::Context) {
+        if !self.alone || ctx.input(|input| input.pointer.any_down()) {
+            return;
+        }
+        let since = ctx.input(|input| input.pointer.time_since_last_movement());
+        match POINTER_RESTS - f64::from(since) {
+            // Nothing else may happen until then.
+            left if left > 0.0 => ctx.request_repaint_after(Duration::from_secs_f64(left)),
+            _ => ctx.set_cursor_icon(egui::CursorIcon::None),
+        }
+    }
+
+    /// Where the picture goes, and where the atlas beside it, if it is shown: they meet at a whole pixel.
+    pub fn parts(&self, ctx: &egui::Context, whole: Rect, show: Show) -> (Rect, Option<Rect>) {
+        if !self.split || show.is_flat() {
+            return (whole, None);
+        }
+        let scale = ctx.pixels_per_point();
+        let middle = (whole.center().x * scale).round() / scale;
+        let (left, right) = whole.split_left_right_at_x(middle);
+        (left, Some(right))
+    }
+}
+
+/// The pointer on the atlas beside the picture; true if it moves it.
+pub fn move_beside(ui: &mut Ui, rect: Rect, navigation: &mut Navigation, view: &mut View) -> bool {
+    let response = ui
+        .allocate_rect(rect, Sense::click_and_drag())
+        .marked("beside");
+    let mut atlas = *view;
+    atlas.show = Show::Atlas;
+    let moved = navigation.apply(ui, &response, Drags::of(&response), &mut atlas);
+    view.atlas = atlas.atlas;
+    let line = Stroke::new(1.0, theme::weak(ui));
+    ui.painter().vline(rect.left(), rect.y_range(), line);
+    moved.touched || response.dragged()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_card_has_the_place() {
+        let mut layout = Layout::default();
+        layout.toggle(Card::Help);
+        layout.toggle(Card::Gallery);
+        assert!(layout.shows(Card::Gallery) && !layout.shows(Card::Help));
+        layout.close(Card::Help);
+        assert!(layout.shows_a_card());
+        layout.toggle(Card::Gallery);
+        assert!(!layout.shows_a_card());
+    }
+}

@@ -1,0 +1,58 @@
+//! What tools hold while a button is down: a food, or a handle of an object.
+
+use glam::{Vec2, Vec3};
+use myxo::scene::motion::Origins;
+use myxo::scene::settings::ObjectSettings;
+
+/// What becomes of a press with the tool for food.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum FoodDrag {
+    /// Nothing: it turns the picture, or is over.
+    #[default]
+    None,
+    /// It was at a pixel of which it is not known yet whether food lies there.
+    Asks {
+        at: Vec2,
+        /// What was dragged meanwhile, points.
+        waits: egui::Vec2,
+        /// It is over already, at this pixel.
+        let_go: Option<Vec2>,
+    },
+    /// It holds this food.
+    Holds(usize),
+    /// This food is to lie at a pixel of which it is not known yet what lies there.
+    LetGo(usize, Vec2),
+}
+
+/// What a handle does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Handle {
+    /// Moves along an axis.
+    Move(usize),
+    /// Moves in the plane of the picture.
+    Plane,
+    /// Turns about an axis.
+    Turn(usize),
+    /// Scales.
+    Scale,
+}
+
+/// A handle that is held.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grab {
+    pub handle: Handle,
+    /// The object as it was.
+    pub object: ObjectSettings,
+    /// What it is turned about, as origins of its coordinates.
+    pub pivot: Origins,
+    /// Where its middle was, world space.
+    pub middle: Vec3,
+    /// Where the pointer was, pixels of the picture.
+    pub from: Vec2,
+    /// Radius of the rings, world length.
+    pub ring: f32,
+    /// How much larger the object shall become.
+    pub scaled: f32,
+    /// It was put back where it was; the hand has not let go yet.
+    pub is_given_up: bool,
+}

@@ -1,0 +1,102 @@
+//! Looks that the window copies, opens scenes with, keeps and removes.
+
+use std::path::Path;
+
+use myxo::plain_text::Shown as _;
+use myxo::render::exposure::Exposure;
+use myxo::scene::{Overrides, Scene};
+use myxo::{Error, Result};
+
+use crate::lab::loading::Origin;
+use crate::lab::out::{Shot, scaled};
+use crate::lab::own::check_name;
+use crate::lab::presets::with_preset;
+use crate::lab::window::Lab;
+
+/// Of the small picture of a preset, pixels.
+const PICTURE: [u32; 2] = [300, 200];
+
+impl Lab {
+    /// Puts the look alone into the clipboard.
+    pub(crate) fn copy_look(&mut self, context: &egui::Context) {
+        context.copy_text(self.interface.document.look_text(&self.name));
+        self.interface
+            .notices
+            .say(context, "The look is in the clipboard", false);
+    }
+
+    /// Begins to load a scene that comes with the program, with the look that is here.
+    pub(crate) fn open_with_look(&mut self, name: &'static str) {
+        self.interface.document.end_morph();
+        let look = self.interface.document.look_text(&self.name);
+        self.load(name.to_owned(), Origin::File, move || {
+            let (name, settings, folder) = Scene::read(Path::new(name), &Overrides::default())?;
+            let settings = with_preset(&settings, "of the window", &look)?;
+            Ok(Scene::from_settings(name, settings, folder)?)
+        });
+    }
+
+    /// Takes over a look that came as text; `name` is what it is called in the gallery, should it be kept.
+    pub(crate) fn take_look(&mut self, context: &egui::Context, name: &str, text: &str) {
+        if self.stage.is_none() {
+            let text = "Nothing grows yet that could take the look: wait for the scene";
+            return self.interface.notices.say(context, text, true);
+        }
+        let mut commands = Vec::new();
+        let facts = &self.clocks.facts;
+        let is_read = (self.interface).take_look(context, (name, text), facts, &mut commands);
+        // One that comes slowly asks for nothing yet. What is refused is said.
+        if is_read && (commands.is_empty() || self.apply(context)) {
+            // So it can be kept by one click.
+            self.interface.gallery.name = check_name(name).unwrap_or_default().to_owned();
+            let text = format!("The look of {name}: keep it in the gallery (G)");
+            self.interface.notices.say(context, text, false);
+        }
+        self.host.request_redraw();
+    }
+
+    /// Keeps the look under a name, with a picture of what is seen now.
+    pub(crate) fn save_preset(&mut self, context: &egui::Context, name: &str) {
+        match self.try_to_save_preset(name) {
+            Ok(text) => self.interface.notices.say(context, text, false),
+            Err(error) => self.interface.notices.say(context, error.to_string(), true),
+        }
+        self.interface.gallery.forget_pictures();
+    }
+
+    fn try_to_save_preset(&mut self, name: &str) -> Result<String> {
+        let name = check_name(name).map_err(Error::Invalid)?.to_owned();
+        let Some(stage) = &mut self.stage else {
+            return Err(Error::Invalid(
+                "nothing grows yet whose look could be kept: wait for the scene".to_owned(),
+            ));
+        };
+        let window = self.host.size();
+        let mut view = scaled(&self.interface.document.view, window, PICTURE);
+        if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
+            *adaptation = 0.0;
+        }
+        let mut shot = Shot::new(&self.ctx, PICTURE, self.format)?;
+        while !shot.advance(&mut self.frames, stage, &view)? {}
+        let picture = shot.take(0, &view).into_picture();
+        let text = self.interface.document.look_text(&self.name);
+        let path = self.interface.looks.own.save(&name, &text, &picture)?;
+        self.interface.document.preset = Some(name);
+        Ok(format!("Saved {}", path.shown()))
+    }
+
+    /// Removes a preset of one's own.
+    pub(crate) fn remove_preset(&mut self, context: &egui::Context, name: &str) {
+        match self.interface.looks.own.remove(name) {
+            Ok(()) => {
+                if self.interface.document.preset.as_deref() == Some(name) {
+                    self.interface.document.preset = None;
+                }
+                let text = format!("{name} is removed");
+                self.interface.notices.say(context, text, false);
+            }
+            Err(error) => self.interface.notices.say(context, error.to_string(), true),
+        }
+        self.interface.gallery.forget_pictures();
+    }
+}

@@ -1,0 +1,276 @@
+//! What the window does when its device is lost: the scene is kept, another device is opened, and the scene begins anew on it.
+
+use crate::lab::clocks::Clocks;
+use crate::lab::lost::*;
+use crate::lab::names::unnumbered;
+use crate::lab::options::LabOptions;
+use crate::lab::saving::{save_scene, whole};
+use crate::lab::screen::Screen;
+use crate::lab::window::closing::say;
+use crate::lab::window::{Lab, log_messages};
+use egui::TextureId;
+use egui::epaint::{ImageDelta, TextureAtlas};
+use myxo::gpu::{Context, GpuError};
+use myxo::plain_text::Shown as _;
+use myxo::scene::Scene;
+use myxo::{Error, Result};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// A device that is lost again before the scene has run for so long is not replaced, or it would go on for ever.
+const RUNS_FOR: Duration = Duration::from_secs(10);
+/// Other threads let go of a lost device as soon as they look; one that does not within this time has failed.
+const LET_GO_WITHIN: Duration = Duration::from_secs(20);
+/// What helps where a scene is too much for the device.
+const ADVICE: &str = "if it happens again, take fewer particles or a smaller atlas";
+
+impl Lab {
+    /// The scene that runs, or that ran on a device that was lost and does not run again yet.
+    pub(super) fn scene(&self) -> Option<&Scene> {
+        let runs = self.stage.as_ref().map(|stage| &stage.scene);
+        runs.or_else(|| self.lost.as_ref()?.scene.as_ref())
+    }
+
+    /// A scene runs, so what was lost is over.
+    pub(super) fn runs_again(&mut self) {
+        if let Some(lost) = &mut self.lost {
+            lost.scene = None;
+            lost.remarks.clear();
+            lost.runs_since.get_or_insert_with(Instant::now);
+        }
+    }
+
+    /// Can the lab go on with another device after this? Not where there is no scene yet, nor where a device was lost a
+    /// moment before.
+    pub fn can_begin_anew(&self, error: &Error) -> bool {
+        let is_first = || match &self.lost {
+            None => true,
+            Some(lost) => lost.runs_since.is_some_and(|t| t.elapsed() >= RUNS_FOR),
+        };
+        is_loss(error) && self.scene().is_some() && is_first()
+    }
+
+    /// What ended the lab, with what was kept of it: the scene as it was set, for what had grown lies on the device.
+    pub fn rescue(&mut self, error: &Error) -> Error {
+        let lacking = self.scene_text().map(|scene| scene.lacking());
+        let kept = match self.keep_scene() {
+            None => return Error::Invalid(error.to_string()),
+            Some(Ok(path)) => format!(
+                "the scene as it was set is kept in {}{}",
+                path.shown(),
+                lacking.unwrap_or_default()
+            ),
+            Some(Err(error)) => format!("the scene as it was set is not kept, either: {error}"),
+        };
+        let mut text = format!("{error}; what had grown is lost, {kept}");
+        if is_loss(error) {
+            text += &format!("; {ADVICE}");
+        }
+        Error::Invalid(text)
+    }
+
+    /// Keeps the scene as it is set in a file, once as long as nothing changes.
+    fn keep_scene(&mut self) -> Option<Result<PathBuf>> {
+        let scene = self.scene_text()?;
+        let has_all = scene.has_all();
+        let text = scene.text;
+        let kept = self.lost.as_ref().and_then(|lost| lost.kept.clone());
+        if let Some((_, path)) = kept.filter(|(kept, path)| *kept == text && path.exists()) {
+            return Some(Ok(path));
+        }
+        let saved = save_scene(&self.folder_out(), unnumbered(&self.name), |file| {
+            Ok(self.scene_text_at(file)?.text)
+        });
+        let saved = saved.or_else(|error| Ok(self.keep_as_left().or(Err(error))?.0));
+        Some(saved.map(|path| {
+            if has_all {
+                self.interface
+                    .document
+                    .saved(Some(self.interface.document.state_to_save()));
+            }
+            let path = whole(&path);
+            self.lost.get_or_insert_default().kept = Some((text, path.clone()));
+            path
+        }))
+    }
+
+    /// Gives up the lost device, opens another one, and lets the scene begin anew on it. Where there is none, everything is
+    /// kept that can be, and the error says so.
+    pub fn begin_anew(mut self, error: &Error, options: &LabOptions) -> Result<Self> {
+        self.interface.document.end_morph();
+        let ended = self.rescue(error);
+        self.keep_preferences();
+        let was_painted = self.has_painted();
+        let was_on = self.ctx.info().name.clone();
+        let untold = self.what_does_not_come();
+        self.leave_device();
+        let Self {
+            gui,
+            front,
+            frames,
+            answers,
+            ctx,
+            ..
+        } = self;
+        drop((gui, front, frames, answers));
+        let (told, screen) = match end(ctx) {
+            Ok(told) => (told, Screen::open(&self.host, options)),
+            Err(held) => (Vec::new(), Err(held)),
+        };
+        let screen = match screen {
+            Ok(screen) => screen,
+            Err(refused) => {
+                log_messages(&told);
+                for text in &untold {
+                    say(text);
+                }
+                self.out.close();
+                return Err(Error::Invalid(format!(
+                    "{ended}; no device takes its place: {refused}"
+                )));
+            }
+        };
+        let Screen {
+            gui,
+            front,
+            mut frames,
+            answers,
+            format,
+            ctx,
+        } = screen;
+        self.host
+            .set_max_texture_side(ctx.info().max_image_side as usize);
+        let scene = self.clocks.facts.scene;
+        let mut clocks = Clocks::new(&ctx, &mut frames);
+        clocks.facts.scene = scene;
+        let mut lab = Self {
+            gui,
+            front,
+            frames,
+            answers,
+            format,
+            ctx,
+            clocks,
+            ..self
+        };
+        if was_painted {
+            // They are gone, and the file may have them.
+            lab.file = None;
+        }
+        lab.tell_messages(&told);
+        let kept = lab.lost.as_ref().and_then(|lost| lost.kept.as_ref());
+        let kept = kept.map(|(_, path)| path.as_path());
+        let on = &lab.ctx.info().name;
+        let text = notice(error, was_painted, (*on != was_on).then_some(on), kept);
+        let context = lab.host.context().clone();
+        lab.interface.notices.say(&context, text, true);
+        if let (settings, Some(error)) = lab.settings_that_work() {
+            lab.interface.document.edited = settings;
+            let text =
+                format!("What waited for a restart would not work, and is taken back: {error}");
+            lab.interface.notices.say(&context, text, true);
+        }
+        lab.restart();
+        Ok(lab)
+    }
+
+    /// Drops what is on the device but what the window itself is drawn with. Recordings and films end with what they have.
+    fn leave_device(&mut self) {
+        // Where other calls failed than those that notice, whoever waits for the device learns it here.
+        self.ctx.pretend_lost();
+        self.under_way = None;
+        self.out.leave_device();
+        // What is at work ends by itself, and nobody waits for what it measures.
+        self.feeder = Default::default();
+        self.edits.leave_device();
+        self.forget_grown();
+        self.report_messages();
+        let lost = self.lost.get_or_insert_default();
+        lost.runs_since = None;
+        if let Some(stage) = self.stage.take() {
+            lost.remarks = stage.remarks;
+            lost.scene = Some(stage.scene);
+        }
+        self.single_steps = 0;
+        self.pacer = Default::default();
+        self.order = Default::default();
+        if let Some(checks) = &mut self.checks {
+            checks.restart();
+        }
+        self.renew_textures();
+    }
+
+    /// The interface's textures go with the device: the next frame hands out the letters as a whole, and small pictures are
+    /// loaded again where they are shown.
+    fn renew_textures(&mut self) {
+        self.interface.gallery.forget_all_pictures();
+        let context = self.host.context();
+        let letters = context.fonts(|fonts| fonts.image());
+        let letters = ImageDelta::full(letters, TextureAtlas::texture_options());
+        let textures = context.tex_manager();
+        textures.write().set(TextureId::default(), letters);
+    }
+}
+
+/// Ends a device of which the window has nothing any more, and gives what the validation layers have said last.
+fn end(mut ctx: Arc<Context>) -> Result<Vec<String>> {
+    let begun = Instant::now();
+    loop {
+        ctx = match ctx.end() {
+            Ok(messages) => return Ok(messages),
+            // A thread that exports is about to learn that its state does not come.
+            Err(held) if begun.elapsed() < LET_GO_WITHIN => held,
+            Err(_) => {
+                return Err(Error::Invalid(format!(
+                    "the one that was lost is still in use after {} s: start the program again",
+                    LET_GO_WITHIN.as_secs()
+                )));
+            }
+        };
+        sleep(Duration::from_millis(2));
+    }
+}
+
+/// What the window says.
+fn notice(error: &Error, was_painted: bool, on: Option<&String>, kept: Option<&Path>) -> String {
+    let why = match error {
+        Error::Gpu(GpuError::DeviceLost { call, last }) => format!("{call}: {last}"),
+        error => error.to_string(),
+    };
+    let painted = if was_painted { " and was painted" } else { "" };
+    let on = on.map_or(String::new(), |name| format!(" on {name}"));
+    let kept = kept.map_or(String::new(), |path| {
+        format!(", which are kept in {}", path.shown())
+    });
+    format!(
+        "The device was lost ({why}): what had grown{painted} is gone. The scene begins anew{on} with all its \
+         settings{kept}; {ADVICE}"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_window_says_what_was_lost_and_what_is_kept() {
+        let error = Error::Gpu(GpuError::DeviceLost {
+            call: "vkQueueSubmit",
+            last: "the last kernel begun was `walk`, number 3 of 9 in its frame".to_owned(),
+        });
+        assert!(is_loss(&error) && !is_loss(&Error::Invalid(error.to_string())));
+        let file = Path::new("/tmp/cube_000001.toml");
+        assert_eq!(
+            notice(&error, false, None, Some(file)),
+            "The device was lost (vkQueueSubmit: the last kernel begun was `walk`, number 3 of 9 in its frame): what had \
+             grown is gone. The scene begins anew with all its settings, which are kept in /tmp/cube_000001.toml; \
+             if it happens again, take fewer particles or a smaller atlas"
+        );
+        let other = "llvmpipe".to_owned();
+        let told = notice(&error, true, Some(&other), None);
+        let end = "what had grown and was painted is gone. The scene begins anew on llvmpipe with all its settings";
+        assert!(told.ends_with(&format!("{end}; {ADVICE}")), "{told}");
+    }
+}

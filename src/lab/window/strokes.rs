@@ -1,0 +1,137 @@
+//! Strokes that end, are taken back and come again.
+
+use crate::lab::lost::is_loss;
+use crate::lab::strokes::*;
+use crate::lab::window::Lab;
+use myxo::sim::paint::Repainted;
+use myxo::{Error, Result};
+
+impl Lab {
+    /// The hand has let go: what was painted since it pressed is one stroke. Where it has changed nothing there is none.
+    pub(crate) fn end_stroke(&mut self, context: &egui::Context) -> Result<()> {
+        let pending_ends = &mut self.interface.hands.pending_ends;
+        *pending_ends = pending_ends.saturating_sub(1);
+        self.paint_now(context)?;
+        let (Some(open), Some(stage)) = (self.edits.strokes.open.take(), &mut self.stage) else {
+            return Ok(());
+        };
+        let Some(before) = open.before else {
+            self.forget_strokes();
+            return Ok(());
+        };
+        let changed = match stage.simulation.repainted(&before, open.span) {
+            Ok(changed) => changed,
+            Err(error) => {
+                self.forget_strokes();
+                return self.tell_unless_lost(context, CANNOT_UNDO, error);
+            }
+        };
+        let is_first = before.is_empty();
+        if changed.is_empty() {
+            let forgotten = if is_first {
+                stage.simulation.forget_areas()
+            } else {
+                Ok(())
+            };
+            return forgotten
+                .or_else(|error| self.tell_unless_lost(context, "Empty areas stay", error));
+        }
+        let is_kept = changed.len() <= MOST_TEXELS;
+        let undo = &mut self.interface.document.undo;
+        self.edits.strokes.keep(undo, changed, is_first);
+        if !is_kept {
+            let text = format!("{CANNOT_UNDO}: it has more than {MOST_TEXELS} texels");
+            self.interface.notices.say(context, text, false);
+        }
+        // The buttons of undo and redo may be others now.
+        self.host.request_redraw();
+        Ok(())
+    }
+
+    /// Takes these texels' areas away: one more thing to undo.
+    pub(crate) fn take_away(&mut self, texels: Vec<Repainted>) -> Result<()> {
+        let Some(stage) = &mut self.stage else {
+            return Ok(());
+        };
+        let mut rec = self.frames.begin()?;
+        stage.simulation.put_areas(&mut rec, &texels, true)?;
+        self.frames.submit(rec)?;
+        stage.forget_picture();
+        self.interface.note_changes();
+        let undo = &mut self.interface.document.undo;
+        self.edits.strokes.keep(undo, texels, false);
+        Ok(())
+    }
+
+    /// Paints what the next frame would, and waits for it.
+    pub(crate) fn paint_now(&mut self, context: &egui::Context) -> Result<()> {
+        if self.edits.has_dabs() {
+            let mut rec = self.frames.begin()?;
+            self.record_dabs(&mut rec, context)?;
+            self.frames.submit(rec)?;
+        }
+        Ok(self.frames.wait_idle()?)
+    }
+
+    /// Strokes go back, or come again, until this is the last one that there is.
+    pub(crate) fn take_strokes(&mut self, context: &egui::Context, last: u64) -> Result<()> {
+        self.paint_now(context)?;
+        // What has no end yet would count what changes here as its own.
+        self.edits.strokes.open = None;
+        let Some(stage) = &mut self.stage else {
+            return Ok(());
+        };
+        let strokes = &mut self.edits.strokes;
+        let mut refused = None;
+        while let Some((stroke, is_back)) = strokes.take_towards(last) {
+            let taken = if is_back && stroke.is_first {
+                stage.simulation.forget_areas()
+            } else {
+                let mut rec = self.frames.begin()?;
+                let put = (stage.simulation).put_areas(&mut rec, &stroke.changed, !is_back);
+                if put.is_ok() {
+                    self.frames.submit(rec)?;
+                }
+                put
+            };
+            // One that is refused stays where it was: the next undo or redo goes through it.
+            strokes.put(stroke, is_back == taken.is_err());
+            if let Err(error) = taken {
+                refused = Some((is_back, error));
+                break;
+            }
+        }
+        stage.forget_picture();
+        self.host.request_redraw();
+        match refused {
+            None => Ok(()),
+            Some((true, error)) => {
+                self.tell_unless_lost(context, "A stroke could not be undone", error)
+            }
+            Some((false, error)) => {
+                self.tell_unless_lost(context, "A stroke could not be redone", error)
+            }
+        }
+    }
+
+    /// An undo for which there is no memory is no reason to end the lab. With a lost device all of it begins anew.
+    pub(crate) fn tell_unless_lost(
+        &mut self,
+        context: &egui::Context,
+        what: &str,
+        error: Error,
+    ) -> Result<()> {
+        if is_loss(&error) {
+            return Err(error);
+        }
+        let text = format!("{what}: {error}");
+        self.interface.notices.say(context, text, true);
+        Ok(())
+    }
+
+    /// Another atlas has other texels: strokes on the one before are no longer known.
+    pub(crate) fn forget_strokes(&mut self) {
+        self.edits.strokes = Strokes::default();
+        self.edits.strokes.tell(&mut self.interface.document.undo);
+    }
+}
