@@ -99,6 +99,7 @@ fn files_say_what_they_are_for() {
         .into_iter()
         .chain(files("tests", &["rs"]))
         .chain(files("benches", &["rs"]))
+        .chain(files("examples", &["rs"]))
     {
         assert!(
             text.starts_with("//! "),
@@ -123,6 +124,7 @@ fn files_name_no_place_of_one_machine() {
         ("src", &["rs"][..]),
         ("tests", &["rs"]),
         ("benches", &["rs"]),
+        ("examples", &["rs"]),
         ("shaders", &["comp", "vert", "frag", "glsl"]),
     ] {
         for (path, text) in files(folder, endings) {
@@ -404,7 +406,8 @@ fn what_decides_a_state_is_portable() {
 
 #[test]
 fn every_kernel_has_a_twin_and_a_mutant() {
-    let sources = files("src", &["rs"]);
+    let mut sources = files("src", &["rs"]);
+    sources.extend(files("examples", &["rs"]));
     let mutants =
         fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/mutants.tsv"))
             .unwrap();
