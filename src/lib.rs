@@ -118,6 +118,7 @@
 //! **Invariant:** sizes made on the GPU stay there; no step waits for the host. `unsafe` stays in [`gpu`], in the one file
 //! that hands egui's painter its Vulkan handles (`render::gui`), and in `signals`.
 
+mod choice;
 mod commit;
 pub mod error;
 #[doc(hidden)]

@@ -278,7 +278,7 @@ fn as_text(row: &Row) -> String {
         .map(|(doing, seconds)| format!("; {doing} {seconds:.3}"))
         .collect();
     let rows = [
-        ("method", options.method.to_string()),
+        ("method", options.method.word().to_owned()),
         (
             "size",
             format!("{0} x {0} texels, gutter {1}", options.size, options.gutter),
@@ -353,7 +353,7 @@ fn as_table(rows: &[Row]) -> String {
             [
                 escaped(&row.name).into_owned(),
                 grouped(s.triangles as f64),
-                row.options.method.to_string(),
+                row.options.method.word().to_owned(),
                 grouped(f64::from(s.charts)),
                 format!("{:.3}", s.utilisation),
                 told(s.area_percentiles[0]),
@@ -428,7 +428,7 @@ fn row_as_json(row: &Row) -> Value {
         "scene": row.name,
         "objects": row.objects,
         "triangles": s.triangles,
-        "method": row.options.method.to_string(),
+        "method": row.options.method.word(),
         "size": row.options.size,
         "gutter": row.options.gutter,
         "charts": s.charts,

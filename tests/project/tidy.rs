@@ -37,6 +37,7 @@ fn files(folder: &str, endings: &[&str]) -> Vec<(PathBuf, String)> {
 /// the other.
 const LAYERS: &[&[&str]] = &[
     &[
+        "choice",
         "commit",
         "error",
         "portable",
