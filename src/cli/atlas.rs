@@ -21,7 +21,8 @@ use super::files::Sink;
 use super::options::SceneOptions;
 use super::progress::{SettingUp, atlas_cache};
 use super::report::Report;
-use super::{Command, Outcome, console, interrupt, room};
+use super::{Command, Outcome, interrupt};
+use crate::{console, room};
 
 /// Pixels along a side that a picture has at most.
 const LARGEST_PICTURE: u32 = 16_384;

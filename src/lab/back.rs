@@ -23,7 +23,7 @@ use super::rows::grouped;
 use super::saving::SceneFile;
 use super::stage::Stage;
 use super::window::Lab;
-use crate::cli::room;
+use crate::room;
 
 /// Who leaves a simulation before this step has grown nothing that would be missed.
 const GROWN_AT: u64 = 100;

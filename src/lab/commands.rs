@@ -21,7 +21,7 @@ use super::saving::{SceneFile, chosen, save_scene, whole, write_scene};
 use super::stage::Stage;
 use super::under_way::Left;
 use super::window::{Lab, title};
-use crate::cli::console;
+use crate::console;
 
 impl Lab {
     /// Does what the interface asks for.

@@ -8,11 +8,10 @@ use myxo::scene::builtin::{Builtin, PRESETS, SCENES};
 
 use super::facts::Before;
 use super::interface::{Command, Facts, Interface};
-use super::looks::summary;
 use super::opening::{EVERYTHING, OPEN};
-use super::own::check_name;
 use super::places::{Marked as _, mark_cross, note_value};
 use super::theme;
+use crate::own_presets::{check_name, summary};
 
 /// The least width of a small picture, points.
 const LEAST: f32 = 150.0;

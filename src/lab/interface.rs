@@ -24,7 +24,6 @@ use super::notices::Notices;
 use super::opening::Opening;
 use super::out::{Out, OutPanel};
 use super::overlays::{show_ending, show_loading};
-use super::own::OwnPresets;
 use super::places::Marked as _;
 use super::presets::Morph;
 use super::recent::Recent;
@@ -32,6 +31,7 @@ use super::renewal::{take_back, with_changes_since};
 use super::rows::{take_refused, take_wanted};
 use super::theme;
 use super::undo::{self, Undo};
+use crate::own_presets::OwnPresets;
 
 /// Something that the window must do.
 #[derive(Clone, Debug, PartialEq)]

@@ -18,7 +18,7 @@ use myxo::{Error, Result};
 use super::interface::Waiting;
 use super::saving::SceneFile;
 use super::worker::joined;
-use crate::cli::room;
+use crate::room;
 
 /// What is to be shown.
 pub struct Opened {

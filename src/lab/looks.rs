@@ -13,18 +13,12 @@ use myxo::{Error, Result};
 use super::interface::{Command, Interface};
 use super::loading::Origin;
 use super::out::{Shot, scaled};
-use super::own::check_name;
 use super::presets::{Morph, by_chance, neighbour, with_preset};
 use super::window::Lab;
+use crate::own_presets::{check_name, summary};
 
 /// Of the small picture of a preset, pixels.
 const PICTURE: [u32; 2] = [300, 200];
-
-/// What a preset is, in a sentence: the comment at its beginning, if it has one.
-pub fn summary(text: &str) -> &str {
-    let first = text.lines().next().unwrap_or("");
-    first.strip_prefix('#').unwrap_or("").trim()
-}
 
 /// What looks change by: time that passes, or that of the film that is being made, in which a look takes as long as one who
 /// watches it will see.

@@ -26,7 +26,6 @@ mod opening;
 mod order;
 mod out;
 mod overlays;
-mod own;
 mod pacing;
 mod panel;
 mod pasting;
@@ -66,8 +65,6 @@ use winit::event_loop::EventLoop;
 
 pub use left::LeftScenes;
 pub use loading::Opened;
-pub use looks::summary;
-pub use own::OwnPresets;
 pub use preferences::Preferences;
 pub use saving::SceneFile;
 

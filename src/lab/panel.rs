@@ -11,13 +11,13 @@ use myxo::sim::types::Flow;
 
 use super::checks::Check;
 use super::interface::{Command, Facts, Interface};
-use super::looks::summary;
 use super::places::{Marked as _, note_value};
 use super::plot::kernel_plot;
 use super::rows::{RowContext, grouped, row};
 use super::theme;
 use super::view_rows::{CAMERA_ROWS, COLOR_ROWS, DETAIL_ROWS, LIGHT_ROWS, found};
 use super::widgets::{kernel_table, parse_number};
+use crate::own_presets::summary;
 
 /// What the sections hold that are no rows of parameters, for those who look for it.
 static PICTURE_WORDS: LazyLock<String> = LazyLock::new(|| {

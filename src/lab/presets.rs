@@ -1,11 +1,10 @@
 //! What presets do to settings: taken over at once or over some seconds, stepped through, and made up by chance.
 
-use myxo::Result;
-use myxo::scene::SceneError;
-use myxo::scene::file::Reader;
 use myxo::scene::parameters::{Effect, Kind, PARAMETERS, Parameter, Scale, find};
 use myxo::scene::presets::is_look;
 use myxo::scene::settings::{ColorMap, Settings};
+
+pub use crate::own_presets::with_preset;
 
 /// A look that changes into another.
 #[derive(Clone, Debug)]
@@ -92,16 +91,6 @@ pub fn between(from: &Settings, to: &Settings, share: f64) -> Settings {
         (number.set)(&mut settings, value);
     }
     settings
-}
-
-/// The settings with a preset over them.
-pub fn with_preset(settings: &Settings, name: &str, text: &str) -> Result<Settings> {
-    let mut reader = Reader::new(settings.clone());
-    reader.preset("", text);
-    Ok(reader.finish().map_err(|problems| SceneError::Problems {
-        scene: format!("preset {name}").into(),
-        problems,
-    })?)
 }
 
 /// The name after or before this one; the first or the last one if it is none of them.

@@ -26,7 +26,6 @@ use super::loading::{Loading, Opened, Origin};
 use super::lost::Lost;
 use super::order::{Asked, Order, Task};
 use super::out::{Out, TakeOut};
-use super::own::OwnPresets;
 use super::pacing::Pacer;
 use super::places::Places;
 use super::preferences::Preferences;
@@ -36,6 +35,7 @@ use super::show::Shot;
 use super::stage::Stage;
 use super::theme;
 use super::under_way::{LONGEST_SLICE, Left, UnderWay};
+use crate::own_presets::OwnPresets;
 
 /// A picture counts as moving for this long after it last moved; then it may be drawn with all care.
 const SETTLES_AFTER: Duration = Duration::from_millis(250);

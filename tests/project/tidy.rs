@@ -94,6 +94,19 @@ fn layers_use_only_those_below() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// What the command line and the window both need stands beside them.
+#[test]
+fn only_one_command_uses_the_window_which_uses_no_command() {
+    let uses = |folder: &str, what: &str| -> Vec<String> {
+        let all = files(folder, &["rs"]).into_iter();
+        all.filter(|(_, text)| text.contains(what))
+            .map(|(path, _)| path.display().to_string())
+            .collect()
+    };
+    assert_eq!(uses("src/cli", "crate::lab"), ["src/cli/lab.rs"]);
+    assert_eq!(uses("src/lab", "crate::cli"), [""; 0]);
+}
+
 #[test]
 fn files_say_what_they_are_for() {
     for (path, text) in files("src", &["rs"])

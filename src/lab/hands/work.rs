@@ -15,7 +15,6 @@ use std::sync::Arc;
 use super::super::interface::Command;
 use super::super::loading::Origin;
 use super::super::lost::is_loss;
-use super::super::own::preset_in;
 use super::super::stage::Stage;
 use super::super::under_way::Left;
 use super::super::window::Lab;
@@ -25,6 +24,7 @@ use super::handles::keep_in_place;
 use super::overlay::normal_towards;
 use super::strokes::Strokes;
 use super::{HandFacts, Ticket, Under, Work, is_mesh, mesh_name};
+use crate::own_presets::preset_in;
 
 /// Dabs of one frame, at the most.
 const MOST_DABS: f32 = 6.0;

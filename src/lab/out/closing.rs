@@ -9,7 +9,7 @@ use myxo::{Error, Result};
 
 use super::job::Job;
 use super::{Lab, Out, TakeOut};
-use crate::cli::console;
+use crate::console;
 use crate::lab::hands::Work;
 use crate::lab::interface::Command;
 use crate::lab::loading::Origin;
