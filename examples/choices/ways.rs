@@ -246,7 +246,7 @@ impl Ways {
         let trail = Buffer::from_slice_in(ctx, "choices.trail", &state.trail, Domain::Texels)?;
         let size = [setup.atlas.pitch, setup.atlas.size];
         let image = Sampled::new(ctx, "choices.image", size)?;
-        at_once(ctx, |rec| rec.copy_to_sampled(&trail, &image))?;
+        Frames::new(ctx, 1)?.run(|rec| rec.copy_to_sampled(&trail, &image))?;
         let exact = |name| Pipeline::named(ctx, &(), name);
         let corrected = |name| Pipeline::named(ctx, &(), name);
         let points = RasterOptions {
@@ -428,7 +428,7 @@ impl Ways {
     /// How many particles each texel has, by atomic adds and by drawing.
     pub fn counts(&self) -> Result<[Vec<u32>; 2]> {
         let drawn: Buffer<f32> = Buffer::zeroed(&self.ctx, "choices.drawn", self.deposits.len())?;
-        at_once(&self.ctx, |rec| {
+        Frames::new(&self.ctx, 1)?.run(|rec| {
             self.record_count(rec);
             self.record_drawing(rec);
             rec.copy_image(&self.target, &drawn);
@@ -481,16 +481,7 @@ impl Ways {
 
     /// What sensors read, one sum a particle.
     pub fn readings(&self, binding: Binding) -> Result<Vec<f32>> {
-        at_once(&self.ctx, |rec| self.record_reading(rec, binding))?;
+        Frames::new(&self.ctx, 1)?.run(|rec| self.record_reading(rec, binding))?;
         Ok(self.ctx.download(&self.values)?)
     }
-}
-
-/// Records, submits and waits.
-fn at_once(ctx: &Arc<Context>, record: impl FnOnce(&mut Recorder)) -> Result<()> {
-    let mut frames = Frames::new(ctx, 1)?;
-    let mut rec = frames.begin()?;
-    record(&mut rec);
-    frames.submit(rec)?;
-    Ok(frames.wait_idle()?)
 }

@@ -276,7 +276,6 @@ impl Rig {
             time,
             parts,
             between_kernels_ms: Some(times::between_kernels(&report)),
-            ..Point::default()
         }
     }
 }
