@@ -83,7 +83,7 @@ bench: ## time every kernel on the reference scenes, and how times grow; the fig
 		$(AGAINST) $(BALLS)/one_ball.toml --against $(BALLS)/balls_$$balls.toml --report benches/results/objects/balls-$$balls.json || exit 1; \
 	done
 	$(MYXO) bench particles texture edges objects transfer distance mesh --quick --out benches/results/scaling
-	$(MYXO) bench choices --out benches/results/scaling
+	cargo run --release --example choices -- --out benches/results/scaling
 
 # Every mesh that comes with the program.
 MESHES := $(addprefix builtin:,cube torus icosphere plane capsule suzanne trefoil gyroid) assets/hand_animated.glb

@@ -105,11 +105,10 @@ fn picture(
         simulation.record_step(&mut rec);
         frames.submit(rec)?;
     }
-    let mut rec = frames.begin()?;
-    renderer.draw(&mut rec, simulation.state(), &view, offscreen.canvas());
-    offscreen.record_readback(&mut rec);
-    frames.submit(rec)?;
-    frames.wait_idle()?;
+    frames.run(|rec| {
+        renderer.draw(rec, simulation.state(), &view, offscreen.canvas());
+        offscreen.record_readback(rec);
+    })?;
     Ok(offscreen.image())
 }
 

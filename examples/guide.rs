@@ -193,11 +193,10 @@ impl Artist {
         let offscreen = Offscreen::new(&ctx, SIZE)?;
         let view = View::of(&scene, Vec2::new(SIZE[0] as f32, SIZE[1] as f32));
         let mut frames = Frames::new(&ctx, 1)?;
-        let mut rec = frames.begin()?;
-        renderer.draw(&mut rec, simulation.state(), &view, offscreen.canvas());
-        offscreen.record_readback(&mut rec);
-        frames.submit(rec)?;
-        frames.wait_idle()?;
+        frames.run(|rec| {
+            renderer.draw(rec, simulation.state(), &view, offscreen.canvas());
+            offscreen.record_readback(rec);
+        })?;
         let picture = DynamicImage::ImageRgba8(offscreen.image()).into_rgb8();
         self.drawn.push((scene.settings, steps, picture.clone()));
         Ok(picture)

@@ -26,10 +26,7 @@ fn main() -> myxo::Result<()> {
 
     println!("step,trail_mass,mean,deviation,greatest,share_above_mean");
     for step in 1..=STEPS {
-        let mut rec = frames.begin()?;
-        simulation.record_step(&mut rec);
-        frames.submit(rec)?;
-        frames.wait_idle()?;
+        frames.run(|rec| simulation.record_step(rec))?;
 
         // Any buffer of `simulation.state()` can be read so; `simulation.snapshot()` reads all that makes up the state.
         let trail = ctx.download(&simulation.state().trail.front)?;

@@ -70,7 +70,7 @@
 //! A kernel is its `.comp` file in `shaders/`: the build compiles and reflects it and writes the typed handle
 //! ([`sim::kernels`]), so binding numbers, group sizes and element types stand in one place. To add a kernel is to
 //! write the shader, its file in `src/sim/step/` with its twin, and its line in the step script. Nothing but tests uses a twin.
-//! What could have been built instead lies in `shaders/choices/` and [`sim::choices`]; only `myxo bench choices` runs it.
+//! What could have been built instead lies in `shaders/choices/`; only the example `choices` runs it.
 //!
 //! # Words
 //!
@@ -118,6 +118,7 @@
 //! **Invariant:** sizes made on the GPU stay there; no step waits for the host. `unsafe` stays in [`gpu`], in the one file
 //! that hands egui's painter its Vulkan handles (`render::gui`), and in `signals`.
 
+mod choice;
 mod commit;
 pub mod error;
 #[doc(hidden)]

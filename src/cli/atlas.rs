@@ -21,7 +21,8 @@ use super::files::Sink;
 use super::options::SceneOptions;
 use super::progress::{SettingUp, atlas_cache};
 use super::report::Report;
-use super::{Command, Outcome, console, interrupt, room};
+use super::{Command, Outcome, interrupt};
+use crate::{console, room};
 
 /// Pixels along a side that a picture has at most.
 const LARGEST_PICTURE: u32 = 16_384;
@@ -278,7 +279,7 @@ fn as_text(row: &Row) -> String {
         .map(|(doing, seconds)| format!("; {doing} {seconds:.3}"))
         .collect();
     let rows = [
-        ("method", options.method.to_string()),
+        ("method", options.method.word().to_owned()),
         (
             "size",
             format!("{0} x {0} texels, gutter {1}", options.size, options.gutter),
@@ -353,7 +354,7 @@ fn as_table(rows: &[Row]) -> String {
             [
                 escaped(&row.name).into_owned(),
                 grouped(s.triangles as f64),
-                row.options.method.to_string(),
+                row.options.method.word().to_owned(),
                 grouped(f64::from(s.charts)),
                 format!("{:.3}", s.utilisation),
                 told(s.area_percentiles[0]),
@@ -428,7 +429,7 @@ fn row_as_json(row: &Row) -> Value {
         "scene": row.name,
         "objects": row.objects,
         "triangles": s.triangles,
-        "method": row.options.method.to_string(),
+        "method": row.options.method.word(),
         "size": row.options.size,
         "gutter": row.options.gutter,
         "charts": s.charts,

@@ -7,7 +7,8 @@ use clap::Args;
 use myxo::Result;
 
 use super::report::Report;
-use super::{Command, Outcome, console, ratios};
+use super::{Command, Outcome, ratios};
+use crate::console;
 
 /// Compare the reports of two runs: states, settings and times
 ///

@@ -12,7 +12,8 @@ use myxo::sim::Snapshot;
 use super::files::{Sink, check_distinct};
 use super::options::CommonOptions;
 use super::session::Session;
-use super::{Command, Outcome, console, interrupt};
+use super::{Command, Outcome, interrupt};
+use crate::console;
 
 /// Vertices that are more texels apart than this are too few for the trail.
 const FINE: f32 = 6.0;

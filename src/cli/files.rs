@@ -8,7 +8,7 @@ use myxo::regular_file::Identity;
 use myxo::whole_file::WholeFile;
 use myxo::{Error, Result, regular_file};
 
-use super::console;
+use crate::console;
 
 /// Where data goes that an option names: a file, or `-` for the standard output.
 #[derive(Debug)]

@@ -11,7 +11,8 @@ use myxo::sim::memory::{human, largest_atlas, most_particles};
 use myxo::{Error, Result};
 use serde_json::{Value, json};
 
-use super::{Command, Outcome, console};
+use super::{Command, Outcome};
+use crate::console;
 
 /// Show devices, drivers and limits, and what is missing and how to get it
 ///

@@ -7,7 +7,7 @@ use myxo::render::output::Output;
 use myxo::whole_file::remove_unfinished;
 use myxo::{Error, Result};
 
-use super::console;
+use crate::console;
 
 /// What an interrupted run exits with, as shells expect of Ctrl-C.
 pub const EXIT_CODE: u8 = 130;

@@ -5,7 +5,6 @@
 mod atlas;
 mod bench;
 mod compare;
-pub mod console;
 mod counters;
 mod damaged;
 mod export;
@@ -23,7 +22,6 @@ mod query;
 mod ratios;
 mod render;
 mod report;
-pub mod room;
 mod scenes;
 mod selftest;
 mod session;
@@ -105,6 +103,8 @@ macro_rules! commands {
     };
 }
 use commands;
+
+use crate::console;
 
 commands! {
     Commands {

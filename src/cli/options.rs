@@ -8,7 +8,7 @@ use myxo::scene::{Overrides, Scene, builtin};
 use myxo::sim::checkpoint::Checkpoint;
 
 use super::files;
-use crate::lab::OwnPresets;
+use crate::own_presets::OwnPresets;
 
 /// What changes a scene.
 #[derive(Clone, Debug, Default, Args)]

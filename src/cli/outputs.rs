@@ -6,8 +6,9 @@ use image::RgbaImage;
 use myxo::Result;
 use myxo::render::output::{Output, OutputError, Written};
 
+use super::interrupt;
 use super::progress::Progress;
-use super::{console, interrupt};
+use crate::console;
 
 /// Every `--out` of a run.
 #[derive(Debug)]

@@ -18,7 +18,8 @@ use super::options::CommonOptions;
 use super::report::{Repetition, Report, Times};
 use super::session::{Earlier, Ending, Session};
 use super::times::Run;
-use super::{Command, Outcome, console, interrupt, ratios};
+use super::{Command, Outcome, interrupt, ratios};
+use crate::console;
 
 /// Measure the GPU time of every kernel
 ///

@@ -11,7 +11,8 @@ use myxo::mesh::atlas::Control;
 use myxo::plain_text::escaped;
 use myxo::sim::food::MEASURING;
 
-use super::{console, interrupt};
+use super::interrupt;
+use crate::console;
 
 /// Between the lines of a log. Work that is shorter logs none.
 const LINE_EVERY: Duration = Duration::from_secs(20);

@@ -21,7 +21,8 @@ use super::options::{CommonOptions, Size};
 use super::outputs::Outputs;
 use super::session::Session;
 use super::times::Run;
-use super::{Command, Outcome, console, interrupt};
+use super::{Command, Outcome, interrupt};
+use crate::console;
 
 /// More turns than anybody can follow.
 const MOST_TURNS: f32 = 1000.0;

@@ -14,8 +14,9 @@ use myxo::scene::parameters::{
 use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings};
 
 use super::options::SceneOptions;
-use super::{Command, Outcome, console};
-use crate::lab::{OwnPresets, summary};
+use super::{Command, Outcome};
+use crate::console;
+use crate::own_presets::{OwnPresets, summary};
 
 /// List built-in scenes, presets and meshes, or print a scene as a file
 #[derive(Clone, Debug, Args)]

@@ -21,7 +21,8 @@ use serde_json::{Value, json};
 
 use super::files::{Sink, check_distinct};
 use super::progress::Progress;
-use super::{Command, Outcome, console, interrupt};
+use super::{Command, Outcome, interrupt};
+use crate::console;
 
 /// Check that results on this machine match the reference hashes
 ///

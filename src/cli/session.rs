@@ -17,7 +17,6 @@ use myxo::sim::yardstick::{copy_bandwidth, keep_busy};
 use myxo::sim::{FORMS_OF_ADVANCE, KernelAlone, Simulation, Snapshot, arithmetic, memory};
 use myxo::{Error, Result};
 
-use super::console;
 use super::counters::Counters;
 use super::host::Watch;
 use super::measures::Measure;
@@ -26,7 +25,8 @@ use super::progress::{Progress, SettingUp, atlas_cache};
 use super::report::{
     Bandwidth, FoodLeft, HostTimes, KeptBusy, KernelTime, Report, StateHash, Times, hash_text,
 };
-use super::{damaged, room, settings, times};
+use super::{damaged, settings, times};
+use crate::{console, room};
 use tracing::{Tracing, spanned};
 
 /// What is said of a checkpoint whose scene names files by relative paths.

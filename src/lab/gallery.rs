@@ -11,12 +11,12 @@ use crate::lab::desk::Desk;
 use crate::lab::layout::Card;
 use crate::lab::left::LeftScenes;
 use crate::lab::looks::Looks;
-use crate::lab::looks::summary;
 use crate::lab::opening::{EVERYTHING, OPEN};
-use crate::lab::own::check_name;
 use crate::lab::places::{Marked as _, mark_cross, note_value};
 use crate::lab::recent::Recent;
 use crate::lab::theme;
+use crate::own_presets::check_name;
+use crate::own_presets::summary;
 
 /// The least width of a small picture, points.
 const LEAST: f32 = 150.0;

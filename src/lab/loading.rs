@@ -15,10 +15,10 @@ use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::{Setup, Simulation};
 use myxo::{Error, Result};
 
-use crate::cli::room;
 use crate::lab::facts::Waiting;
 use crate::lab::saving::SceneFile;
 use crate::lab::worker::joined;
+use crate::room;
 
 /// What is to be shown.
 pub struct Opened {

@@ -6,14 +6,10 @@ use myxo::scene::settings::Settings;
 use crate::lab::command::Command;
 use crate::lab::desk::Desk;
 use crate::lab::document::Document;
-use crate::lab::own::OwnPresets;
-use crate::lab::presets::{Morph, by_chance, neighbour, with_preset};
-
-/// What a preset is, in a sentence: the comment at its beginning, if it has one.
-pub fn summary(text: &str) -> &str {
-    let first = text.lines().next().unwrap_or("");
-    first.strip_prefix('#').unwrap_or("").trim()
-}
+use crate::lab::presets::{Morph, by_chance, neighbour};
+use crate::own_presets::OwnPresets;
+use crate::own_presets::summary;
+use crate::own_presets::with_preset;
 
 /// What looks change by: time that passes, or that of the film that is being made, in which a look takes as long as one who
 /// watches it will see.

@@ -36,7 +36,6 @@ mod options;
 mod order;
 mod out;
 mod overlays;
-mod own;
 mod pacing;
 mod panel;
 
@@ -73,9 +72,7 @@ use myxo::{Error, Result};
 use winit::event_loop::EventLoop;
 
 pub use loading::Opened;
-pub use looks::summary;
 pub use options::LabOptions;
-pub use own::OwnPresets;
 pub use preferences::Preferences;
 pub use saving::{SceneFile, left_name};
 

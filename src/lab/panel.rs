@@ -17,7 +17,6 @@ use crate::lab::facts::Facts;
 use crate::lab::foods::food_sections;
 use crate::lab::layout::Card;
 use crate::lab::looks::Looks;
-use crate::lab::looks::summary;
 use crate::lab::navigation::Navigation;
 use crate::lab::places::{Marked as _, note_value};
 use crate::lab::profiling::Profiling;
@@ -27,6 +26,7 @@ use crate::lab::tools::Hands;
 use crate::lab::view_rows::{CAMERA_ROWS, COLOR_ROWS, DETAIL_ROWS, LIGHT_ROWS, found, view_rows};
 use crate::lab::views::{camera_section, light_section, views_list};
 use crate::lab::widgets::{parse_number, reader, section, section_with};
+use crate::own_presets::summary;
 
 /// What the sections hold that are no rows of parameters, for those who look for it.
 static PICTURE_WORDS: LazyLock<String> = LazyLock::new(|| {

@@ -1,8 +1,5 @@
 //! What presets do to settings: taken over at once or over some seconds, stepped through, and made up by chance.
 
-use myxo::Result;
-use myxo::scene::SceneError;
-use myxo::scene::file::Reader;
 use myxo::scene::parameters::{Effect, Kind, PARAMETERS, Parameter, Scale, find};
 use myxo::scene::presets::is_look;
 use myxo::scene::settings::{ColorMap, Settings};
@@ -94,16 +91,6 @@ pub fn between(from: &Settings, to: &Settings, share: f64) -> Settings {
     settings
 }
 
-/// The settings with a preset over them.
-pub fn with_preset(settings: &Settings, name: &str, text: &str) -> Result<Settings> {
-    let mut reader = Reader::new(settings.clone());
-    reader.preset("", text);
-    Ok(reader.finish().map_err(|problems| SceneError::Problems {
-        scene: format!("preset {name}").into(),
-        problems,
-    })?)
-}
-
 /// The name after or before this one; the first or the last one if it is none of them.
 ///
 /// # Panics
@@ -172,6 +159,7 @@ pub fn by_chance(settings: &Settings, seed: u64) -> Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::own_presets::with_preset;
     use std::collections::HashSet;
 
     use myxo::scene::builtin::{Builtin, PRESETS};

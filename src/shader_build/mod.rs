@@ -48,7 +48,8 @@ enum Form {
 }
 
 /// Compiles everything in `shaders` and writes into `out`: `kernels.rs` (compute), `draws.rs` (pairs of vertex and
-/// fragment shaders), `choices.rs` (`shaders/choices`: other ways to do what kernels do) and `selftest.rs` (kernels of
+/// fragment shaders), `choices.rs` (`shaders/choices`: other ways to do what kernels do, for the example of
+/// this name) and `selftest.rs` (kernels of
 /// `shaders/selftest`, for the tests of `gpu`), each with its draws, and the SPIR-V files.
 ///
 /// Returns the compiler's warnings; the error has one line a problem, each with file and line.

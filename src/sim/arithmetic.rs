@@ -127,18 +127,16 @@ pub fn on_device(ctx: &Arc<Context>, numbers: &[UVec4]) -> Result<Vec<[Vec4; 6]>
     let pipeline = Pipeline::<Arithmetic>::new(ctx, &())?;
     let words = Buffer::from_slice(ctx, "arithmetic.words", numbers)?;
     let found = Buffer::<Vec4>::zeroed(ctx, "arithmetic.found", 6 * numbers.len())?;
-    let mut frames = Frames::new(ctx, 1)?;
-    let mut rec = frames.begin()?;
-    let args = ArithmeticArgs {
-        words: &words,
-        found: &found,
-    };
-    let params = ArithmeticParams {
-        count: numbers.len() as u32,
-    };
-    rec.dispatch(&pipeline, Threads::of(numbers.len()), args, params);
-    frames.submit(rec)?;
-    frames.wait_idle()?;
+    Frames::new(ctx, 1)?.run(|rec| {
+        let args = ArithmeticArgs {
+            words: &words,
+            found: &found,
+        };
+        let params = ArithmeticParams {
+            count: numbers.len() as u32,
+        };
+        rec.dispatch(&pipeline, Threads::of(numbers.len()), args, params);
+    })?;
     let found = ctx.download(&found)?;
     let mut rows = vec![[Vec4::zeroed(); 6]; numbers.len()];
     for (row, found) in rows.iter_mut().zip(found.chunks(6)) {

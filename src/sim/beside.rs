@@ -324,10 +324,7 @@ pub fn first_difference(
     let mut is_unfolded = true;
     for step in 1..=steps {
         for dab in dabs.iter().filter(|_| step == painted_in) {
-            let mut rec = frames.begin()?;
-            device.paint(&mut rec, dab)?;
-            frames.submit(rec)?;
-            frames.wait_idle()?;
+            frames.run(|rec| device.paint(rec, dab))??;
             host.paint(dab)?;
             let found =
                 Everything::of_device(ctx, device.state(), objects)?.fields(&[], is_unfolded);
@@ -340,10 +337,7 @@ pub fn first_difference(
         let (own, other) = (device.next_step(), host.next_step());
         let works = own.works().iter().zip(other.works()).enumerate();
         for (k, (own_work, other_work)) in works {
-            let mut rec = frames.begin()?;
-            device.record_work(&mut rec, &**own_work);
-            frames.submit(rec)?;
-            frames.wait_idle()?;
+            frames.run(|rec| device.record_work(rec, &**own_work))?;
             host.run_work(&**other_work);
             let kernels = own_work.kernels();
             is_unfolded &= !kernels.iter().any(|kernel| kernel.starts_with("distance"));

@@ -23,21 +23,19 @@ pub fn depth_queries(
     let pipeline = Pipeline::<DepthQueries>::new(ctx, &constants)?;
     let asked = Buffer::from_slice(ctx, "distances", distances)?;
     let depths = Buffer::<f32>::zeroed(ctx, "depths", distances.len())?;
-    let mut frames = Frames::new(ctx, 1)?;
-    let mut rec = frames.begin()?;
-    rec.dispatch(
-        &pipeline,
-        Threads::of(distances.len()),
-        DepthQueriesArgs {
-            distances: &asked,
-            depths: &depths,
-        },
-        DepthQueriesParams {
-            query_count: distances.len() as u32,
-            reach,
-        },
-    );
-    frames.submit(rec)?;
-    frames.wait_idle()?;
+    Frames::new(ctx, 1)?.run(|rec| {
+        rec.dispatch(
+            &pipeline,
+            Threads::of(distances.len()),
+            DepthQueriesArgs {
+                distances: &asked,
+                depths: &depths,
+            },
+            DepthQueriesParams {
+                query_count: distances.len() as u32,
+                reach,
+            },
+        )
+    })?;
     Ok(ctx.download(&depths)?)
 }

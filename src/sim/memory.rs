@@ -338,7 +338,7 @@ pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
         &format!(
             "atlas.size = {} with atlas.method = \"{}\" makes {} {what}, which take {}, and one buffer holds {}: lower atlas.size{fewer_seams}",
             number(u64::from(atlas.size)),
-            atlas.method,
+            atlas.method.word(),
             number(count),
             human(count * size),
             human(limit),

@@ -30,7 +30,6 @@ pub mod brute;
 pub mod buffers;
 pub mod carry;
 pub mod checkpoint;
-pub mod choices;
 pub mod course;
 pub mod crossing;
 pub mod depth;

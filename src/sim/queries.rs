@@ -60,22 +60,21 @@ pub fn walk_queries(
         // A walk through a vertex may cross all its edges without getting further.
         let mut patience = surface.halfedges.len() / attempts + 2;
         while patience > 0 {
-            let mut rec = frames.begin()?;
-            rec.dispatch(
-                &pipeline,
-                Threads(walkers.len() as u32),
-                WalkQueriesArgs {
-                    triangles: &triangles,
-                    halfedges: &halfedges,
-                    walkers: &buffer,
-                },
-                WalkQueriesParams {
-                    walk_count: walkers.len() as u32,
-                    attempts: attempts as u32,
-                },
-            );
-            frames.submit(rec)?;
-            frames.wait_idle()?;
+            frames.run(|rec| {
+                rec.dispatch(
+                    &pipeline,
+                    Threads(walkers.len() as u32),
+                    WalkQueriesArgs {
+                        triangles: &triangles,
+                        halfedges: &halfedges,
+                        walkers: &buffer,
+                    },
+                    WalkQueriesParams {
+                        walk_count: walkers.len() as u32,
+                        attempts: attempts as u32,
+                    },
+                )
+            })?;
             let before = std::mem::replace(&mut walkers, ctx.download(&buffer)?);
             let under_way = |w: &Walker| w.status == WALK_OUT_OF_ATTEMPTS;
             let mut pairs = walkers.iter().zip(&before).filter(|(w, _)| under_way(w));

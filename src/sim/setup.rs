@@ -12,12 +12,12 @@ use super::surroundings::surroundings;
 use super::types::{Motion, Particle, Pose, Vertex};
 use crate::error::Result;
 use crate::mesh::RigidTrack;
-use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions, Control};
+use crate::mesh::atlas::{Atlas, AtlasOptions, Control};
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::Surface;
 use crate::rng::seed_word;
 use crate::scene::motion::Origins;
-use crate::scene::settings::{self, Settings};
+use crate::scene::settings::Settings;
 use crate::scene::{BUILTIN, Scene};
 
 /// The state of a scene at step 0, on the host.
@@ -156,11 +156,7 @@ fn texel_side(atlas: &Atlas, distance: &DistanceSetup) -> f32 {
 #[must_use]
 pub fn atlas_options(settings: &Settings) -> AtlasOptions {
     AtlasOptions {
-        method: match settings.atlas.method {
-            settings::AtlasMethod::Charts => AtlasMethod::Charts,
-            settings::AtlasMethod::Grid => AtlasMethod::Grid,
-            settings::AtlasMethod::Mesh => AtlasMethod::Mesh,
-        },
+        method: settings.atlas.method,
         size: settings.atlas.size,
         cell_size: settings.atlas.cell_size,
         gutter: settings.trail.diffusion_distance.max(1),
@@ -215,13 +211,13 @@ impl Vertex {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::settings::ObjectSettings;
+    use crate::scene::settings::{AtlasMethod, ObjectSettings};
 
     #[test]
     fn a_heavier_object_has_more_texels_for_its_area() {
         let mut settings = Settings::default();
         settings.particles.count = 10;
-        settings.atlas.method = settings::AtlasMethod::Charts;
+        settings.atlas.method = AtlasMethod::Charts;
         settings.atlas.size = 256;
         settings.objects = ["builtin:cube?divisions=4", "builtin:plane?columns=8&rows=8"]
             .map(|mesh| ObjectSettings {

@@ -100,28 +100,27 @@ pub fn transfer_queries(
         // A walk through a vertex may cross all its edges without getting further.
         let mut patience = surface.halfedges.len() / attempts + 2;
         while patience > 0 {
-            let mut rec = frames.begin()?;
-            rec.dispatch(
-                &pipeline,
-                Threads::of(batch.len()),
-                TransferQueriesArgs {
-                    triangles: &triangles,
-                    halfedges: &halfedges,
-                    corners: &corners,
-                    vertices: &vertices,
-                    poses: &poses,
-                    roots: &roots,
-                    nodes: &nodes,
-                    faces: &faces,
-                    pseudonormals: &pseudonormals,
-                    dipoles: &dipoles,
-                    phases: &phases_buffer,
-                    walkers: &walkers_buffer,
-                },
-                params,
-            );
-            frames.submit(rec)?;
-            frames.wait_idle()?;
+            frames.run(|rec| {
+                rec.dispatch(
+                    &pipeline,
+                    Threads::of(batch.len()),
+                    TransferQueriesArgs {
+                        triangles: &triangles,
+                        halfedges: &halfedges,
+                        corners: &corners,
+                        vertices: &vertices,
+                        poses: &poses,
+                        roots: &roots,
+                        nodes: &nodes,
+                        faces: &faces,
+                        pseudonormals: &pseudonormals,
+                        dipoles: &dipoles,
+                        phases: &phases_buffer,
+                        walkers: &walkers_buffer,
+                    },
+                    params,
+                )
+            })?;
             phases = ctx.download(&phases_buffer)?;
             let before = std::mem::replace(&mut walkers, ctx.download(&walkers_buffer)?);
             if phases.iter().all(|&phase| phase == PHASE_DONE) {

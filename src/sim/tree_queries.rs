@@ -111,22 +111,21 @@ pub fn tree_queries(
             root: trees.objects[0].first_node,
             first_vertex_normal,
         };
-        let mut rec = frames.begin()?;
-        rec.dispatch(
-            &pipeline,
-            Threads::of(batch.len()),
-            TreeQueriesArgs {
-                nodes: &nodes,
-                dipoles: &dipoles,
-                faces: &faces,
-                pseudonormals: &pseudonormals,
-                corners: &corners,
-                queries: &buffer,
-            },
-            params,
-        );
-        frames.submit(rec)?;
-        frames.wait_idle()?;
+        frames.run(|rec| {
+            rec.dispatch(
+                &pipeline,
+                Threads::of(batch.len()),
+                TreeQueriesArgs {
+                    nodes: &nodes,
+                    dipoles: &dipoles,
+                    faces: &faces,
+                    pseudonormals: &pseudonormals,
+                    corners: &corners,
+                    queries: &buffer,
+                },
+                params,
+            )
+        })?;
         let answers = ctx.download(&buffer)?;
         batch
             .par_iter_mut()

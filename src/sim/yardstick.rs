@@ -117,14 +117,13 @@ pub fn keep_busy_for(
     let mut copies = 1;
     let begun = Instant::now();
     loop {
-        let mut rec = frames.begin()?;
-        rec.scope("round", |rec| {
-            for _ in 0..copies {
-                copy_by_kernel(&pipeline, rec, &source, &target);
-            }
-        });
-        frames.submit(rec)?;
-        frames.wait_idle()?;
+        frames.run(|rec| {
+            rec.scope("round", |rec| {
+                for _ in 0..copies {
+                    copy_by_kernel(&pipeline, rec, &source, &target);
+                }
+            })
+        })?;
         let spans = frames.timings().frames().last();
         let round = spans.and_then(|spans| spans.iter().find(|span| span.name == "round"));
         // What a copy takes.

@@ -238,69 +238,6 @@ fn every_suite_of_scenes_ends_with_points_and_plots() {
     }
 }
 
-/// What else could have been built: all ways are timed, and what comes out of them is compared.
-#[test]
-fn choices_are_timed_and_compared() {
-    if no_device() {
-        return;
-    }
-    let folder = Folder::new();
-    let (results, table) = bench("choices", &folder, &small(&[FEW]));
-    let points = check_points(&results);
-    // Six walks, two ways to count and five to read on either scene; then deposits alone, even and crowded.
-    assert_eq!(points.len(), 2 * 13 + 2 * 2, "{table}");
-    let found = |series: &str, what: &str| {
-        let point = points.iter().find(|point| point["series"] == series);
-        let point = point.unwrap_or_else(|| panic!("{series}: {table}"));
-        let value = point["found"][what].as_f64();
-        value.unwrap_or_else(|| panic!("{series} has no `{what}`: {point}"))
-    };
-    for point in &points {
-        let each = point["found"]["ns a particle"].as_f64();
-        assert!(each.is_some_and(|ns| ns > 0.0), "{point}");
-    }
-    for walk in ["step", "way to a sensor"] {
-        let off = |how: &str, what: &str| found(&format!("torus, {walk}: {how}"), what);
-        assert!(off("exact edge test", "off: p95") < 1e-4, "{table}");
-        assert!(off("exact edge test", "wrong triangle") < 0.01, "{table}");
-        let corrected = off("corrected afterwards", "off: p95");
-        assert!(corrected > 1e-4 && corrected < 1.0, "{table}");
-        let once = off("corrected once", "off: p95");
-        assert!(once >= 0.9 * corrected && once < 2.0, "{table}");
-    }
-    for series in ["even", "crowd"] {
-        for how in ["atomic adds", "drawn points"] {
-            assert_eq!(
-                found(&format!("{series}, deposits: {how}"), "wrong texels"),
-                0.0
-            );
-        }
-    }
-    let most = |series: &str| {
-        found(
-            &format!("{series}, deposits: atomic adds"),
-            "most in a texel",
-        )
-    };
-    assert!(most("crowd") > 3.0 * most("even"), "{table}");
-    for how in ["texel buffer", "storage block", "storage texels", "image"] {
-        assert_eq!(
-            found(&format!("torus, readings: {how}"), "differs: most"),
-            0.0
-        );
-    }
-    let sampled = found("torus, readings: sampler", "differs: p95");
-    assert!(sampled < 0.05, "{table}");
-    assert_eq!(
-        results["plots"],
-        serde_json::json!([
-            "choices_walks.svg",
-            "choices_deposits.svg",
-            "choices_readings.svg",
-        ])
-    );
-}
-
 #[test]
 fn suites_without_a_case_small_enough_are_left_out() {
     if no_device() {
@@ -389,11 +326,15 @@ fn suites_are_listed_and_others_refused() {
         "transfer",
         "distance",
         "mesh",
-        "choices",
     ];
     assert_eq!(names, expected);
     let message = refused(2, &["bench", "partikles"]);
     assert!(message.contains("'particles'"), "{message}");
+    let message = failed(&["bench", "choices"]);
+    assert!(
+        message.contains("particles, texture,") && message.contains("--example choices"),
+        "{message}"
+    );
     for wrong in ["0", "-5", "many", "nan"] {
         let message = refused(2, &["bench", "mesh", &format!("--up-to={wrong}")]);
         assert!(message.contains("a positive number"), "{message}");

@@ -131,6 +131,83 @@ fn poses_from_outside_move_objects_and_take_particles_along() {
     );
 }
 
+/// What else could have been built: all ways are timed, and what comes out of them is compared.
+#[test]
+fn choices_are_timed_and_compared() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let out = folder.file("results");
+    let output = Command::new(example("choices"))
+        .args(["--quick", "--out", path(&out)])
+        .args([
+            "--set=particles.count=500",
+            "--set=atlas.size=64",
+            "--set=trail.decay=0.9",
+        ])
+        .output()
+        .expect("it starts");
+    let messages = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{messages}");
+    let table = text(&output.stdout);
+    let results = program::report(&out.join("choices.json"));
+    let points = results["points"].as_array().expect("they are listed");
+    // Six walks, two ways to count and five to read on either scene; then deposits alone, even and crowded.
+    assert_eq!(points.len(), 2 * 13 + 2 * 2, "{table}");
+    let found = |series: &str, what: &str| {
+        let point = points.iter().find(|point| point["series"] == series);
+        let point = point.unwrap_or_else(|| panic!("{series}: {table}"));
+        let value = point["found"][what].as_f64();
+        value.unwrap_or_else(|| panic!("{series} has no `{what}`: {point}"))
+    };
+    for point in points {
+        let time = &point["time"];
+        let order = ["median_low_ms", "median_ms", "median_high_ms"];
+        let values = order.map(|key| time[key].as_f64().expect("it is a number"));
+        assert!(values.is_sorted() && values[0] > 0.0, "{time}");
+        let each = point["found"]["ns a particle"].as_f64();
+        assert!(each.is_some_and(|ns| ns > 0.0), "{point}");
+    }
+    for walk in ["step", "way to a sensor"] {
+        let off = |how: &str, what: &str| found(&format!("torus, {walk}: {how}"), what);
+        assert!(off("exact edge test", "off: p95") < 1e-4, "{table}");
+        assert!(off("exact edge test", "wrong triangle") < 0.01, "{table}");
+        let corrected = off("corrected afterwards", "off: p95");
+        assert!(corrected > 1e-4 && corrected < 1.0, "{table}");
+        let once = off("corrected once", "off: p95");
+        assert!(once >= 0.9 * corrected && once < 2.0, "{table}");
+    }
+    let most = |series: &str| {
+        found(
+            &format!("{series}, deposits: atomic adds"),
+            "most in a texel",
+        )
+    };
+    assert!(most("crowd") > 3.0 * most("even"), "{table}");
+    for how in ["texel buffer", "storage block", "storage texels", "image"] {
+        assert_eq!(
+            found(&format!("torus, readings: {how}"), "differs: most"),
+            0.0
+        );
+    }
+    let sampled = found("torus, readings: sampler", "differs: p95");
+    assert!(sampled < 0.05, "{table}");
+    for name in [
+        "choices_walks.svg",
+        "choices_deposits.svg",
+        "choices_readings.svg",
+    ] {
+        let svg = fs::read_to_string(out.join(name)).expect("it is written");
+        assert!(
+            svg.starts_with("<svg") && svg.contains("ns a particle") && svg.ends_with("</svg>\n"),
+            "{name}"
+        );
+    }
+    let written = fs::read_to_string(out.join("choices.txt")).expect("it is written");
+    assert_eq!(written, table);
+}
+
 /// Everything in the file but its header stands in the README.
 #[test]
 fn the_readme_shows_the_ten_line_start() {

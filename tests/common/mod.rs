@@ -121,11 +121,10 @@ fn free_context(means: Means) -> Option<Arc<Context>> {
 impl Gpu {
     /// Records, submits and waits.
     pub fn run(&self, record: impl FnOnce(&mut Recorder)) {
-        let mut frames = Frames::new(&self.ctx, 1).unwrap();
-        let mut rec = frames.begin().unwrap();
-        record(&mut rec);
-        frames.submit(rec).unwrap();
-        frames.wait_idle().unwrap();
+        Frames::new(&self.ctx, 1)
+            .unwrap()
+            .run(|rec| record(rec))
+            .unwrap();
     }
 
     /// Fails the test if the validation layers said anything.

@@ -5,6 +5,9 @@ mod common;
 #[path = "../common/places.rs"]
 mod places;
 
+// What the build generates names `crate::gpu`.
+use myxo::gpu;
+
 mod alone;
 mod arithmetic;
 mod bits;

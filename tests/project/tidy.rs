@@ -37,6 +37,7 @@ fn files(folder: &str, endings: &[&str]) -> Vec<(PathBuf, String)> {
 /// the other.
 const LAYERS: &[&[&str]] = &[
     &[
+        "choice",
         "commit",
         "error",
         "portable",
@@ -93,12 +94,26 @@ fn layers_use_only_those_below() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// What the command line and the window both need stands beside them.
+#[test]
+fn only_one_command_uses_the_window_which_uses_no_command() {
+    let uses = |folder: &str, what: &str| -> Vec<String> {
+        let all = files(folder, &["rs"]).into_iter();
+        all.filter(|(_, text)| text.contains(what))
+            .map(|(path, _)| path.display().to_string())
+            .collect()
+    };
+    assert_eq!(uses("src/cli", "crate::lab"), ["src/cli/lab.rs"]);
+    assert_eq!(uses("src/lab", "crate::cli"), [""; 0]);
+}
+
 #[test]
 fn files_say_what_they_are_for() {
     for (path, text) in files("src", &["rs"])
         .into_iter()
         .chain(files("tests", &["rs"]))
         .chain(files("benches", &["rs"]))
+        .chain(files("examples", &["rs"]))
     {
         assert!(
             text.starts_with("//! "),
@@ -123,6 +138,7 @@ fn files_name_no_place_of_one_machine() {
         ("src", &["rs"][..]),
         ("tests", &["rs"]),
         ("benches", &["rs"]),
+        ("examples", &["rs"]),
         ("shaders", &["comp", "vert", "frag", "glsl"]),
     ] {
         for (path, text) in files(folder, endings) {
@@ -404,7 +420,8 @@ fn what_decides_a_state_is_portable() {
 
 #[test]
 fn every_kernel_has_a_twin_and_a_mutant() {
-    let sources = files("src", &["rs"]);
+    let mut sources = files("src", &["rs"]);
+    sources.extend(files("examples", &["rs"]));
     let mutants =
         fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/mutants.tsv"))
             .unwrap();

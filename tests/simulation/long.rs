@@ -94,10 +94,7 @@ fn scene(name: &str, length: Length, strategy: Strategy, others: &[&str]) -> Sce
 fn advance(ctx: &Arc<Context>, simulation: &mut Simulation, to: u64) -> Snapshot {
     let mut frames = Frames::new(ctx, 2).unwrap();
     while simulation.step() < to {
-        let mut rec = frames.begin().unwrap();
-        simulation.record_step(&mut rec);
-        frames.submit(rec).unwrap();
-        frames.wait_idle().unwrap();
+        frames.run(|rec| simulation.record_step(rec)).unwrap();
         let state = simulation.snapshot().unwrap();
         state.validate(simulation.setup()).unwrap();
     }

@@ -18,8 +18,8 @@ use crate::cli::interrupt;
 use crate::cli::options::DeviceOptions;
 use crate::cli::progress::{Progress, atlas_cache};
 use crate::cli::report::{Bandwidth, Repetition, Times, widen};
-use crate::cli::room::{self, Free, LARGE};
 use crate::cli::times;
+use crate::room::{self, Free, LARGE};
 
 /// Frames that the host may be ahead of the device.
 const FRAMES_IN_FLIGHT: usize = 2;
@@ -276,7 +276,6 @@ impl Rig {
             time,
             parts,
             between_kernels_ms: Some(times::between_kernels(&report)),
-            ..Point::default()
         }
     }
 }

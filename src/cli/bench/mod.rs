@@ -1,8 +1,5 @@
-//! `myxo bench`: how times grow with particles, texture, edges, objects, motion, triangles; and what else could have been
-//! built.
+//! `myxo bench`: how times grow with particles, texture, edges, objects, motion, triangles.
 
-mod bars;
-mod choices;
 mod measure;
 mod meshes;
 mod pixels;
@@ -13,7 +10,7 @@ mod suites;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use clap::builder::PossibleValuesParser;
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use myxo::mesh::atlas::AtlasError;
 use myxo::scene::file::Reader;
 use myxo::scene::parameters::grouped;
@@ -24,18 +21,20 @@ use super::files::{Sink, check_writable};
 use super::host::{self, HostLoad, Watch};
 use super::options::DeviceOptions;
 use super::progress::Progress;
-use super::{Command, Outcome, console, interrupt};
+use super::{Command, Outcome, interrupt};
+use crate::console;
 use measure::{Budget, Measured, Rig};
-use plot::Picture;
+use plot::Plot;
 use suite::{Case, Extent, Point, Results, Skipped, Suite, Work};
 use suites::SUITES;
 
 /// Runs of each case, where the command line says nothing.
 const RUNS: u32 = 3;
 const RUNS_WHEN_QUICK: u32 = 2;
+/// A suite that has become an example.
+const MOVED: &str = "choices";
 
-/// Measure how times grow: with particles, texture, edge crossings, objects, strategies, distances, meshes; and what else
-/// could have been built
+/// Measure how times grow: with particles, texture, edge crossings, objects, strategies, distances, meshes
 ///
 /// Each suite prints a table, and leaves that as SUITE.txt, SUITE.json and plots (SVG and PNG) in the folder. Cases that do not fit, or would
 /// take too long, are left out with a line that says why. Ctrl-C ends early, and keeps what was measured.
@@ -49,7 +48,7 @@ Examples:
   myxo bench --list                             the suites")]
 pub struct Bench {
     /// What to measure; all suites where none is named
-    #[arg(value_name = "SUITE", value_parser = PossibleValuesParser::new(SUITES.each_ref().map(|suite| suite.name)))]
+    #[arg(value_name = "SUITE", value_parser = names())]
     suites: Vec<String>,
     /// Lists the suites, and measures nothing
     #[arg(long)]
@@ -73,6 +72,15 @@ pub struct Bench {
     device: DeviceOptions,
 }
 
+/// Of the suites, and one that there is no more, which is answered with where it is.
+fn names() -> PossibleValuesParser {
+    let names = SUITES.iter().map(|suite| PossibleValue::new(suite.name));
+    names
+        .chain([PossibleValue::new(MOVED).hide(true)])
+        .collect::<Vec<_>>()
+        .into()
+}
+
 fn positive(text: &str) -> Result<f64, String> {
     let value: Result<f64, _> = text.replace('_', "").parse();
     value
@@ -84,6 +92,12 @@ fn positive(text: &str) -> Result<f64, String> {
 impl Command for Bench {
     /// Checks everything that can be checked before the work, and does it.
     fn run(&self) -> Result<Outcome> {
+        if self.suites.iter().any(|name| name == MOVED) {
+            let names = SUITES.each_ref().map(|suite| suite.name).join(", ");
+            return Err(Error::Invalid(format!(
+                "there is no suite `{MOVED}` among {names}: it is an example now, `cargo run --release --example {MOVED}`"
+            )));
+        }
         let is_asked = |suite: &&Suite| {
             self.suites.is_empty() || self.suites.iter().any(|name| name == suite.name)
         };
@@ -172,7 +186,6 @@ impl Bench {
                     suite.name
                 )));
             }
-            Work::Choices => choices::places(extent)?,
             Work::Meshes => meshes::sizes(extent).map(meshes::triangles).collect(),
         };
         let first = places.iter().copied().fold(f64::INFINITY, f64::min);
@@ -226,7 +239,6 @@ impl Bench {
                 let points = cases.into_iter().filter_map(|case| case.point);
                 (points.collect(), skipped, ended)
             }
-            (Work::Choices, Some(rig)) => choices::measure(rig, extent, runs, &budget, &mut watch)?,
             _ => {
                 let (points, ended) = meshes(extent, runs, &mut watch)?;
                 (points, Vec::new(), ended)
@@ -248,11 +260,6 @@ impl Bench {
         for plot in &plots {
             self.draw(plot, &mut results)?;
         }
-        if matches!(suite.work, Work::Choices) {
-            for bars in &choices::bars(&results.points) {
-                self.draw(bars, &mut results)?;
-            }
-        }
         Sink::create(&self.file(suite.name, "json"))?.write(results.to_json())?;
         let text = results.text(suite.parts);
         Sink::create(&self.file(suite.name, "txt"))?.write(text.clone())?;
@@ -264,19 +271,15 @@ impl Bench {
         Ok(())
     }
 
-    /// Writes a picture, if there is anything to be seen.
-    fn draw(&self, picture: &impl Picture, results: &mut Results) -> Result<()> {
-        if picture.is_empty() {
+    /// Writes a plot, if there is anything to be seen.
+    fn draw(&self, plot: &Plot, results: &mut Results) -> Result<()> {
+        if plot.is_empty() {
             return Ok(());
         }
-        let name = picture.name();
-        for (ending, content) in [
-            ("svg", picture.svg()?.into_bytes()),
-            ("png", picture.png()?),
-        ] {
-            Sink::create(&self.file(name, ending))?.write(content)?;
+        for (ending, content) in [("svg", plot.svg()?.into_bytes()), ("png", plot.png()?)] {
+            Sink::create(&self.file(&plot.name, ending))?.write(content)?;
         }
-        results.plots.push(format!("{name}.svg"));
+        results.plots.push(format!("{}.svg", plot.name));
         Ok(())
     }
 
@@ -361,16 +364,6 @@ fn method(work: &Work, runs: u32, budget: &Budget) -> String {
     };
     if matches!(work, Work::Meshes) {
         return format!("{runs}, by the host's clock; intervals are from the least to the most");
-    }
-    if matches!(work, Work::Choices) {
-        return format!(
-            "{runs}, each from the beginning: all ways in turn, up to {} times ({:.1} s at most), by the device's timestamps\n\
-             medians of all rounds; intervals by ranks, and at least from the lowest to the highest median of a run\n\
-             off: how far, straight through space, from where a walk in double precision ends, in parts of the way\n\
-             differs: from readings by the program's own way, in parts of the mean reading",
-            budget.steps,
-            budget.time.as_secs_f64()
-        );
     }
     format!(
         "{runs}, each from the beginning: {} steps to warm up (fewer after {:.0} s; a graphics card is kept busy until its times \

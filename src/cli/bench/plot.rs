@@ -10,18 +10,18 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::pixels::Pixels;
 
 /// Pixels.
-pub const SIZE: (u32, u32) = (960, 560);
+const SIZE: (u32, u32) = (960, 560);
 /// Round the plot itself; names of lines stand in the right one.
 const LEFT: i32 = 92;
 const RIGHT: i32 = 232;
-pub const TOP: i32 = 52;
-pub const BOTTOM: i32 = 64;
+const TOP: i32 = 52;
+const BOTTOM: i32 = 64;
 
 const FONT: &str = "sans-serif";
-pub const INK: RGBColor = RGBColor(40, 44, 52);
-pub const GRID: RGBColor = RGBColor(222, 224, 228);
+const INK: RGBColor = RGBColor(40, 44, 52);
+const GRID: RGBColor = RGBColor(222, 224, 228);
 /// Colours that stay apart for the colour-blind (Okabe and Ito, "Color Universal Design", 2008), darkest first.
-pub const COLORS: [RGBColor; 8] = [
+const COLORS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -83,19 +83,9 @@ pub struct Dot {
     pub high: f64,
 }
 
-/// What becomes an SVG and a PNG.
-pub trait Picture {
-    /// Of the files, without ending.
-    fn name(&self) -> &str;
-
-    /// Is there anything to be seen?
-    fn is_empty(&self) -> bool;
-
-    /// Draws all of it.
-    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB>;
-
+impl Plot {
     /// As an SVG text.
-    fn svg(&self) -> Result<String> {
+    pub fn svg(&self) -> Result<String> {
         let mut text = String::new();
         let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
         self.draw(&area).map_err(|error| self.failure(&error))?;
@@ -104,7 +94,7 @@ pub trait Picture {
     }
 
     /// As a PNG file.
-    fn png(&self) -> Result<Vec<u8>> {
+    pub fn png(&self) -> Result<Vec<u8>> {
         let mut picture = image::RgbImage::new(SIZE.0, SIZE.1);
         let area = Pixels::new(&mut picture).into_drawing_area();
         self.draw(&area).map_err(|error| self.failure(&error))?;
@@ -117,11 +107,9 @@ pub trait Picture {
     }
 
     fn failure(&self, error: &dyn std::fmt::Display) -> Error {
-        Error::Invalid(format!("cannot draw the plot `{}`: {error}", self.name()))
+        Error::Invalid(format!("cannot draw the plot `{}`: {error}", self.name))
     }
-}
 
-impl Plot {
     /// Those that the axes can show.
     fn shown(&self, line: &Line) -> Vec<Dot> {
         let fits = |axis: &Axis, value: f64| value.is_finite() && (!axis.is_log || value > 0.0);
@@ -129,14 +117,9 @@ impl Plot {
         dots.filter(|dot| fits(&self.x, dot.x) && fits(&self.y, dot.y))
             .collect()
     }
-}
 
-impl Picture for Plot {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn is_empty(&self) -> bool {
+    /// Is there nothing to be seen?
+    pub fn is_empty(&self) -> bool {
         self.lines.iter().all(|line| self.shown(line).is_empty())
     }
 
@@ -167,9 +150,7 @@ impl Picture for Plot {
         area.draw(&Text::new(self.y.label.clone(), (18, middle), upright))?;
         self.draw_lines(area, &x, &y)
     }
-}
 
-impl Plot {
     fn draw_lines<DB: DrawingBackend>(
         &self,
         area: &DrawingArea<DB, Shift>,
@@ -262,7 +243,7 @@ fn draw_axes<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, x: &Scale, y: &S
     area.draw(&PathElement::new(frame, INK.stroke_width(1)))
 }
 
-pub fn style(size: i32, across: HPos, up: VPos) -> TextStyle<'static> {
+fn style(size: i32, across: HPos, up: VPos) -> TextStyle<'static> {
     TextStyle::from((FONT, size).into_font())
         .color(&INK)
         .pos(Pos::new(across, up))
@@ -349,7 +330,7 @@ fn log_ticks(low: f64, high: f64) -> Vec<f64> {
 }
 
 /// From 0 on, about six of them, at whole numbers of 1, 2 or 5 times a power of ten.
-pub fn linear_ticks(high: f64) -> Vec<f64> {
+fn linear_ticks(high: f64) -> Vec<f64> {
     let rough = high / 6.0;
     let power = 10_f64.powf(rough.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0]
@@ -364,7 +345,7 @@ pub fn linear_ticks(high: f64) -> Vec<f64> {
 }
 
 /// `0.5`, `256`, `16,384`, `300 k`, `64 M`.
-pub fn tick_text(value: f64) -> String {
+fn tick_text(value: f64) -> String {
     let is_whole_in = |unit: f64| value >= 10.0 * unit && (value / unit).fract() == 0.0;
     if value >= 1e6 && (value / 1e5).fract() == 0.0 {
         return format!("{} M", value / 1e6);

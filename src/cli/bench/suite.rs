@@ -53,8 +53,6 @@ pub struct Suite {
 pub enum Work {
     /// Steps of scenes, on the device.
     Scenes(fn(&Extent) -> Result<Vec<Case>>),
-    /// Ways to do the same, on the device.
-    Choices,
     /// Geometry, on the host.
     Meshes,
 }
@@ -118,9 +116,6 @@ pub struct Point {
     /// Of the mean step what lies between kernels; on the device only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub between_kernels_ms: Option<f64>,
-    /// What else was found out.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub found: BTreeMap<&'static str, f64>,
 }
 
 impl Point {
@@ -248,7 +243,7 @@ impl Results {
             self.command
         ));
         head.push(self.method.clone());
-        let mut text = head.join("\n") + "\n\n" + &self.table(parts) + &self.found();
+        let mut text = head.join("\n") + "\n\n" + &self.table(parts);
         for point in self.points.iter().filter(|p| p.warmup < self.warmup) {
             text += &format!(
                 "warmed up by {} steps only, for want of time: {}, {}\n",
@@ -330,38 +325,6 @@ impl Results {
             rows.push(row);
         }
         aligned(&rows, None)
-    }
-
-    /// What else was found out, in a table of its own; nothing where there is nothing.
-    fn found(&self) -> String {
-        let mut columns: Vec<&str> = Vec::new();
-        for what in self.points.iter().flat_map(|point| point.found.keys()) {
-            if !columns.contains(what) {
-                columns.push(what);
-            }
-        }
-        if columns.is_empty() {
-            return String::new();
-        }
-        let names = ["series"].iter().chain(&columns);
-        let mut rows: Vec<Vec<String>> = vec![names.map(|name| (*name).to_owned()).collect()];
-        for point in &self.points {
-            let value = |what: &&str| point.found.get(what).map_or(String::new(), |v| digits(*v));
-            let values = columns.iter().map(value);
-            rows.push([point.series.clone()].into_iter().chain(values).collect());
-        }
-        "\n".to_owned() + &aligned(&rows, None)
-    }
-}
-
-/// Three digits, whatever the size.
-fn digits(value: f64) -> String {
-    match value.abs() {
-        0.0 => "0".to_owned(),
-        size if size < 1e-3 => format!("{value:.1e}"),
-        size if size < 1.0 => format!("{value:.4}"),
-        size if size < 100.0 => format!("{value:.1}"),
-        _ => grouped(value.round()),
     }
 }
 

@@ -11,7 +11,7 @@ use super::plot::{Axis, Dot, Plot};
 use super::suite::{Case, Extent, Point, Suite, Work, lines};
 
 /// All of them, in the order in which they run.
-pub static SUITES: [Suite; 8] = [
+pub static SUITES: [Suite; 7] = [
     Suite {
         name: "particles",
         about: "how the time of a step grows with the number of particles, on `torus`",
@@ -88,20 +88,10 @@ pub static SUITES: [Suite; 8] = [
         work: Work::Meshes,
         plots: mesh_plots,
     },
-    Suite {
-        name: "choices",
-        about: "what else could have been built, beside what was: walks, deposits, and how the trail is bound",
-        axis: "particles",
-        whole: "kernel",
-        parts: &[],
-        warmup: 0,
-        work: Work::Choices,
-        plots: |_| Vec::new(),
-    },
 ];
 
 /// Steps until particles have been sorted three times, and networks begin to form, which changes what later ones take.
-pub const SORTED: u32 = 34;
+const SORTED: u32 = 34;
 
 /// What moves particles, from object to object, too.
 const MOVING: [&str; 5] = {
@@ -124,7 +114,7 @@ const DISTANCE_KERNELS: [&str; 6] = [
 ];
 
 /// A scene, with what the suite sets and what the command line sets over it.
-pub fn scene(name: &str, own: &[&str], extent: &Extent) -> Result<Settings> {
+fn scene(name: &str, own: &[&str], extent: &Extent) -> Result<Settings> {
     let own = own.iter().map(|text| (*text).to_owned());
     let overrides = Overrides {
         set: own.chain(extent.set.iter().cloned()).collect(),

@@ -10,12 +10,13 @@ use myxo::{Error, Result};
 use serde::Serialize;
 
 use super::{Profile, repeat};
+use crate::cli::Outcome;
 use crate::cli::files::Sink;
 use crate::cli::host::Watch;
 use crate::cli::report::{KernelTime, Report, Times};
 use crate::cli::session::{self, Earlier, Ending, Opened, Session};
 use crate::cli::table::aligned;
-use crate::cli::{Outcome, console};
+use crate::console;
 
 /// So many pairs, at least, tell where the median of very many lies.
 const FEWEST_PAIRS: usize = 6;

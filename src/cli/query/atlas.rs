@@ -15,7 +15,8 @@ use myxo::scene::settings::{AtlasMethod, Settings};
 use super::{open_mesh, options_of};
 use crate::cli::files::{Sink, check_unread};
 use crate::cli::progress::{SettingUp, atlas_cache};
-use crate::cli::{Command, Outcome, console, interrupt, room};
+use crate::cli::{Command, Outcome, interrupt};
+use crate::{console, room};
 
 /// Tell where each triangle of a mesh lies in the texture
 ///

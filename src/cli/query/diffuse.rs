@@ -24,7 +24,8 @@ use super::{open_mesh, options_of};
 use crate::cli::files::{Sink, check_unread};
 use crate::cli::options::DeviceOptions;
 use crate::cli::progress::{Progress, SettingUp, atlas_cache};
-use crate::cli::{Command, Outcome, console, interrupt};
+use crate::cli::{Command, Outcome, interrupt};
+use crate::console;
 
 /// Spread deposits over a mesh, without decay, and tell the trail of every texel
 ///

@@ -9,7 +9,7 @@ use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{Frame, SurfacePoint, WalkEnd, WalkQuery, WalkStatus};
 
 use super::table::{Row, Table};
-use crate::cli::console;
+use crate::console;
 
 /// What is asked.
 pub const COLUMNS: &[&str] = &["id", "face", "b0", "b1", "b2", "dx", "dy", "dz", "length"];

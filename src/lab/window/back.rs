@@ -1,10 +1,10 @@
 //! The way back to what had grown: kept when it is left, and loaded again.
 
-use crate::cli::room;
 use crate::lab::back::*;
 use crate::lab::facts::Before;
 use crate::lab::loading::Origin;
 use crate::lab::window::Lab;
+use crate::room;
 use myxo::Result;
 
 impl Lab {

@@ -7,7 +7,7 @@ use myxo::plain_text::Shown as _;
 use myxo::render::output::{OutputError, Written};
 use myxo::{Error, Result};
 
-use crate::cli::console;
+use crate::console;
 use crate::lab::command::Command;
 use crate::lab::command::Out;
 use crate::lab::command::Work;

@@ -10,7 +10,7 @@ use myxo::scene::{Overrides, Scene, Settings};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::{Error, Result};
 
-use crate::cli::console;
+use crate::console;
 use crate::lab::command::Command;
 use crate::lab::command::Work;
 use crate::lab::edits::Coming;

@@ -9,9 +9,9 @@ use myxo::{Error, Result};
 
 use crate::lab::loading::Origin;
 use crate::lab::out::{Shot, scaled};
-use crate::lab::own::check_name;
-use crate::lab::presets::with_preset;
 use crate::lab::window::Lab;
+use crate::own_presets::check_name;
+use crate::own_presets::with_preset;
 
 /// Of the small picture of a preset, pixels.
 const PICTURE: [u32; 2] = [300, 200];

@@ -45,7 +45,6 @@ use crate::lab::lost::Lost;
 use crate::lab::options::LabOptions;
 use crate::lab::order::{Asked, Order, Task};
 use crate::lab::out::TakeOut;
-use crate::lab::own::OwnPresets;
 use crate::lab::pacing::Pacer;
 use crate::lab::places::Places;
 use crate::lab::preferences::Preferences;
@@ -56,6 +55,7 @@ use crate::lab::show::Shot;
 use crate::lab::stage::Stage;
 use crate::lab::theme;
 use crate::lab::under_way::{LONGEST_SLICE, Left, UnderWay};
+use crate::own_presets::OwnPresets;
 
 /// A picture counts as moving for this long after it last moved; then it may be drawn with all care.
 const SETTLES_AFTER: Duration = Duration::from_millis(250);

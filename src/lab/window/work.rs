@@ -17,7 +17,6 @@ use crate::lab::command::Work;
 use crate::lab::facts::{HandFacts, Under};
 use crate::lab::loading::Origin;
 use crate::lab::lost::is_loss;
-use crate::lab::own::preset_in;
 use crate::lab::saving::{is_mesh, mesh_name};
 use crate::lab::tools::food::placed;
 use crate::lab::tools::handles::keep_in_place;
@@ -25,6 +24,7 @@ use crate::lab::tools::overlay::normal_towards;
 use crate::lab::under_way::Left;
 use crate::lab::window::Lab;
 use crate::lab::window::depths::dabs_seen;
+use crate::own_presets::preset_in;
 
 /// Dabs of one frame, at the most.
 const MOST_DABS: f32 = 6.0;

@@ -51,6 +51,7 @@ use rayon::prelude::*;
 
 use self::conductances::Layers;
 use super::surface::{AtlasMap, NONE, Seam, Surface};
+use crate::choice::choice;
 pub use clearance::UNIT as CLEARANCE_UNIT;
 pub use control::Control;
 pub use exchange::{
@@ -67,25 +68,16 @@ pub const MAX_SIZE: u32 = 32_768;
 /// What is told while diffusion across seams is worked out.
 const JOINING: &str = "joining seams";
 
-/// How triangles are laid out in the texture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AtlasMethod {
-    /// Few large charts in which triangles keep their angles and, nearly, their size.
-    #[default]
-    Charts,
-    /// Square cells of one size, two neighbouring triangles in each.
-    Grid,
-    /// As the model's own texture coordinates say.
-    Mesh,
-}
-
-impl fmt::Display for AtlasMethod {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            AtlasMethod::Charts => f.write_str("charts"),
-            AtlasMethod::Grid => f.write_str("grid"),
-            AtlasMethod::Mesh => f.write_str("mesh"),
-        }
+choice! {
+    /// How triangles are laid out in the texture.
+    AtlasMethod {
+        /// Few large charts in which triangles keep their angles and, nearly, their size.
+        #[default]
+        Charts = "charts",
+        /// Square cells of one size, two neighbouring triangles in each.
+        Grid = "grid",
+        /// As the model's own texture coordinates say.
+        Mesh = "mesh",
     }
 }
 
@@ -466,7 +458,12 @@ impl Atlas {
 
 impl fmt::Display for Atlas {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{0} x {0} texels by {1}: ", self.size, self.method)?;
+        write!(
+            f,
+            "{0} x {0} texels by {1}: ",
+            self.size,
+            self.method.word()
+        )?;
         match self.cell_size {
             0 => f.write_str(&counted(self.chart_count.into(), "chart"))?,
             c => {

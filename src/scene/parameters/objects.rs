@@ -1,7 +1,7 @@
 //! The rows of the parameter table for one `[[object]]`.
 
 use super::{Effect, Kind, Number, Own, Parameter, Scale, one_table};
-use crate::scene::settings::physarum::own_physarum_parameters;
+use crate::scene::settings::physarum::{only_own, physarum};
 use crate::scene::settings::{
     Easing, Heading, ModelAnimation, ObjectSettings, ObjectStart, Repeat,
 };
@@ -11,8 +11,27 @@ use crate::scene::settings::{
 pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] =
     &one_table::<{ PLACE.len() + PHYSARUM.len() }, 2, ObjectSettings>([PLACE, PHYSARUM]);
 
+macro_rules! own_physarum_rows {
+    ($($for:ident $row:tt)*) => { only_own! { own_rows [] $($for $row)* } };
+}
+macro_rules! own_rows {
+    ($({
+        $(#[$doc:meta])* $field:ident: $type:ident = $default:expr, real ($($range:tt)*),
+        $name:literal, $unit:literal, $help:literal
+    })*) => {
+        &[$(Parameter {
+            key: concat!("physarum.", stringify!($field)),
+            name: $name,
+            unit: $unit,
+            help: concat!("For particles on this object, over the scene's physarum.", stringify!($field), "."),
+            effect: Effect::Live,
+            kind: own!($field, $($range)*),
+        },)*]
+    };
+}
+
 /// What particles do on it.
-const PHYSARUM: &[Parameter<ObjectSettings>] = own_physarum_parameters!();
+const PHYSARUM: &[Parameter<ObjectSettings>] = physarum!(own_physarum_rows);
 
 /// Where it is.
 const PLACE: &[Parameter<ObjectSettings>] = &[

@@ -1,7 +1,7 @@
 //! The rows of the parameter table.
 
 use super::{Effect, Kind, Number, Parameter, Scale, one_table};
-use crate::scene::settings::physarum::physarum_parameters;
+use crate::scene::settings::physarum::physarum;
 use crate::scene::settings::{
     AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, Sensing, Settings,
     Show, SignRule, Start, Strategy,
@@ -16,8 +16,29 @@ pub static PARAMETERS: &[Parameter] =
         BEFORE, PHYSARUM, AFTER,
     ]);
 
+macro_rules! physarum_rows {
+    ($($for:ident {
+        $(#[$doc:meta])* $field:ident: $type:ident = $default:expr, $kind:ident ($($range:tt)*),
+        $name:literal, $unit:literal, $help:literal
+    })*) => {
+        &[$(Parameter {
+            key: concat!("physarum.", stringify!($field)),
+            name: $name,
+            unit: $unit,
+            help: $help,
+            effect: Effect::Live,
+            kind: physarum_kind!($kind $field: $type, $($range)*),
+        },)*]
+    };
+}
+macro_rules! physarum_kind {
+    (real $field:ident: $type:ident, $($range:tt)*) => { real!(physarum.$field, $($range)*) };
+    (whole $field:ident: $type:ident, $($range:tt)*) => { whole!(physarum.$field: $type, $($range)*) };
+    (word $field:ident: $type:ident,) => { word!(physarum.$field: $type) };
+}
+
 /// What particles do.
-const PHYSARUM: &[Parameter] = physarum_parameters!();
+const PHYSARUM: &[Parameter] = physarum!(physarum_rows);
 
 const BEFORE: &[Parameter] = &[
     Parameter {

@@ -1,30 +1,8 @@
 //! What in scene files is one of a few words.
 
-/// Declares an enum whose variants are words of the scene file, in one place.
-macro_rules! choice {
-    ($(#[$doc:meta])* $name:ident { $($(#[$variant_doc:meta])* $variant:ident = $word:literal,)+ }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize)]
-        pub enum $name {
-            $($(#[$variant_doc])* #[serde(rename = $word)] $variant,)+
-        }
+pub use crate::mesh::atlas::AtlasMethod;
 
-        impl $name {
-            /// Every variant, in the order of [`Self::WORDS`].
-            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
-            /// The words that scene files use.
-            pub const WORDS: &'static [&'static str] = &[$($word),+];
-
-            /// The word that scene files use.
-            #[must_use]
-            pub fn word(self) -> &'static str {
-                Self::WORDS[self as usize]
-            }
-        }
-    };
-}
-
-pub(super) use choice;
+use crate::choice::choice;
 
 choice! {
     /// Where particles begin.
@@ -134,19 +112,6 @@ choice! {
         Reflect = "reflect",
         /// The walk ends at the border.
         Stop = "stop",
-    }
-}
-
-choice! {
-    /// How triangles are laid out in the atlas.
-    AtlasMethod {
-        /// Few large charts in which triangles keep their angles and, nearly, their size.
-        #[default]
-        Charts = "charts",
-        /// Each triangle in a cell of a regular grid, two to a cell.
-        Grid = "grid",
-        /// The model's own texture coordinates.
-        Mesh = "mesh",
     }
 }
 

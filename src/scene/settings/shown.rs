@@ -1,7 +1,7 @@
 //! What pictures can show: one row for each view, with all that the program says of it. How it is drawn is in `src/render/renderer/`.
 
 use super::Settings;
-use super::choices::choice;
+use crate::choice::choice;
 use Part::{Charts, Distances, Flat, OwnColors, Points, Scale, Trail};
 
 /// Something that some views have.

@@ -4,7 +4,6 @@
 //! kernels. What the host needs of the same mathematics stands in modules of its own, which twins use as well: nothing but tests
 //! and `myxo selftest` use a twin.
 
-pub mod choices;
 mod copy_words;
 mod paint;
 mod painting;

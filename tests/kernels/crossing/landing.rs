@@ -40,10 +40,7 @@ fn who_has_met_nothing_lands_on_the_nearest_point() {
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
         let before = by_id(&simulation.snapshot().unwrap());
         let mut frames = Frames::new(&gpu.ctx, 1).unwrap();
-        let mut rec = frames.begin().unwrap();
-        simulation.record_step(&mut rec);
-        frames.submit(rec).unwrap();
-        frames.wait_idle().unwrap();
+        frames.run(|rec| simulation.record_step(rec)).unwrap();
         let after = simulation.snapshot().unwrap();
         assert_eq!(after.transfers.flow.crossed, 0);
 

@@ -323,10 +323,7 @@ fn the_method_changes_while_it_runs() {
 /// The names of what a step records.
 fn recorded(gpu: &Gpu, simulation: &mut Simulation) -> Vec<String> {
     let mut frames = myxo::gpu::Frames::new(&gpu.ctx, 1).unwrap();
-    let mut rec = frames.begin().unwrap();
-    simulation.record_step(&mut rec);
-    frames.submit(rec).unwrap();
-    frames.wait_idle().unwrap();
+    frames.run(|rec| simulation.record_step(rec)).unwrap();
     let frame = frames.timings().frames().next().unwrap();
     frame.iter().map(|span| span.name.clone()).collect()
 }

@@ -58,7 +58,7 @@ impl Case {
         atlas.validate(&surface).unwrap();
         Self {
             name: format!(
-                "{} by {method} at {size}, turn {turn}, distance {distance}",
+                "{} by {method:?} at {size}, turn {turn}, distance {distance}",
                 mesh.name
             ),
             method,

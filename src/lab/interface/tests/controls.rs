@@ -4,9 +4,10 @@ use myxo::sim::types::Flow;
 
 use super::*;
 use crate::lab::facts::Waiting;
-use crate::lab::own::OwnPresets;
 use crate::lab::presets;
 use crate::lab::tools::Tool;
+use crate::own_presets::OwnPresets;
+use crate::own_presets::with_preset;
 
 #[test]
 fn changes_are_undone_and_redone_by_keys() {
@@ -97,7 +98,7 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
         Some(first.name)
     );
     harness.interface.looks.morph_seconds = 1.0;
-    let to = presets::with_preset(&harness.interface.document.edited, second.name, second.text);
+    let to = with_preset(&harness.interface.document.edited, second.name, second.text);
     let mut to = to.expect("it is right");
     // Colours are the picture's, and come at once.
     let colours = std::mem::replace(
@@ -140,7 +141,7 @@ fn presets_are_taken_by_keys_at_once_or_slowly() {
 #[test]
 fn a_scene_that_has_the_look_of_a_preset_is_shown_with_its_name() {
     for preset in &myxo::scene::builtin::PRESETS[..3] {
-        let taken = presets::with_preset(&Settings::default(), preset.name, preset.text);
+        let taken = with_preset(&Settings::default(), preset.name, preset.text);
         let mut settings = taken.expect("it is right");
         let of = |settings: &Settings| {
             let settings = settings.clone();

@@ -1,15 +1,15 @@
-//! Twins of the kernels that do in another way what parts of a step do. Twin of `shaders/include/sensors.glsl`, too.
+//! Twins of the kernels, for the tests in `tests/kernels/choices.rs`. Twin of `shaders/include/sensors.glsl`, too.
 
 use glam::Vec4;
+use myxo::mesh::strip::StripTriangle;
+use myxo::mesh::surface::NONE;
+use myxo::sim::field::{atlas_position, texel_at, trail_at};
+use myxo::sim::strip_walk::StripWalk;
+use myxo::sim::types::{Motion, Particle};
+use myxo::sim::walker::WALK_DONE;
 
-use crate::mesh::strip::StripTriangle;
-use crate::mesh::surface::NONE;
-use crate::sim::choices::TurningTriangle;
-use crate::sim::choices::kernels::{CountDepositsParams, WalkCorrectedParams, WalkExactlyParams};
-use crate::sim::field::{atlas_position, texel_at, trail_at};
-use crate::sim::strip_walk::StripWalk;
-use crate::sim::types::{Motion, Particle};
-use crate::sim::walker::WALK_DONE;
+use super::tables::TurningTriangle;
+use super::ways::kernels::{CountDepositsParams, WalkCorrectedParams, WalkExactlyParams};
 
 /// Twin of `shaders/choices/walk_exactly.comp`.
 pub fn walk_exactly(
@@ -122,7 +122,6 @@ pub fn count_deposits(
 /// Twin of `shaders/choices/read_storage_texels.comp`.
 /// Twin of `shaders/choices/read_image.comp`.
 /// Twin of `shaders/choices/read_sampler.comp`, whose weights devices round as they like, to 8 bits or so.
-#[must_use]
 pub fn read_sensors(places: &[Vec4], trail: &[f32], pitch: u32) -> Vec<f32> {
     let sensed = |x, y| trail_at(trail, [x, y], pitch);
     let sum = |pair: &[Vec4]| {

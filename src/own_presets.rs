@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 use image::RgbaImage;
 use myxo::plain_text::Shown as _;
+use myxo::scene::SceneError;
 use myxo::scene::builtin;
+use myxo::scene::file::Reader;
 use myxo::scene::presets::is_preset;
 use myxo::scene::settings::Settings;
 use myxo::whole_file::WholeFile;
 use myxo::{Error, Result};
-
-use crate::lab::presets::with_preset;
 
 /// No preset is larger, bytes.
 const LARGEST: u64 = 64 << 10;
@@ -110,6 +110,22 @@ impl OwnPresets {
         self.read_again();
         Ok(())
     }
+}
+
+/// The settings with a preset over them.
+pub fn with_preset(settings: &Settings, name: &str, text: &str) -> Result<Settings> {
+    let mut reader = Reader::new(settings.clone());
+    reader.preset("", text);
+    Ok(reader.finish().map_err(|problems| SceneError::Problems {
+        scene: format!("preset {name}").into(),
+        problems,
+    })?)
+}
+
+/// What a preset is, in a sentence: the comment at its beginning, if it has one.
+pub fn summary(text: &str) -> &str {
+    let first = text.lines().next().unwrap_or("");
+    first.strip_prefix('#').unwrap_or("").trim()
 }
 
 /// The name without spaces round it, if a file can be called so and no preset of the program is.

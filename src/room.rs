@@ -12,7 +12,7 @@ use myxo::sim::atlas_options;
 use myxo::sim::memory::{self, human};
 use myxo::{Error, Result};
 
-use super::console;
+use crate::console;
 
 /// Scenes that take more memory than this say so.
 pub const LARGE: u64 = 1 << 30;
