@@ -235,6 +235,11 @@ fn examples_say_what_they_are_for() {
             .expect("a name")
             .to_string_lossy()
             .into_owned();
+        let file = if file.is_dir() {
+            file.join("main.rs")
+        } else {
+            file
+        };
         let source = fs::read_to_string(&file).expect("it is text");
         match file.extension().and_then(|ending| ending.to_str()) {
             Some("rs") => assert!(source.starts_with("//! "), "{name}"),
