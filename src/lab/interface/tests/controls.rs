@@ -4,7 +4,6 @@ use myxo::sim::types::Flow;
 
 use super::*;
 use crate::lab::facts::Waiting;
-use crate::lab::presets;
 use crate::lab::tools::Tool;
 use crate::own_presets::OwnPresets;
 use crate::own_presets::with_preset;
