@@ -317,12 +317,12 @@ fn write_areas<W: Write + Seek>(
 /// Foods and markers, where there are any, what sensors read of what is left of them, and who has eaten.
 fn write_foods<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io::Result<()> {
     let atlas = &export.setup.atlas;
-    let pantry = &export.setup.pantry;
-    if pantry.is_empty() {
+    let food_set = &export.setup.food_set;
+    if food_set.is_empty() {
         return Ok(());
     }
     let left = &export.snapshot.food.remaining;
-    let field = scent_of(pantry, &pantry.meals(Some(left)));
+    let field = scent_of(food_set, &food_set.meals(Some(left)));
     let side = atlas.size as usize;
     let rows = field.chunks(atlas.pitch as usize).take(side);
     let texels: Vec<f32> = rows.flat_map(|row| &row[..side]).copied().collect();
@@ -339,7 +339,7 @@ fn write_foods<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io:
         &of_all(&fed, |(_, steps)| *steps),
     )?;
 
-    let foods = &pantry.places;
+    let foods = &food_set.places;
     let n = [foods.len()];
     let object = of_all(foods, |food| food.object as i32);
     to.array("food_object", &n, &object)?;

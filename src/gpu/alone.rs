@@ -134,7 +134,7 @@ impl Recorder {
         self.full_barrier(all);
         for Piece { from, to, copy } in pieces((from, 0), (to, 0), size) {
             // SAFETY: both are alive until this frame is over: the original is bound by the dispatch that follows or
-            // would have followed, and what was kept is dropped into the graveyard. Both have this size.
+            // would have followed, and what was kept is dropped into the deletion queue. Both have this size.
             unsafe {
                 self.device().cmd_copy_buffer(self.raw(), from, to, &[copy]);
             }

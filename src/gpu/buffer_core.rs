@@ -9,8 +9,8 @@ use gpu_allocator::vulkan::Allocation;
 use super::access::{Access, History, Order, Use, Wait};
 use super::allocation::allocate;
 use super::context::Context;
+use super::deletion_queue::Deletion;
 use super::error::{GpuError, GpuResult};
-use super::graveyard::Corpse;
 use super::pages::{Extent, address_table, most_in_pages, page_size};
 
 /// What a buffer's memory is for.
@@ -286,14 +286,14 @@ impl BufferCore {
 
     pub(crate) fn is_in_use(&self) -> bool {
         let ticket = self.lock().ticket;
-        self.ctx.graveyard.is_pending(ticket)
+        self.ctx.deletion_queue.is_pending(ticket)
     }
 
     /// Blocking transfers run before what is being recorded, which nobody means.
     pub(crate) fn assert_not_being_recorded(&self) {
         let ticket = self.lock().ticket;
         assert!(
-            !self.ctx.graveyard.is_open(ticket),
+            !self.ctx.deletion_queue.is_open(ticket),
             "`{}` is used by a frame that is still being recorded: submit the frame before an upload or a download",
             self.name
         );
@@ -335,7 +335,9 @@ impl Drop for BufferCore {
         let allocations = self.allocations.drain(..);
         let buffers = self.extent.buffers().iter().copied().zip(allocations);
         for (raw, allocation) in buffers.chain(self.addresses.take()) {
-            self.ctx.graveyard.add(Corpse::Buffer(raw, allocation));
+            self.ctx
+                .deletion_queue
+                .add(Deletion::Buffer(raw, allocation));
         }
     }
 }

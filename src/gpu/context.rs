@@ -13,9 +13,9 @@ use super::borrowed::BorrowedDevice;
 use super::cache::PipelineCache;
 use super::compiled::Compiled;
 use super::debug::DebugEntries;
+use super::deletion_queue::{Deletion, DeletionQueue};
 use super::device::Device;
 use super::error::{Check, GpuError, GpuResult};
-use super::graveyard::{Corpse, Graveyard};
 use super::info::{self, DeviceInfo};
 use super::instance::Instance;
 use super::options::ContextOptions;
@@ -24,7 +24,7 @@ use super::staging::Staging;
 
 /// A device, its queue, its memory, and what waits to be freed.
 pub struct Context {
-    pub(crate) graveyard: Graveyard,
+    pub(crate) deletion_queue: DeletionQueue,
     /// What blocking transfers use.
     pub(crate) staging: Mutex<Staging>,
     pub(crate) hazard_check: bool,
@@ -150,7 +150,7 @@ impl Context {
             source,
         })?;
         Ok(Arc::new(Self {
-            graveyard: Graveyard::default(),
+            deletion_queue: DeletionQueue::default(),
             staging: Mutex::default(),
             recordings: Mutex::default(),
             hazard_check: (options.hazard_check)
@@ -355,38 +355,38 @@ impl Context {
 
     /// Frees what no frame uses any more.
     pub(crate) fn collect_garbage(&self) {
-        for corpse in self.graveyard.take_unused(&self.device.raw) {
-            self.bury(corpse);
+        for deletion in self.deletion_queue.take_unused(&self.device.raw) {
+            self.destroy(deletion);
         }
     }
 
-    fn bury(&self, corpse: Corpse) {
+    fn destroy(&self, deletion: Deletion) {
         let raw = &self.device.raw;
-        // SAFETY: a corpse is owned by the graveyard alone and no submitted work uses it any more.
+        // SAFETY: a deletion is owned by the deletion queue alone and no submitted work uses it any more.
         unsafe {
-            match corpse {
-                Corpse::Buffer(buffer, allocation) => {
+            match deletion {
+                Deletion::Buffer(buffer, allocation) => {
                     raw.destroy_buffer(buffer, None);
                     self.free(allocation);
                 }
-                Corpse::Semaphore(semaphore) => raw.destroy_semaphore(semaphore, None),
-                Corpse::Swapchain(loader, swapchain) => loader.destroy_swapchain(swapchain, None),
-                Corpse::Surface(loader, surface) => loader.destroy_surface(surface, None),
-                Corpse::BufferView(view) => raw.destroy_buffer_view(view, None),
-                Corpse::Sampler(sampler) => raw.destroy_sampler(sampler, None),
-                Corpse::Image(view, image, allocation) => {
+                Deletion::Semaphore(semaphore) => raw.destroy_semaphore(semaphore, None),
+                Deletion::Swapchain(loader, swapchain) => loader.destroy_swapchain(swapchain, None),
+                Deletion::Surface(loader, surface) => loader.destroy_surface(surface, None),
+                Deletion::BufferView(view) => raw.destroy_buffer_view(view, None),
+                Deletion::Sampler(sampler) => raw.destroy_sampler(sampler, None),
+                Deletion::Image(view, image, allocation) => {
                     raw.destroy_image_view(view, None);
                     raw.destroy_image(image, None);
                     allocation
                         .into_iter()
                         .for_each(|allocation| self.free(allocation));
                 }
-                Corpse::Pipeline(pipeline, layout, set_layout) => {
+                Deletion::Pipeline(pipeline, layout, set_layout) => {
                     raw.destroy_pipeline(pipeline, None);
                     raw.destroy_pipeline_layout(layout, None);
                     raw.destroy_descriptor_set_layout(set_layout, None);
                 }
-                Corpse::Frame {
+                Deletion::Frame {
                     pool,
                     queries,
                     fence,
@@ -406,15 +406,15 @@ impl Drop for Context {
         // SAFETY: nobody else has the context, so nobody submits meanwhile.
         let _ = unsafe { self.device.raw.device_wait_idle() };
         let staging = std::mem::take(&mut *self.staging.lock().unwrap_or_else(|e| e.into_inner()));
-        for corpse in staging.corpses() {
-            self.bury(corpse);
+        for deletion in staging.deletions() {
+            self.destroy(deletion);
         }
         std::mem::take(&mut self.pipeline_cache).close(&self.device.raw);
         for made in self.pipelines.take_all() {
-            self.bury(made.corpse());
+            self.destroy(made.deletion());
         }
-        for corpse in self.graveyard.take_all() {
-            self.bury(corpse);
+        for deletion in self.deletion_queue.take_all() {
+            self.destroy(deletion);
         }
         // SAFETY: dropped once, here, before `device`.
         unsafe { ManuallyDrop::drop(&mut self.allocator) };

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use ash::vk;
 
+use super::breadcrumbs::blame;
 use super::context::Context;
-use super::crumbs::blame;
 use super::error::{Check, GpuError, GpuResult};
 use super::frame_resources::FrameResources;
 use super::recorder::{PendingSpan, Recorder};
@@ -158,7 +158,7 @@ impl Frames {
         submitted
             .check("vkQueueSubmit", "a frame")
             .map_err(|error| self.blame(error))?;
-        self.ctx.graveyard.submitted(recorder.ticket);
+        self.ctx.deletion_queue.submitted(recorder.ticket);
         self.ctx.recordings().submitted(&recorder.recording);
         recorder.submitted = true;
         let slot = &mut self.slots[index];
@@ -235,7 +235,7 @@ impl Frames {
         self.place_of(recorder).is_some()
     }
 
-    /// Adds what the crumbs of the unfinished frames tell to an error.
+    /// Adds what the breadcrumbs of the unfinished frames tell to an error.
     fn blame(&self, error: GpuError) -> GpuError {
         let oldest_first =
             (0..self.slots.len()).map(|i| &self.slots[(self.next + i) % self.slots.len()]);
@@ -262,7 +262,7 @@ impl Frames {
         }
         let slot = &mut self.slots[index];
         if let Some(pending) = slot.pending.take() {
-            self.ctx.graveyard.end(pending.ticket);
+            self.ctx.deletion_queue.end(pending.ticket);
             if !pending.debug_kernels.is_empty() {
                 let told = slot.resources.debug_list().read(&pending.debug_kernels);
                 self.ctx
@@ -282,8 +282,8 @@ impl Drop for Frames {
         for slot in &mut self.slots {
             if let Some(pending) = slot.pending.take() {
                 self.ctx
-                    .graveyard
-                    .adopt(pending.ticket, slot.resources.fence);
+                    .deletion_queue
+                    .watch(pending.ticket, slot.resources.fence);
             }
         }
     }
@@ -291,7 +291,7 @@ impl Drop for Frames {
 
 /// Submits the next slice, if there is one, and waits for it.
 fn run_next(recorder: &mut Recorder) -> GpuResult<bool> {
-    const WHO: &str = "a slice of a frame";
+    const WHAT: &str = "a slice of a frame";
     recorder.settle_slices()?;
     let Some(cmd) = recorder.slices.waiting.pop_front() else {
         return Ok(false);
@@ -301,14 +301,14 @@ fn run_next(recorder: &mut Recorder) -> GpuResult<bool> {
     let cmds = [cmd];
     let info = [vk::SubmitInfo::default().command_buffers(&cmds)];
     // SAFETY: the fence belongs to a frame of which nothing runs.
-    unsafe { ctx.device.raw.reset_fences(&[fence]) }.check("vkResetFences", WHO)?;
+    unsafe { ctx.device.raw.reset_fences(&[fence]) }.check("vkResetFences", WHAT)?;
     // SAFETY: what was recorded lives until the frame is over.
     let submit = || unsafe { ctx.device.raw.queue_submit(*ctx.queue(), &info, fence) };
     let submitted = ctx.heard(ctx.is_there().and_then(|()| submit()));
     ctx.submits.fetch_add(1, Ordering::Relaxed);
-    submitted.check("vkQueueSubmit", WHO)?;
+    submitted.check("vkQueueSubmit", WHAT)?;
     recorder.slices.is_running = true;
-    ctx.wait_for(fence, WHO)?;
+    ctx.wait_for(fence, WHAT)?;
     recorder.slices.is_running = false;
     Ok(true)
 }

@@ -7,8 +7,8 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
 use super::context::Context;
+use super::deletion_queue::Deletion;
 use super::error::{Check, GpuError, GpuResult};
-use super::graveyard::Corpse;
 
 /// What a pixel is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -390,7 +390,7 @@ impl Drop for Image {
             self.raw
         };
         self.ctx
-            .graveyard
-            .add(Corpse::Image(self.view, raw, self.allocation.take()));
+            .deletion_queue
+            .add(Deletion::Image(self.view, raw, self.allocation.take()));
     }
 }

@@ -514,7 +514,7 @@ impl PipelineCore {
 impl Drop for PipelineCore {
     fn drop(&mut self) {
         if !self.is_kept {
-            self.ctx.graveyard.add(self.handles().corpse());
+            self.ctx.deletion_queue.add(self.handles().deletion());
         }
     }
 }

@@ -9,7 +9,7 @@
 //! images; `kernel`; `recorder`; what it records, in `waits`, `work`, `dispatch`, `copy` and `pass`; `frame`.
 //!
 //! **Invariant:** objects free themselves when dropped and never wait; what the device may still use lies in the
-//! graveyard until every frame that was begun before is over.
+//! deletion queue until every frame that was begun before is over.
 //!
 //! **Invariant:** a buffer that was written is not used again before a barrier says so; the recorder finds which ones that takes,
 //! and records no other.
@@ -21,6 +21,7 @@ mod allocation;
 mod alone;
 mod bandwidth;
 mod borrowed;
+mod breadcrumbs;
 mod buffer;
 mod buffer_core;
 mod cache;
@@ -28,15 +29,14 @@ mod clock;
 mod compiled;
 mod context;
 mod copy;
-mod crumbs;
 mod debug;
 mod debug_list;
+mod deletion_queue;
 mod device;
 mod dispatch;
 mod error;
 mod frame;
 mod frame_resources;
-mod graveyard;
 mod image;
 mod info;
 mod instance;

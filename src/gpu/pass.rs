@@ -149,7 +149,7 @@ impl Recorder {
             });
         }
 
-        // Inside a pass there can be no crumb, no entry of the debug list and no barrier.
+        // Inside a pass there can be no breadcrumb, no entry of the debug list and no barrier.
         self.settle_order();
         if kind == SpanKind::Kernel {
             self.separate_pass();

@@ -7,7 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
-use super::graveyard::Corpse;
+use super::deletion_queue::Deletion;
 
 /// All that a pipeline is made from.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -60,8 +60,8 @@ pub(crate) struct PipelineHandles {
 }
 
 impl PipelineHandles {
-    pub(crate) fn corpse(self) -> Corpse {
-        Corpse::Pipeline(self.pipeline, self.layout, self.set_layout)
+    pub(crate) fn deletion(self) -> Deletion {
+        Deletion::Pipeline(self.pipeline, self.layout, self.set_layout)
     }
 }
 

@@ -90,7 +90,7 @@ impl<T: Pod> Readback<T> {
                 return None;
             }
             self.waiting.pop_front();
-            if !self.ctx.graveyard.was_discarded(ticket) {
+            if !self.ctx.deletion_queue.was_discarded(ticket) {
                 return Some((number, self.slots[slot].as_slice().to_vec()));
             }
         }
@@ -156,7 +156,7 @@ impl ReadbackImage {
                 return None;
             }
             self.waiting.pop_front();
-            if !self.ctx.graveyard.was_discarded(ticket) {
+            if !self.ctx.deletion_queue.was_discarded(ticket) {
                 let pixels = buffer.as_slice().as_flattened().to_vec();
                 return Some((number, size, pixels));
             }

@@ -28,7 +28,7 @@ pub struct Recorder {
     /// More than fit if it exceeds the pool; the next frame gets a larger one.
     pub(crate) queries_wanted: u32,
     pub(crate) submitted: bool,
-    /// What has left a crumb, in order.
+    /// What has left a breadcrumb, in order.
     pub(crate) works: Vec<String>,
     /// What may have called `debug_value`, in order.
     pub(crate) debug_kernels: Vec<String>,
@@ -73,7 +73,7 @@ pub(crate) struct PendingSpan {
 
 impl Recorder {
     pub(crate) fn new(frame: Arc<FrameResources>) -> Self {
-        let ticket = frame.ctx.graveyard.begin();
+        let ticket = frame.ctx.deletion_queue.begin();
         let ctx = Arc::clone(&frame.ctx);
         let mut recorder = Self {
             cmd: frame.cmd,
@@ -128,8 +128,8 @@ impl Recorder {
     }
 
     pub(crate) fn leave_crumb(&mut self, name: &str) {
-        if let Some(crumbs) = &self.frame.crumbs {
-            crumbs
+        if let Some(breadcrumbs) = &self.frame.breadcrumbs {
+            breadcrumbs
                 .lock()
                 .unwrap_or_else(|e| e.into_inner())
                 .leave(self.raw(), self.works.len() as u32);
@@ -248,12 +248,12 @@ impl Drop for Recorder {
         if !self.submitted {
             self.frame.ctx.recordings().dropped();
         }
-        let graveyard = &self.frame.ctx.graveyard;
+        let deletion_queue = &self.frame.ctx.deletion_queue;
         if self.slices.is_running {
-            graveyard.submitted(self.ticket);
-            graveyard.adopt(self.ticket, self.frame.fence);
+            deletion_queue.submitted(self.ticket);
+            deletion_queue.watch(self.ticket, self.frame.fence);
         } else if !self.submitted {
-            graveyard.discard(self.ticket);
+            deletion_queue.discard(self.ticket);
         }
     }
 }

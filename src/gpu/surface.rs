@@ -6,8 +6,8 @@ use ash::{khr, vk};
 use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
 
 use super::context::Context;
+use super::deletion_queue::Deletion;
 use super::error::{Check, GpuError, GpuResult};
-use super::graveyard::Corpse;
 use super::image::Format;
 
 /// A window's surface; made again when the system takes it away.
@@ -59,7 +59,7 @@ impl Surface {
 
     /// Makes the surface again, after the system has lost it.
     pub(crate) fn recreate(&mut self) -> GpuResult<()> {
-        self.bury();
+        self.retire();
         self.create()
     }
 
@@ -140,16 +140,16 @@ impl Surface {
         }
     }
 
-    fn bury(&mut self) {
+    fn retire(&mut self) {
         let raw = std::mem::take(&mut self.raw);
         self.ctx
-            .graveyard
-            .add(Corpse::Surface(self.loader.clone(), raw));
+            .deletion_queue
+            .add(Deletion::Surface(self.loader.clone(), raw));
     }
 }
 
 impl Drop for Surface {
     fn drop(&mut self) {
-        self.bury();
+        self.retire();
     }
 }

@@ -216,8 +216,8 @@ impl Arrays {
 
     /// Of each food there is so much from now on, or all of it.
     pub fn serve(&mut self, remaining: Option<&[u32]>) {
-        self.meals = self.setup.pantry.meals(remaining);
-        self.scent = scent_of(&self.setup.pantry, &self.meals);
+        self.meals = self.setup.food_set.meals(remaining);
+        self.scent = scent_of(&self.setup.food_set, &self.meals);
     }
 
     /// Lets two arrays change roles.

@@ -298,7 +298,7 @@ fn compare(device: Vec<Field>, host: &[Field], step: u32, kernel: &str) -> Optio
 /// The kernel that a brush runs.
 fn kernel_of(brush: Brush) -> &'static str {
     match brush {
-        Brush::Particles { .. } => "summon",
+        Brush::Particles { .. } => "teleport",
         _ => "paint",
     }
 }

@@ -320,7 +320,7 @@ table! {
     SCENT: f32 = "scent", LARGE 0, Counts::food;
     PLATES: u32 = "plates", LARGE 0, Counts::food;
     SCENTED: UVec2 = "scented", BLOCK 0, |n| if n.foods > 0 { n.scents.0 } else { 0 };
-    WHIFFS: UVec2 = "whiffs", BLOCK 0, |n| if n.foods > 0 { n.scents.1.max(1) } else { 0 };
+    FALLOFFS: UVec2 = "falloffs", BLOCK 0, |n| if n.foods > 0 { n.scents.1.max(1) } else { 0 };
     SCENT_GROUPS: DispatchGroups = "scent_groups", BLOCK 0, |n| u64::from(n.foods > 0);
 
     OUTLINES: Outline = "outlines", LARGE 4, |n| n.drawn(n.outlines);

@@ -202,10 +202,10 @@ fn left_of(snapshot: &Snapshot, old: &Setup, new: &Setup, from: &[Option<usize>]
             let apart = (u * u + v * v).sqrt();
             other.point.triangle == triangle && apart < 1e-3 && other.amount == place.amount
         };
-        let food = old.pantry.places.iter().position(at)?;
+        let food = old.food_set.places.iter().position(at)?;
         snapshot.food.remaining.get(food).copied()
     };
-    let places = new.pantry.places.iter();
+    let places = new.food_set.places.iter();
     places
         .map(|place| place.meal(left(place)).remaining)
         .collect()

@@ -1,6 +1,6 @@
 //! Food and markers: where they lie, how far every texel is from them along the surface, and what sensors read of that.
 //!
-//! The host measures; simulation and twin begin from the same [`Pantry`]. The kernels `digest` and `scent` keep up with what
+//! The host measures; simulation and twin begin from the same [`FoodSet`]. The kernels `digest` and `scent` keep up with what
 //! is eaten.
 
 pub mod buffers;
@@ -29,7 +29,7 @@ pub const LEVELS: u32 = 64;
 pub const MOST_AMOUNT: u32 = 60_000_000;
 /// Texels that all foods and markers of a scene may reach, each counted for itself: what a storage block of every device
 /// holds.
-const MOST_WHIFFS: usize = 1 << 24;
+const MOST_FALLOFFS: usize = 1 << 24;
 /// What is told while distances to food are measured.
 pub const MEASURING: &str = "measuring food";
 /// Of what is done for a food: finding ways over triangles. The rest goes through texels.
@@ -140,13 +140,13 @@ type Reached = Vec<(u32, f32)>;
 
 /// Everything about food and markers that does not change while they are eaten.
 #[derive(Clone, Debug, Default)]
-pub struct Pantry {
+pub struct FoodSet {
     /// Each of them.
     pub places: Vec<FoodPlace>,
-    /// The texels that any reaches, ascending, and the first whiff of each; then one more, where the last one's end.
+    /// The texels that any reaches, ascending, and the first entry of each; then one more, where the last one's end.
     pub scented: Vec<UVec2>,
     /// The food and the bits of its falloff.
-    pub whiffs: Vec<UVec2>,
+    pub falloffs: Vec<UVec2>,
     /// One a texel: the food that is eaten there, counted from 1, or 0. Empty where there are neither foods nor markers.
     pub plates: Vec<u32>,
     /// Where each is drawn.
@@ -155,7 +155,7 @@ pub struct Pantry {
     reached: Vec<Arc<Reached>>,
 }
 
-impl Pantry {
+impl FoodSet {
     /// Measures how far everything is from these places. What `before` has measured is taken from there. Tells how far it is
     /// as [`MEASURING`].
     ///
@@ -213,9 +213,9 @@ impl Pantry {
             }
         }
         scented.push(UVec2::new(0, entries.len() as u32));
-        let whiffs = entries.iter();
+        let falloffs = entries.iter();
         Ok(Self {
-            whiffs: whiffs
+            falloffs: falloffs
                 .map(|&(_, food, value)| UVec2::new(food, value.to_bits()))
                 .collect(),
             marks: places.iter().map(|place| place.mark(surface)).collect(),
@@ -277,21 +277,21 @@ impl Pantry {
 
 /// What sensors read of food and markers, one a texel, gutters filled, when of each there is what `meals` say.
 #[must_use]
-pub fn scent_of(pantry: &Pantry, meals: &[Meal]) -> Vec<f32> {
-    let mut field = vec![0.0; pantry.plates.len()];
-    for texel in pantry.scented.windows(2) {
-        let whiffs = &pantry.whiffs[texel[0].y as usize..texel[1].y as usize];
-        field[texel[0].x as usize] = scent_at(whiffs, meals);
+pub fn scent_of(food_set: &FoodSet, meals: &[Meal]) -> Vec<f32> {
+    let mut field = vec![0.0; food_set.plates.len()];
+    for texel in food_set.scented.windows(2) {
+        let falloffs = &food_set.falloffs[texel[0].y as usize..texel[1].y as usize];
+        field[texel[0].x as usize] = scent_at(falloffs, meals);
     }
     field
 }
 
 /// What sensors read more at a texel for what smells there, each as strongly as is left of it.
 #[must_use]
-pub fn scent_at(whiffs: &[UVec2], meals: &[Meal]) -> f32 {
+pub fn scent_at(falloffs: &[UVec2], meals: &[Meal]) -> f32 {
     let mut sum = 0.0;
-    for whiff in whiffs {
-        sum += meals[whiff.x as usize].scent * f32::from_bits(whiff.y);
+    for entry in falloffs {
+        sum += meals[entry.x as usize].scent * f32::from_bits(entry.y);
     }
     sum
 }
@@ -308,7 +308,7 @@ fn reached_by_all(
     surface: &Surface,
     atlas: &Atlas,
     places: &[FoodPlace],
-    before: Option<&Pantry>,
+    before: Option<&FoodSet>,
     control: &Control<'_>,
 ) -> Result<Vec<Arc<Reached>>> {
     let known = |place: &FoodPlace| {
@@ -405,11 +405,11 @@ fn most_of(seam: &Seam) -> u32 {
 }
 
 fn refuse_too_many(count: usize) -> Result<()> {
-    if count <= MOST_WHIFFS {
+    if count <= MOST_FALLOFFS {
         return Ok(());
     }
     Err(Error::Invalid(format!(
-        "foods and markers reach more texels, each counted for itself, than the {MOST_WHIFFS} that there may be: \
+        "foods and markers reach more texels, each counted for itself, than the {MOST_FALLOFFS} that there may be: \
          have fewer, give them smaller radii and sizes, or the atlas a smaller size"
     )))
 }

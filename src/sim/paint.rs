@@ -1,7 +1,7 @@
 //! Brushes: a dab is a ball in world space, and what of the surface lies in it is painted, over seams and on every
 //! object, with trail, with a bias that sensors read, or with particles.
 //!
-//! The host lists the texels of a dab, so that simulation and twin paint the same ones; the kernels `paint` and `summon`
+//! The host lists the texels of a dab, so that simulation and twin paint the same ones; the kernels `paint` and `teleport`
 //! do the rest.
 
 use std::f64::consts::TAU;
@@ -11,7 +11,7 @@ use glam::{DAffine3, DVec2, DVec3, UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 pub use super::areas::{GREATEST, NO_GO, NO_GO_BELOW};
-use super::kernels::{PaintParams, SummonParams};
+use super::kernels::{PaintParams, TeleportParams};
 use super::setup::Setup;
 use super::types::{Particle, Pose};
 use crate::error::{Error, Result};
@@ -334,13 +334,13 @@ impl Dab {
         }
     }
 
-    /// What `summon` does, if anything.
+    /// What `teleport` does, if anything.
     #[must_use]
-    pub fn of_particles(&self, settings: &Settings) -> Option<SummonParams> {
+    pub fn of_particles(&self, settings: &Settings) -> Option<TeleportParams> {
         let Brush::Particles { share } = self.brush else {
             return None;
         };
-        Some(SummonParams {
+        Some(TeleportParams {
             particle_count: settings.particles.count,
             seed: seed_word(settings.seed),
             dab: self.number,

@@ -187,7 +187,7 @@ impl<'a> Plan<'a> {
     /// How many foods and markers there are.
     #[must_use]
     pub fn foods(&self) -> u32 {
-        self.setup.pantry.places.len() as u32
+        self.setup.food_set.places.len() as u32
     }
 
     /// One invocation for each gutter texel that is read.

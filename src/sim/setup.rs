@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::areas::AreaMap;
 use super::distance::DistanceSetup;
-use super::food::{Pantry, places};
+use super::food::{FoodSet, places};
 use super::sorting::Bins;
 use super::start::{self, Masks, Starts};
 use super::surroundings::surroundings;
@@ -57,7 +57,7 @@ pub struct Setup {
     /// What the distances between objects are taken from.
     pub distance: DistanceSetup,
     /// Food and markers; those of a running simulation may become others.
-    pub pantry: Pantry,
+    pub food_set: FoodSet,
     /// Scene radius, world units: what lengths in settings are multiplied by.
     pub radius: f32,
 }
@@ -122,7 +122,7 @@ impl Setup {
             bins,
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: Vertex::of(&scene.surface),
-            pantry: Pantry::new(&scene.surface, &atlas, foods, None, control)?,
+            food_set: FoodSet::new(&scene.surface, &atlas, foods, None, control)?,
             poses: scene
                 .world_from_object()
                 .into_iter()

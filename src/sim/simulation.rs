@@ -370,7 +370,7 @@ impl Simulation {
         snapshot.settle();
         let mut course = self.course.clone();
         course.restore(&snapshot).map_err(Error::Invalid)?;
-        let foods = self.setup().pantry.places.len();
+        let foods = self.setup().food_set.places.len();
         snapshot.check_food(foods).map_err(Error::Invalid)?;
         let food = self.restored_food(&snapshot.food)?;
         self.take_bias(bias_of(&self.ctx, &snapshot.bias)?)?;

@@ -87,7 +87,7 @@ impl Snapshot {
     #[must_use]
     pub fn start(setup: &Setup) -> Self {
         let texels = setup.atlas.density.len();
-        let meals = setup.pantry.meals(None);
+        let meals = setup.food_set.meals(None);
         Self {
             last_poses: setup.poses.clone(),
             particles: setup.particles.clone(),

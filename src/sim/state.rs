@@ -349,8 +349,8 @@ impl State {
                 .then(|| Raster::new(ctx, &counts, setup))
                 .transpose()?,
             bias: bias_of(ctx, &setup.bias)?,
-            food: (!setup.pantry.is_empty())
-                .then(|| FoodBuffers::new(ctx, &setup.pantry, &setup.pantry.meals(None)))
+            food: (!setup.food_set.is_empty())
+                .then(|| FoodBuffers::new(ctx, &setup.food_set, &setup.food_set.meals(None)))
                 .transpose()?,
         })
     }

@@ -199,9 +199,9 @@ impl TransferState {
     }
 }
 
-/// A count of transfers as people are told it: the largest one that there is means that there were more.
+/// A count of transfers as text. A count at its largest value reads "or more", because counters stop there.
 #[must_use]
-pub fn told(count: u64) -> String {
+pub fn count_text(count: u64) -> String {
     let more = if count < u32::MAX.into() {
         ""
     } else {

@@ -14,7 +14,7 @@ use myxo::scene::Scene;
 use myxo::scene::settings::{AtlasMethod, FoodSettings, Start, Strategy};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::field::{atlas_position, trail_at};
-use myxo::sim::food::{FoodPlace, LEVELS, MOST_AMOUNT, Pantry};
+use myxo::sim::food::{FoodPlace, FoodSet, LEVELS, MOST_AMOUNT};
 use myxo::sim::kernels::{
     Digest, DigestArgs, DigestParams, Scent, ScentArgs, ScentConstants, ScentParams,
 };
@@ -106,23 +106,23 @@ fn scent_agrees_with_its_twin() {
         let texels = (2 * count as usize + 8).next_multiple_of(4);
         let meals = some_meals(9);
         // None, one or several at a texel.
-        let mut whiffs = Vec::new();
+        let mut falloffs = Vec::new();
         let mut scented = Vec::new();
         for i in 0..count {
             let words = random(3, i, 0, Purpose::Food);
-            scented.push(UVec2::new(2 * i + words[0] % 2, whiffs.len() as u32));
-            whiffs.extend((0..words[1] % 4).map(|k| {
+            scented.push(UVec2::new(2 * i + words[0] % 2, falloffs.len() as u32));
+            falloffs.extend((0..words[1] % 4).map(|k| {
                 let words = random(5, i, k, Purpose::Food);
                 UVec2::new(words[0] % 9, unit(words[1]).to_bits())
             }));
         }
-        scented.push(UVec2::new(0, whiffs.len() as u32));
+        scented.push(UVec2::new(0, falloffs.len() as u32));
         let params = ScentParams {
             scented_count: count,
         };
         let start = vec![-3.5_f32; texels];
         let mut expected = start.clone();
-        twin::scent(&params, &scented, &whiffs, &meals, &mut expected);
+        twin::scent(&params, &scented, &falloffs, &meals, &mut expected);
         for in_parts in [false, true]
             .into_iter()
             .take(1 + usize::from(texels > 128))
@@ -140,7 +140,7 @@ fn scent_agrees_with_its_twin() {
             gpu.run(|rec| {
                 let args = ScentArgs {
                     scented: &buffer(&gpu.ctx, "scented", &scented),
-                    whiffs: &buffer(&gpu.ctx, "whiffs", &whiffs),
+                    falloffs: &buffer(&gpu.ctx, "falloffs", &falloffs),
                     meals: &buffer(&gpu.ctx, "meals", &meals),
                     field: &field,
                 };
@@ -163,14 +163,20 @@ fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
     frames.wait_idle().unwrap();
 }
 
-/// Everything of a pantry with one place that kernels read: the smell of a food that is whole.
-fn field_of(setup: &Setup, pantry: &Pantry) -> Vec<f32> {
+/// Everything of a food_set with one place that kernels read: the smell of a food that is whole.
+fn field_of(setup: &Setup, food_set: &FoodSet) -> Vec<f32> {
     let mut field = vec![0.0; setup.atlas.density.len()];
     let params = ScentParams {
-        scented_count: pantry.scented_count(),
+        scented_count: food_set.scented_count(),
     };
-    let meals = pantry.meals(None);
-    twin::scent(&params, &pantry.scented, &pantry.whiffs, &meals, &mut field);
+    let meals = food_set.meals(None);
+    twin::scent(
+        &params,
+        &food_set.scented,
+        &food_set.falloffs,
+        &meals,
+        &mut field,
+    );
     field
 }
 
@@ -208,7 +214,7 @@ fn smells_are_distances_along_the_surface() {
                 s.feeding.radius = 0.5;
             });
             let setup = Setup::new(&scene).unwrap_or_else(|error| panic!("{mesh}: {error}"));
-            for &place in &setup.pantry.places {
+            for &place in &setup.food_set.places {
                 let what = format!("{mesh} by {method:?}");
                 check_smell(&scene, &setup, place, &what);
             }
@@ -223,8 +229,8 @@ fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
         amount: 0,
         ..place
     };
-    let pantry = Pantry::new(surface, atlas, vec![place], None, &Control::default()).unwrap();
-    let field = field_of(setup, &pantry);
+    let food_set = FoodSet::new(surface, atlas, vec![place], None, &Control::default()).unwrap();
+    let field = field_of(setup, &food_set);
     let exact = SurfaceDistance::new(surface, &[place.point], 1.01 * place.radius);
     let told = |smell: f32| place.radius * (1.0 - f64::from(smell).sqrt());
     let mut reached = 0;
@@ -243,7 +249,7 @@ fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
         // Floats hold a square within 1e-7 of its greatest value.
         let bound = 0.03 * distance + 1e-3 * place.radius;
         assert!(off <= bound, "{what}, texel {texel}: {off} of {distance}");
-        let is_plate = pantry.plates[texel as usize] == 1;
+        let is_plate = food_set.plates[texel as usize] == 1;
         let slack = 1e-5 * place.radius;
         assert!(is_plate == (distance < place.size) || (distance - place.size).abs() < slack);
     }
@@ -541,7 +547,7 @@ fn particles_begin_on_food() {
         ];
     });
     let setup = Setup::new(&scene).unwrap();
-    let place = setup.pantry.places[1];
+    let place = setup.food_set.places[1];
     let distance = SurfaceDistance::new(&setup.surface, &[place.point], f64::INFINITY);
     let mut far = 0.0_f64;
     for particle in &setup.particles {
@@ -561,7 +567,7 @@ fn scattered_food_is_far_apart_and_stays() {
             s.feeding.scattered = count;
         });
         let setup = Setup::new(&scene).unwrap();
-        let all = setup.pantry.places.clone();
+        let all = setup.food_set.places.clone();
         (setup, all)
     };
     let (_, few) = places(5);

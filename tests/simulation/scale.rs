@@ -249,7 +249,7 @@ fn many_particles_change_objects_as_few_do() {
 }
 
 /// The hash after a brush has taken particles to a place, copied beside what runs.
-fn summoned(gpu: &Gpu, scene: &Scene) -> u64 {
+fn teleported(gpu: &Gpu, scene: &Scene) -> u64 {
     let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
     let dab = Dab {
         brush: Brush::Particles { share: 0.5 },
@@ -309,7 +309,7 @@ fn particles_in_pages_end_in_the_same_bits() {
             gpu_within(None).unwrap(),
             gpu_by_card_forms_within(Some(limits)).unwrap(),
         ];
-        let [whole, paged] = others.map(|gpu| summoned(&gpu, &scene));
+        let [whole, paged] = others.map(|gpu| teleported(&gpu, &scene));
         assert_eq!(paged, whole, "{strategy:?}");
         for (k, (a, b)) in found.1.iter().zip(&expected.1).enumerate() {
             let bound = if k == PARTICLES { 0.5 } else { 0.0 };

@@ -385,7 +385,7 @@ impl Lab {
             foods: placed(
                 &self.interface.edited,
                 &settings.foods,
-                &setup.pantry.marks,
+                &setup.food_set.marks,
                 &setup.origins,
                 &poses,
                 setup.radius,

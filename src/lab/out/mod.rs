@@ -455,7 +455,7 @@ pub fn scaled(view: &View, from: [u32; 2], to: [u32; 2]) -> View {
 /// What of the look a scene file holds.
 pub fn put_look(view: &View, center: glam::Vec3, settings: &mut Settings) {
     settings.camera = view.camera.to_settings(center);
-    view.tell(&mut settings.picture);
+    view.write_to(&mut settings.picture);
 }
 
 fn check_size(size: [u32; 2], most: u32) -> Result<()> {

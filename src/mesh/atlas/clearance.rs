@@ -46,16 +46,16 @@ impl Atlas {
             .zip(along_columns.par_chunks(pitch))
             .for_each_init(Envelope::default, |envelope, (row, heights)| {
                 envelope.over(heights);
-                envelope.tell(heights.len(), |x, squared| {
-                    row[x] = told((squared as f32).sqrt() - TO_BORDER);
+                envelope.for_each(heights.len(), |x, squared| {
+                    row[x] = clearance_of((squared as f32).sqrt() - TO_BORDER);
                 });
             });
-        self.tell_near(&borders, &mut clearances);
+        self.refine_near_borders(&borders, &mut clearances);
         clearances
     }
 
     /// Where a border is near, clearances by the distance to its edges.
-    fn tell_near(&self, borders: &[[Vec2; 2]], clearances: &mut [u8]) {
+    fn refine_near_borders(&self, borders: &[[Vec2; 2]], clearances: &mut [u8]) {
         let pitch = self.pitch as usize;
         let band_of = |y: f32| (y.max(0.0) as usize / BAND).min((self.size as usize - 1) / BAND);
         let mut bands = vec![Vec::new(); (self.size as usize).div_ceil(BAND)];
@@ -78,7 +78,7 @@ impl Atlas {
                 for ((clearance, &owner), &square) in
                     clearances.iter_mut().zip(owners).zip(&*squares)
                 {
-                    let near = told(square.sqrt());
+                    let near = clearance_of(square.sqrt());
                     *clearance = if owner == NONE {
                         0
                     } else if square < NEAR * NEAR {
@@ -104,7 +104,7 @@ impl Atlas {
 }
 
 /// The clearance that a distance from a texel's centre leaves to any point in the texel.
-fn told(distance: f32) -> u8 {
+fn clearance_of(distance: f32) -> u8 {
     ((distance - TO_CENTRE) / UNIT).clamp(0.0, f32::from(FARTHEST)) as u8
 }
 
@@ -196,7 +196,7 @@ impl Envelope {
         self.starts.push(start);
     }
 
-    fn tell(&self, len: usize, mut each: impl FnMut(usize, i64)) {
+    fn for_each(&self, len: usize, mut each: impl FnMut(usize, i64)) {
         let mut k = 0;
         for x in 0..len {
             while self
@@ -223,15 +223,15 @@ mod tests {
         let mut envelope = Envelope::default();
         for heights in [&heights[..], &heights[..1], &[40; 20], &[0, 9, 9, 9]] {
             envelope.over(heights);
-            let mut told = Vec::new();
-            envelope.tell(heights.len(), |_, squared| told.push(squared));
+            let mut squares = Vec::new();
+            envelope.for_each(heights.len(), |_, squared| squares.push(squared));
             let expected = (0..heights.len() as i64).map(|x| {
                 let inside = heights.iter().enumerate();
                 let inside = inside.map(|(i, &h)| (x - i as i64).pow(2) + i64::from(h).pow(2));
                 let outside = [(x + 1).pow(2), (x - heights.len() as i64).pow(2)];
                 inside.chain(outside).min().unwrap()
             });
-            assert_eq!(told, expected.collect::<Vec<_>>());
+            assert_eq!(squares, expected.collect::<Vec<_>>());
         }
     }
 }

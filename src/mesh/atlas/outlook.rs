@@ -244,7 +244,7 @@ impl Cells {
                 if own.iter().all(|&hue| hue == 0) {
                     return;
                 }
-                nearest.fill(told(REACH as f32 + 1.0));
+                nearest.fill(half_cells(REACH as f32 + 1.0));
                 let passed = &self.passed[row(0)];
                 before[..self.width].fill(IN_CHART);
                 go_on(after, before, own, passed);
@@ -297,7 +297,7 @@ fn go_on(after: &mut [u8], before: &[u8], own: &[u8], passed: &[u8]) {
 }
 
 /// In halves of a cell, for points anywhere in cells whose centres are so far apart.
-fn told(cells: f32) -> u8 {
+fn half_cells(cells: f32) -> u8 {
     (2.0 * (cells - TO_CENTRES)).max(0.0) as u8
 }
 
@@ -324,7 +324,7 @@ fn rings(pitch: usize) -> Vec<Vec<Cell>> {
         let inwards = |end: i32| (f64::from(end) * f64::from(k - 1) / f64::from(k)).round() as i32;
         let cell = |&[x, y]: &[i32; 2]| Cell {
             way: y as isize * pitch as isize + x as isize,
-            distance: told(f64::from(x * x + y * y).sqrt() as f32),
+            distance: half_cells(f64::from(x * x + y * y).sqrt() as f32),
             before: (places
                 .iter()
                 .position(|&place| place == [inwards(x), inwards(y)]))

@@ -251,7 +251,7 @@ impl StepKernel for Advance {
                 across_triangles: &a.across_triangles,
                 bias: &a.bias,
                 scent: &a.scent,
-                plates: &setup.pantry.plates,
+                plates: &setup.food_set.plates,
             },
             Selection {
                 flow: &mut a.transfers.flow[0],

@@ -8,7 +8,7 @@ pub mod choices;
 mod copy_words;
 mod paint;
 mod painting;
-mod summon;
+mod teleport;
 pub mod transfer_queries;
 mod tree_queries;
 mod walk_queries;
@@ -31,7 +31,7 @@ pub use super::step::scent::scent;
 pub use super::step::{limit, sort, transfer, unfold, windows};
 pub use copy_words::copy_words;
 pub use paint::paint;
-pub use summon::summon;
+pub use teleport::teleport;
 pub use tree_queries::tree_queries;
 pub use walk_queries::walk_queries;
 
@@ -40,7 +40,7 @@ use std::sync::Arc;
 use super::arranged::arranged;
 use super::arrays::{Arrays, TransferArrays};
 use super::course::Course;
-use super::food::{Pantry, places};
+use super::food::{FoodSet, places};
 use super::plan::Means;
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
@@ -165,11 +165,11 @@ impl Simulation {
     pub fn put_food(&mut self, settings: &Settings) -> Result<()> {
         let setup = &self.course.setup;
         let places = places(settings, &setup.surface, &setup.origins, setup.radius)?;
-        let pantry = Pantry::new(
+        let food_set = FoodSet::new(
             &setup.surface,
             &setup.atlas,
             places,
-            Some(&setup.pantry),
+            Some(&setup.food_set),
             &Control::default(),
         )?;
         let left: Vec<u32> = self
@@ -178,8 +178,8 @@ impl Simulation {
             .iter()
             .map(|meal| meal.remaining)
             .collect();
-        let left = pantry.kept(&setup.pantry, &left);
-        Arc::make_mut(&mut self.course.setup).pantry = pantry;
+        let left = food_set.kept(&setup.food_set, &left);
+        Arc::make_mut(&mut self.course.setup).food_set = food_set;
         self.arrays.setup = Arc::clone(&self.course.setup);
         self.course.settings = settings.clone();
         self.arrays.serve(Some(&left));

@@ -1,4 +1,4 @@
-// summon: some particles, by chance from all over an object, are taken to places on it that a brush has touched.
+// teleport: some particles, by chance from all over an object, are taken to places on it that a brush has touched.
 // Reads   places, place_ranges, triangles.
 // Writes  particles and motions in place.
 // One invocation a particle; those whose object the brush has not touched return.
