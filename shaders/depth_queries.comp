@@ -1,4 +1,4 @@
-// depth_queries: the depths of distances, by one of the mappings that `distance_raster` knows.
+// depth_queries: the depths of distances, by one of the mappings of `distance_raster`.
 // Reads   distances.
 // Writes  depths.
 // One invocation a query.

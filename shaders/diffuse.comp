@@ -26,7 +26,7 @@ layout(push_constant) uniform Params {
     float most_density;  // smaller texels spread no faster than one of this density
     float deposit;       // trail units that one particle leaves on a texel of mean area
     float decay;         // what remains after a step
-    float tiny;          // below this a value is zero: denormals are slow, and nobody sees them
+    float tiny;          // values below this become zero: denormals are slow, and invisible
 } params;
 
 READS(uint, 0) blocks;  // their first quads

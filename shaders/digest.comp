@@ -1,8 +1,8 @@
-// digest: takes from each food what was eaten of it in the step, and says how strongly it smells from now on.
+// digest: subtracts from each food the amount eaten in the step, and updates the strength of its scent.
 // Reads   meals.
-// Writes  meals; the groups of the dispatch of scent, where the smell of any has become another.
+// Writes  meals; the group count of the scent dispatch, if any scent has changed.
 // One invocation a food.
-// Smells fall in steps, so that the field is made anew only now and then, and whoever resumes finds the same one.
+// Scents fall in discrete steps, so that the field is summed up again only now and then, and a resumed run has the same field.
 // Overflow: cannot happen; what is left is never less than nothing.
 
 #version 460

@@ -86,16 +86,16 @@ Found nearest_in_tree(ObjectPair pair, vec3 place, uint hint, float bound) {
     return Found(slot, triangle_of(slot), nearest_on_face(slot, place));
 }
 
-// Passes over pairs from `p` on whose side the tile's hints tell; the next one that must be looked at.
+// Skips pairs from `p` on whose side the tile's hints give. Returns the next pair to search.
 uint next_to_look_at(ListedTile tile, uint p, inout float least, inout uint triangle) {
-    bool is_told = true;
-    while (is_told && p < tile.pair_count) {
+    bool is_decided = true;
+    while (is_decided && p < tile.pair_count) {
         uint hint = p < tile.hinted ? fetch1(hints, tile.tile * params.hint_count + p) : TILE_UNKNOWN;
         bool is_least = hint == TILE_INSIDE && -params.reach < least;
         least = is_least ? -params.reach : least;
         triangle = is_least ? NONE : triangle;
-        is_told = hint == TILE_OUTSIDE || hint == TILE_INSIDE;
-        p += is_told ? 1u : 0u;
+        is_decided = hint == TILE_OUTSIDE || hint == TILE_INSIDE;
+        p += is_decided ? 1u : 0u;
     }
     return p;
 }

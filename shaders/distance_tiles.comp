@@ -206,7 +206,7 @@ void main() {
 
     // Devices that run both sides of every branch go through a whole search in each round of this loop, so only pairs that
     // are searched have one.
-    bool are_known = tile_states[job.first_tile + in_job] != TILE_UNTOLD;
+    bool are_known = tile_states[job.first_tile + in_job] != TILE_UNDECIDED;
     uint p = next_to_search(0u, pairs_end, job.first_pair, first_margin, first_hint, are_known, state);
     while (p < pairs_end) {
         ObjectPair pair = pair_at(job.first_pair + p);
@@ -245,7 +245,7 @@ void main() {
         }
         if (!searches_ended()) {
             // There may be nearer faces: then `distance` searches on from the one that was found.
-            hint = slot == NONE ? TILE_UNKNOWN : hint < TILE_UNTOLD ? slot : hint;
+            hint = slot == NONE ? TILE_UNKNOWN : hint < TILE_UNDECIDED ? slot : hint;
             margin = 0.0;
         }
         margins[first_margin + p] = margin;
@@ -254,8 +254,8 @@ void main() {
         p = next_to_search(p + 1u, pairs_end, job.first_pair, first_margin, first_hint, are_known, state);
     }
     // Where a search has not ended, this loop has not either: of the rest nothing is known, nor how far it has moved.
-    if (p != pairs_end) state = TILE_UNTOLD;
-    if (state == TILE_UNTOLD || state == TILE_UNKNOWN || params.is_first == 1u || tile_states[job.first_tile + in_job] != state) {
+    if (p != pairs_end) state = TILE_UNDECIDED;
+    if (state == TILE_UNDECIDED || state == TILE_UNKNOWN || params.is_first == 1u || tile_states[job.first_tile + in_job] != state) {
         uint first = in_job * TILE_SAMPLES;
         uint count = min(job.sample_count - first, TILE_SAMPLES);
         listed[appended(gl_WorkGroupSize.x / TILE_SAMPLES)] = ListedTile(i, job.first_sample + first, count, job.first_pair, job.pair_count, p, 0u, 0u);

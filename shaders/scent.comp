@@ -1,4 +1,4 @@
-// scent: what sensors read more for food and markers, summed up anew from what is left of each.
+// scent: sums up again the scent of food and markers that sensors read, from the amounts left of each.
 // Reads   scented, falloffs, meals.
 // Writes  field, at every texel that any food or marker reaches, gutters too.
 // One invocation a texel that is reached.
@@ -17,9 +17,9 @@ layout(push_constant) uniform Params {
     uint scented_count;
 } params;
 
-// The texel, and its first entry; one more at the end, which says where the last one's end.
+// The texel, and its first entry in the falloff table; one more at the end, with the end of the table.
 layout(std430, set = 0, binding = 0) readonly buffer Scented { uvec2 scented[]; };
-// The food, and the bits of its falloff there: 1 where it is, 0 where it ends.
+// The falloff table: the food, and the bits of its falloff there, 1 at its place and 0 at its radius.
 layout(std430, set = 0, binding = 1) readonly buffer Falloffs { uvec2 falloffs[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Meals { Meal meals[]; };
 WRITES(float, 3) field_low;

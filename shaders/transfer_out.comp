@@ -25,7 +25,7 @@ layout(constant_id = 0) const bool BORDER_REFLECTS = true;
 layout(constant_id = 1) const uint SIGN_RULE = 0u;
 // Some object has values of its own.
 layout(constant_id = 2) const bool OWN_PHYSARUM = false;
-// Somebody has painted what attracts, repels or may not be entered.
+// The bias was painted: places attract, repel or may not be entered.
 layout(constant_id = 3) const bool PAINTED = false;
 
 layout(push_constant) uniform Params {

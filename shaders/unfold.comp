@@ -1,6 +1,6 @@
 // unfold: for texels that another object covers, the place on that object where walks go on, so that sensors see it there.
 // Reads   jobs, pairs, samples, listed, covered, groups, owners, distances, nearest, triangles, halfedges, corners, vertices, strips.
-// Writes  across and across_triangles: covered texels of the objects that have a job, where LISTED of listed tiles; what is not covered keeps what it had, and nobody reads it. Where not LISTED, the marks of surroundings that have changed.
+// Writes  across and across_triangles: covered texels of the objects that have a job, where LISTED of listed tiles; other texels keep their old values, which are not read. Where not LISTED, the marks of surroundings that have changed.
 // One invocation a sample of a job, jobs begin at multiples of the group size; where LISTED one a covered texel.
 // Two planes meet in a line. What lies behind it in the one lies as far from it in the other, whichever way one comes.
 // Overflow: cannot happen; nothing is appended.
@@ -23,7 +23,7 @@ layout(push_constant) uniform Params {
     uint pitch;       // texels from one atlas row to the next
     uint attempts;    // edge crossings that one walk may make
     float threshold;  // world length of signed distance below which a place is covered
-    float farthest;   // world length behind the line up to which places are told
+    float farthest;   // world length behind the line up to which places are found
     float deepest;    // world length of signed distance up to which sensors see nothing
     float near;       // world length of signed distance below which a step may lead to where it is covered
     float sight;      // the same of which sensors that walk may get to where it is covered

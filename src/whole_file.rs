@@ -106,8 +106,8 @@ impl WholeFile {
     /// Starts the file; its folder is made if there is none.
     ///
     /// # Errors
-    /// When the folder cannot be made or written, when `path` is a folder itself or a file that nobody may write, or when it
-    /// is a pipe that nobody reads: all that can be known before the work begins.
+    /// When the folder cannot be made or written, when `path` is a folder itself or a read-only file, or when it
+    /// is a pipe without a reader: all that can be checked before the work begins.
     pub fn create(path: &Path) -> io::Result<Self> {
         let before = std::fs::metadata(path).ok();
         if before.as_ref().is_some_and(Metadata::is_dir) {
@@ -172,8 +172,8 @@ impl WholeFile {
         }
     }
 
-    /// Makes sure that a file can be written later, and leaves nothing there. A pipe stays open until then, because who reads it
-    /// takes its closing for the end.
+    /// Makes sure that a file can be written later, and leaves nothing there. A pipe stays open until then, because its
+    /// reader takes its closing for the end.
     ///
     /// # Errors
     /// As [`create`](Self::create).
@@ -237,8 +237,8 @@ impl WholeFile {
         }
     }
 
-    /// Gives a file that is not as it was meant to be, such as a film that was cut short, its name if there is no file of that name.
-    /// Else that one stays, and this one is called `film.cut.gif` instead of `film.gif`, or `film.cut-2.gif` and so on. Tells
+    /// Finishes an incomplete file, such as a film that was cut short. It gets its name if there is no file of that name yet. Else
+    /// the other file stays, and this one becomes `film.cut.gif` instead of `film.gif`, or `film.cut-2.gif` and so on. Returns
     /// the name.
     ///
     /// # Errors
@@ -299,8 +299,8 @@ pub(crate) fn followed(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("too many links lead to one another"))
 }
 
-/// Gives a new file the owner and the permissions of the one that it will replace. The owner is another one only for those
-/// who may give files away.
+/// Gives a new file the owner and the permissions of the one that it will replace. Only processes with
+/// the right to give files away can set another owner.
 fn keep_permissions(file: &File, before: &Metadata) -> io::Result<()> {
     #[cfg(unix)]
     {
@@ -313,7 +313,7 @@ fn keep_permissions(file: &File, before: &Metadata) -> io::Result<()> {
     file.set_permissions(before.permissions())
 }
 
-/// Opens a device or a pipe to write to. Opening a pipe waits for somebody who reads, so it is tried without waiting.
+/// Opens a device or a pipe to write to. Opening a pipe would block until it has a reader, so it is opened without blocking.
 fn open_special(path: &Path) -> io::Result<File> {
     let mut options = File::options();
     options.write(true);

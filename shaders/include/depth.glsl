@@ -25,7 +25,7 @@ float share_of_reach(float distance, float reach) {
 }
 
 // The bits of floats are in order but for the sign: a positive one has its sign bit flipped, a negative one all bits. Two
-// bits are dropped for a float in [0, 2). Knows no reach: digits are lost everywhere alike.
+// bits are dropped for a float in [0, 2). Does not depend on the reach: the loss of digits is the same everywhere.
 float depth_ordered(float distance) {
     uint bits = floatBitsToUint(distance);
     uint key = (bits & 0x80000000u) != 0u ? ~bits : bits ^ 0x80000000u;

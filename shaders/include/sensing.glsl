@@ -83,7 +83,7 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
         value += bias_at(position, params.pitch);
     }
     if (FOOD) {
-        // What repels does so whoever has eaten.
+        // Repelling places also repel fed particles.
         float smelled = scent_at(position, params.pitch);
         value += smelled > 0.0 ? own_appetite * smelled : smelled;
     }

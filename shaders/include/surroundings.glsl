@@ -1,6 +1,6 @@
-// surroundings: what there is round each texel, two of them a word, so that one look tells all: in 8 bits its outlook, up to
-// where places of the same hue can be reached straight; whether it is near other objects, covered by them, and where they
-// are in sight; in 5 bits the hue, by which charts are told apart that lie near each other.
+// surroundings: facts about each texel, packed into half a word so that one read returns all: 8 bits of outlook, which is the
+// distance up to which places of its hue can be reached straight; whether other objects are near, cover it, or are in sight; and
+// 5 bits of hue, which differs between charts that lie near each other.
 // Twin of src/sim/surroundings.rs.
 
 #ifndef MYXO_SURROUNDINGS

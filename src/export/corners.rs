@@ -21,7 +21,7 @@ pub struct Shared {
     pub indices: Vec<u32>,
 }
 
-/// What tells corners of one vertex apart.
+/// The attributes in which corners of one vertex may differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
     /// Normals.

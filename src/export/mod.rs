@@ -42,10 +42,10 @@ use paint::Paint;
 pub use watch::Watch;
 use watch::Watched;
 
-/// Pictures are taken in this shape unless somebody asks for another, so the camera of a model fits it.
+/// The default size of pictures in pixels; the camera of an exported model fits its shape.
 const PICTURE: Vec2 = Vec2::new(1280.0, 720.0);
 
-/// How often it is looked whether a state has arrived.
+/// How often the export polls whether a state has arrived.
 const LOOKS_EVERY: Duration = Duration::from_millis(2);
 
 /// What a file is, as its ending says.
@@ -288,7 +288,7 @@ impl ExportFile {
     pub fn create(path: &Path) -> Result<Self> {
         let format = Format::of(path).ok_or_else(|| {
             Error::Invalid(format!(
-                "{}: cannot tell what to write; call it NAME.glb (model with texture), NAME.ply (mesh with colours), \
+                "{}: unknown output format; call it NAME.glb (model with texture), NAME.ply (mesh with colours), \
                  NAME.npz (all data) or NAME.toml (scene file)",
                 path.shown()
             ))
@@ -323,7 +323,7 @@ impl ExportFile {
         self.write_watched(export, colors, &Watch::default())
     }
 
-    /// The same, telling how far it is and stopping where it is told to.
+    /// As [`write`](Self::write), with progress reports and cancellation by `watch`.
     ///
     /// # Errors
     /// As [`write`](Self::write), and when it was stopped.
@@ -369,7 +369,7 @@ impl ExportFile {
     }
 }
 
-/// Writes a state as a checkpoint, telling how far it is and stopping where it is told to.
+/// Writes a state as a checkpoint, with progress reports and cancellation.
 ///
 /// # Errors
 /// As [`ExportFile::write_watched`].

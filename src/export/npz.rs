@@ -314,7 +314,7 @@ fn write_areas<W: Write + Seek>(
     to.typed("area_no_go", "|b1", &[side, side], &no_go)
 }
 
-/// Foods and markers, where there are any, what sensors read of what is left of them, and who has eaten.
+/// Foods and markers, if there are any: their places, the scent of what is left of them, and which particles are fed.
 fn write_foods<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io::Result<()> {
     let atlas = &export.setup.atlas;
     let food_set = &export.setup.food_set;

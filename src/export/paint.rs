@@ -61,7 +61,7 @@ impl Paint {
     }
 
     /// The surface's colours in the whole atlas, as an image of `size * size` pixels. Pixels beyond all charts and gutters
-    /// continue the nearest ones, so that whoever filters or shrinks the image mixes nothing foreign in.
+    /// continue the nearest ones, so that filtering or shrinking the image mixes in no foreign colour.
     #[must_use]
     pub fn texture(&self, atlas: &Atlas, trail: &[f32]) -> image::RgbImage {
         texture(atlas, trail, |trail| self.color(trail))

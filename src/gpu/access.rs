@@ -9,7 +9,7 @@
 //! ordered counts for themselves only. Where one is dropped, what buffers keep is not what took place: the next one begins with a
 //! barrier for everything.
 //!
-//! Barriers are over all memory: devices do not tell buffers apart in them.
+//! Barriers are over all memory: drivers ignore the buffer ranges of buffer barriers.
 
 use ash::vk;
 
@@ -173,7 +173,7 @@ pub(crate) struct Order {
     is_unknown: bool,
 }
 
-/// What the context knows of all recordings.
+/// The context's record of all recordings.
 #[derive(Debug, Default)]
 pub(crate) struct Recordings {
     /// The number of what was recorded last.

@@ -1,5 +1,5 @@
-//! What the device's memory gets through, measured: a large copy from one buffer to another. Times of kernels are told
-//! as fractions of it.
+//! Measures the device's memory bandwidth by a large copy from one buffer to another. Reports give kernel times as
+//! fractions of it.
 
 use std::sync::Arc;
 

@@ -289,7 +289,7 @@ impl BufferCore {
         self.ctx.deletion_queue.is_pending(ticket)
     }
 
-    /// Blocking transfers run before what is being recorded, which nobody means.
+    /// Panics while a recording uses the buffer: a blocking copy would run before the recording, which is never meant.
     pub(crate) fn assert_not_being_recorded(&self) {
         let ticket = self.lock().ticket;
         assert!(
@@ -308,11 +308,11 @@ impl BufferCore {
     }
 
     /// A slice that the host holds must not change.
-    pub(crate) fn assert_not_read_by_host(&self, who: &str) {
+    pub(crate) fn assert_not_read_by_host(&self, writer: &str) {
         let readers = self.lock().readers;
         assert!(
             readers == 0,
-            "`{who}` writes `{}` while the host holds a slice of it: drop what as_slice returned first",
+            "`{writer}` writes `{}` while the host holds a slice of it: drop what as_slice returned first",
             self.name
         );
     }

@@ -74,7 +74,7 @@ impl PipelineCache {
                 file.display()
             );
         }
-        // SAFETY: nobody uses it any more.
+        // SAFETY: nothing uses it any more.
         unsafe { device.destroy_pipeline_cache(self.raw, None) };
     }
 }

@@ -87,9 +87,9 @@ impl Context {
         Self::on(device, info, queue, options)
     }
 
-    /// A device that somebody else has made, and one of its queues. It is left as it is in the end.
+    /// Uses a device that the caller has made, and one of its queues. Dropping the context does not destroy the device.
     ///
-    /// Of the options, those that choose or make a device mean nothing here: `device`, `validation`, `window`.
+    /// The options that choose or make a device are ignored: `device`, `validation`, `window`.
     ///
     /// # Errors
     /// When the device lacks something that kernels need, or has no memory left.
@@ -97,7 +97,7 @@ impl Context {
     /// # Safety
     /// What [`BorrowedDevice`] says about its handles must hold. The device must outlive the context and everything made
     /// on it. While others use the queue they must hold [`Context::queue`]; while [`Context::wait_idle`] runs or the
-    /// context is dropped, nobody may use any queue of the device.
+    /// context is dropped, no other code may use any queue of the device.
     pub unsafe fn borrow(device: BorrowedDevice, options: &ContextOptions) -> GpuResult<Arc<Self>> {
         let queue = device.queue;
         let (device, mut info) = device.take()?;
@@ -198,7 +198,7 @@ impl Context {
         self.device.instance.messages.take()
     }
 
-    /// What kernels told by `debug_value` in the frames that have been waited for; forgets it.
+    /// Takes the values that kernels wrote by `debug_value` in frames that have been waited for.
     #[must_use]
     pub fn debug_entries(&self) -> DebugEntries {
         std::mem::take(&mut *self.debug.lock().unwrap_or_else(|e| e.into_inner()))
@@ -258,7 +258,7 @@ impl Context {
     }
 
     /// Waits for a fence, for as long as the context allows.
-    pub(crate) fn wait_for(&self, fence: vk::Fence, who: &str) -> GpuResult<()> {
+    pub(crate) fn wait_for(&self, fence: vk::Fence, what: &str) -> GpuResult<()> {
         let timeout = self.timeout();
         let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX);
         // SAFETY: the fence is this device's.
@@ -266,17 +266,17 @@ impl Context {
         match self.heard(self.is_there().and(waited)) {
             Err(vk::Result::TIMEOUT) => Err(GpuError::Timeout {
                 seconds: timeout.as_secs(),
-                last: format!("it was busy with {who}"),
+                last: format!("it was busy with {what}"),
                 kernel: None,
             }),
-            other => other.check("vkWaitForFences", who),
+            other => other.check("vkWaitForFences", what),
         }
     }
 
-    /// Ends the device, and tells what the validation layer has said until its end that was not taken yet.
+    /// Destroys the device. Returns the messages of the validation layer that were not taken yet.
     ///
     /// # Errors
-    /// While somebody else has the context, it is given back.
+    /// Returns the context if other references to it exist.
     pub fn end(self: Arc<Self>) -> Result<Vec<String>, Arc<Self>> {
         let messages = Arc::clone(&self.device.instance.messages);
         let alone = Arc::try_unwrap(self)?;
@@ -290,7 +290,7 @@ impl Context {
     /// The device was lost.
     pub fn wait_idle(&self) -> GpuResult<()> {
         let _queue = self.queue();
-        // SAFETY: the queue is locked, so nobody submits meanwhile.
+        // SAFETY: the queue is locked, so no other thread submits meanwhile.
         unsafe { self.device.raw.device_wait_idle() }.check("vkDeviceWaitIdle", &self.info.name)
     }
 
@@ -362,7 +362,7 @@ impl Context {
 
     fn destroy(&self, deletion: Deletion) {
         let raw = &self.device.raw;
-        // SAFETY: a deletion is owned by the deletion queue alone and no submitted work uses it any more.
+        // SAFETY: the deletion queue alone owned the object, and no submitted work uses it any more.
         unsafe {
             match deletion {
                 Deletion::Buffer(buffer, allocation) => {
@@ -403,7 +403,7 @@ impl Context {
 impl Drop for Context {
     fn drop(&mut self) {
         // An error means that the device is lost, and then it uses nothing either.
-        // SAFETY: nobody else has the context, so nobody submits meanwhile.
+        // SAFETY: this is the last reference to the context, so no other thread submits meanwhile.
         let _ = unsafe { self.device.raw.device_wait_idle() };
         let staging = std::mem::take(&mut *self.staging.lock().unwrap_or_else(|e| e.into_inner()));
         for deletion in staging.deletions() {

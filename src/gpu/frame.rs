@@ -235,7 +235,7 @@ impl Frames {
         self.place_of(recorder).is_some()
     }
 
-    /// Adds what the breadcrumbs of the unfinished frames tell to an error.
+    /// Adds the last breadcrumb of the unfinished frames to an error.
     fn blame(&self, error: GpuError) -> GpuError {
         let oldest_first =
             (0..self.slots.len()).map(|i| &self.slots[(self.next + i) % self.slots.len()]);
@@ -264,12 +264,12 @@ impl Frames {
         if let Some(pending) = slot.pending.take() {
             self.ctx.deletion_queue.end(pending.ticket);
             if !pending.debug_kernels.is_empty() {
-                let told = slot.resources.debug_list().read(&pending.debug_kernels);
+                let entries = slot.resources.debug_list().read(&pending.debug_kernels);
                 self.ctx
                     .debug
                     .lock()
                     .unwrap_or_else(PoisonError::into_inner)
-                    .append(told);
+                    .append(entries);
             }
             self.timings.push(pending.into_spans(&slot.resources)?);
         }

@@ -1,4 +1,4 @@
-//! What one frame records into, and what it leaves on the way.
+//! The Vulkan objects that one frame records into, and its breadcrumbs.
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -11,7 +11,7 @@ use super::deletion_queue::Deletion;
 use super::error::{Check, GpuResult};
 use super::placeholder::Placeholder;
 
-/// What one frame records into.
+/// The Vulkan objects that one frame records into.
 pub(crate) struct FrameResources {
     pub(crate) ctx: Arc<Context>,
     pub(crate) pool: vk::CommandPool,
@@ -20,7 +20,7 @@ pub(crate) struct FrameResources {
     pub(crate) queries: vk::QueryPool,
     pub(crate) query_capacity: u32,
     pub(crate) breadcrumbs: Option<Mutex<Breadcrumbs>>,
-    /// What is bound for arguments that are absent.
+    /// Dummy buffers for absent arguments.
     pub(crate) placeholder: Placeholder,
     debug: OnceLock<DebugList>,
     /// Command buffers of slices, made as they are needed.
@@ -76,11 +76,11 @@ impl FrameResources {
         Ok(this)
     }
 
-    /// Made by the first shader that includes `debug.glsl`.
+    /// The debug list, made on the first dispatch of a shader that includes `debug.glsl`.
     pub(crate) fn debug_list(&self) -> &DebugList {
         self.debug.get_or_init(|| {
             let list = DebugList::new(&self.ctx, self.ctx.debug_capacity);
-            list.unwrap_or_else(|error| panic!("no room for the values that kernels tell: {error}"))
+            list.unwrap_or_else(|error| panic!("no memory for the debug list: {error}"))
         })
     }
 
@@ -90,7 +90,7 @@ impl FrameResources {
         })
     }
 
-    /// Begins to record, with the first of the queries reset: what others a frame uses were never written since they were.
+    /// Begins to record, and resets the first `unset` queries: the others are still unwritten since their last reset.
     pub(crate) fn start(&self, unset: u32) -> GpuResult<()> {
         if let Some(breadcrumbs) = &self.breadcrumbs {
             breadcrumbs
@@ -117,7 +117,7 @@ impl FrameResources {
         Ok(())
     }
 
-    /// The command buffer of a slice, in which recording begins.
+    /// Begins to record into the command buffer of a slice.
     pub(crate) fn slice(&self, index: usize) -> GpuResult<vk::CommandBuffer> {
         const WHAT: &str = "a slice of a frame";
         let mut cmds = self.slices.lock().unwrap_or_else(PoisonError::into_inner);

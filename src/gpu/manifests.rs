@@ -1,5 +1,5 @@
-//! The JSON files that tell the Vulkan loader of drivers and layers. It fails as a whole where one of them is damaged, and does
-//! not say which: "a host memory allocation has failed".
+//! The JSON manifests in which the Vulkan loader finds drivers and layers. One damaged file makes the whole loader fail, with a
+//! message that does not name the file: "a host memory allocation has failed".
 
 use std::env::{split_paths, var_os};
 use std::path::{Path, PathBuf};

@@ -27,7 +27,7 @@ pub struct ContextOptions {
     /// Where compiled pipelines are kept for the next start; see
     /// [`default_cache_folder`](super::default_cache_folder). `None` keeps nothing.
     pub cache_folder: Option<PathBuf>,
-    /// Values that `debug_value` may tell in a frame.
+    /// Values that `debug_value` may write in a frame.
     pub debug_capacity: u32,
     /// Takes the device for a smaller one, so that tests of what is large need not be.
     pub limits: Option<Limits>,

@@ -19,10 +19,10 @@ use super::raster::{DepthTest, RasterPipeline, no_rendering};
 use super::recorder::Recorder;
 use super::timer::SpanKind;
 
-/// Vertices that indices of every device tell apart.
+/// Vertices that 32-bit indices can address on every device.
 const INDEXED_EVERYWHERE: usize = 1 << 24;
 
-/// Can [`PassRecorder::draw_indexed`] tell so many vertices apart?
+/// Can [`PassRecorder::draw_indexed`] address so many vertices?
 pub(crate) fn reaches_by_index(ctx: &Context, vertices: usize) -> bool {
     vertices <= INDEXED_EVERYWHERE || ctx.device.features.full_draw_index_uint32 == vk::TRUE
 }
@@ -90,7 +90,7 @@ impl Recorder {
     }
 
     /// As [`Recorder::pass`], but timed as a whole, like a kernel of this name. Devices that draw tile by tile cannot
-    /// tell how long each draw takes.
+    /// time single draws.
     ///
     /// # Panics
     /// As [`Recorder::pass`].

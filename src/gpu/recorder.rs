@@ -28,7 +28,7 @@ pub struct Recorder {
     /// More than fit if it exceeds the pool; the next frame gets a larger one.
     pub(crate) queries_wanted: u32,
     pub(crate) submitted: bool,
-    /// What has left a breadcrumb, in order.
+    /// Names of the works that have a breadcrumb, in order.
     pub(crate) works: Vec<String>,
     /// What may have called `debug_value`, in order.
     pub(crate) debug_kernels: Vec<String>,
@@ -137,7 +137,7 @@ impl Recorder {
         }
     }
 
-    /// Says in the debug list who calls `debug_value` from now on.
+    /// Records in the debug list which kernel calls `debug_value` from now on.
     pub(crate) fn announce_debug(&mut self, name: &str) {
         let frame = Arc::clone(&self.frame);
         let list = frame.debug_list();
@@ -209,7 +209,7 @@ impl Recorder {
         let span = self
             .open
             .pop()
-            .expect("spans are closed by who opened them");
+            .expect("each span is closed once");
         self.ctx().device.end_label(self.raw());
         if let Some(first) = self.spans[span].queries {
             self.stamp(first + 1);

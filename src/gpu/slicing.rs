@@ -11,7 +11,7 @@ use super::timer::{SpanKind, Timings};
 
 const WHAT: &str = "a slice of a frame";
 
-/// So many frames tell how long kernels take.
+/// Kernel times are estimated from so many frames.
 const LATELY: usize = 8;
 
 impl Recorder {

@@ -118,7 +118,7 @@ impl Surface {
     }
 
     fn create(&mut self) -> GpuResult<()> {
-        // SAFETY: whoever made the swapchain keeps the window alive as long as it.
+        // SAFETY: the swapchain's owner keeps the window alive as long as the swapchain.
         let made = unsafe {
             ash_window::create_surface(
                 self.ctx.entry(),

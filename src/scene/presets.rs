@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_preset_is_told_apart_and_refused() {
+    fn texts_that_are_no_presets_are_refused() {
         for scene in builtin::SCENES {
             assert!(!is_preset(scene.text), "{}", scene.name);
         }

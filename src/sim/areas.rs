@@ -5,7 +5,7 @@
 //! | --- | --- |
 //! | green, 0 to full | sensors read 0 to `strength` trail units more |
 //! | blue, 0 to full | as much less |
-//! | red, by more than half beyond green and blue | nobody enters ([`NO_GO`]) |
+//! | red, by more than half beyond green and blue | particles do not enter ([`NO_GO`]) |
 //! | black, white, grey, transparent | nothing |
 
 use std::path::{Path, PathBuf};
@@ -185,7 +185,7 @@ pub fn map_beside(scene_file: &Path) -> PathBuf {
     scene_file.with_file_name(name)
 }
 
-/// The map of areas for a scene file: `NAME_areas.png` beside it or, where that is somebody else's, the next number that is free.
+/// The map of areas for a scene file: `NAME_areas.png` beside it or, if that is another scene's file, with the next free number.
 #[must_use]
 pub fn map_for(scene_file: &Path) -> PathBuf {
     let first = map_beside(scene_file);
@@ -348,7 +348,7 @@ mod tests {
         }
     }
 
-    /// Whoever leaves the layout below has no walls of it.
+    /// The layout of the atlas may stay as the lowest layer of a map: its colours make no walls.
     #[test]
     fn the_colours_of_a_layout_are_no_walls() {
         for [red, green, blue] in [

@@ -29,8 +29,8 @@ pub fn carried(
     }
     let is_new = |place: &usize| from[object_of(new, new.particles[*place].triangle)].is_none();
     let count = new.particles.len();
-    // A particle draws its share of all the area once, so those that draw what is new stood in one region before. Others go,
-    // every so many of them, who drew shares of everything.
+    // Start places follow ids, so the ids that draw places on new objects lay in one region before. Moving them would empty it.
+    // Instead every n-th particle moves, whose places were spread over all objects.
     let new_places: Vec<usize> = (0..count).filter(is_new).collect();
     let new_place = |id: usize| {
         let before = |id: usize| (id as u64 * new_places.len() as u64 / count as u64) as usize;

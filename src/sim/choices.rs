@@ -41,9 +41,9 @@ use crate::mesh::surface::{AtlasMap, NONE, Surface, Triangle};
 pub struct TurningEdge {
     /// Its triangle times 4 plus its corner; [`NONE`] at an open border.
     pub twin: u32,
-    /// As that of the half-edge.
+    /// As [`HalfEdge::cos`](crate::mesh::surface::HalfEdge::cos).
     pub cos: f32,
-    /// Likewise.
+    /// As [`HalfEdge::sin`](crate::mesh::surface::HalfEdge::sin).
     pub sin: f32,
     /// Always 0.
     pub pad: u32,

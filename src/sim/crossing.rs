@@ -14,10 +14,10 @@ use crate::mesh::trees::search::{UNLIMITED, first_crossing, nearest_on, slack_of
 use crate::mesh::trees::sides::{Sides, is_outside};
 use crate::strict::{cross3, dot3, inverse_root, root, share};
 
-/// Cross products of unit normals whose square is less than this tell no line.
+/// Planes count as parallel where the squared cross product of their unit normals is less than this.
 const PARALLEL_SQUARE: f32 = 1e-6;
 
-/// The surface, where its objects stand, and what tells crossings and sides.
+/// The surface, the poses of its objects, and the data for crossings and inside tests.
 #[derive(Clone, Copy)]
 pub struct Terrain<'a> {
     /// The surface and where its objects stand.
@@ -28,7 +28,7 @@ pub struct Terrain<'a> {
     pub sides: Sides<'a>,
     /// The first node of each object's tree.
     pub roots: &'a [u32],
-    /// By which rule sides are told.
+    /// The rule that decides whether a place is inside.
     pub sign_rule: u32,
     /// Do walks come back from open borders?
     pub reflects: bool,
@@ -52,7 +52,7 @@ pub struct Meeting {
 }
 
 impl<'a> Terrain<'a> {
-    /// Of a scene whose objects stand so; `roots` as [`DistanceSetup::roots`](crate::sim::distance::DistanceSetup::roots) tells them.
+    /// The terrain of a scene with these poses; `roots` are those of [`DistanceSetup::roots`](crate::sim::distance::DistanceSetup::roots).
     #[must_use]
     pub fn of(
         setup: &'a Setup,

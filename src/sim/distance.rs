@@ -135,8 +135,8 @@ pub struct DistanceUpdate {
     pub pairs: Vec<ObjectPair>,
     /// Which object each job is for.
     pub objects: Vec<u32>,
-    /// For each pair: beyond this world length the other object's triangles tell nothing. That is reach, or as far as a
-    /// place inside of it can be from all of them.
+    /// For each pair: the world length beyond which the other object's triangles do not matter. That is the reach, or the largest
+    /// distance that a place inside of the object can have from all of them.
     pub farthest: Vec<f32>,
     /// For each pair: how far places of the one object have moved in the other's space since the last update, at the most;
     /// [`UNKNOWN_MOVE`] if that is not known.
@@ -169,17 +169,17 @@ pub struct DistanceRules {
     pub method: DistanceMethod,
     /// How they become depths, if they do.
     pub depth: DepthMapping,
-    /// How sides are told.
+    /// The rule that decides whether a place is inside of an object.
     pub sign: SignRule,
-    /// A world length: what is nearer is covered.
+    /// World length: places with a smaller signed distance are covered.
     pub threshold: f32,
-    /// A world length: how far behind a crossing places are told.
+    /// World length: how far behind a crossing places on the other object are found.
     pub farthest: f32,
-    /// A world length: a step from what is nearer may lead to where it is covered.
+    /// World length: a step from a place with a smaller distance may lead to a covered place.
     pub near: f32,
-    /// A world length: sensors that walk from what is nearer may get to where it is covered.
+    /// World length: sensors that walk from a place with a smaller distance may get to a covered place.
     pub sight: f32,
-    /// Are they told at all?
+    /// Are places behind crossings found at all?
     pub sees_across: bool,
     /// Edge crossings of a walk, and whether it comes back from open borders.
     pub walk: (u32, bool),
@@ -262,7 +262,7 @@ impl DistancePlanner {
             let own = &setup.trees.objects[object];
             let last_pairs = last.as_deref().unwrap_or_default();
             let moves = pairs.iter().enumerate().map(|(p, pair)| {
-                // The kernel has kept what it knows by the place in the list.
+                // The kernel keeps its results by the place in the list of pairs.
                 let before = last_pairs.get(p).filter(|last| last.other == pair.other);
                 before.map_or(UNKNOWN_MOVE, |before| {
                     most_moved(own, &before.pair.pose(), &pair.pair.pose())
@@ -322,7 +322,7 @@ impl DistanceUpdate {
     }
 }
 
-/// A pair, and how far the other object's triangles tell something.
+/// A pair of objects, and the distance up to which the other object's triangles matter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct NearPair {
     /// The other object.

@@ -1,5 +1,5 @@
-//! How much device memory a scene takes, and whether its buffers are such as the device can have, told in the words of
-//! the scene file: from the settings and the meshes, before anything takes time; the seams, once there is an atlas.
+//! The device memory that a scene takes, and whether the device supports its buffers. Messages use the terms of the scene file.
+//! The check needs only settings and meshes, so it runs before anything takes time; that of the seams needs the atlas.
 
 use super::brute;
 use super::buffers::{Counts, bytes};

@@ -1,7 +1,7 @@
 //! Where every object is, step by step: motion from the scene, or poses that are set from outside.
 //!
 //! The host computes poses in double precision and sends them along with the step's own commands, so a step that waits
-//! for its turn keeps the poses that it was recorded with, and nobody waits for anybody.
+//! for its turn keeps the poses that it was recorded with, and neither host nor device waits for the other.
 
 use glam::{Affine3A, DAffine3, DMat3, DQuat};
 

@@ -50,10 +50,10 @@ pub enum Brush {
         /// Trail units in the middle, added to those of dabs before; negative to repel. At most [`GREATEST`] either way.
         amount: f32,
     },
-    /// Nobody enters: particles turn round. Those inside may leave, and transfers from other objects may land there.
+    /// Makes a no-go area: particles turn round at it. Particles inside may leave, and transfers from other objects may land in it.
     NoGo,
-    /// Takes particles there, by chance from all over the objects that the dab touches; each stays on its own object, and
-    /// their number is what it was.
+    /// Teleports randomly chosen particles to the dab, from all over the objects that it touches. Each stays on its own object, and
+    /// no particles are added.
     Particles {
         /// What share of an object's particles comes, 0 to 1.
         share: f32,
@@ -74,7 +74,7 @@ pub struct Dab {
     pub eye: Option<Vec3>,
     /// If given, what a viewer sees through the dab's ring nearer or farther than the ball reaches is painted, too.
     pub ring: Option<Ring>,
-    /// Keys who comes to [`Brush::Particles`], together with the scene's seed: other dabs should have other numbers.
+    /// Keys the choice of particles of [`Brush::Particles`], together with the scene's seed: other dabs should have other numbers.
     pub number: u32,
 }
 

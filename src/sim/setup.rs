@@ -81,8 +81,8 @@ impl Setup {
             .map_or(DVec3::ZERO, |origins| origins.world)
     }
 
-    /// The same, telling how far the atlas and the measuring of food are, stopping where it is told to, and keeping the layout
-    /// where it is told.
+    /// As [`new`](Self::new). `control` gets the progress of the atlas and of the distances to food, can cancel both, and names the
+    /// folder in which the layout of the atlas is kept.
     ///
     /// # Errors
     /// As [`new`](Self::new), and when it was stopped.

@@ -49,7 +49,7 @@ pub struct Simulation {
     course: Course,
     pipelines: Pipelines,
     state: State,
-    /// None before somebody paints.
+    /// None before the first dab.
     painter: Option<Painter>,
 }
 
@@ -63,8 +63,8 @@ impl Simulation {
         Self::with_control(ctx, scene, &Control::default())
     }
 
-    /// The same, telling how far the atlas and the measuring of food are, stopping where it is told to, and keeping the layout
-    /// where it is told.
+    /// As [`new`](Self::new). `control` gets the progress of the atlas and of the distances to food, can cancel both, and names the
+    /// folder in which the layout of the atlas is kept.
     ///
     /// # Errors
     /// As [`new`](Self::new), and when it was stopped.

@@ -38,9 +38,9 @@ pub struct Snapshot {
     pub trail: Vec<f32>,
     /// The last step's deposits, one a texel.
     pub deposits: Vec<u32>,
-    /// What was counted of transfers, and the objects' windows.
+    /// Counters of transfers, and the objects' windows.
     pub transfers: TransferState,
-    /// What was painted for sensors to read, one a texel, gutters filled; empty where nobody has.
+    /// The painted bias, one value per texel, gutters filled; empty if nothing was painted.
     pub bias: Vec<f32>,
     /// What is left to eat.
     pub food: FoodState,
@@ -76,7 +76,7 @@ pub struct Distances {
 /// How the ids of a population differ from one of each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Census {
-    /// Ids that nobody carries.
+    /// Ids that no particle has.
     pub lost: u64,
     /// Particles whose id another one carries too.
     pub doubled: u64,
@@ -173,7 +173,7 @@ impl Snapshot {
             .map(|(texel, value)| hash_words(&[texel as u32, value.to_bits()]));
         let in_flight = self.transfers.in_flight.par_iter().map(|transfer| {
             let id = self.particles[transfer.particle as usize].id;
-            // Of where the particle lies only who it is.
+            // The hash has the particle's id instead of its slot.
             let particle = Transfer {
                 particle: id,
                 ..*transfer
@@ -230,9 +230,9 @@ impl Snapshot {
     }
 }
 
-/// Tells a texel's bias from its trail.
+/// Makes the hash of a texel's bias differ from that of its trail.
 const BIAS: u32 = 0xb1a5;
-/// Likewise, for what is left to eat.
+/// Makes the hash of an amount of food differ from that of other values.
 const FOOD: u32 = 0xf00d;
 
 /// Mixes words to 64 bits, a multiplication and a shift each (the finalizer of MurmurHash3, Appleby 2011).
@@ -354,7 +354,7 @@ mod tests {
         assert_ne!(eaten.hash(), fed.hash(), "and of which food");
         eaten.food = fed.food.clone();
         eaten.motions[8].flags = 3 << Motion::FED_SHIFT;
-        assert_ne!(eaten.hash(), fed.hash(), "so does who is fed");
+        assert_ne!(eaten.hash(), fed.hash(), "and which particles are fed");
 
         let flight = Transfer {
             particle: 3,

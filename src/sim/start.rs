@@ -201,7 +201,7 @@ impl<'a> Drawer<'a> {
         self.surface.triangles[particle.triangle as usize].object as usize
     }
 
-    /// The heading away from a centre, which the walk knows or which is straight in space.
+    /// The heading away from a centre: the one that the walk found, or the straight one in space.
     fn away(
         &self,
         particle: &Particle,

@@ -10,7 +10,7 @@ pub use super::physarum::Physarum;
 pub use crate::mesh::atlas::{ExchangeEntry, ExchangeRow};
 pub use crate::mesh::surface::{AtlasMap, HalfEdge, Seam, Triangle};
 
-/// Where a particle is, and who it is.
+/// Place and id of a particle.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Particle {
@@ -42,9 +42,9 @@ pub struct Motion {
 impl Motion {
     /// The flag of particles that are to leave their object in the present step.
     pub const SELECTED: u32 = 1;
-    /// The bits that tell for how long it is fed.
+    /// The bits of the number of steps for which it stays fed.
     pub const FED: u32 = 0xffff_0000;
-    /// Where they begin.
+    /// Position of the lowest of these bits.
     pub const FED_SHIFT: u32 = 16;
 
     /// For how many more steps the particle is fed.

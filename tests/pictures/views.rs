@@ -209,7 +209,7 @@ fn painted_areas_are_seen_unless_they_are_hidden() {
 }
 
 #[test]
-fn hues_tell_where_particles_head() {
+fn hues_show_where_particles_head() {
     let Some(gpu) = gpu() else { return };
     let mut stage = Stage::of(&gpu, "builtin:cube?divisions=2", |settings| {
         settings.particles.count = 20_000;

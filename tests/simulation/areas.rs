@@ -128,7 +128,7 @@ fn no_go_on(setup: &Setup, object: u32) -> Vec<f32> {
 
 /// Where an object may not be entered, nobody comes to it from another one either.
 #[test]
-fn nobody_changes_over_into_a_no_go_area() {
+fn no_particle_transfers_into_a_no_go_area() {
     let Some(gpu) = gpu() else { return };
     // Twins of the strategies that transfer do the same.
     for (strategy, by_twin) in [

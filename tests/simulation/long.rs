@@ -322,7 +322,7 @@ fn strategies_agree_on_the_built_in_scenes() {
 }
 
 #[test]
-fn nobody_is_lost_where_the_buffer_is_full() {
+fn no_particle_is_lost_where_the_buffer_is_full() {
     let Some(gpu) = gpu() else { return };
     // A quarter of the particles of the long run, and a quarter of its buffer.
     let crowded = [CROWDED[0], "transfer.buffer_size=4"];

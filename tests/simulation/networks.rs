@@ -172,7 +172,7 @@ impl Garden<'_> {
         }
         let snapshot = simulation.snapshot().unwrap();
         if seed == 1 && sensing == Sensing::Auto {
-            tell_readings(&simulation, &snapshot);
+            print_readings(&simulation, &snapshot);
         }
         Grown::of(&snapshot, &simulation)
     }
@@ -295,7 +295,7 @@ fn long_both_ways_of_sensing_grow_the_same_networks() {
 
 /// Prints how many particles have a sensor that walks, and how far readings straight ahead are from those at the end of a
 /// walk, in parts of the mean trail.
-fn tell_readings(simulation: &Simulation, snapshot: &Snapshot) {
+fn print_readings(simulation: &Simulation, snapshot: &Snapshot) {
     let setup = simulation.setup();
     let plan = Plan::new(simulation.settings(), setup, 0, Means::of_host(false, 1));
     let params = plan.advance(plan.terms(), Form::All).params;

@@ -443,7 +443,7 @@ fn ladder() -> String {
 
 /// Catches headings of length 0 or NaN where triangles are points in the strip that a walk lays out, or have no normal.
 #[test]
-fn triangles_thinner_than_numbers_tell_keep_headings() {
+fn triangles_thinner_than_rounding_keep_headings() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("ladder.obj"), ladder()).unwrap();
     let file = folder.path().join("two.toml");

@@ -384,7 +384,7 @@ fn full_buffers_give_the_same_bits_by_every_strategy_and_twice() {
 }
 
 #[test]
-fn full_buffers_refuse_are_counted_and_lose_nobody() {
+fn full_buffers_refuse_are_counted_and_lose_no_particle() {
     let Some(gpu) = gpu() else { return };
     for strategy in [
         Strategy::Scattered,

@@ -69,7 +69,7 @@ fn a_full_list_drops_and_counts() {
 }
 
 #[test]
-fn draws_tell_under_the_name_of_their_pass() {
+fn debug_values_of_draws_carry_the_name_of_their_pass() {
     let Some(ctx) = context() else { return };
     let options = RasterOptions {
         depth: false,

@@ -286,7 +286,7 @@ fn there_are_few_windows_however_far_it_reaches() {
 }
 
 #[test]
-fn it_tells_how_far_it_is_and_stops() {
+fn it_reports_progress_and_stops() {
     let surface = surface("torus?major=144&minor=96");
     let source = points(&surface)[51];
     let run = |stop_at: f32, reach: f64| {

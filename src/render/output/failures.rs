@@ -368,7 +368,7 @@ fn gif_that_breaks_off_keeps_its_whole_frames() {
 
 /// A sequence has its frames in files of their own.
 #[test]
-fn sequence_that_breaks_off_tells_what_is_there() {
+fn sequence_that_breaks_off_reports_the_frames_there() {
     let folder = tempfile::tempdir().unwrap();
     let mut output = Output::create(&folder.path().join("s/%d.png"), (16, 12), 25.0).unwrap();
     output.frame(&noise((16, 12), 1)).unwrap();
@@ -383,7 +383,7 @@ fn sequence_that_breaks_off_tells_what_is_there() {
 
 #[cfg(unix)]
 #[test]
-fn encoder_that_stops_tells_how_far_it_came() {
+fn encoder_that_stops_reports_its_last_frame() {
     // 256 x 256 pixels are 262144 bytes: the second frame breaks off.
     let OutputError::Encoder { frames, .. } =
         error_with_encoder("head -c 300000 >/dev/null; exit 1")

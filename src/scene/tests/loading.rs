@@ -8,7 +8,7 @@ use crate::scene::settings::{ObjectSettings, Settings};
 use crate::scene::{Overrides, Scene, builtin, name_objects};
 
 #[test]
-fn changes_that_restart_are_told_from_those_that_do_not() {
+fn changes_that_restart_differ_from_those_that_do_not() {
     let old = Settings::default();
     let keys = |change: fn(&mut Settings)| {
         let mut new = old.clone();
@@ -273,7 +273,7 @@ fn many_objects_get_the_names_that_few_do() {
 }
 
 #[test]
-fn what_cannot_follow_its_model_is_told_by_its_place() {
+fn objects_that_cannot_follow_their_model_are_named_by_place() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("two.toml");
     let object = |more: &str| format!("[[object]]\nmesh = \"builtin:cube\"\n{more}\n");
@@ -356,7 +356,7 @@ fn a_file_of_more_triangles_than_the_atlas_has_room_for_is_refused() {
 
 /// Catches rods and needles that are taken, and on which particles lose their headings after some steps.
 #[test]
-fn rods_thinner_than_directions_can_be_told_are_refused() {
+fn rods_too_thin_for_directions_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("rod.obj");
     let load = |length: f64, width: f64| {

@@ -153,7 +153,7 @@ fn food_that_moves_keeps_what_is_left() {
     };
     assert_eq!(kept(&[("ball", z, 50), foods[1]]), [10, 20]);
     assert_eq!(kept(&[foods[0], ("ball", z, 60)]), [10, 20]);
-    // Other food has come, or several have gone: nobody knows who moved.
+    // Other food was added, or several were removed: it is unknown which one moved.
     assert_eq!(kept(&[("ball", z, 51), foods[1]]), [51, 20]);
     assert_eq!(
         kept(&[("ball", z, 50), ("ball", [0.0, 0.0, -1.0], 60)]),
@@ -218,9 +218,9 @@ fn food_is_carried_over_with_its_object() {
     goes_on.snapshot().validate(goes_on.setup()).unwrap();
 }
 
-/// Food that takes long tells of itself, and ends when it is asked to.
+/// Measuring distances to food reports its progress, and ends when it is cancelled.
 #[test]
-fn measuring_is_told_and_can_be_stopped() {
+fn measuring_reports_progress_and_can_be_cancelled() {
     let scene = settings(
         &["ball"],
         &[("ball", X, 0), ("ball", Y, 0), ("ball", [0.0, 0.0, 1.0], 0)],
@@ -233,11 +233,11 @@ fn measuring_is_told_and_can_be_stopped() {
         ..
     } = &setup;
     let run = |stop_at: f32| {
-        let told = Mutex::new(Vec::new());
+        let shares = Mutex::new(Vec::new());
         let stop = AtomicBool::new(false);
         let progress = |doing: &'static str, share: f32| {
             assert_eq!(doing, MEASURING);
-            told.lock().unwrap().push(share);
+            shares.lock().unwrap().push(share);
             if share >= stop_at {
                 stop.store(true, Ordering::Relaxed);
             }
@@ -248,15 +248,15 @@ fn measuring_is_told_and_can_be_stopped() {
             cache: None,
         };
         let found = FoodSet::new(surface, atlas, food_set.places.clone(), None, &control);
-        (found, told.into_inner().unwrap())
+        (found, shares.into_inner().unwrap())
     };
-    let (found, told) = run(2.0);
+    let (found, shares) = run(2.0);
     assert!(found.unwrap().plates == food_set.plates);
     assert!(
-        told.iter().all(|share| (0.0..=1.001).contains(share)),
-        "{told:?}"
+        shares.iter().all(|share| (0.0..=1.001).contains(share)),
+        "{shares:?}"
     );
-    assert!(told.iter().any(|share| *share > 0.999), "{told:?}");
+    assert!(shares.iter().any(|share| *share > 0.999), "{shares:?}");
     for stop_at in [0.0, 0.3, 0.9] {
         let (found, _) = run(stop_at);
         let error = found.map(|_| ()).unwrap_err();

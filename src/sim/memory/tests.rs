@@ -201,7 +201,7 @@ fn everything_that_is_too_large_comes_at_once() {
 }
 
 #[test]
-fn seams_that_are_too_large_are_told_once_the_atlas_is_there() {
+fn seams_that_are_too_large_are_reported_once_the_atlas_exists() {
     let scene = scene("builtin:torus?major=24&minor=16", 100, 512);
     let setup = Setup::new(&scene).expect("it has room");
     let exchange = &setup.atlas.exchange;
@@ -239,7 +239,7 @@ fn pair(size: u32, method: DistanceMethod) -> Scene {
 }
 
 #[test]
-fn every_limit_on_distances_between_objects_is_told_by_its_name() {
+fn every_limit_on_distances_between_objects_is_named() {
     let bvh = DistanceMethod::Bvh;
     let blocks = device(1 << 20);
     let elements = DeviceInfo {
@@ -307,7 +307,7 @@ fn every_limit_on_distances_between_objects_is_told_by_its_name() {
 }
 
 #[test]
-fn more_vertices_or_normals_than_a_buffer_holds_are_told() {
+fn more_vertices_or_normals_than_a_buffer_holds_are_reported() {
     let mut scene = pair(64, DistanceMethod::Bvh);
     let vertex = scene.surface.positions[0];
     scene.surface.positions.resize(5000, vertex);

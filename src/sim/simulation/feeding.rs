@@ -192,9 +192,9 @@ impl Simulation {
         Ok(served)
     }
 
-    /// Lets it be there from the next step on.
+    /// Puts the food into effect from the next step on.
     pub(super) fn serve(&mut self, served: Served) {
-        // Others who look at the setup keep the one that they have.
+        // Other owners of the setup keep theirs.
         Arc::make_mut(&mut self.course.setup).food_set = served.food_set;
         self.state.food = served.buffers;
     }

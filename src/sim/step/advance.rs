@@ -89,7 +89,7 @@ impl Plan<'_> {
         }
     }
 
-    /// Do sensors read straight ahead in the atlas? Heights are those of triangles, and only a walk knows at which one it ends.
+    /// Do sensors read straight ahead in the atlas? Gravity needs the triangle at the end, and only a walk finds it.
     fn reads_straight(&self, terms: Terms) -> bool {
         self.settings.physarum.sensing == Sensing::Auto && !terms.gravity
     }

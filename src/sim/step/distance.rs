@@ -81,10 +81,10 @@ impl StepKernel for Distance {
     }
 }
 
-/// Instead of a face that is near: all of a tile is beyond reach, outside.
+/// In place of a near face: all of the tile is beyond reach, outside.
 pub(super) const TILE_OUTSIDE: u32 = u32::MAX;
 
-/// Likewise, inside of a closed object.
+/// In place of a near face: all of the tile is beyond reach, inside of a closed object.
 pub(super) const TILE_INSIDE: u32 = u32::MAX - 1;
 
 /// Nothing is known.
@@ -147,7 +147,7 @@ impl<'a> DistanceInputs<'a> {
             .then(|| (job, self.samples[(job.first_sample + in_job) as usize]))
     }
 
-    /// What tells the sides of a surface.
+    /// The data for inside tests.
     #[must_use]
     pub fn sides(&self, first_vertex_normal: u32) -> Sides<'a> {
         Sides {

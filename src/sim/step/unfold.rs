@@ -122,7 +122,7 @@ pub struct UnfoldInputs<'a> {
     pub listed: &'a [ListedTile],
 }
 
-/// Marks texels near other objects, and tells for covered ones where on the other object walks go on.
+/// Marks texels near other objects, and finds for covered ones the place on the other object where walks go on.
 pub fn unfold(
     constants: &UnfoldConstants,
     params: &UnfoldParams,

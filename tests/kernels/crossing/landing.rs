@@ -33,7 +33,7 @@ fn scene(tilt: f64) -> Scene {
 }
 
 #[test]
-fn who_has_met_nothing_lands_on_the_nearest_point() {
+fn particles_without_a_crossing_land_on_the_nearest_point() {
     let Some(gpu) = gpu() else { return };
     for tilt in [20.0_f64, 60.0, -75.0, 150.0] {
         let scene = scene(tilt);

@@ -403,7 +403,7 @@ fn particles_go_on_as_the_fold_says() {
 
 /// One that has no triangle near comes back to where it is, and one that met nothing goes to the nearest point.
 #[test]
-fn who_has_met_nothing_goes_to_the_nearest_point() {
+fn particles_without_a_crossing_go_to_the_nearest_point() {
     let Some(gpu) = gpu() else { return };
     let meshes = [
         ("plane?columns=3&rows=2", [0.0; 3]),

@@ -14,7 +14,7 @@ use crate::common::gpu;
 /// by more than who meets it has left to walk. Who stands still is pushed through the other one where it is; who walks meets
 /// it on the way, at a time that can be worked out.
 #[test]
-fn who_was_moved_over_goes_on_from_there() {
+fn overtaken_particles_go_on_from_their_place() {
     let Some(gpu) = gpu() else { return };
     let meshes = [
         ("plane?columns=3&rows=2", [0.0; 3]),

@@ -146,7 +146,7 @@ fn what_lies_behind_the_line_is_seen_beyond_it() {
 
 /// Sensors see other objects where particles change to them, and only there.
 #[test]
-fn only_who_can_change_sees_across() {
+fn only_objects_with_transfers_see_across() {
     let Some(gpu) = gpu() else { return };
     let meshes = [("cube", [0.0; 3]), ("cube", [1.0, 0.3, 0.2])];
     for &strategy in Strategy::ALL {

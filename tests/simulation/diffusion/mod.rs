@@ -397,7 +397,7 @@ fn constants_stay_constant_to_the_last_bit() {
 
 /// At the strongest diffusion of one step no value becomes negative: it would be cut off, and mass would appear.
 #[test]
-fn nobody_gives_away_more_than_it_has() {
+fn no_texel_gives_away_more_than_it_has() {
     let Some(gpu) = gpu() else { return };
     for case in cases() {
         let start = case.trail(|p| f64::from(u8::from((p.dot(DVec3::splat(1e4))).sin() > 0.9)));

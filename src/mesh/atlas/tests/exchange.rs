@@ -65,7 +65,7 @@ fn check(what: &str, atlas: &Atlas) {
 }
 
 #[test]
-fn pairs_exchange_alike_and_nobody_gives_more_than_it_has() {
+fn pairs_exchange_symmetrically_and_no_texel_gives_more_than_it_has() {
     let crooked = build(&crooked_plane(), 300, 1);
     check("crooked plane", &crooked);
     for (name, size, distance) in [

@@ -323,7 +323,7 @@ fn coarse_balls_are_cut_into_few_charts() {
 }
 
 #[test]
-fn it_stops_when_told_to() {
+fn it_stops_when_cancelled() {
     let surface = builtin("suzanne");
     let cancelled = AtomicBool::new(true);
     let control = Control {
