@@ -206,10 +206,7 @@ impl Recorder {
     }
 
     pub(crate) fn end_span(&mut self) {
-        let span = self
-            .open
-            .pop()
-            .expect("each span is closed once");
+        let span = self.open.pop().expect("each span is closed once");
         self.ctx().device.end_label(self.raw());
         if let Some(first) = self.spans[span].queries {
             self.stamp(first + 1);

@@ -122,7 +122,7 @@ impl Camera {
         let half_height = (0.5 * self.vertical_fov).tan() / POINT_MARGIN;
         let half_width = half_height * aspect_ratio(size);
         let (right, up, backward) = (self.right(), self.up(), self.backward());
-        // A point is in the picture if |x| is at most half_width times its depth, `distance - z`; likewise for y.
+        // A point is in the picture if |x| is at most half_width times its depth, `distance - z`, and |y| at most half_height times it.
         let distance = points.into_iter().map(|point| {
             let from_target = point - self.target;
             let (x, y) = (from_target.dot(right), from_target.dot(up));

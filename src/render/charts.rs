@@ -136,7 +136,7 @@ pub fn chart_colors(surface: &Surface, atlas: &Atlas) -> Vec<[u8; 3]> {
 
 /// Which charts lie beside which, on the surface or in the texture: both ways, in order, each once.
 fn neighbours(surface: &Surface, atlas: &Atlas) -> Vec<(u32, u32)> {
-    /// Charts share long borders, so that some texels of them show who is there.
+    /// Charts share long borders, so a sample of texels finds all neighbours.
     const MOST_LOOKED_AT: usize = 200_000;
     let over_edges = (0..surface.halfedges.len()).into_par_iter().map(|h| {
         let twin = surface.halfedges[h].twin;

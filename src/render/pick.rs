@@ -22,7 +22,7 @@ pub struct Hit {
 
 /// The nearest hit of a ray with any object, from either side; `world_from_object` has one pose an object.
 ///
-/// Every triangle is tried: a million take a few milliseconds, and nobody clicks more often than that.
+/// Every triangle is tried: a million take a few milliseconds, which is fast enough for clicks.
 #[must_use]
 pub fn pick(surface: &Surface, world_from_object: &[Affine3A], ray: &Ray) -> Option<Hit> {
     let mut nearest = None;

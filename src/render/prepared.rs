@@ -24,7 +24,7 @@ pub struct Prepared {
     pub(super) normals: Vec<u32>,
     /// How much of the sky each corner sees, four to a word.
     pub(super) openness: Vec<u32>,
-    /// Where nobody has looked for it, in how many places that would have been.
+    /// If the openness was not computed: for how many places it would have been.
     unlooked: Option<usize>,
     /// One an object.
     pub(super) object_colors: Vec<Vec4>,
@@ -32,7 +32,7 @@ pub struct Prepared {
     pub(super) texels: Vec<u32>,
     /// The colour and the seams of each triangle.
     pub(super) charts: Vec<u32>,
-    /// Round the objects, lowest and highest corners in object space, if from outside nobody sees one from behind.
+    /// Bounding boxes of the objects, lowest and highest corners in object space, if no back face can be seen from outside.
     pub(super) boxes: Option<Vec<[Vec3; 2]>>,
 }
 
@@ -82,7 +82,7 @@ impl Prepared {
         })
     }
 
-    /// The same for somebody who draws many quick pictures on a device that is a CPU: those take a fifth to a third less time,
+    /// As [`new`](Self::new), for many quick pictures on a device that is a CPU: those take a fifth to a third less time,
     /// and 28 to 108 bytes a triangle more of the device's memory.
     #[must_use]
     pub fn for_quick(setup: &Setup) -> Self {

@@ -149,7 +149,7 @@ pub struct Renderer {
     brightest: Buffer<f32>,
     is_first: bool,
     shape: Shape,
-    /// Round the objects, if from outside nobody sees one from behind.
+    /// Bounding boxes of the objects, if no back face can be seen from outside.
     boxes: Option<Vec<[Vec3; 2]>>,
 }
 

@@ -93,7 +93,7 @@ pub(super) struct SharedVertices {
 }
 
 impl SharedVertices {
-    /// Puts them there, unless there are more than the device tells apart.
+    /// Uploads them, unless there are more than the device can index.
     ///
     /// # Errors
     /// The device has no memory left.

@@ -1,5 +1,5 @@
 //! Scenes: objects, parameters and the files that hold them. [`Scene::load`] turns a name or a file into meshes on
-//! one pooled surface and settings that have been checked; whoever simulates needs to look no further.
+//! one pooled surface and checked settings: all that a simulation needs.
 //!
 //! Settings have world coordinates in double precision. What is computed, `sim` and `render` alike, counts them from
 //! [`Origins::world`] in single precision, and calls that world space.
@@ -338,7 +338,7 @@ fn overridden(
         };
         match overrides.set.iter().find(is_seed) {
             None => reader.seed(seed),
-            // Nobody knows which of the two is meant.
+            // Which of the two is meant is unknown.
             Some(assignment) => reader.problems.push(Problem {
                 place: format!("--seed {seed}"),
                 message: format!(

@@ -47,9 +47,9 @@ pub struct Settings {
     pub transfer: TransferSettings,
     /// How distances between objects are taken.
     pub distance: DistanceSettings,
-    /// Scattered food, and what food does to those who eat it.
+    /// Scattered food, and the behaviour of particles that have eaten.
     pub feeding: FeedingSettings,
-    /// Where pictures are taken from.
+    /// The camera of pictures.
     pub camera: CameraSettings,
     /// What pictures look like.
     pub picture: PictureSettings,
@@ -231,11 +231,11 @@ pub struct DistanceSettings {
     pub method: DistanceMethod,
     /// For `raster`: how distances become depths.
     pub depth: DepthMapping,
-    /// How it is told whether a place is inside of an object.
+    /// The rule that decides whether a place is inside of an object.
     pub sign: SignRule,
-    /// Distances are taken at most every so many steps.
+    /// Distances are updated at most every so many steps.
     pub interval: u32,
-    /// The farthest that distances between objects are told, in scene radii.
+    /// Distances between objects are clamped beyond this, in scene radii.
     pub reach: f32,
 }
 
@@ -344,7 +344,7 @@ pub struct ObjectSettings {
     pub scale: f32,
     /// For `charts`: texels per surface area, relative to the other objects.
     pub texel_weight: f32,
-    /// The names of the objects that this one knows its distance to; empty for all others.
+    /// The names of the objects whose distance counts for this one; empty for all others.
     pub distance_to: Vec<String>,
     /// Where its particles begin, if not where the scene's do.
     #[serde(skip_serializing_if = "OwnStart::is_default")]

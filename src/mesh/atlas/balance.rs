@@ -55,7 +55,7 @@ pub(super) struct Pair {
     pub stencil: f32,
     /// What it has besides, in mean texel areas.
     pub more: f32,
-    /// From this side's texel to the other, in this side's chart, in taps' distances; NaN where nobody knows.
+    /// From this side's texel to the other, in this side's chart, in taps' distances; NaN where it is unknown.
     pub way: Vec2,
 }
 

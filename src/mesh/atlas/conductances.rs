@@ -27,7 +27,7 @@ const CHUNK: usize = 2048;
 pub(super) struct Layers<'a> {
     pub owner: &'a [u32],
     pub chart: &'a [u32],
-    /// Mean texel area by this texel's area; 0 where nobody owns it.
+    /// Mean texel area by this texel's area; 0 where it has no owner.
     pub density: &'a [f32],
     /// Per triangle: what a texel that lies wholly in it has, in mean texel areas.
     pub whole: &'a [f32],
@@ -250,7 +250,7 @@ impl Layers<'_> {
         (0..8).filter(move |bit| mask >> bit & 1 == 1)
     }
 
-    /// Before the first texel and behind the last there is nobody; a chart's gutter keeps it off the sides.
+    /// No owned texel has a neighbour outside of the texture, because a chart's gutter keeps it off the sides.
     pub(super) fn neighbour(&self, texel: u32, bit: usize) -> u32 {
         (i64::from(texel) + self.offsets[bit]) as u32
     }
@@ -324,7 +324,7 @@ impl Layers<'_> {
     }
 
     /// The way from a texel to one that its gutter texel in a direction is filled from, and the way back there, in taps'
-    /// distances; NaN where it cannot be told.
+    /// distances; NaN where it is unknown.
     fn way_to(
         &self,
         source: u32,

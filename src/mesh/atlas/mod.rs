@@ -64,7 +64,7 @@ pub use statistics::AtlasStatistics;
 /// The largest texture side; positions in it keep nine bits below the texel in single precision.
 pub const MAX_SIZE: u32 = 32_768;
 
-/// What is told while diffusion across seams is worked out.
+/// Name of computing the diffusion across seams in progress reports.
 const JOINING: &str = "joining seams";
 
 /// How triangles are laid out in the texture.
@@ -134,7 +134,7 @@ pub enum AtlasError {
     /// The texture side is not in the range.
     #[error("atlas size {0} is out of range: choose from 1 to {MAX_SIZE}")]
     Size(u32),
-    /// Somebody asked to stop.
+    /// The work was cancelled.
     #[error("interrupted while setting up")]
     Cancelled,
     /// A cell has no room for two triangles and their gutter.
@@ -268,7 +268,7 @@ struct Layout {
     gutter_texels: Vec<GutterTexel>,
 }
 
-/// Every triangle's place in one texture, who owns each texel, and how the gutter is filled.
+/// Every triangle's place in one texture, the owner of each texel, and how the gutter is filled.
 #[derive(Clone, Debug)]
 pub struct Atlas {
     /// Texture side in texels.
@@ -318,7 +318,7 @@ impl Atlas {
         Self::build_with(surface, options, &Control::default())
     }
 
-    /// The same, telling how far it is, and stopping where it is told to.
+    /// As [`build`](Self::build), with progress reports and cancellation by `control`.
     ///
     /// # Errors
     /// As [`build`](Self::build), and [`AtlasError::Cancelled`].
@@ -347,7 +347,7 @@ impl Atlas {
         };
         let (seams, ways) = gutter::seams(surface, &layout, pitch_of(options.size), control)?;
         let atlas = Self::assemble(surface, &options, layout, seams, &ways, control)?;
-        // Whoever asked to stop in the meantime does not wait for an atlas.
+        // A cancellation in the meantime returns an error, too.
         control.step(JOINING, 1.0)?;
         Ok(atlas)
     }

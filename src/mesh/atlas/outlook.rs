@@ -2,8 +2,8 @@
 //! walk on the surface, up to what flattening has done to lengths and angles, also beside the chart's border.
 //!
 //! Each texel looks along rays, which begin in the chart and leave it at its border. What of the chart lies behind that is
-//! hidden, and the outlook ends before it. Charts beside each other are told apart by hues, so the end of a line says
-//! by itself whether it lies in the chart in which the line began.
+//! hidden, and the outlook ends before it. Charts beside each other have different hues, so the hue at the end of a line shows
+//! whether the end lies in the chart in which the line began.
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ use super::Atlas;
 const FINE: u32 = 1536;
 /// Cells that rays look at.
 const REACH: usize = 24;
-/// Hues, counted from 1. Charts for which none is left have 0, and nobody goes straight there.
+/// Number of hues, counted from 1. Charts for which no hue is left have 0, and no sensor reads straight ahead there.
 const HUES: u32 = 31;
 /// Nothing passes.
 const WALL: u8 = 255;
@@ -27,7 +27,7 @@ const NARROW: [f32; 3] = [0.5, 1.0, 1.5];
 /// What straight lines need to know of texels, one entry each.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outlooks {
-    /// By which charts are told apart that lie near each other, 1 to 31; 0 where texels are not owned, or no hue was left.
+    /// Hues, which differ between charts that lie near each other: 1 to 31; 0 where texels are not owned, or no hue was left.
     pub hues: Vec<u8>,
     /// All texels of the same hue that are not farther can be reached straight; in the atlas's [`Atlas::outlook_unit`].
     pub distances: Vec<u8>,
@@ -296,7 +296,7 @@ fn go_on(after: &mut [u8], before: &[u8], own: &[u8], passed: &[u8]) {
     }
 }
 
-/// In halves of a cell, for points anywhere in cells whose centres are so far apart.
+/// The least distance of any points in two cells, in halves of a cell, by the distance of the cells' centres.
 fn half_cells(cells: f32) -> u8 {
     (2.0 * (cells - TO_CENTRES)).max(0.0) as u8
 }

@@ -37,7 +37,7 @@ pub struct Face {
     pub ac: Vec3,
     /// The same of that.
     pub ac_by: f32,
-    /// The normal over the square of its length; zero if the triangle has no inside, because numbers cannot tell it from a line.
+    /// The normal over the square of its length; zero if the triangle is degenerate: a line, within rounding.
     pub steep: Vec3,
     /// The same of C - B.
     pub bc_by: f32,

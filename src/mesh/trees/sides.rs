@@ -20,7 +20,7 @@ const DIPOLE_FAR: f32 = 2.0;
 /// Half of the whole sphere.
 const HALF_SPHERE: f32 = std::f32::consts::TAU;
 
-/// What tells the sides of a surface.
+/// The data for inside tests.
 #[derive(Clone, Copy)]
 pub struct Sides<'a> {
     /// Every triangle.

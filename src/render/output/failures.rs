@@ -64,7 +64,7 @@ fn folder_that_cannot_be_written_is_an_error_at_once() {
         );
         assert!(error.to_string().contains("file"), "{error}");
     }
-    // Nobody may write here, root included.
+    // No user may write here, root included.
     #[cfg(target_os = "linux")]
     for name in ["x.png", "%d.png", "x.gif", "x.mp4"] {
         let error = Output::create(&Path::new("/proc").join(name), (4, 4), 30.0).unwrap_err();
@@ -237,7 +237,7 @@ fn encoders_are_tried_before_the_first_frame() {
     assert_eq!(missing.unwrap_err().kind(), std::io::ErrorKind::NotFound);
 }
 
-/// What nobody can make smaller.
+/// Pixels that cannot be compressed.
 fn noise(size: (u32, u32), seed: u32) -> RgbaImage {
     let mut bits = seed.wrapping_mul(0x9e37_79b9) | 1;
     let mut next = move || {

@@ -114,7 +114,7 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
         ),
         "transfer.threshold" | "transfer.buffer_size" if !is_alone => because(
             strategy == Strategy::None,
-            "Nobody changes objects: choose another transfer strategy.",
+            "Particles do not change objects: choose another transfer strategy.",
         ),
         _ => because(
             is_alone && (key.starts_with("transfer.") || key.starts_with("distance.")),
@@ -235,7 +235,7 @@ mod tests {
         let apart = idle(&settings);
         assert!(apart.contains(&"transfer.threshold") && !apart.contains(&"transfer.strategy"));
         assert!(apart.contains(&"transfer.buffer_size"));
-        // Whoever is selected has a place in the list of the selected, also where nobody waits for a turn.
+        // Every selected particle takes a place in the list, also with strategies in which none waits.
         for strategy in [Strategy::Direct, Strategy::Respawn] {
             settings.transfer.strategy = strategy;
             assert!(!idle(&settings).contains(&"transfer.buffer_size"));
@@ -362,7 +362,7 @@ mod tests {
         assert!(of(&settings, keys)[5]);
         settings.physarum.gravity_weight = 2.0;
         settings.objects[0].physarum.gravity_weight = Some(0.0);
-        assert!(!of(&settings, keys)[5], "nobody has it");
+        assert!(!of(&settings, keys)[5], "no object has gravity");
     }
 
     #[test]

@@ -214,7 +214,7 @@ choice! {
 }
 
 choice! {
-    /// How it is told whether a place is inside of an object.
+    /// The rule that decides whether a place is inside of an object.
     SignRule {
         /// By the angle-weighted normal of the nearest face, edge or vertex.
         #[default]

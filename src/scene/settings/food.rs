@@ -45,14 +45,14 @@ impl Default for FoodSettings {
 }
 
 impl FoodSettings {
-    /// Is it one that nobody eats?
+    /// Is it a marker, which particles don't eat?
     #[must_use]
     pub fn is_marker(&self) -> bool {
         self.size == 0.0
     }
 }
 
-/// `[feeding]`: food that is scattered over all objects, and what becomes of those who have eaten.
+/// `[feeding]`: food that is scattered over all objects, and the behaviour of particles that have eaten.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FeedingSettings {
     /// How many foods are scattered besides those that have a `[[food]]` of their own.

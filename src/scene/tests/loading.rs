@@ -124,7 +124,7 @@ fn overrides_come_in_order() {
         "the preset was applied"
     );
     assert_eq!(settings.seed, 9);
-    // Nobody knows which is meant.
+    // Two values of one key: which one is meant is unknown.
     overrides.set.push("seed=1".to_owned());
     let message = Scene::read(Path::new("torus"), &overrides)
         .expect_err("it is set twice")
@@ -330,7 +330,7 @@ fn more_triangles_than_the_atlas_has_room_for_are_refused_before_they_are_made()
     load(16, &["builtin:icosphere"]).expect("few triangles are left to the atlas");
 }
 
-/// As above, for files: the header of a binary STL file tells the count, and other files are refused as soon as they are read.
+/// As above, for files: the header of a binary STL file has the count, and other files are refused as soon as they are read.
 #[test]
 fn a_file_of_more_triangles_than_the_atlas_has_room_for_is_refused() {
     let folder = tempfile::tempdir().unwrap();

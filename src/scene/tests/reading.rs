@@ -165,7 +165,7 @@ fn defaults_are_in_range_and_documented() {
     }
 }
 
-/// Who touches a slider would lose a value that is beyond its ends, and could not drag it back.
+/// Touching a slider would lose a value that is beyond its ends, and it could not be dragged back.
 #[test]
 fn sliders_have_what_presets_say() {
     for preset in PRESETS {
@@ -176,8 +176,8 @@ fn sliders_have_what_presets_say() {
             if let Kind::Number(number) = &parameter.kind {
                 let value = (number.get)(&settings);
                 let (low, high) = number.slider;
-                let told = format!("{}: {} = {value}", preset.name, parameter.key);
-                assert!(low <= value && value <= high, "{told}");
+                let setting = format!("{}: {} = {value}", preset.name, parameter.key);
+                assert!(low <= value && value <= high, "{setting}");
             }
         }
     }

@@ -52,7 +52,7 @@ const SMOOTHING: Smoothing = Smoothing {
     blur: 6,
 };
 
-/// How far the charts are; never goes back.
+/// Progress of the charts; never decreases.
 struct Progress<'a> {
     control: &'a Control<'a>,
     done: Cell<f32>,
@@ -66,7 +66,7 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// This share of the charts' work is done.
+    /// Reports that this share of the charts' work is done.
     fn report(&self, done: f32) -> Result<(), AtlasError> {
         self.done.set(self.done.get().max(done.min(1.0)));
         self.control

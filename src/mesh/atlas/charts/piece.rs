@@ -290,8 +290,8 @@ const BORDER_PARTS: usize = 64;
 const EDGES_A_PART: f64 = 2.5;
 const FEWEST_PARTS: usize = 12;
 
-/// The perimeter of a border without its teeth, which are as fine as the triangles and matter to nobody: of the polygon
-/// of the means over equal parts of it.
+/// The perimeter of a border without its teeth, which are as fine as the triangles and do not matter: that of the polygon of the
+/// means over equal parts of the border.
 fn smooth_perimeter(curve: &[DVec2], is_coarse: bool) -> f64 {
     let parts = if is_coarse {
         ((curve.len() as f64 / EDGES_A_PART) as usize).clamp(FEWEST_PARTS, BORDER_PARTS)

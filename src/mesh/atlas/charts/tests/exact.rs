@@ -1,4 +1,4 @@
-//! Surfaces of which one knows how they flatten.
+//! Surfaces with a known exact flattening.
 
 use glam::Vec3;
 

@@ -331,7 +331,7 @@ fn it_stops_when_cancelled() {
         ..Control::default()
     };
     assert_eq!(flat_charts(&surface, &control), Err(AtlasError::Cancelled));
-    // In the middle, as soon as the second thing has been told.
+    // In the middle, at the second progress report.
     cancelled.store(false, Ordering::Relaxed);
     let count = AtomicU32::new(0);
     let progress = |_: &'static str, _: f32| {
@@ -350,15 +350,15 @@ fn it_stops_when_cancelled() {
 
 #[test]
 fn progress_goes_forward() {
-    let told = Mutex::new(Vec::new());
-    let progress = |_: &'static str, done: f32| told.lock().unwrap().push(done);
+    let shares = Mutex::new(Vec::new());
+    let progress = |_: &'static str, done: f32| shares.lock().unwrap().push(done);
     let control = Control {
         progress: Some(&progress),
         ..Control::default()
     };
     flat_charts(&builtin("suzanne"), &control).unwrap();
-    let told = told.into_inner().unwrap();
-    assert!(told.len() > 5);
-    assert!(told.is_sorted(), "{told:?}");
-    assert!(*told.last().unwrap() <= DONE);
+    let shares = shares.into_inner().unwrap();
+    assert!(shares.len() > 5);
+    assert!(shares.is_sorted(), "{shares:?}");
+    assert!(*shares.last().unwrap() <= DONE);
 }
