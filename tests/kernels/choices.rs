@@ -154,8 +154,8 @@ fn walks_agree_with_their_twins() {
     gpu.finish();
 }
 
-/// The exact test ends where a walk in double precision does; who corrects afterwards is off where corners are passed, and
-/// where the way ends within the first triangle or behind one edge in the plane, is not.
+/// The exact test ends where a walk in double precision does. Correcting afterwards is off where the path passes corners, and is
+/// exact where it ends within the first triangle or behind one edge in the plane.
 #[test]
 fn walks_that_are_corrected_are_off_at_corners_only() {
     let setup = start("builtin:torus?major=24&minor=16", 3000);

@@ -144,7 +144,7 @@ fn distances_and_nearest_objects_have_the_colours_that_they_should() {
     });
     let mut stage = Stage::new(&gpu, pair);
     stage.view.occlusion = 0.0;
-    // Before the first step nobody knows a distance, and the trail is shown.
+    // Before the first step no distance is known, and the trail is shown.
     assert_eq!(stage.picture(Show::Distance), stage.picture(Show::Surface));
     stage.step();
     let reach = 0.4 * stage.scene.radius;

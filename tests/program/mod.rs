@@ -88,7 +88,7 @@ pub fn refusal(code: i32, output: &Output) -> String {
     message
 }
 
-/// What was said but for the machine's load: whether somebody else uses the machine is no test's business.
+/// The message without the line about the machine's load, which depends on other processes.
 pub fn but_for_load(message: &str) -> String {
     let busy = |line: &&str| line.starts_with("the machine was busy: ");
     message
@@ -164,8 +164,8 @@ impl Folder {
     }
 }
 
-/// Has what the program sets up told on the standard error, part by part, for [`interrupted`].
-pub fn telling_its_parts(run: &mut Command) -> &mut Command {
+/// Makes the program log the parts of its set-up on the standard error, for [`interrupted`].
+pub fn logging_its_parts(run: &mut Command) -> &mut Command {
     run.env("RUST_LOG", "myxo=info")
 }
 
@@ -240,10 +240,10 @@ pub fn shown_of(film: &Path) -> ([u32; 2], u64) {
         .arg(film)
         .output()
         .expect("ffprobe comes with ffmpeg");
-    let told = text(&output.stdout);
-    let numbers: Vec<u64> = told.trim().split(',').flat_map(str::parse).collect();
+    let size = text(&output.stdout);
+    let numbers: Vec<u64> = size.trim().split(',').flat_map(str::parse).collect();
     let [width, height, frames] = numbers[..] else {
-        panic!("{}: {told:?} {}", film.display(), text(&output.stderr))
+        panic!("{}: {size:?} {}", film.display(), text(&output.stderr))
     };
     ([width, height].map(|side| side as u32), frames)
 }

@@ -1,5 +1,5 @@
-//! Food and markers: the kernels against their twins, how far sensors read them along the surface, who eats and what becomes
-//! of that, and what is refused.
+//! Food and markers: the kernels against their twins, how far sensors read them along the surface, eating and its effects,
+//! and what is refused.
 
 use std::sync::Arc;
 
@@ -65,7 +65,7 @@ fn digest_agrees_with_its_twin() {
     let pipeline = Pipeline::<Digest>::new(&gpu.ctx, &()).unwrap();
     let mut dues = 0;
     for count in awkward_sizes(64).into_iter().chain([2]) {
-        // Nobody eats the second time: nothing changes then.
+        // The second time nothing is eaten, and nothing changes.
         for is_hungry in [true, false] {
             let mut meals = some_meals(count);
             if !is_hungry {
@@ -232,7 +232,7 @@ fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
     let food_set = FoodSet::new(surface, atlas, vec![place], None, &Control::default()).unwrap();
     let field = field_of(setup, &food_set);
     let exact = SurfaceDistance::new(surface, &[place.point], 1.01 * place.radius);
-    let told = |smell: f32| place.radius * (1.0 - f64::from(smell).sqrt());
+    let distance_of = |smell: f32| place.radius * (1.0 - f64::from(smell).sqrt());
     let mut reached = 0;
     for texel in (0..field.len() as u32).step_by(3) {
         let Some((triangle, u, v)) = atlas.surface_point_of(texel) else {
@@ -245,7 +245,7 @@ fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
             continue;
         }
         reached += 1;
-        let off = (told(smell) - distance).abs();
+        let off = (distance_of(smell) - distance).abs();
         // Floats hold a square within 1e-7 of its greatest value.
         let bound = 0.03 * distance + 1e-3 * place.radius;
         assert!(off <= bound, "{what}, texel {texel}: {off} of {distance}");
@@ -283,7 +283,7 @@ fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
         let position = atlas_position(map, end.u as f32, end.v as f32);
         let smell = trail_at(&field, position, atlas.pitch).clamp(0.0, 1.0);
         looked_at += 1;
-        let off = (told(smell) - distance).abs();
+        let off = (distance_of(smell) - distance).abs();
         wrong += u32::from(off > 0.03 * distance);
     }
     assert!(looked_at > 100, "{what}: {looked_at}");
@@ -342,7 +342,7 @@ fn run_from(gpu: &Gpu, scene: &Scene, setup: Setup, steps: u32) -> Snapshot {
     simulation.snapshot().unwrap()
 }
 
-/// Whoever of a step comes first, the same are fed and as much is left; nobody is lost.
+/// Whatever the order of particles in a step, the same particles are fed, as much food is left, and no particle is lost.
 #[test]
 fn food_is_eaten_alike_by_every_strategy_that_transfers() {
     let Some(gpu) = gpu() else { return };
@@ -392,7 +392,7 @@ fn as_many_eat_as_there_are_meals() {
         twin.step();
         let now = twin.snapshot();
         now.validate(twin.setup()).unwrap();
-        // Fed for longer than this takes, so nobody eats twice.
+        // Fed for longer than this takes, so no particle eats twice.
         let fed = |state: &Snapshot| state.motions.iter().filter(|m| m.fed() > 0).count() as u32;
         let [first, second] = [0, 1].map(|i| before.food.remaining[i] - now.food.remaining[i]);
         let more = fed(&now) - fed(&before);
@@ -441,7 +441,7 @@ fn resumed_food_is_what_was_left() {
     gpu.finish();
 }
 
-/// What stays keeps what is left of it; what is taken away feeds nobody; twins do the same.
+/// Food that stays keeps its amount; food that is removed feeds no particle; the twins agree.
 #[test]
 fn food_comes_and_goes_while_it_runs() {
     let Some(gpu) = gpu() else { return };
@@ -469,7 +469,7 @@ fn food_comes_and_goes_while_it_runs() {
     kernel.validate(simulation.setup()).unwrap();
     let apart = kernel.food.remaining.iter().zip(&by_twin.food.remaining);
     assert!(apart.map(|(a, b)| a.abs_diff(*b)).sum::<u32>() <= 3);
-    // All of it goes: nobody is fed any more, and deposits are those of everybody.
+    // All food is removed: no particle is fed any more, and all particles deposit alike.
     settings.foods.clear();
     simulation.apply(&settings).unwrap();
     advance(&gpu, &mut simulation, 1);
@@ -486,7 +486,7 @@ fn food_comes_and_goes_while_it_runs() {
     gpu.finish();
 }
 
-/// Hungry ones come, and those who have eaten do not stay for it; what repels keeps everybody away.
+/// Hungry particles come to food, fed ones do not stay for it, and repelling markers keep all particles away.
 #[test]
 fn food_draws_and_markers_repel() {
     let near = |state: &Snapshot, setup: &Setup, at: Vec3, radius: f32| {
@@ -529,7 +529,7 @@ fn food_draws_and_markers_repel() {
     assert!(marker > 4.0 * nothing, "{marker} beside {nothing}");
     assert!(repelled < 0.5 * nothing, "{repelled} beside {nothing}");
     assert!(food > 4.0 * nothing, "{food} beside {nothing}");
-    // Who has eaten walks on until it is hungry again, unless it is drawn all the same.
+    // Fed particles walk on until they are hungry again, unless their appetite is set to draw them still.
     assert!(beside < 0.7 * close, "{beside} beside {close}");
     assert!(greedy > beside, "{greedy} beside {beside}");
 }

@@ -149,7 +149,7 @@ const DAMAGES: &[Damage] = &[
         },
         "two transfers of slot",
     ),
-    // Who is selected is counted.
+    // Selected particles are counted.
     (
         |s| s.transfers.flow.arrived -= 1,
         "times a particle was selected, and 0 were refused",

@@ -230,7 +230,7 @@ const BRUSHES: [Brush; 5] = [
 ];
 const TELEPORT: Brush = Brush::Particles { share: 0.3 };
 
-/// All brushes, between steps, on the GPU and by twins: both have the same trail, the same bias, and nobody is lost.
+/// All brushes, between steps, on the GPU and by twins: both have the same trail, the same bias, and no particle is lost.
 #[test]
 fn every_brush_agrees_with_the_twins_between_steps() {
     let Some(gpu) = gpu() else { return };
@@ -465,7 +465,7 @@ fn painted_areas_steer_particles() {
 }
 
 /// What was painted comes back with a snapshot, and a run that goes on from it ends in the same hash. Without it, the hash is
-/// that of a run in which nobody has ever painted.
+/// that of a run that was never painted.
 #[test]
 fn what_was_painted_is_part_of_the_state() {
     let Some(gpu) = gpu() else { return };

@@ -423,7 +423,7 @@ fn a_large_trail_spreads_alone_as_a_small_one_does() {
     }
 }
 
-/// Whoever asks for more than there is learns it before anything takes time.
+/// Requests that exceed the device are refused before anything takes time.
 #[test]
 fn setups_of_any_size_say_what_they_need() {
     let small = cube(203, |_| {});

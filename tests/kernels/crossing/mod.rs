@@ -302,7 +302,7 @@ fn transfer_out_agrees_with_its_twin() {
         crossed > all / 20 && crossed < all - all / 20,
         "{crossed} of {all}"
     );
-    // And who was outside of no-go areas went back.
+    // And particles from outside of no-go areas went back.
     assert!(back > 50, "{back}");
     gpu.finish();
 }

@@ -38,7 +38,7 @@ fn unfold_agrees_with_its_twin() {
     gpu.finish();
 }
 
-/// What sensors are told at each texel.
+/// The place across that sensors read at each texel.
 fn places_across(gpu: &Gpu, simulation: &Simulation) -> Vec<u32> {
     let across = gpu.ctx.download(&simulation.state().across.places).unwrap();
     let surroundings = gpu
@@ -271,8 +271,8 @@ fn turned_to_wall(all: &[OnFloor]) -> (usize, usize) {
     (turned().count(), to_wall.count())
 }
 
-/// Particles that want up: on the floor there is no up, but behind the wall sensors are told how high on the wall they
-/// would be. So those near the wall turn to it, if they can change to it.
+/// Particles that want up: on the floor there is no up, but behind the wall sensors read the height on the wall at which
+/// they would be. So those near the wall turn to it, if they can change to it.
 #[test]
 fn gravity_pulls_up_a_wall_that_is_near() {
     let Some(gpu) = gpu() else { return };
@@ -286,7 +286,7 @@ fn gravity_pulls_up_a_wall_that_is_near() {
             assert_eq!(turned, 0, "a floor is level");
         } else {
             assert!(
-                // Some texels beside seams don't tell.
+                // Some texels beside seams have no place across.
                 turned > 20 && to_wall * 10 > turned * 9,
                 "{to_wall} of {turned} to the wall"
             );
@@ -315,7 +315,7 @@ fn trail_on_a_wall_draws_others_from_the_floor() {
             assert_eq!(turned, 0, "there is no trail on the floor");
         } else {
             assert!(
-                // Some texels beside seams don't tell.
+                // Some texels beside seams have no place across.
                 turned > 100 && to_wall * 10 > turned * 9,
                 "{strategy:?}: {to_wall} of {turned} to the wall"
             );
@@ -342,10 +342,10 @@ fn a_crowd_on_a_wall_keeps_others_on_the_floor() {
         });
         let (turned, to_wall) = turned_to_wall(&all);
         if strategy == Strategy::None || crowd == 0 {
-            assert_eq!(turned, 0, "nobody is on the floor's texels");
+            assert_eq!(turned, 0, "no particle is on the floor's texels");
         } else {
             assert!(
-                // Nobody is told of in gutters.
+                // Counts on gutter texels are not read.
                 turned > 100 && to_wall * 4 < turned,
                 "{strategy:?}: {to_wall} of {turned} to the wall"
             );

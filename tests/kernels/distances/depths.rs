@@ -1,4 +1,4 @@
-//! The four mappings of distances to depths: order, range, and how many depths they tell apart.
+//! The four mappings of distances to depths: order, range, and how many different depths they have.
 
 use crate::common::gpu;
 use myxo::scene::settings::DepthMapping;

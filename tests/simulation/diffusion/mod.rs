@@ -530,7 +530,7 @@ fn blobs_spread_as_finite_elements_say() {
         // Irregular ones: remeshed, and a model.
         (builtin("trefoil"), &[0, 1], 3, SCATTER, BIAS),
         (builtin("suzanne"), &[1], 4, 0.01, 0.005),
-        // Triangles of a coarse, bumpy surface cannot keep their angles in a chart, and the stencil knows no stretch.
+        // Triangles of a coarse, bumpy surface cannot keep their angles in a chart, and the stencil ignores stretch.
         (suite::potato(), &[0, 1], 12, 0.015, 0.01),
     ] {
         for &turn in turns {
