@@ -438,7 +438,7 @@ fn remove_abandoned(folder: &Path) {
     }
 }
 
-/// What the system said, without the hidden name that means nothing to anybody.
+/// The system's error message without the name of the hidden temporary file.
 fn without_path(error: io::Error) -> io::Error {
     let text = error.to_string();
     match text.rsplit_once(" at path ") {

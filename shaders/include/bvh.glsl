@@ -50,14 +50,14 @@ float slack_of_tree(uint root) {
     return slack_of(fetch4(nodes, 2u * root), fetch4(nodes, 2u * root + 1u));
 }
 
-// The square up to which boxes may hold a face that is nearer than a distance.
+// Squared distance up to which boxes may hold a face that is nearer than `distance`.
 float limit_of(float distance, float slack) {
     precise float most = distance * LENGTH_ROUNDING + slack;
     precise float square = most * most;
     return min(square, FAR);
 }
 
-// The same by the square of that distance. Instead of its root a number that is up to 7 % larger does, which is found by integers.
+// As limit_of, from the squared distance. Instead of the root it takes a number that is up to 7 % larger, found by integer arithmetic.
 float limit_of_square(float square, float slack) {
     float above = uintBitsToFloat(0x1fc00000u + (floatBitsToUint(square) >> 1u));
     precise float limit = (square * SQUARE_ROUNDING + (2.0 * slack) * above) + slack * slack;

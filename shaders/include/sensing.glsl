@@ -121,7 +121,7 @@ uint around(vec2 position) {
     return surroundings_in((texel & 2u) == 0u ? words.x : words.y, texel);
 }
 
-// The same of the end of a way that begins in the atlas.
+// The surroundings at the end of a straight path in the atlas.
 uint around_end(vec2 from, vec2 way) {
     precise vec2 to = from + way;
     return around(vec2(within(to.x, 0.0, params.last_texel), within(to.y, 0.0, params.last_texel)));

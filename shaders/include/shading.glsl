@@ -8,7 +8,7 @@
 
 // The material under the trail: dark, neutral, a little cool.
 const vec3 BARE = vec3(0.021, 0.022, 0.025);
-// The same for a relief, which must be light for shadows to be seen.
+// The material in the relief view, which must be light for shadows to be seen.
 const vec3 CLAY = vec3(0.135, 0.128, 0.120);
 
 // Three lights: a warm key from beside the camera, a dome that is brighter above, and a cool rim from behind.

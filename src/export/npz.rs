@@ -290,7 +290,7 @@ fn write_texels<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io
     )
 }
 
-/// Areas that were painted, where there are any: `NO_GO` is a mark and no number that anybody reads.
+/// Painted areas, if there are any. No-go areas are a mask of their own, because the value of `NO_GO` has no meaning as a number.
 fn write_areas<W: Write + Seek>(
     export: &Export<'_>,
     texels: &[u32],

@@ -67,7 +67,7 @@ impl Paint {
         texture(atlas, trail, |trail| self.color(trail))
     }
 
-    /// The same of what glows.
+    /// As [`texture`](Self::texture), with the light that the surface emits.
     #[must_use]
     pub fn glow_texture(&self, atlas: &Atlas, trail: &[f32]) -> image::RgbImage {
         texture(atlas, trail, |trail| self.glow(trail))

@@ -68,7 +68,7 @@ impl Recorder {
         self.admits_kernel(name, written)
     }
 
-    /// The same for whatever is timed as a kernel, with the buffers that it writes.
+    /// As above, for any work that is timed as a kernel, with the buffers that it writes.
     pub(crate) fn admits_kernel(&mut self, name: &str, written: Vec<&BufferCore>) -> bool {
         match &mut self.part {
             Part::Whole => true,

@@ -12,11 +12,11 @@ use super::info::DeviceKind;
 use super::recorder::Recorder;
 use super::report::Statistics;
 
-/// Copied at once: far more than caches of processors hold.
+/// Bytes of one copy on CPUs: far more than their caches hold.
 const BYTES: u64 = 64 << 20;
-/// The same for graphics cards, which are quick enough for more.
+/// Bytes of one copy on graphics cards, which are fast enough for more.
 const BYTES_OF_CARDS: u64 = 256 << 20;
-/// Copies before those that count: the first ones get their memory from the system.
+/// Untimed copies at first, in which the system allocates the memory.
 const WARMUP: usize = 2;
 
 /// How fast the device copies from buffer to buffer.

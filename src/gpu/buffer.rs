@@ -137,7 +137,7 @@ impl<T> Buffer<T> {
 }
 
 impl<T: Pod> Buffer<T> {
-    /// The same device memory seen as elements of another type, such as four floats as one vector, so that a kernel
+    /// A view of this device memory with elements of another type, such as four floats as one vector, so that a kernel
     /// can use wide loads. Costs nothing.
     ///
     /// # Panics

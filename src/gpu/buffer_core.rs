@@ -13,12 +13,12 @@ use super::deletion_queue::Deletion;
 use super::error::{GpuError, GpuResult};
 use super::pages::{Extent, address_table, most_in_pages, page_size};
 
-/// What a buffer's memory is for.
+/// The purpose of a buffer's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Domain {
     /// Used by the device only; [`Context::upload`] and [`Context::download`] reach it. Fits one binding.
     Device,
-    /// The same, and kernels reach it by [`Texels`](super::Texels), or draws as indices: it may be larger than a binding.
+    /// As `Device`, but kernels access it by [`Texels`](super::Texels), or draws as indices, so it may be larger than a binding.
     Texels,
     /// As `Texels`, for elements of 16 bytes. Where the device [has pages](super::DeviceInfo::has_pages), it may be larger than an
     /// allocation: pipelines over [tables in pages](super::Tables) reach all of it.

@@ -45,7 +45,7 @@ impl Format {
         }
     }
 
-    /// The same bytes, without the encoding.
+    /// The format with equal bytes and without sRGB encoding.
     fn layout(self) -> Self {
         match self {
             Format::Rgba8Srgb => Format::Rgba8,

@@ -250,7 +250,7 @@ impl<K: Kernel> Pipeline<K> {
         Self::named(ctx, constants, K::NAME)
     }
 
-    /// The same by another name in times and messages, for a kernel that a step runs in two forms.
+    /// As [`new`](Self::new), with another name in times and messages, for a kernel that a step runs in two forms.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -262,7 +262,7 @@ impl<K: Kernel> Pipeline<K> {
         Self::over(ctx, constants, name, Tables::InOnePiece)
     }
 
-    /// The same for tables that may lie in pages.
+    /// As [`named`](Self::named), for tables that may lie in pages.
     ///
     /// # Errors
     /// As [`new`](Self::new).

@@ -108,7 +108,7 @@ impl<D: Draw> RasterPipeline<D> {
         Self::over(ctx, constants, options, Tables::InOnePiece)
     }
 
-    /// The same for tables that may lie in pages.
+    /// As [`new`](Self::new), for tables that may lie in pages.
     ///
     /// # Errors
     /// As [`new`](Self::new).

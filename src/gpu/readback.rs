@@ -60,7 +60,7 @@ impl<T: Pod> Readback<T> {
         self.record_range(rec, source, 0..source.len(), number)
     }
 
-    /// The same for a range of its elements.
+    /// As [`record`](Self::record), for a range of the elements.
     ///
     /// # Panics
     /// If a slot has not as many elements, or `source` lacks any of them.
@@ -97,7 +97,7 @@ impl<T: Pod> Readback<T> {
     }
 }
 
-/// The same for images of four bytes a pixel, which may be of another size each time.
+/// As [`Readback`], for images with four bytes per pixel, each of any size.
 pub struct ReadbackImage {
     name: String,
     slots: Vec<Option<Buffer<[u8; 4]>>>,

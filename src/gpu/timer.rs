@@ -76,8 +76,8 @@ impl Timings {
         self.shrink();
     }
 
-    /// The same for frames in which this scope occurs. Of those without it only the newest is remembered, and as long as it
-    /// is the newest: they push no others out.
+    /// As [`set_window`](Self::set_window), counting frames in which this scope occurs. Of the other frames only the newest is kept,
+    /// and only while it is the newest frame, so that they displace no others.
     pub fn set_window_of(&mut self, scope: &str, frames: usize) {
         self.counted = Some(scope.to_owned());
         if let Some(newest) = self.frames.pop_back() {

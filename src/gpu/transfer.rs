@@ -135,7 +135,7 @@ impl<T: Pod> Buffer<T> {
         Self::zeroed_in(ctx, name, len, Domain::Device)
     }
 
-    /// The same, for a purpose.
+    /// As [`zeroed`](Self::zeroed), in a [`Domain`].
     ///
     /// # Errors
     /// As [`Buffer::zeroed`].
@@ -158,7 +158,7 @@ impl<T: Pod> Buffer<T> {
         Self::from_slice_in(ctx, name, data, Domain::Device)
     }
 
-    /// The same, for a purpose.
+    /// As [`from_slice`](Self::from_slice), in a [`Domain`].
     ///
     /// # Errors
     /// As [`Buffer::from_slice`].

@@ -16,10 +16,10 @@ pub const MAX_PITCH: f32 = 1.535;
 /// Distances are kept in this range of the scene's radius, so that a wheel cannot lose the scene.
 const DISTANCE_RANGE: (f32, f32) = (0.02, 50.0);
 
-/// Room left round a sphere that [`Camera::fit`] fills the picture with.
+/// Margin round a sphere that [`Camera::fit`] fits into the picture.
 const FIT_MARGIN: f32 = 1.06;
 
-/// The same for the points of [`Camera::fit_points`], as a factor of the picture's sides.
+/// Margin round the points of [`Camera::fit_points`], as a factor of the picture's sides.
 const POINT_MARGIN: f32 = 1.1;
 
 /// From so many sides [`Camera::fit_all_round`] looks; what lies between two of them is within the margin.
@@ -134,7 +134,7 @@ impl Camera {
         }
     }
 
-    /// The same from every side that it passes on a turn about the target: as far away as the widest of them needs.
+    /// As [`fit_points`](Self::fit_points), for all directions on a turn about the target: as far away as the widest view needs.
     pub fn fit_all_round(&mut self, points: impl IntoIterator<Item = Vec3>, size: Vec2) {
         let points: Vec<Vec3> = points.into_iter().collect();
         let distances = (0..SIDES_OF_A_TURN).map(|side| {

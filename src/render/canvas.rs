@@ -25,7 +25,7 @@ impl Canvas {
         Self::with_quality(ctx, size, format, Quality::Smooth)
     }
 
-    /// The same, at the price that `quality` says.
+    /// As [`new`](Self::new), with a given quality.
     ///
     /// # Errors
     /// As for [`Canvas::new`].

@@ -77,7 +77,7 @@ pub fn picture(surface: &Surface, atlas: &Atlas, scale: u32) -> RgbaImage {
     RgbaImage::from_raw(side, side, pixels.into_flattened()).expect("a pixel for each")
 }
 
-/// The same for the device: a word for each texel, rows of `atlas.pitch`; red in the lowest byte, and in the highest 0
+/// Colours of charts for the device: a word for each texel, rows of `atlas.pitch`; red in the lowest byte, and in the highest 0
 /// for unused texels, about 128 for gutter ones, and about 255 for owned ones.
 pub(super) fn texel_words(surface: &Surface, atlas: &Atlas, colors: &[Color]) -> Vec<u32> {
     let painter = Painter {

@@ -59,7 +59,7 @@ pub fn openness(surface: &Surface, normals: &[Vec3], most_places: usize) -> Resu
     Ok(open)
 }
 
-/// The same for places of one object, each a vertex and a normal.
+/// Openness of places on one object, each a vertex and a normal.
 fn of_object(
     surface: &Surface,
     (first, end): (usize, usize),

@@ -43,7 +43,7 @@ impl Prepared {
         Self::with_most_places(setup, MOST_PLACES)
     }
 
-    /// The same with another number of places from which it looks for what is open, at the most.
+    /// As [`new`](Self::new), with another limit on the places for which the openness is computed.
     fn with_most_places(setup: &Setup, most_places: usize) -> Self {
         let (surface, atlas) = (&setup.surface, &setup.atlas);
         let normals = corner_normals(surface, CREASE_ANGLE);

@@ -50,14 +50,14 @@ use surface::Lighting;
 struct Pipelines {
     samples: u32,
     surface: Sides<SurfaceDraw>,
-    /// The same with neither relief nor charts.
+    /// The surface without relief and charts.
     plain_surface: Sides<SurfaceDraw>,
-    /// The same from shared vertices. Where a pixel has several samples its place may lie beside the triangle, and it takes the
-    /// triangle's own corners to bring it back.
+    /// The surface from shared vertices. With several samples per pixel, the shading point may lie beside the triangle, and the
+    /// shader needs the triangle's own corners to move it back.
     quick_surface: Option<Sides<QuickSurfaceDraw>>,
     fields: Sides<FieldsDraw>,
     particles: RasterPipeline<ParticlesDraw>,
-    /// The same where hues that lie over each other must not become white.
+    /// Particles in the hues of headings, which must not add up to white.
     headings: RasterPipeline<ParticlesDraw>,
     background: RasterPipeline<BackgroundDraw>,
     atlas_view: RasterPipeline<AtlasViewDraw>,

@@ -62,7 +62,7 @@ impl Light {
         (x * camera.right() + y * camera.up() + z * camera.backward()).normalize()
     }
 
-    /// The same by the picture's right, its up and the way to the eye.
+    /// The direction in camera space: right and up in the picture, and towards the eye.
     #[must_use]
     pub fn from_eye(self) -> Vec3 {
         let (sin, cos) = self.azimuth.to_radians().sin_cos();

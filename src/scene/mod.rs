@@ -133,7 +133,7 @@ impl Scene {
         Ok((name, settings, folder))
     }
 
-    /// The same of the text of a scene file, which `scene` names in errors.
+    /// As [`read`](Self::read), for the text of a scene file, which errors call `scene`.
     ///
     /// # Errors
     /// When a key is unknown, or a value is not allowed.
@@ -249,7 +249,7 @@ impl Scene {
         self.world_from_object_at(f64::from(self.settings.time.start))
     }
 
-    /// The same after so many seconds of motion.
+    /// The poses after `time` seconds of motion.
     #[must_use]
     pub fn world_from_object_at(&self, time: f64) -> Vec<Affine3A> {
         poses(&self.settings.objects, &self.tracks, &self.origins, time)
@@ -282,7 +282,7 @@ impl Scene {
         self.to_toml_with(None)
     }
 
-    /// The same, with areas whose map lies beside the file, wherever that is.
+    /// As [`to_toml`](Self::to_toml), with areas whose map lies beside the file.
     #[must_use]
     pub fn to_toml_beside(&self, areas: &AreaSettings) -> String {
         self.to_toml_with(Some(areas))

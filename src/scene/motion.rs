@@ -170,8 +170,8 @@ pub fn pose_at(object: &ObjectSettings, track: Option<&RigidTrack>, time: f64) -
     pose_from(object, track, time, &Origins::default())
 }
 
-/// The same pose from the surface's coordinates to those that are counted from the world's origin here. What is far
-/// away is subtracted before anything turns.
+/// As [`pose_at`], from surface coordinates to world coordinates, both counted from `origins`. Large offsets are subtracted before
+/// any rotation, so that they do not cost precision.
 #[must_use]
 pub fn pose_from(
     object: &ObjectSettings,
@@ -216,13 +216,13 @@ pub fn pose_from(
     round * place * keyframe * own
 }
 
-/// In the precision that devices work with.
+/// A pose in single precision, for devices.
 #[must_use]
 pub fn single(pose: DAffine3) -> Affine3A {
     Affine3A::from_cols_array(&pose.to_cols_array().map(|value| value as f32))
 }
 
-/// The same pose, in double precision.
+/// A pose in double precision.
 #[must_use]
 pub fn double(pose: &Affine3A) -> DAffine3 {
     DAffine3::from_cols_array(&pose.to_cols_array().map(f64::from))

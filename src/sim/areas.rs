@@ -59,7 +59,7 @@ impl AreaMap {
         Ok(Self::of(path, picture))
     }
 
-    /// The same of a PNG that is in memory; `path` is its name in messages.
+    /// As [`open`](Self::open), for a PNG in memory; `path` is its name in messages.
     ///
     /// # Errors
     /// When it is no picture, or it has more pixels than maps for an atlas of this size may have.

@@ -126,11 +126,11 @@ pub struct Arrays {
     pub meals: Vec<Meal>,
     /// One a texel; empty where there is neither food nor marker.
     pub scent: Vec<f32>,
-    /// Has the smell of any become another in this step?
+    /// Has the scent of any food changed in this step?
     pub scent_is_due: bool,
     /// World from object.
     pub poses: Vec<Pose>,
-    /// The same in the step before.
+    /// World from object in the step before.
     pub poses_before: Vec<Pose>,
     /// One an object: what particles do there.
     pub physarums: Vec<Physarum>,

@@ -255,7 +255,7 @@ mod tests {
         (simulation, snapshot)
     }
 
-    /// It goes on from there, and everybody is still there.
+    /// Checks that a simulation goes on from the state, without losing particles.
     fn goes_on(settings: &Settings, state: &Snapshot) {
         let new = setup(settings);
         state.validate(&new).unwrap();

@@ -11,7 +11,7 @@ pub mod kernels {
     include!(concat!(env!("OUT_DIR"), "/choices.rs"));
 }
 
-/// The same of what they draw.
+/// Generated handles of the draws.
 #[allow(
     clippy::identity_op,
     clippy::derivable_impls,

@@ -61,7 +61,7 @@ impl Course {
         }
     }
 
-    /// The same with other settings.
+    /// This course with other settings.
     #[must_use]
     pub fn with_settings(&self, settings: &Settings) -> Self {
         let settings = settings.clone();

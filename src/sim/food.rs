@@ -65,7 +65,7 @@ impl FoodPlace {
         self.radius.max(self.size)
     }
 
-    /// The same place with the same effect, whatever its strength and amount?
+    /// Has the other food the same place and reach, whatever its strength and amount?
     fn reaches_as(&self, other: &Self) -> bool {
         (self.point, self.reach()) == (other.point, other.reach())
     }

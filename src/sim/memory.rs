@@ -62,7 +62,7 @@ pub fn largest_atlas(device: &DeviceInfo) -> u64 {
     side_of(texel_limit(device).0)
 }
 
-/// The same for all objects of a scene, by what distances between several of them are taken from, too.
+/// Texels along the side of the largest atlas of a scene's objects. With several objects, the buffers of distances limit it, too.
 #[must_use]
 pub fn largest_atlas_of(device: &DeviceInfo, settings: &Settings) -> u64 {
     let objects = settings.objects.len() as u64;
@@ -166,7 +166,7 @@ fn particle_limit(device: &DeviceInfo) -> (u64, &'static str) {
     texels.min((device.max_memory_allocation_size / PARTICLE, ALLOCATION))
 }
 
-/// The same for texels of a texture.
+/// Most texels of a texture, and the name of the limit.
 fn texel_limit(device: &DeviceInfo) -> (u64, &'static str) {
     let texels = (TexelPaths::most_texels(device), TEXEL_ELEMENTS);
     texels.min((device.max_memory_allocation_size / TEXEL, ALLOCATION))

@@ -126,7 +126,7 @@ impl Movement {
             .collect()
     }
 
-    /// The same, as kernels take it.
+    /// The poses in the layout of kernels.
     #[must_use]
     pub fn poses(
         &self,
@@ -179,7 +179,7 @@ impl SavedMovement {
         is_sound.then_some(movement)
     }
 
-    /// The same time for other objects: each was one of these, or is new and has no pose from outside.
+    /// The movement for other objects: each was one of these, or is new and has no pose from outside.
     #[must_use]
     pub(super) fn of_objects(&self, from: &[Option<usize>]) -> Self {
         let outside = from.iter().map(|was| *self.outside.get((*was)?)?);

@@ -58,7 +58,7 @@ impl Pipelines {
         Ok(())
     }
 
-    /// The same for what is drawn.
+    /// As [`make`](Self::make), for draws.
     ///
     /// # Errors
     /// When the device cannot draw so.

@@ -40,14 +40,14 @@ impl Means {
     }
 }
 
-/// What the host has found to be others than in the step before.
+/// Values that the host uploads because they differ from the step before.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes {
     /// World from object, one an object.
     pub poses: Option<Vec<Pose>>,
-    /// The same in the step before this one.
+    /// World from object in the step before this one.
     pub poses_before: Option<Vec<Pose>>,
-    /// What particles do, one an object.
+    /// Parameters of particles, one per object.
     pub physarums: Option<Vec<Physarum>>,
 }
 
@@ -58,13 +58,13 @@ pub struct Lengths {
     pub reach: f32,
     /// The signed distance below which a place is covered.
     pub threshold: f32,
-    /// Of the longest way to a sensor.
+    /// Length of the longest path to a sensor.
     pub farthest: f32,
     /// The signed distance up to which sensors see nothing.
     pub deepest: f32,
     /// A place beyond this has nothing to do with another object in a step.
     pub near: f32,
-    /// The same for particles that walk first.
+    /// As `near`, for particles that walk to their sensors.
     pub sight: f32,
 }
 

@@ -168,7 +168,7 @@ impl RasterRanges {
 }
 
 impl RasterDraw {
-    /// The same as several draws, each of some triangles of the other object and of at most so many corners, but of one
+    /// Divides the draw into several, each of some triangles of the other object and of at most `most` corners, but of one
     /// triangle at least.
     fn in_pieces(self, most: u32) -> impl Iterator<Item = Self> {
         let in_one = (most / self.vertices.max(1)).max(1);

@@ -75,7 +75,7 @@ impl Setup {
     /// Where the world's coordinates are counted from.
     #[must_use]
     pub fn origin(&self) -> DVec3 {
-        // The same for all objects.
+        // All objects have one world origin.
         self.origins
             .first()
             .map_or(DVec3::ZERO, |origins| origins.world)

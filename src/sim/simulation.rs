@@ -170,7 +170,7 @@ impl Simulation {
         self.course.world_from_object()
     }
 
-    /// The same, as pictures take it; changes only when something has moved.
+    /// The poses in the layout of kernels and pictures; they change only when something has moved.
     #[must_use]
     pub fn poses(&self) -> &[Pose] {
         self.course.poses()
@@ -191,7 +191,7 @@ impl Simulation {
         self.apply_prepared(settings, None)
     }
 
-    /// The same, with the food of these settings measured before, as [`order_food`](Self::order_food) has it done.
+    /// As [`apply`](Self::apply), with the distances to food already measured by [`order_food`](Self::order_food).
     ///
     /// # Errors
     /// As [`apply`](Self::apply).
@@ -293,7 +293,7 @@ impl Simulation {
         &self.course.setup
     }
 
-    /// The same, for another thread.
+    /// The setup, shared with other threads.
     #[must_use]
     pub fn shared_setup(&self) -> Arc<Setup> {
         Arc::clone(&self.course.setup)

@@ -104,7 +104,7 @@ impl Snapshot {
         }
     }
 
-    /// The same state, counted from another origin. Its bits stay where that is the same; else poses and transfers are
+    /// The state with coordinates counted from another origin. With an equal origin its bits stay; else poses and transfers are
     /// rounded once.
     #[must_use]
     pub fn counted_from(&self, origin: DVec3) -> Cow<'_, Self> {

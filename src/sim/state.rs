@@ -159,15 +159,15 @@ pub struct TreeTables {
     pub roots: Buffer<u32>,
 }
 
-/// Where objects are, and what particles do on them.
+/// Poses of objects, and parameters of the particles on them.
 pub struct Objects {
     /// World from object; three texels each.
     pub poses: Store<Pose, f32>,
-    /// What the commands recorded so far leave there.
+    /// The poses after all commands recorded so far.
     pub recorded: Vec<Pose>,
-    /// The same in the step before.
+    /// World from object in the step before.
     pub poses_before: Store<Pose, f32>,
-    /// What particles do on each.
+    /// Parameters of particles, one per object.
     pub physarums: Buffer<Physarum>,
 }
 

@@ -1,4 +1,4 @@
-//! Pictures that lie over the whole texture (masks and area maps), read from PNG files that anybody may have made: the kind of
+//! Pictures that lie over the whole texture (masks and area maps), read from PNG files of any origin: the kind of
 //! file, its length and the size that its header declares are checked before any pixel is decoded.
 
 use std::io::Cursor;
@@ -31,7 +31,7 @@ pub(super) fn read(path: &Path, what: &str, atlas_size: u32) -> Result<DynamicIm
     decode(path, what, &bytes, atlas_size)
 }
 
-/// The same of bytes that are in memory.
+/// Decodes a picture in memory.
 pub(super) fn decode(
     path: &Path,
     what: &str,

@@ -68,13 +68,13 @@ pub struct Meal {
     pub remaining: u32,
     /// Meals that were taken in this step.
     pub eaten: u32,
-    /// Meals that there were at first; 0 where there is no end of them.
+    /// Meals at first; 0 for endless food.
     pub amount: u32,
-    /// Steps of its smell that are left.
+    /// Level of its scent, in steps of [`LEVELS`](super::food::LEVELS).
     pub level: u32,
-    /// What sensors read more where it lies uneaten, trail units.
+    /// Trail units that sensors read at its place while it is uneaten.
     pub strength: f32,
-    /// The same as it is.
+    /// Trail units that sensors read at its place now.
     pub scent: f32,
     /// Unused.
     pub pad0: u32,

@@ -40,14 +40,14 @@ pub struct Call<K: StepKernel> {
     pub params: K::Params,
 }
 
-/// How often a kernel runs.
+/// The number of invocations of a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Groups {
-    /// So many invocations, or a few more.
+    /// This number, rounded up to whole groups.
     Threads(Threads),
-    /// As often as a kernel before it has counted, on the device.
+    /// The number that an earlier kernel has counted on the device.
     Counted(Counter),
-    /// The same, and no more often than that.
+    /// The counted number, of which the host knows an upper bound.
     AtMost(Threads, Counter),
 }
 

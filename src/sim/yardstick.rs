@@ -100,7 +100,7 @@ pub fn keep_busy(ctx: &Arc<Context>) -> Result<Option<KeptBusy>, GpuError> {
     }
 }
 
-/// The same on any device, for so long at least and at the most.
+/// As [`keep_busy`], on any device, for a duration in the given range.
 ///
 /// # Errors
 /// When the device has no memory left, or is lost.

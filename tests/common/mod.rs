@@ -43,7 +43,7 @@ pub fn gpu() -> Option<Gpu> {
     gpu_within(None)
 }
 
-/// The same, as if its limits were lower.
+/// As [`gpu`], with lowered limits.
 ///
 /// # Panics
 /// As for [`gpu`].
@@ -62,7 +62,7 @@ pub fn gpu_by_card_forms() -> Option<Gpu> {
     gpu_by_card_forms_within(None)
 }
 
-/// The same, as if its limits were lower.
+/// As [`gpu_by_card_forms`], with lowered limits.
 ///
 /// # Panics
 /// As for [`gpu`].

@@ -65,7 +65,7 @@ fn everything(gpu: &Gpu, simulation: &Simulation) -> Everything {
     }
 }
 
-/// The same for a kernel: within a bin particles may come in another order each time they are sorted.
+/// As [`everything`], for one kernel. Particles of a bin are put in one order, because it may differ each time they are sorted.
 fn everything_of(gpu: &Gpu, simulation: &Simulation, kernel: &str) -> Everything {
     let mut all = everything(gpu, simulation);
     if kernel == "sort_scatter" {

@@ -33,7 +33,7 @@ const SHORT: Length = Length {
     steps: 8,
     particles: 3000,
     atlas: 192,
-    // Else hardly anybody would change objects so soon.
+    // Else hardly any particle would change objects so soon.
     set: &["transfer.threshold=0.002"],
     all_twice: false,
 };

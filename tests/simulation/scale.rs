@@ -21,7 +21,7 @@ fn run(limits: Option<Limits>, scene: &Scene, steps: u32) -> Option<(u64, Vec<Rg
     Some(run_on(gpu_within(limits)?, scene, steps))
 }
 
-/// The same on this device.
+/// As [`run`], on a given device.
 fn run_on(gpu: Gpu, scene: &Scene, steps: u32) -> (u64, Vec<RgbaImage>) {
     let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
     let mut frames = Frames::new(&gpu.ctx, 2).unwrap();

@@ -451,7 +451,7 @@ fn odd_scenes_have_their_outcome() {
 }
 
 /// Each surface is exactly where the other one is. What lies on a surface is not inside of it, so neither object covers the
-/// other: everybody stays on its own.
+/// other, and every particle stays on its own.
 #[test]
 fn identical_objects_in_one_place_have_their_outcome() {
     let Some(gpu) = gpu() else { return };

@@ -331,7 +331,7 @@ fn longest_edge(surface: &Surface, triangle: u32) -> u8 {
     longest.0
 }
 
-/// The same number from both sides of an edge.
+/// Squared length of an edge, bit for bit equal from both of its sides.
 fn squared_length(surface: &Surface, halfedge: u32) -> f64 {
     let corners = surface.corners[halfedge as usize / 3];
     let corner = halfedge as usize % 3;

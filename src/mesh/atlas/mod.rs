@@ -108,7 +108,7 @@ pub struct AtlasOptions {
 }
 
 impl AtlasOptions {
-    /// The same with a gutter that bilinear reads can do with, if there can be such an atlas at all.
+    /// The options with the gutter raised to what bilinear reads need, if such an atlas is possible.
     fn checked(&self, surface: &Surface) -> Result<Self, AtlasError> {
         if self.size == 0 || self.size > MAX_SIZE {
             return Err(AtlasError::Size(self.size));
@@ -451,7 +451,7 @@ impl Atlas {
         self.surface_point_in(texel, DVec2::splat(0.5))
     }
 
-    /// The same for a place within the texel, from 0 to 1 along both sides; moved inside of the triangle where it is not.
+    /// As [`surface_point_of`](Self::surface_point_of), for a place within the texel, from 0 to 1 along both sides.
     #[must_use]
     pub fn surface_point_in(&self, texel: u32, place: DVec2) -> Option<(u32, f32, f32)> {
         let triangle = self.owner[texel as usize];

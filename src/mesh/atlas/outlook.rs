@@ -178,7 +178,7 @@ struct Cells {
     pitch: usize,
     /// The hue of the cell's texels; 0 where they have none, or several.
     own: Vec<u8>,
-    /// The same where rays pass: where all of the cell is of that hue, else 0; or a [`WALL`].
+    /// The hue for which rays pass: that of a cell which is of one hue as a whole, else 0; or a [`WALL`].
     passed: Vec<u8>,
 }
 

@@ -20,7 +20,7 @@ use crate::rng::{Purpose, random};
 /// Cells along a side of the bitmap at the most.
 const MOST_CELLS: u32 = 1024;
 
-/// The same where orders are tried.
+/// Cells along a side of the bitmap at the most, while orders are tried.
 const COARSE_CELLS: u32 = 360;
 
 /// With more charts than this no orders are tried: among so many small ones there is always one that fits.

@@ -11,12 +11,12 @@ pub(super) struct Window {
     pub from: f64,
     pub to: f64,
     pub origin: DVec2,
-    /// The way up to the origin.
+    /// Length of the path up to the origin.
     pub before: f64,
 }
 
 impl Window {
-    /// The same from the other side, from where the edge runs the other way.
+    /// This window in the coordinates of the twin, whose edge runs the other way.
     pub fn turned(&self, length: f64) -> Self {
         Self {
             from: length - self.to,

@@ -125,7 +125,7 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
 
 const ALONE: &str = "There is only one object.";
 
-/// The same for what a start of this kind may have.
+/// Why a part of a start has no effect, for a start of this kind.
 fn why_start_idle(part: &str, start: Start, heading: Heading) -> Option<&'static str> {
     let is_round = matches!(start, Start::Ring | Start::Disc);
     let has_centre = is_round || start == Start::Point;
@@ -152,7 +152,7 @@ fn why_start_idle(part: &str, start: Start, heading: Heading) -> Option<&'static
     idle.then_some(why)
 }
 
-/// The same for a key of an object.
+/// Why a key of an object has no effect, if it has none.
 #[must_use]
 pub fn why_object_idle(
     key: &str,

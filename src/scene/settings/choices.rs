@@ -65,7 +65,7 @@ choice! {
 }
 
 impl ObjectStart {
-    /// The same as a scene's; `None` where the scene's holds.
+    /// The start as one of a scene; `None` if the object takes the scene's.
     #[must_use]
     pub fn own(self) -> Option<Start> {
         match self {
@@ -107,7 +107,7 @@ choice! {
         Scattered = "scattered",
         /// They change objects; each object has a window of the buffer, kept in order by a single invocation.
         Sequential = "sequential",
-        /// The same, kept in order by many invocations.
+        /// They change objects; each object has a window of the buffer, kept in order by many invocations.
         #[default]
         Parallel = "parallel",
         /// They change objects at once; all objects' particles advance together.

@@ -102,7 +102,7 @@ views! {
         has: &[Points, Charts],
         legend: Legend::None,
     },
-    /// The same in the hue of its heading.
+    /// Every particle as a point in the hue of its heading.
     Headings = "headings": View {
         title: "Headings",
         help: "every particle in the hue of its heading: right red, up green, left blue, down violet",

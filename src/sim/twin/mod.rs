@@ -106,13 +106,13 @@ impl Simulation {
         &self.course.setup
     }
 
-    /// Those of the next step.
+    /// The settings of the next step.
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.course.settings
     }
 
-    /// The same, to be changed; a change of the strategy takes [`Simulation::restore`] to take effect.
+    /// The settings, to be changed. A change of the strategy takes effect after [`Simulation::restore`].
     pub fn settings_mut(&mut self) -> &mut Settings {
         &mut self.course.settings
     }

@@ -275,7 +275,7 @@ fn transfer_out_agrees_with_its_twin() {
             "{what}"
         );
         assert_eq!(flux.iter().sum::<u32>(), count);
-        // The same where nothing is painted.
+        // The same case with nothing painted.
         let mut free = Case { counted: 0, ..case };
         free.constants.painted = false;
         let (free, ..) = free.by_twin();

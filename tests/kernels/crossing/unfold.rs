@@ -192,11 +192,11 @@ fn what_is_seen_follows_changed_settings() {
 struct OnFloor {
     /// How far it is from the wall's front, as part of the sensors' offset; negative behind it.
     before_wall: f32,
-    /// How straight it goes to the wall: 1 head on, -1 away from it.
+    /// Cosine between its heading and the way to the wall: 1 head on, -1 away from it.
     to_wall: f32,
-    /// The same after a step.
+    /// `to_wall` after a step.
     to_wall_after: f32,
-    /// Has it another heading then?
+    /// Has its heading changed in the step?
     has_turned: bool,
 }
 

@@ -99,7 +99,7 @@ fn both(gpu: &Gpu, scene: &Scene) -> (Fields, Fields) {
     (kernel, (distances.to_vec(), nearest.to_vec()))
 }
 
-/// The same bits for every texel.
+/// Asserts equal bits for every texel.
 fn assert_equal(name: &str, kernel: &Fields, twin: &Fields) {
     assert_eq!(kernel.0.len(), twin.0.len());
     for texel in 0..kernel.0.len() {
@@ -331,7 +331,7 @@ fn particles_mind_distances() {
                 s.physarum.sensor_offset = 0.1;
                 s.physarum.speed = 0.02;
                 s.physarum.distance_weight = weight;
-                // Everybody keeps its slot.
+                // Every particle keeps its slot.
                 s.transfer.strategy = Strategy::None;
             },
         );

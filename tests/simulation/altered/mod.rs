@@ -127,7 +127,7 @@ impl Trial {
         None
     }
 
-    /// The same; panics and long runs fail the test, and it says what was altered.
+    /// As [`refusal`](Self::refusal). Panics and long runs fail the test, with the name of the alteration.
     #[track_caller]
     fn tried(&mut self, what: &str, parts: &Parts) -> Option<String> {
         let begun = Instant::now();

@@ -22,7 +22,7 @@ const DIFFUSION: f32 = 0.5;
 /// Standard deviation of a spot at the end, texels.
 const SPOT: f64 = 12.0;
 
-/// The same of what it starts as; nothing for a single texel's deposit.
+/// Standard deviations of a spot at the start, texels; 0 for a single texel's deposit.
 const STARTS: [f64; 2] = [5.0, 0.0];
 
 /// The root mean square error of an iso-line's radius, relative, that is allowed on surfaces that charts can keep the
