@@ -3,7 +3,7 @@
 //         distances, across, across_triangles, physarums; scent (gutters filled), plates and meals.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended,
 //         guarded); walkers, walkers_near, walker_count and walker_groups; what was eaten of meals, by atomic adds.
-// One invocation a particle.
+// One invocation per particle.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
 // Overflow: a texel counts at most every particle once, fed ones fed_deposit times, which scenes keep below 2^32. Where
 //         particle_indices is full, flow.wanted counts on, and limit_list lists anew which of the selected particles leave.

@@ -19,7 +19,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const int DISTANCE = 1;  // texels between the taps, 1 to 4
 
 layout(push_constant) uniform Params {
-    uint lane_count;     // four a block
+    uint lane_count;     // four per block
     uint quad_count;     // texels / 4
     uint quads_a_row;    // pitch / 4
     float diffusion;     // 0: nothing spreads, 1: the mean of the nine taps

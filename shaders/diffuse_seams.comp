@@ -1,7 +1,7 @@
 // diffuse_seams: as diffuse, for texels that exchange across a seam, or whose neighbours are limited.
 // Reads   rows, entries, trail, deposits (those on gutter texels too).
 // Writes  next_trail for the texels of the rows.
-// One invocation a row.
+// One invocation per row.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -21,7 +21,7 @@ layout(push_constant) uniform Params {
     float tiny;         // below this a value is zero
 } params;
 
-// Two texels a row: the texel, its first two pairs, its first two deposits, their end; the mask, the conductance, the density.
+// Two texels per row: the texel, its first two pairs, its first two deposits, their end; the mask, the conductance, the density.
 READS(uvec4, 0) rows;  // two an invocation
 // Two entries a texel: a texel and its conductance or share, twice.
 READS(uvec4, 1) entries;

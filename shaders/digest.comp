@@ -1,7 +1,7 @@
 // digest: subtracts from each food the amount eaten in the step, and updates the strength of its scent.
 // Reads   meals.
 // Writes  meals; the group count of the scent dispatch, if any scent has changed.
-// One invocation a food.
+// One invocation per food.
 // Scents fall in discrete steps, so that the field is summed up again only now and then, and a resumed run has the same field.
 // Overflow: cannot happen; what is left is never less than nothing.
 

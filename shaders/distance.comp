@@ -1,7 +1,7 @@
 // distance: signed distance from an object's texels to the nearest other object, and which triangle of it is nearest.
 // Reads   pairs, samples, listed, listed_groups, hints, candidates, nodes, faces, pseudonormals, corners; for signs dipoles.
 // Writes  owned texels of distances and nearest, of the tiles that `distance_tiles` has listed; where SEES_ACROSS, the marks of surroundings that have changed, and those that are covered are listed in covered (appended) and groups.
-// One invocation a sample of a listed tile.
+// One invocation per sample of a listed tile.
 // Overflow: cannot happen; covered has room for all samples, and no tree is deeper than a search has room for.
 
 #version 460

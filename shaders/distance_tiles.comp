@@ -1,7 +1,7 @@
 // distance_tiles: which faces of each other object may be nearest to the texels of a tile, so that `distance` looks only at those; and which tiles need no look.
 // Reads   jobs, pairs, moves, tiles, nodes, faces, pseudonormals, corners; for signs dipoles.
-// Writes  hints: one a tile and pair; candidates: the faces; tile_states; margins; listed (appended) and groups.
-// One invocation a tile of a job; jobs begin at multiples of a tile.
+// Writes  hints: one per tile and pair; candidates: the faces; tile_states; margins; listed (appended) and groups.
+// One invocation per tile of a job; jobs begin at multiples of a tile.
 // Between a tile and another object that is beyond reach of all of it lies no surface: then its middle decides for all its texels on which side they are. If they were all there before, they need not be written again.
 // How far such a tile may come nearer before anything changes is kept, and nothing is searched until objects have moved
 // by as much.
@@ -40,7 +40,7 @@ layout(std430, set = 0, binding = 9) writeonly buffer Candidates { uint candidat
 layout(std430, set = 0, binding = 10) buffer TileStates { uint tile_states[]; };
 layout(std430, set = 0, binding = 11) writeonly buffer Listed { ListedTile listed[]; };
 layout(std430, set = 0, binding = 12) buffer Groups { DispatchGroups groups[]; };
-// One a pair: how far places of the one object have moved in the other's space since the last update, at the most.
+// One per pair: how far places of the one object have moved in the other's space since the last update, at the most.
 layout(std430, set = 0, binding = 13) readonly buffer Moves { float moves[]; };
 // hint_count for each tile of every object: how far it is from being within reach, negative inside; 0 where it may be.
 layout(std430, set = 0, binding = 14) buffer Margins { float margins[]; };

@@ -1,7 +1,7 @@
 // paint: one dab of a brush on a field of the surface: the trail, or the bias that sensors read with it.
 // Reads   dab, field.
 // Writes  field, at the texels of the dab; each texel is listed once.
-// One invocation a texel of the dab.
+// One invocation per texel of the dab.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

@@ -1,7 +1,7 @@
 // scent: sums up again the scent of food and markers that sensors read, from the amounts left of each.
 // Reads   scented, falloffs, meals.
 // Writes  field, at every texel that any food or marker reaches, gutters too.
-// One invocation a texel that is reached.
+// One invocation per texel that is reached.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

@@ -1,7 +1,7 @@
 // teleport: moves randomly chosen particles of an object to places on it that a brush has touched.
 // Reads   places, place_ranges, triangles.
 // Writes  particles and motions in place.
-// One invocation a particle; those whose object the brush has not touched return.
+// One invocation per particle; those whose object the brush has not touched return.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

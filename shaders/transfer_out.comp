@@ -3,7 +3,7 @@
 // Reads   particle_indices, particles, motions, nearest, strips, triangles, halfedges, corners, vertices, poses,
 //         poses_before, physarums, roots, nodes, faces, pseudonormals, dipoles; bias (gutters filled).
 // Writes  transfers; flow and flux, by atomic adds.
-// One invocation an entry of the lists.
+// One invocation per entry of the lists.
 // During a step objects move evenly from their poses before to those now, and what crosses is the way relative to the
 // other object: that one may have come over a particle that hardly moved.
 // Where the last step does not cross the other object (it covers the particle since long, or counts as covering from

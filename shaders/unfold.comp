@@ -1,7 +1,7 @@
 // unfold: for texels that another object covers, the place on that object where walks go on, so that sensors see it there.
 // Reads   jobs, pairs, samples, listed, covered, groups, owners, distances, nearest, triangles, halfedges, corners, vertices, strips.
 // Writes  across and across_triangles: covered texels of the objects that have a job, where LISTED of listed tiles; other texels keep their old values, which are not read. Where not LISTED, the marks of surroundings that have changed.
-// One invocation a sample of a job, jobs begin at multiples of the group size; where LISTED one a covered texel.
+// One invocation per sample of a job, jobs begin at multiples of the group size; where LISTED one a covered texel.
 // Two planes meet in a line. What lies behind it in the one lies as far from it in the other, whichever way one comes.
 // Overflow: cannot happen; nothing is appended.
 

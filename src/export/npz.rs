@@ -1,6 +1,6 @@
 //! A zip archive of NumPy arrays: everything that the state is made of, in world coordinates where it can be.
 //!
-//! `docs/npz.md` is this table with explanations; N particles, S texels a side, O objects, F foods, V vertices,
+//! `docs/npz.md` is this table with explanations; N particles, S texels per side, O objects, F foods, V vertices,
 //! T triangles.
 //!
 //! | array | type | shape | unit |

@@ -78,7 +78,7 @@ struct Seen {
 pub struct SurfaceDistance<'a> {
     surface: &'a Surface,
     sources: Vec<SurfacePoint>,
-    /// One a vertex.
+    /// One per vertex.
     vertices: Vec<f64>,
     /// One list a half-edge: what enters by it.
     windows: Vec<Vec<Window>>,

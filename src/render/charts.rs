@@ -186,7 +186,7 @@ fn neighbours(surface: &Surface, atlas: &Atlas) -> Vec<(u32, u32)> {
 struct Painter<'a> {
     surface: &'a Surface,
     atlas: &'a Atlas,
-    /// One a chart.
+    /// One per chart.
     colors: &'a [Color],
     /// Pixels a texel.
     scale: u32,

@@ -26,7 +26,7 @@ pub struct Prepared {
     pub(super) openness: Vec<u32>,
     /// If the openness was not computed: for how many places it would have been.
     unlooked: Option<usize>,
-    /// One an object.
+    /// One per object.
     pub(super) object_colors: Vec<Vec4>,
     /// What each texel is, and in which colour its chart is shown.
     pub(super) texels: Vec<u32>,
@@ -83,7 +83,7 @@ impl Prepared {
     }
 
     /// As [`new`](Self::new), for many quick pictures on a device that is a CPU: those take a fifth to a third less time,
-    /// and 28 to 108 bytes a triangle more of the device's memory.
+    /// and 28 to 108 bytes per triangle more of the device's memory.
     #[must_use]
     pub fn for_quick(setup: &Setup) -> Self {
         let rest = Self::new(setup);

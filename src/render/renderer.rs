@@ -134,7 +134,7 @@ pub struct Renderer {
     normals: Buffer<u32>,
     /// How much of the sky each corner sees, four to a word.
     openness: Buffer<u32>,
-    /// One an object.
+    /// One per object.
     object_colors: Buffer<Vec4>,
     /// What each texel is, and in which colour its chart is shown.
     texels: Texture<u32>,

@@ -359,7 +359,7 @@ fn name_of(path: &Path) -> String {
     stem.to_string_lossy().into_owned()
 }
 
-/// On average. Every built-in scene has several texels a triangle.
+/// On average. Every built-in scene has several texels per triangle.
 const MOST_TRIANGLES_A_TEXEL: u64 = 16;
 /// So many take a second, and what the atlas says of them names the size that has room.
 const FEW_TRIANGLES: u64 = 1 << 20;

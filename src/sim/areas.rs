@@ -75,7 +75,7 @@ impl AreaMap {
         }
     }
 
-    /// What sensors read more, one a texel, gutters filled: of each texel that a triangle owns, what the pixel at its centre
+    /// What sensors read more, one per texel, gutters filled: of each texel that a triangle owns, what the pixel at its centre
     /// says.
     ///
     /// # Errors

@@ -114,7 +114,7 @@ pub fn carried(
     })
 }
 
-/// Painted areas of `old`, one a texel, on the surface of `new`: all that [`carried`] does with them, also where there is
+/// Painted areas of `old`, one per texel, on the surface of `new`: all that [`carried`] does with them, also where there is
 /// another number of particles. Nothing stays nothing.
 ///
 /// None where an object has become another mesh.

@@ -16,7 +16,7 @@ use crate::strict::{
 pub struct Ground<'a> {
     /// Tangent-frame shapes.
     pub triangles: &'a [Triangle],
-    /// Three vertex indices a triangle.
+    /// Three vertex indices per triangle.
     pub corners: &'a [u32],
     /// Object-space vertices.
     pub vertices: &'a [Vertex],

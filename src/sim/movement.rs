@@ -32,7 +32,7 @@ pub struct Movement {
     time: f64,
     /// Seconds a step from there on.
     dt: f64,
-    /// The poses that stand over the scene's, one an object.
+    /// The poses that stand over the scene's, one per object.
     outside: Vec<Option<DAffine3>>,
 }
 

@@ -158,7 +158,7 @@ pub struct Repainted {
 pub struct Places {
     /// Object by object; ids are not used.
     pub places: Vec<Particle>,
-    /// One an object: its first place, and how many it has.
+    /// One per object: its first place, and how many it has.
     pub ranges: Vec<UVec2>,
 }
 

@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 use crate::portable::direction;
 use crate::scene::settings::PhysarumSettings;
 
-/// A row of the table that has one an object; `shaders/include/types.glsl` declares it for kernels.
+/// A row of the table that has one per object; `shaders/include/types.glsl` declares it for kernels.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Physarum {

@@ -13,7 +13,7 @@ pub trait Value: Copy + PartialEq + Debug + Send + Sync + 'static {}
 
 impl<T: Copy + PartialEq + Debug + Send + Sync + 'static> Value for T {}
 
-/// One a kernel, by the name that times and messages have.
+/// One per kernel, by the name that times and messages have.
 pub struct Pipelines {
     ctx: Arc<Context>,
     /// How tables of particles lie.

@@ -104,11 +104,11 @@ pub struct RasterLayout {
     pub owned: Vec<(u32, u32)>,
     /// Owned texels, triangle by triangle.
     pub texels: Vec<u32>,
-    /// One a triangle: a ball round it, centre and radius, object space.
+    /// One per triangle: a ball round it, centre and radius, object space.
     pub bounds: Vec<Vec4>,
-    /// One a triangle: its place among the faces.
+    /// One per triangle: its place among the faces.
     pub slots: Vec<u32>,
-    /// One a texel: the surface point under its centre, and the triangle that owns it in place of the texel.
+    /// One per texel: the surface point under its centre, and the triangle that owns it in place of the texel.
     pub places: Vec<SurfaceSample>,
     /// Which outlines are whose.
     pub ranges: RasterRanges,

@@ -42,17 +42,17 @@ pub struct Setup {
     pub strips: Vec<StripTriangle>,
     /// How many bins there are, and of what tiles.
     pub bins: Bins,
-    /// Three vertex indices a triangle.
+    /// Three vertex indices per triangle.
     pub corners: Vec<u32>,
     /// Object space.
     pub vertices: Vec<Vertex>,
     /// Per texel: trail units that sensors read more, by the scene's area map; empty where it has none.
     pub bias: Vec<f32>,
-    /// World from object at step 0, one an object.
+    /// World from object at step 0, one per object.
     pub poses: Vec<Pose>,
-    /// The animations that objects follow, one an object.
+    /// The animations that objects follow, one per object.
     pub tracks: Vec<Option<RigidTrack>>,
-    /// Where coordinates are counted from, one an object.
+    /// Where coordinates are counted from, one per object.
     pub origins: Vec<Origins>,
     /// What the distances between objects are taken from.
     pub distance: DistanceSetup,

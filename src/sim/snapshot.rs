@@ -34,9 +34,9 @@ pub struct Snapshot {
     pub motions: Vec<Motion>,
     /// Where poses and transfers are counted from, in world coordinates.
     pub origin: DVec3,
-    /// The trail, one a texel, gutters filled.
+    /// The trail, one per texel, gutters filled.
     pub trail: Vec<f32>,
-    /// The last step's deposits, one a texel.
+    /// The last step's deposits, one per texel.
     pub deposits: Vec<u32>,
     /// Counters of transfers, and the objects' windows.
     pub transfers: TransferState,

@@ -87,7 +87,7 @@ pub struct StartRule {
 pub struct Starts {
     /// Of all whose object has no rule of its own.
     pub scene: StartRule,
-    /// One an object. Those with a rule of their own have the particles of their share of the whole area.
+    /// One per object. Those with a rule of their own have the particles of their share of the whole area.
     pub own: Vec<Option<StartRule>>,
 }
 

@@ -69,9 +69,9 @@ impl<T> AnyBuffer for Texture<T> {
 
 /// What the kernels that spread the trail read of an atlas.
 pub struct SpreadTables {
-    /// One a texel: mean texel area by this texel's area, 0 where no triangle owns it.
+    /// One per texel: mean texel area by this texel's area, 0 where no triangle owns it.
     pub density: Texture<f32>,
-    /// One a block of texels of which any is in use: its first quad.
+    /// One per block of texels of which any is in use: its first quad.
     pub blocks: Texels<u32>,
     /// Two texels of four words for each texel that exchanges across a seam.
     pub rows: Texels<u32>,

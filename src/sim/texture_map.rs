@@ -175,7 +175,7 @@ mod tests {
         );
     }
 
-    /// The largest picture that the program writes itself has 48 bits a pixel; the decoder's usual limit of 512 MiB is below
+    /// The largest picture that the program writes itself has 48 bits per pixel; the decoder's usual limit of 512 MiB is below
     /// what such a map of a large atlas takes.
     #[test]
     fn the_limit_on_memory_has_room_for_the_map_of_every_atlas() {

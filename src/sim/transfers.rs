@@ -17,7 +17,7 @@ use crate::scene::settings::{Settings, Strategy};
 /// What a snapshot holds of transfers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TransferState {
-    /// One an object, where the strategy has windows; else none.
+    /// One per object, where the strategy has windows; else none.
     pub windows: Vec<Window>,
     /// Particles that have left their object and not arrived, in checkpoints of earlier versions; else none.
     pub in_flight: Vec<Transfer>,
@@ -266,9 +266,9 @@ pub fn object_triangles(surface: &Surface) -> Vec<UVec2> {
 
 /// The device's buffers for transfers; of length 1 where no particle changes objects.
 pub struct Transfers {
-    /// One an object: its particles' slots, where there are windows.
+    /// One per object: its particles' slots, where there are windows.
     pub windows: Buffer<Window>,
-    /// One an object: what its window is to become.
+    /// One per object: what its window is to become.
     pub borders: Buffer<Border>,
     /// One: what the lists hold, and what was counted.
     pub flow: Buffer<Flow>,
@@ -282,9 +282,9 @@ pub struct Transfers {
     pub limit_bins: Buffer<u32>,
     /// Particles that left each object (rows) for each, so far.
     pub flux: Buffer<u32>,
-    /// One a triangle, see [`area_shares`].
+    /// One per triangle, see [`area_shares`].
     pub area_shares: Buffer<u32>,
-    /// One an object, see [`object_triangles`].
+    /// One per object, see [`object_triangles`].
     pub object_triangles: Buffer<UVec2>,
     capacity: u32,
     strategy: Strategy,

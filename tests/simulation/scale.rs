@@ -433,6 +433,6 @@ fn setups_of_any_size_say_what_they_need() {
     assert!(needed <= exact && needed * 2 > exact, "{needed} of {exact}");
     let large = cube(16_384, |s| s.particles.count = 64_000_000);
     let gib = memory::needed(&large) as f64 / f64::from(1 << 30);
-    // 23 bytes a texel and 38 a particle.
+    // 23 bytes per texel and 38 per particle.
     assert!((gib - 8.0).abs() < 0.1, "{gib}");
 }

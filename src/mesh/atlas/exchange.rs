@@ -94,7 +94,7 @@ impl ExchangeRow {
 /// The tables of all texels beside seams, in ascending order of texel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exchange {
-    /// One a texel.
+    /// One per texel.
     pub rows: Vec<ExchangeRow>,
     /// Of all rows.
     pub entries: Vec<ExchangeEntry>,

@@ -100,7 +100,7 @@ pub struct AtlasOptions {
     pub cell_size: u32,
     /// Width of the halo round each chart in texels; less than 1 counts as 1, which bilinear reads need.
     pub gutter: u32,
-    /// For `charts`, one an object: its texels per surface area, relative to the others; empty: all alike.
+    /// For `charts`, one per object: its texels per surface area, relative to the others; empty: all alike.
     pub weights: Vec<f32>,
     /// For `charts`: a seed by which each chart is turned by a random angle before it is packed; 0: none is. Trails must
     /// not depend on how charts lie, and this is how one sees that.

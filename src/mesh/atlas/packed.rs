@@ -34,7 +34,7 @@ pub type PackedEntries = [ExchangeEntry; 2];
 /// The tables of all texels beside seams.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PackedExchange {
-    /// One a texel: by the number of their entries, so that invocations side by side go through their loops alike.
+    /// One per texel: by the number of their entries, so that invocations side by side go through their loops alike.
     pub rows: Vec<PackedRow>,
     /// Of all rows, in their order, so that they come from one place in memory.
     pub entries: Vec<PackedEntries>,

@@ -31,7 +31,7 @@ pub struct Sides<'a> {
     pub dipoles: &'a [Dipole],
     /// Of half-edges, then of vertices.
     pub pseudonormals: &'a [Vec4],
-    /// Three vertex indices a triangle.
+    /// Three vertex indices per triangle.
     pub corners: &'a [u32],
     /// Where those of vertices begin.
     pub first_vertex_normal: u32,

@@ -12,13 +12,13 @@ use crate::sim::types::{Mark, Meal};
 
 /// What kernels read and write about food and markers.
 pub struct FoodBuffers {
-    /// One a food or marker: what is left of it.
+    /// One per food or marker: what is left of it.
     pub meals: Buffer<Meal>,
     /// Where they are drawn.
     pub marks: Buffer<Mark>,
-    /// One a texel, gutters filled: trail units that sensors read more.
+    /// One per texel, gutters filled: trail units that sensors read more.
     pub scent: Texture<f32>,
-    /// One a texel, gutters filled: the food that is eaten there, counted from 1, or 0.
+    /// One per texel, gutters filled: the food that is eaten there, counted from 1, or 0.
     pub plates: Texture<u32>,
     /// As [`FoodSet::scented`].
     pub scented: Buffer<UVec2>,

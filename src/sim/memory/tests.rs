@@ -121,7 +121,7 @@ fn on_a_card_particles_are_limited_by_the_lists_of_them() {
     assert!(message.contains(part), "{message}");
 }
 
-/// Several objects may have nearly the texture that one has: samples are blocks of 16 bytes a texel.
+/// Several objects may have nearly the texture that one has: samples are blocks of 16 bytes per texel.
 #[test]
 fn on_a_card_several_objects_have_as_large_a_texture_as_one() {
     let card = DeviceInfo {

@@ -304,7 +304,7 @@ impl Simulation {
         self.paint_field(rec, &values, field, params);
     }
 
-    /// What attracts, repels and forbids now: one a texel, gutters filled; empty where nothing was ever painted. Waits for
+    /// What attracts, repels and forbids now: one per texel, gutters filled; empty where nothing was ever painted. Waits for
     /// all that was submitted.
     ///
     /// # Errors

@@ -277,7 +277,7 @@ pub struct AdvanceInputs<'a> {
     pub trail: &'a [f32],
     /// Last step's deposits.
     pub previous_deposits: &'a [u32],
-    /// Three vertex indices a triangle.
+    /// Three vertex indices per triangle.
     pub corners: &'a [u32],
     /// Object-space vertices.
     pub vertices: &'a [Vertex],

@@ -108,7 +108,7 @@ pub struct DistanceInputs<'a> {
     pub faces: &'a [Face],
     /// Of half-edges, then of vertices.
     pub pseudonormals: &'a [Vec4],
-    /// Three vertex indices a triangle.
+    /// Three vertex indices per triangle.
     pub corners: &'a [u32],
     /// Trees of faces.
     pub nodes: &'a [Node],
@@ -139,7 +139,7 @@ impl<'a> DistanceInputs<'a> {
         }
     }
 
-    /// What an invocation of those kernels works on that have one a sample: its job and its sample; none where it has none.
+    /// What an invocation of those kernels works on that have one per sample: its job and its sample; none where it has none.
     pub(super) fn sample_of(&self, job_count: u32, i: u32) -> Option<(DistanceJob, SurfaceSample)> {
         let job = self.jobs[job_of(&self.jobs[..job_count as usize], i)];
         let in_job = i - job.first_thread;

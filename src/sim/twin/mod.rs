@@ -123,7 +123,7 @@ impl Simulation {
         self.arrays.forms
     }
 
-    /// One a texel, as the last step read them: signed distance, and the nearest triangle or
+    /// One per texel, as the last step read them: signed distance, and the nearest triangle or
     /// [`NONE`]. Of two or more objects.
     #[must_use]
     pub fn distances(&self) -> (&[f32], &[u32]) {
@@ -137,7 +137,7 @@ impl Simulation {
         (&self.arrays.tile_states, &self.arrays.margins)
     }
 
-    /// One a texel: where on another object walks go on, [`NONE`] where none covers it.
+    /// One per texel: where on another object walks go on, [`NONE`] where none covers it.
     #[must_use]
     pub fn across(&self) -> Vec<u32> {
         let texels = self.arrays.across.iter().zip(&self.arrays.surroundings);

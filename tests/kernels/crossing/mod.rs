@@ -50,7 +50,7 @@ struct Case<'a> {
     particles: &'a [Particle],
     motions: &'a [Motion],
     physarums: &'a [Physarum],
-    /// One a texel, where something is painted.
+    /// One per texel, where something is painted.
     bias: &'a [f32],
     constants: TransferOutConstants,
     /// What every counter holds before.

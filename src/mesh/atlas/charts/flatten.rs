@@ -29,7 +29,7 @@ const WORTH_A_LOOK: usize = 300;
 const ROUGH_ROUNDS: usize = 400;
 
 /// Where each vertex of a disc lies in the plane, or `None` where numbers fail, or where `hopeful` says that growing
-/// areas by about these factors, one a triangle, is not worth going on.
+/// areas by about these factors, one per triangle, is not worth going on.
 pub(super) fn flatten(
     patch: &Patch,
     metric: &Metric,
