@@ -29,7 +29,7 @@ use crate::whole_file::WholeFile;
 pub const NO_GO: f32 = -1e9;
 /// Below this a bias is that of a no-go area; gutters may mix it with others. `shaders/include/no_go.glsl` has the same.
 pub const NO_GO_BELOW: f32 = 0.5 * NO_GO;
-/// Of trail and of bias: there is no more, and of bias no less but for no-go areas.
+/// Upper bound on trail and bias. The negative of it is the lower bound on bias outside of no-go areas.
 pub const GREATEST: f32 = 1e6;
 
 /// Its name in messages.
@@ -75,8 +75,7 @@ impl AreaMap {
         }
     }
 
-    /// What sensors read more, one per texel, gutters filled: of each texel that a triangle owns, what the pixel at its centre
-    /// says.
+    /// The bias, one value per texel, gutters filled. An owned texel has the value of the pixel at its centre.
     ///
     /// # Errors
     /// When it says nothing of any.
@@ -159,7 +158,7 @@ pub fn picture_of(bias: &[f32], atlas: &Atlas) -> Option<(AreaPicture, f32)> {
         };
         pixels.put_pixel(texel % atlas.pitch, texel / atlas.pitch, Rgb(color));
     }
-    // Where there are only no-go areas, any strength does.
+    // With no-go areas alone, the strength has no effect.
     let usual = AreaSettings::default().strength;
     Some((pixels, if strength > 0.0 { strength } else { usual }))
 }
@@ -200,8 +199,8 @@ pub fn map_for(scene_file: &Path) -> PathBuf {
     maps.find(is_ours).unwrap_or(first.clone())
 }
 
-/// What a scene file of this path says of areas as they are now, which are written [beside it](map_for), so that both stay
-/// together. Gives that file, too, if there is one.
+/// The area settings for a scene file of this path. The present areas are written [beside it](map_for), so that both stay
+/// together. Returns that file, too, if there is one.
 ///
 /// # Errors
 /// When it cannot be written.
@@ -237,7 +236,7 @@ pub fn write_mask(path: &Path, bias: &[f32], atlas: &Atlas) -> Result<Option<Vec
     let white = *white;
     let mut pixels = GrayImage::new(atlas.size, atlas.size);
     for &texel in &texels {
-        // What attracts at all is not left out.
+        // At least 1, so that weak attraction is kept.
         let light = (255.0 * value(texel) / white).round().clamp(1.0, 255.0) as u8;
         pixels.put_pixel(texel % atlas.pitch, texel / atlas.pitch, Luma([light]));
     }

@@ -21,12 +21,12 @@ use crate::gpu::DispatchGroups;
 use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
 
-/// What was found about tiles.
+/// Results for tiles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TileLooks {
     /// One per tile and pair.
     pub hints: Vec<u32>,
-    /// As many a tile: faces that its hints name.
+    /// One per hint of a tile: the face that it names.
     pub candidates: Vec<u32>,
     /// The tiles whose texels are looked at.
     pub listed: Vec<ListedTile>,
@@ -39,7 +39,7 @@ pub struct TransferArrays {
     pub windows: Vec<Window>,
     /// One: what the lists hold, and what was counted.
     pub flow: Vec<Flow>,
-    /// What each window is to become.
+    /// Changes of each window.
     pub borders: Vec<Border>,
     /// Groups of the kernels that work on transfers, as [`Counter`](super::work::Counter) has them.
     pub groups: [DispatchGroups; 5],

@@ -40,7 +40,7 @@ struct Header {
     /// The scene file that it was written with.
     scene: String,
     layout: u32,
-    /// Of earlier versions none.
+    /// Absent in checkpoints of earlier versions.
     #[serde(default)]
     arithmetic: u32,
     movement: SavedMovement,
@@ -53,7 +53,7 @@ pub struct Checkpoint {
     pub scene: String,
     /// A hash of the surface and the atlas: particles and texels are valid on these only.
     pub layout: u32,
-    /// Which [arithmetic](arithmetic::VERSION) it was written with; 0 by earlier versions.
+    /// The [arithmetic](arithmetic::VERSION) that it was written with; 0 by earlier versions.
     pub arithmetic: u32,
     /// The state.
     pub snapshot: Snapshot,

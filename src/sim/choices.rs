@@ -1,4 +1,4 @@
-//! What else could have been built: kernels that do the same as parts of a step do in another way, for `myxo bench choices`.
+//! Alternative kernels, which do parts of a step in another way, for `myxo bench choices`.
 //! No simulation runs them. Their twins are in `twin/choices.rs`.
 
 /// Their typed handles, as the build generates them from `shaders/choices/*.comp`.
@@ -89,9 +89,8 @@ pub fn turning_strips(surface: &Surface, strips: &[StripTriangle]) -> Vec<Turnin
     .collect()
 }
 
-/// Where the sensors of each particle read, atlas positions: left and middle, then right and nothing. As in a step, they
-/// look straight ahead in the atlas where nothing of their chart is hidden on the way, and walk elsewhere. `own` is what all of them
-/// do.
+/// Atlas positions at which the sensors of each particle read: left and middle, then right and an unused one. As in a step, sensors
+/// read straight ahead in the atlas where the path is clear, and walk elsewhere. `own` are the parameters of all particles.
 #[must_use]
 pub fn sensor_places(
     setup: &Setup,

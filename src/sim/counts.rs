@@ -11,7 +11,7 @@ use crate::scene::Scene;
 use crate::scene::settings::Settings;
 
 impl Counts {
-    /// Of a scene that is set up.
+    /// The counts of a scene that is set up.
     #[must_use]
     pub fn of(setup: &Setup, settings: &Settings) -> Self {
         let (atlas, distance, food_set) = (&setup.atlas, &setup.distance, &setup.food_set);

@@ -34,7 +34,7 @@ pub struct Terrain<'a> {
     pub reflects: bool,
 }
 
-/// Where a walk meets another object, in that one's space.
+/// A crossing: the place where a walk meets another object, in that object's space.
 #[derive(Clone, Copy, Debug)]
 pub struct Meeting {
     /// The face.
@@ -45,9 +45,9 @@ pub struct Meeting {
     pub v: f32,
     /// How much of the segment comes before it.
     pub t: f32,
-    /// Of the walk.
+    /// Heading of the walk.
     pub heading: Vec3,
-    /// Of the plane that it was in.
+    /// Normal of the plane of the walk.
     pub normal: Vec3,
 }
 
@@ -106,8 +106,8 @@ impl Terrain<'_> {
         self.ground.flight(&particle, &motion)
     }
 
-    /// Where the straight way between two places of the target's space meets it first; `on` is at one end of it, and
-    /// `side` is -1 if it goes backwards.
+    /// The first crossing of the segment between two places in the target's space; `on` is at one end of it, and
+    /// `side` is -1 if the segment goes backwards.
     #[must_use]
     pub fn meeting_between(
         &self,
@@ -181,8 +181,8 @@ impl Terrain<'_> {
         inner > outer + 4.0 * slack_of(&self.sides.nodes[self.roots[source as usize] as usize])
     }
 
-    /// Where a walker was in the target's space, at a time of the last step: 0 is its beginning, when objects stood as
-    /// in `before`, and 1 its end.
+    /// The place of a walker in the target's space, at a time of the last step: 0 is its beginning, with the poses
+    /// `before`, and 1 its end.
     fn place_at(&self, before: &[Pose], time: f32, w: &Walker, [source, target]: [u32; 2]) -> Vec3 {
         let frame = self.ground.frame(w.triangle);
         let position = self.ground.position(w.triangle, &frame, w.uv());
@@ -191,8 +191,8 @@ impl Terrain<'_> {
         now + (1.0 - time) * (before - now)
     }
 
-    /// Where a particle's last step from a source to a target, of length `way`, met the target first, and what was
-    /// walked since then; `before` is how objects stood in the step before.
+    /// The first crossing of a particle's last step, of length `way`, from a source with a target, and the length walked
+    /// since then; `before` are the poses in the step before.
     #[must_use]
     pub fn meeting_behind(
         &self,
@@ -234,7 +234,7 @@ impl Terrain<'_> {
         first
     }
 
-    /// Where a walk that met the target goes on there.
+    /// The walker on the target, with which a walk goes on behind a crossing.
     #[must_use]
     pub fn walker_on_target(
         &self,

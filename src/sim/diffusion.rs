@@ -30,7 +30,7 @@ pub struct Diffusion {
     seams_params: DiffuseSeamsParams,
     tables: SpreadTables,
     deposits: PingPong<u32>,
-    /// Where the trail is, and where its next step goes.
+    /// The trail, and the target of its next step.
     trail: PingPong<f32>,
 }
 

@@ -77,7 +77,7 @@ impl FoodPlace {
         share * share
     }
 
-    /// Where it is drawn.
+    /// Its mark in pictures.
     fn mark(&self, surface: &Surface) -> Mark {
         let [a, b, c] = surface.corners[self.point.triangle as usize]
             .map(|vertex| surface.positions[vertex as usize].as_dvec3());
@@ -149,7 +149,7 @@ pub struct FoodSet {
     pub falloffs: Vec<UVec2>,
     /// One per texel: the food that is eaten there, counted from 1, or 0. Empty in scenes without foods and markers.
     pub plates: Vec<u32>,
-    /// Where each is drawn.
+    /// The mark of each in pictures.
     pub marks: Vec<Mark>,
     /// The texels within reach of each place, kept so that unchanged places need not be measured again.
     reached: Vec<Arc<Reached>>,

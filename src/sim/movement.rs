@@ -36,7 +36,7 @@ pub struct Movement {
     outside: Vec<Option<DAffine3>>,
 }
 
-/// What a checkpoint writes of it: numbers as bits, because texts round them.
+/// The form for checkpoints: numbers as bits, because text would round them.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SavedMovement {
     step: u64,
@@ -105,7 +105,7 @@ impl Movement {
         *self.outside.get(object)?
     }
 
-    /// Where every object is at a step, counted from its origins.
+    /// The pose of every object at a step, counted from its origins.
     #[must_use]
     pub fn world_from_object(
         &self,
@@ -139,7 +139,7 @@ impl Movement {
         poses.into_iter().map(Pose::from).collect()
     }
 
-    /// What a checkpoint writes.
+    /// The form for checkpoints.
     #[must_use]
     pub fn save(&self) -> SavedMovement {
         SavedMovement {
@@ -156,7 +156,7 @@ impl Movement {
 }
 
 impl SavedMovement {
-    /// What was saved, to go on from this step; nothing when it is damaged.
+    /// The saved movement, to go on from this step; `None` if it is damaged.
     #[must_use]
     pub(super) fn restore(&self, from: u64) -> Option<Movement> {
         let outside = self

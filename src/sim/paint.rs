@@ -55,7 +55,7 @@ pub enum Brush {
     /// Teleports randomly chosen particles to the dab, from all over the objects that it touches. Each stays on its own object, and
     /// no particles are added.
     Particles {
-        /// What share of an object's particles comes, 0 to 1.
+        /// Share of an object's particles that is moved, 0 to 1.
         share: f32,
     },
 }
@@ -63,7 +63,7 @@ pub enum Brush {
 /// One touch of a brush.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dab {
-    /// What it does.
+    /// The effect of the dab.
     pub brush: Brush,
     /// The middle of the ball, in world space.
     pub center: Vec3,
@@ -81,9 +81,9 @@ pub struct Dab {
 /// The circle round a dab's middle as a viewer sees it, and where surfaces are seen through it that lie off the ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ring {
-    /// Where the viewer is, in world space.
+    /// Position of the viewer in world space.
     pub eye: Vec3,
-    /// Of the plane that the circle lies in; its radius is the dab's.
+    /// Normal of the circle's plane; the radius is the dab's.
     pub normal: Vec3,
     /// Balls that hold the surfaces. There the dab is as strong as it is where the line from the eye meets the plane, and
     /// falls to nothing at the ball's edge, too.
@@ -122,7 +122,7 @@ pub struct Ball {
     pub looks: u32,
 }
 
-/// What a dab has come to.
+/// The result of a dab.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Painted {
     /// Texels painted on each object.
@@ -147,13 +147,13 @@ pub struct DabTexel {
 pub struct Repainted {
     /// Which one.
     pub texel: u32,
-    /// What sensors read more there, trail units: as it was.
+    /// Its bias before, trail units.
     pub before: f32,
     /// And as it is.
     pub after: f32,
 }
 
-/// Where particles come to.
+/// Destinations of teleported particles.
 #[derive(Clone, Debug, Default)]
 pub struct Places {
     /// Object by object; ids are not used.
@@ -242,7 +242,7 @@ impl Dab {
         Ok(texels)
     }
 
-    /// Where particles come to, drawn by area from the dab's texels.
+    /// Destinations of particles, drawn by area from the dab's texels.
     #[must_use]
     pub fn places(&self, setup: &Setup, texels: &[DabTexel], seed: u64) -> Places {
         let mut places = Places::default();
@@ -281,7 +281,7 @@ impl Dab {
         places
     }
 
-    /// What `paint` does to the trail, if anything.
+    /// Parameters of `paint` for the trail, if the brush changes it.
     #[must_use]
     pub fn of_trail(&self, texel_count: u32) -> Option<PaintParams> {
         let params = PaintParams {
@@ -302,7 +302,7 @@ impl Dab {
         }
     }
 
-    /// What `paint` does to the bias, if anything.
+    /// Parameters of `paint` for the bias, if the brush changes it.
     #[must_use]
     pub fn of_bias(&self, texel_count: u32) -> Option<PaintParams> {
         let params = PaintParams {
@@ -314,7 +314,7 @@ impl Dab {
             no_go: NO_GO_BELOW,
         };
         match self.brush {
-            // What is no-go stays it.
+            // No-go areas stay.
             Brush::Attract { amount } => Some(PaintParams {
                 amount,
                 lowest: NO_GO,
@@ -334,7 +334,7 @@ impl Dab {
         }
     }
 
-    /// What `teleport` does, if anything.
+    /// Parameters of `teleport`, if the brush moves particles.
     #[must_use]
     pub fn of_particles(&self, settings: &Settings) -> Option<TeleportParams> {
         let Brush::Particles { share } = self.brush else {
@@ -463,7 +463,7 @@ impl InObject {
         }
     }
 
-    /// Those that a triangle owns and the dab touches.
+    /// The texels that a triangle owns and the dab touches.
     fn texels_of(&self, setup: &Setup, triangle: u32) -> Vec<DabTexel> {
         let mut texels = self.texels_in(setup, triangle, self.ball, None);
         for &(ball, looks) in &self.balls {
@@ -484,7 +484,7 @@ impl InObject {
         texels
     }
 
-    /// Those of a triangle in one ball, and seen by some of the looks through a ring if there is one.
+    /// The texels of a triangle in one ball which, if there is a ring, one of its rays has reached.
     fn texels_in(
         &self,
         setup: &Setup,

@@ -46,7 +46,7 @@ mod tests {
     use crate::scene::{Overrides, Scene};
     use crate::sim::Setup;
 
-    /// What lavapipe was seen to take, on two cores that had nothing else to do, is less than half of what it may.
+    /// Times of lavapipe on two idle cores are less than half of the time limit.
     #[test]
     fn slow_methods_may_take_as_long_as_they_were_seen_to() {
         let scene = Scene::load(

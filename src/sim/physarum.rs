@@ -1,4 +1,4 @@
-//! What particles do on one object, as kernels take it.
+//! Parameters of the particles on one object, for kernels.
 
 use bytemuck::{Pod, Zeroable};
 

@@ -10,7 +10,7 @@ use super::types::{Physarum, Pose};
 use crate::gpu::Threads;
 use crate::scene::settings::{Border, PhysarumSettings, Settings, Strategy};
 
-/// Distance from a texel's centre, in texel sides, within which interpolated reads use the texel's value.
+/// Bound on the error of a distance that is read between texels, in texel sides.
 const TEXELS_BETWEEN: f32 = 2.0;
 
 /// What an engine provides: access paths to textures, a painted bias, and the capacity for transfers.

@@ -1,5 +1,5 @@
-//! What a scene becomes before its first step: the surface, its atlas and the particles at their start.
-//! The GPU simulation and the CPU twins begin from the same setup.
+//! A scene before its first step: the surface, its atlas and the particles at their start.
+//! The GPU simulation and the CPU twins begin from one setup.
 
 use glam::DVec3;
 
@@ -25,7 +25,7 @@ use crate::scene::{BUILTIN, Scene};
 pub struct Setup {
     /// All objects, pooled.
     pub surface: Surface,
-    /// Where every triangle lies in the trail's texture.
+    /// The place of every triangle in the trail's texture.
     pub atlas: Atlas,
     /// Particles at their start; the slot is the id.
     pub particles: Vec<Particle>,
@@ -38,7 +38,7 @@ pub struct Setup {
     pub surroundings: Vec<u16>,
     /// Side of a texel, world units, on the object that has the largest, on average.
     pub texel_side: f32,
-    /// What walks ask for, triangle by triangle; and the bins that particles there are sorted into.
+    /// The data that walks read, triangle by triangle, and the bins for sorting particles on it.
     pub strips: Vec<StripTriangle>,
     /// How many bins there are, and of what tiles.
     pub bins: Bins,
@@ -54,7 +54,7 @@ pub struct Setup {
     pub tracks: Vec<Option<RigidTrack>>,
     /// Where coordinates are counted from, one per object.
     pub origins: Vec<Origins>,
-    /// What the distances between objects are taken from.
+    /// Data for distances between objects.
     pub distance: DistanceSetup,
     /// Food and markers; those of a running simulation may become others.
     pub food_set: FoodSet,
@@ -72,7 +72,7 @@ impl Setup {
         Self::with_control(scene, &Control::default())
     }
 
-    /// Where the world's coordinates are counted from.
+    /// The origin of world coordinates.
     #[must_use]
     pub fn origin(&self) -> DVec3 {
         // All objects have one world origin.
@@ -152,7 +152,7 @@ fn texel_side(atlas: &Atlas, distance: &DistanceSetup) -> f32 {
     areas.fold(atlas.mean_texel_area, f64::max).sqrt() as f32
 }
 
-/// What the settings say about the atlas.
+/// The settings' options of the atlas.
 #[must_use]
 pub fn atlas_options(settings: &Settings) -> AtlasOptions {
     AtlasOptions {

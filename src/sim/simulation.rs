@@ -72,7 +72,7 @@ impl Simulation {
         Self::from_setup(ctx, scene, Self::set_up(ctx.info(), scene, control)?)
     }
 
-    /// What takes long about a new simulation, and does not need the device but for its limits.
+    /// The slow part of a new simulation, which needs only the limits of the device.
     ///
     /// # Errors
     /// As [`with_control`](Self::with_control).
@@ -163,7 +163,7 @@ impl Simulation {
         self.course.set_pose_of(object)
     }
 
-    /// Where each object was in the last step, and is in pictures: takes the surface's coordinates to the world's, both
+    /// The pose of each object in the last step and in pictures: maps surface coordinates to world coordinates, both
     /// counted from the scene's `origins`.
     #[must_use]
     pub fn world_from_object(&self) -> Vec<Affine3A> {
@@ -383,7 +383,7 @@ impl Simulation {
     }
 }
 
-/// What the device has for steps.
+/// The device's means for steps.
 fn means(ctx: &Context, course: &Course, state: &State) -> Means {
     Means {
         paths: TexelPaths::of(ctx.info(), course.setup.atlas.texel_count() as u64),
@@ -423,7 +423,7 @@ impl Simulation {
     }
 }
 
-/// What of the objects is built into the surface, and differs.
+/// The first differing setting of objects that is built into the surface.
 fn remeshing(old: &Settings, new: &Settings) -> Option<String> {
     if old.objects.len() != new.objects.len() {
         return Some("the number of objects".to_owned());

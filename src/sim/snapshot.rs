@@ -28,11 +28,11 @@ pub struct Snapshot {
     /// Pairs of objects that have moved by no more than rounding since their distances were taken, which was with these
     /// poses instead.
     pub kept_pairs: Vec<KeptPair>,
-    /// Where particles are.
+    /// Places and ids of particles.
     pub particles: Vec<Particle>,
-    /// Where they are going.
+    /// Their headings, pending lengths and flags.
     pub motions: Vec<Motion>,
-    /// Where poses and transfers are counted from, in world coordinates.
+    /// Origin of poses and transfers, in world coordinates.
     pub origin: DVec3,
     /// The trail, one per texel, gutters filled.
     pub trail: Vec<f32>,
@@ -42,7 +42,7 @@ pub struct Snapshot {
     pub transfers: TransferState,
     /// The painted bias, one value per texel, gutters filled; empty if nothing was painted.
     pub bias: Vec<f32>,
-    /// What is left to eat.
+    /// Meals left of foods.
     pub food: FoodState,
 }
 
@@ -64,7 +64,7 @@ impl Default for FoodState {
     }
 }
 
-/// Where other objects are, seen from every texel.
+/// Distances to other objects, from every texel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distances {
     /// Signed distance to the nearest other object, world units, within reach either way; gutters filled.
@@ -221,7 +221,7 @@ impl Snapshot {
             .sum()
     }
 
-    /// What all particles have deposited in the last step: each one, fed ones more.
+    /// The sum of deposits in the last step: one per particle, more for fed ones.
     #[must_use]
     pub fn deposit_count(&self) -> u64 {
         let fed = self.motions.iter().filter(|motion| motion.fed() > 0);

@@ -10,11 +10,11 @@ use crate::sim::buffers::{self, Counts};
 use crate::sim::texture::Texture;
 use crate::sim::types::{Mark, Meal};
 
-/// What kernels read and write about food and markers.
+/// Buffers of food and markers.
 pub struct FoodBuffers {
     /// One per food or marker: what is left of it.
     pub meals: Buffer<Meal>,
-    /// Where they are drawn.
+    /// Their marks in pictures.
     pub marks: Buffer<Mark>,
     /// One per texel, gutters filled: trail units that sensors read more.
     pub scent: Texture<f32>,

@@ -189,7 +189,7 @@ fn what_stays_is_not_measured_again_and_keeps_what_is_left() {
     ));
     // One of another amount is another food.
     assert_eq!(food_set.kept(&before.food_set, &[10, 20]), [20, 7, 51]);
-    // It is the same as if all were measured.
+    // The result equals that of measuring all of them.
     let anew = FoodSet::new(surface, atlas, food_set.places.clone(), None, &control).unwrap();
     assert!(anew.scented == food_set.scented && anew.falloffs == food_set.falloffs);
     assert!(anew.plates == food_set.plates);

@@ -1,4 +1,4 @@
-//! What is too large is refused in the words of the scene file, with what fits.
+//! Scenes that are too large are refused in terms of the scene file, with sizes that fit.
 
 use super::*;
 use crate::gpu::DeviceKind;
@@ -134,7 +134,7 @@ fn on_a_card_several_objects_have_as_large_a_texture_as_one() {
     settings.objects = vec![settings.objects[0].clone(); 3];
     assert_eq!(largest_atlas(&card), 16_384);
     assert_eq!(largest_atlas_of(&card, &settings), 16_379);
-    // What draws goes through views.
+    // The method `raster` reads through views.
     settings.distance.method = DistanceMethod::Raster;
     assert!(largest_atlas_of(&card, &settings) < 11_600);
     assert_eq!(most_triangles(&card), (1 << 31) / STRIP);

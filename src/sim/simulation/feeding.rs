@@ -25,7 +25,7 @@ pub(super) struct Served {
 }
 
 impl Served {
-    /// Of each there is so much.
+    /// The buffers of a food set, with `left` meals left of each food.
     fn new(ctx: &Arc<Context>, food_set: FoodSet, left: &[u32]) -> Result<Self> {
         let meals = food_set.meals(Some(left));
         let buffers = (!food_set.is_empty())
@@ -38,7 +38,7 @@ impl Served {
         })
     }
 
-    /// It was eaten of while this was made.
+    /// Updates the meals left, because food was eaten meanwhile.
     fn keep(&mut self, ctx: &Context, left: &[u32]) -> Result<()> {
         let meals = self.food_set.meals(Some(left));
         if let Some(buffers) = self.buffers.as_ref().filter(|_| meals != self.meals) {
@@ -63,13 +63,13 @@ pub struct FoodOrder {
     /// With the settings that ask for it.
     course: Course,
     means: Means,
-    /// What is left of the food that there is.
+    /// Meals left of the present food.
     remaining: Vec<u32>,
 }
 
 /// Other food, measured; [`Simulation::apply_with_food`] lets it be there.
 pub struct PreparedFood {
-    /// What it was ordered by.
+    /// The settings that it was ordered with.
     settings: Settings,
     /// None where all lies as it did.
     served: Option<Served>,
@@ -114,7 +114,7 @@ impl FoodOrder {
 }
 
 impl PreparedFood {
-    /// Is it what these settings ask for?
+    /// Is it the food of these settings?
     #[must_use]
     pub fn is_of(&self, settings: &Settings) -> bool {
         has_same_food(&self.settings, settings)
@@ -126,7 +126,7 @@ impl PreparedFood {
         settings.feeding = self.settings.feeding.clone();
     }
 
-    /// Is it also what is to come after what there is?
+    /// Is it also based on the present food?
     fn is_for(&self, settings: &Settings, there: &FoodSet) -> bool {
         self.is_of(settings) && (self.served.is_some() || self.before == there.places)
     }
@@ -207,8 +207,8 @@ impl Simulation {
         Ok(buffers.transpose()?)
     }
 
-    /// What is left of each food, counted in meals, copied to the host like [`snapshot`](Self::snapshot); of markers and of
-    /// food without an amount always 1.
+    /// Meals left of each food, copied to the host like [`snapshot`](Self::snapshot); always 1 for markers and for
+    /// food without an amount.
     ///
     /// # Errors
     /// When the device is lost or its memory is full.
@@ -220,7 +220,7 @@ impl Simulation {
         Ok(meals.iter().map(|meal| meal.remaining).collect())
     }
 
-    /// Where the foods and markers lie, first those that the settings name.
+    /// The places of foods and markers, first those that the settings name.
     #[must_use]
     pub fn food_places(&self) -> &[FoodPlace] {
         &self.setup().food_set.places

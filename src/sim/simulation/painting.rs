@@ -19,7 +19,7 @@ use super::{Simulation, pipelines_of, tables_of};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Domain, Recorder, Threads};
 
-/// What attracted, repelled or forbade at some time; at first nothing did.
+/// The bias at an earlier time; empty at first.
 #[derive(Default)]
 pub struct Areas {
     /// None where nothing had been painted.
@@ -221,7 +221,7 @@ impl Simulation {
         Ok(Areas { field: Some(copy) })
     }
 
-    /// What is no longer as it was, among the texels of a span. All that was recorded must have been submitted; waits for
+    /// The texels of a span whose bias has changed since `before`. All that was recorded must have been submitted; waits for
     /// it.
     ///
     /// # Errors
@@ -304,7 +304,7 @@ impl Simulation {
         self.paint_field(rec, &values, field, params);
     }
 
-    /// What attracts, repels and forbids now: one per texel, gutters filled; empty where nothing was ever painted. Waits for
+    /// The present bias: one value per texel, gutters filled; empty if nothing was ever painted. Waits for
     /// all that was submitted.
     ///
     /// # Errors
