@@ -43,15 +43,15 @@ impl Recorder {
         }
     }
 
-    /// Of what `record` does, records the first dispatch of that kernel alone, in a scope of this name. Before the scope
-    /// the kernel's buffers are brought back to what it found the first time.
+    /// Records only the first dispatch of that kernel in `record`, in a scope of this name. Before the scope, the kernel's buffers
+    /// are restored to their first contents.
     pub fn record_alone(&mut self, alone: &Alone, scope: &str, record: impl FnOnce(&mut Self)) {
         self.part = Part::Only(alone.clone(), scope.to_owned());
         record(self);
         self.part = Part::Whole;
     }
 
-    /// Does a dispatch take place? Then it is recorded next.
+    /// Must this dispatch be recorded? If so, the caller records it next.
     pub(crate) fn admits<I: Interface>(&mut self, name: &str, args: &I::Args<'_>) -> bool {
         if matches!(self.part, Part::Whole) {
             return true;
@@ -68,7 +68,7 @@ impl Recorder {
         self.admits_kernel(name, written)
     }
 
-    /// As above, for any work that is timed as a kernel, with the buffers that it writes.
+    /// As [`admits`](Self::admits), for any work that is timed as a kernel, with the buffers that it writes.
     pub(crate) fn admits_kernel(&mut self, name: &str, written: Vec<&BufferCore>) -> bool {
         match &mut self.part {
             Part::Whole => true,

@@ -19,10 +19,10 @@ const BYTES_OF_CARDS: u64 = 256 << 20;
 /// Untimed copies at first, in which the system allocates the memory.
 const WARMUP: usize = 2;
 
-/// How fast the device copies from buffer to buffer.
+/// Speed of copies from buffer to buffer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CopyBandwidth {
-    /// Of one copy: so many are read, and as many written.
+    /// Bytes of one copy, each of which is read and written once.
     pub size_in_bytes: u64,
     /// Copies that were measured.
     pub runs: usize,

@@ -19,7 +19,7 @@ pub struct BorrowedDevice {
     pub entry: ash::Entry,
     /// The instance.
     pub instance: ash::Instance,
-    /// What the device was made on.
+    /// The physical device of the device.
     pub physical_device: vk::PhysicalDevice,
     /// The device.
     pub device: ash::Device,

@@ -39,7 +39,7 @@ impl<T> Drop for Mapped<'_, T> {
 
 /// A buffer of any element type, as barriers and arguments take it.
 pub trait AnyBuffer {
-    /// What does not depend on the element type.
+    /// The part without the element type.
     fn core(&self) -> &BufferCore;
 }
 

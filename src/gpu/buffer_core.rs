@@ -1,4 +1,4 @@
-//! What a buffer is apart from its element type: memory, name, and the history that barriers follow from.
+//! The part of a buffer without its element type: memory, name, and the history from which barriers follow.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -30,7 +30,7 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// Does only the device reach it?
+    /// Is it in memory that only the device accesses?
     #[must_use]
     pub fn is_on_device(self) -> bool {
         matches!(self, Domain::Device | Domain::Texels | Domain::Pages)
@@ -46,7 +46,7 @@ pub struct BufferCore {
     extent: Extent,
     /// One a buffer of the extent; taken by `drop` only.
     allocations: Vec<Allocation>,
-    /// Where shaders find its pages; taken by `drop` only.
+    /// The table with the addresses of its pages; taken by `drop` only.
     addresses: Option<(vk::Buffer, Allocation)>,
     state: Mutex<State>,
 }
@@ -162,7 +162,7 @@ impl BufferCore {
         self.size
     }
 
-    /// What the memory is for.
+    /// The purpose of the memory.
     #[must_use]
     pub fn domain(&self) -> Domain {
         self.domain
@@ -174,7 +174,7 @@ impl BufferCore {
         self.extent.first()
     }
 
-    /// Where its bytes lie.
+    /// The buffers that hold its bytes.
     pub(crate) fn extent(&self) -> &Extent {
         &self.extent
     }
@@ -195,7 +195,7 @@ impl BufferCore {
         self.addresses.is_some() || (self.ctx.card_forms && fits)
     }
 
-    /// What has the addresses of its pages.
+    /// The buffer with the addresses of its pages.
     pub(crate) fn addresses(&self) -> vk::Buffer {
         let (addresses, _) = self.addresses.as_ref().unwrap_or_else(|| {
             panic!(
@@ -244,7 +244,7 @@ impl BufferCore {
         self.lock().history.wait_for(order, to, up_to, wait, reason);
     }
 
-    /// What a use would have to wait for; see [`History::conflict`].
+    /// The work that a use would have to wait for; see [`History::conflict`].
     pub(crate) fn conflict(
         &self,
         writes: bool,

@@ -25,7 +25,7 @@ use super::staging::Staging;
 /// A device, its queue, its memory, and what waits to be freed.
 pub struct Context {
     pub(crate) deletion_queue: DeletionQueue,
-    /// What blocking transfers use.
+    /// Command buffer, fence and buffers of blocking transfers.
     pub(crate) staging: Mutex<Staging>,
     pub(crate) hazard_check: bool,
     /// Do kernels of an unordered group wait for each other all the same, because the validation layer watches?
@@ -34,9 +34,9 @@ pub struct Context {
     pub(crate) card_forms: bool,
     pub(crate) leave_out: Option<u32>,
     recordings: Mutex<Recordings>,
-    /// How long it waits at the least.
+    /// The timeout without any [`Patience`].
     timeout: Duration,
-    /// What every [`Patience`] that is there allows on top, nanoseconds.
+    /// The sum of all present [`Patience`]s, added to the timeout, nanoseconds.
     patience: AtomicU64,
     pub(crate) breadcrumbs: bool,
     pub(crate) debug_capacity: u32,
@@ -49,7 +49,7 @@ pub struct Context {
     pub(crate) debug: Mutex<DebugEntries>,
     pipeline_cache: PipelineCache,
     pub(crate) pipelines: Pipelines,
-    /// What the driver has said of them, where it was asked.
+    /// The driver's reports on them, if requested.
     pub(crate) compiled: Mutex<Vec<Compiled>>,
     info: DeviceInfo,
     queue: Mutex<vk::Queue>,
@@ -95,7 +95,7 @@ impl Context {
     /// When the device lacks something that kernels need, or has no memory left.
     ///
     /// # Safety
-    /// What [`BorrowedDevice`] says about its handles must hold. The device must outlive the context and everything made
+    /// The conditions of [`BorrowedDevice`] on its handles must hold. The device must outlive the context and everything made
     /// on it. While others use the queue they must hold [`Context::queue`]; while [`Context::wait_idle`] runs or the
     /// context is dropped, no other code may use any queue of the device.
     pub unsafe fn borrow(device: BorrowedDevice, options: &ContextOptions) -> GpuResult<Arc<Self>> {
@@ -107,8 +107,8 @@ impl Context {
         Self::on(device, info, queue, options)
     }
 
-    /// What the driver says of every kernel that was compiled so far, in the order in which they were compiled; `None` where
-    /// it says nothing, or was not to be asked: see [`ContextOptions::compiler_reports`].
+    /// The driver's reports on all kernels compiled so far, in the order of compilation; `None` if the driver gives none,
+    /// or none were requested: see [`ContextOptions::compiler_reports`].
     #[must_use]
     pub fn compiled(&self) -> Option<Vec<Compiled>> {
         self.device.executables.as_ref()?;
@@ -186,7 +186,7 @@ impl Context {
         &self.info
     }
 
-    /// What the validation layer has said so far, oldest first; empty is good.
+    /// The validation layer's messages so far, oldest first; empty is good.
     #[must_use]
     pub fn messages(&self) -> Vec<String> {
         self.device.instance.messages.all()
@@ -204,7 +204,7 @@ impl Context {
         std::mem::take(&mut *self.debug.lock().unwrap_or_else(|e| e.into_inner()))
     }
 
-    /// How often the queue was given work so far: once a frame, and once an upload or download.
+    /// Number of submissions so far: one per frame, and one per upload or download.
     #[must_use]
     pub fn submits(&self) -> u64 {
         self.submits.load(Ordering::Relaxed)
@@ -223,7 +223,7 @@ impl Context {
         }
     }
 
-    /// How long the device may take for what it is waited for.
+    /// The present timeout of waits for the device.
     pub(crate) fn timeout(&self) -> Duration {
         let patience = Duration::from_nanos(self.patience.load(Ordering::Relaxed));
         self.timeout.saturating_add(patience)

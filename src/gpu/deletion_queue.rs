@@ -34,7 +34,7 @@ pub(crate) struct DeletionQueue(Mutex<Inner>);
 struct Inner {
     newest: u64,
     pending: BTreeSet<u64>,
-    /// Those of `pending` that are not submitted yet.
+    /// Recordings among `pending` that are not submitted yet.
     open: BTreeSet<u64>,
     /// Recordings that were discarded instead of submitted.
     discarded: BTreeSet<u64>,

@@ -23,20 +23,20 @@ pub struct Frames {
     slots: Vec<Slot>,
     next: usize,
     timings: Timings,
-    /// How long the frame that was begun last has waited for the device.
+    /// Time that the latest frame waited for the device.
     waited: Duration,
 }
 
 struct Slot {
     resources: Arc<FrameResources>,
     pending: Option<Pending>,
-    /// How many queries the last frame wanted.
+    /// Number of queries that the last frame wanted.
     wanted: u32,
-    /// So many, from the first on, may have been written since they were reset, or never were.
+    /// Number of queries, from the first on, that may be written since their last reset, or were never reset.
     unset: u32,
 }
 
-/// What is known of a frame that was submitted.
+/// A submitted frame.
 struct Pending {
     ticket: u64,
     spans: Vec<PendingSpan>,
@@ -207,7 +207,7 @@ impl Frames {
         Ok(())
     }
 
-    /// How long [`Frames::begin`] has waited for the device the last time. What else it takes is the host's own work.
+    /// Time that the last [`Frames::begin`] waited for the device. The rest of its time is the host's own work.
     #[must_use]
     pub fn waited(&self) -> Duration {
         self.waited

@@ -10,7 +10,7 @@ use super::context::Context;
 use super::deletion_queue::Deletion;
 use super::error::{Check, GpuError, GpuResult};
 
-/// What a pixel is.
+/// The format of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
     /// Four bytes, red first; shaders write linear colours, which are stored as sRGB.
@@ -87,7 +87,7 @@ pub struct Image {
     state: Mutex<ImageState>,
 }
 
-/// What an image was last used for.
+/// The last use of an image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ImageState {
     pub(crate) layout: vk::ImageLayout,
@@ -309,7 +309,7 @@ impl Image {
         self.size
     }
 
-    /// What a pixel is.
+    /// The format of a pixel.
     #[must_use]
     pub fn format(&self) -> Format {
         self.format

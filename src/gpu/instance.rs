@@ -14,7 +14,7 @@ use crate::plain_text::Shown as _;
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// What the validation layer said, oldest first.
+/// Messages of the validation layer, oldest first.
 #[derive(Debug, Default)]
 pub(crate) struct Messages(Mutex<Vec<String>>);
 

@@ -30,13 +30,13 @@ pub(crate) fn reaches_by_index(ctx: &Context, vertices: usize) -> bool {
 /// The images of a pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Targets<'a> {
-    /// What is drawn into.
+    /// The render target.
     pub color: &'a Image,
     /// Takes the mean of the samples at the end, where `color` has several.
     pub resolve: Option<&'a Image>,
     /// Depth, of the same size and number of samples as `color`.
     pub depth: Option<&'a Image>,
-    /// Which depth stays; it starts with the one that never does.
+    /// The depth test. The depth is cleared to the value that always loses.
     pub depth_test: DepthTest,
     /// Linear colour and alpha that the picture starts with; `None` keeps what is there.
     pub clear: Option<[f32; 4]>,
@@ -48,9 +48,9 @@ pub struct PassRecorder<'a> {
     format: Format,
     samples: u32,
     depth: Option<DepthTest>,
-    /// Does every draw have its own time?
+    /// Is every draw timed by itself?
     times_draws: bool,
-    /// Does the pass not take place?
+    /// Is the pass skipped?
     skips: bool,
 }
 

@@ -17,7 +17,7 @@ use super::timer::SpanKind;
 /// [`Frames::submit`](super::Frames::submit) takes it.
 pub struct Recorder {
     pub(crate) frame: Arc<FrameResources>,
-    /// What is being recorded into.
+    /// The command buffer that is being recorded.
     pub(crate) cmd: vk::CommandBuffer,
     pub(crate) slices: Slices,
     pub(crate) ticket: u64,
@@ -30,9 +30,9 @@ pub struct Recorder {
     pub(crate) submitted: bool,
     /// Names of the works that have a breadcrumb, in order.
     pub(crate) works: Vec<String>,
-    /// What may have called `debug_value`, in order.
+    /// Kernels that may have called `debug_value`, in order.
     pub(crate) debug_kernels: Vec<String>,
-    /// Which part of what is recorded takes place.
+    /// The part of the work that is really recorded.
     pub(crate) part: Part,
     pub(crate) commands: Commands,
     /// Everything so far, where that is listed.
@@ -40,7 +40,7 @@ pub struct Recorder {
     pub(crate) is_in_pass: bool,
     /// Something was written that the host reads.
     pub(crate) host_reads: bool,
-    /// Does every kernel wait for the one before?
+    /// Must every kernel wait for the one before?
     pub(crate) separates: bool,
     /// Something has been recorded that a work can be separated from.
     pub(crate) has_work: bool,
@@ -49,7 +49,7 @@ pub struct Recorder {
     pub(crate) unordered: Option<Unordered>,
 }
 
-/// How much a frame has recorded so far: what the host does for it grows with these.
+/// Counts of a frame's recorded commands, with which the host's work grows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Commands {
     /// Dispatches.
@@ -107,7 +107,7 @@ impl Recorder {
         &self.frame.ctx
     }
 
-    /// What it has recorded so far.
+    /// The commands recorded so far.
     #[must_use]
     pub fn commands(&self) -> Commands {
         self.commands

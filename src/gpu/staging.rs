@@ -1,11 +1,11 @@
-//! What blocking transfers keep from one to the next.
+//! Vulkan objects that blocking transfers keep for reuse.
 
 use ash::vk;
 use gpu_allocator::vulkan::Allocation;
 
 use super::deletion_queue::Deletion;
 
-/// What blocking transfers use; made on first use.
+/// Vulkan objects of blocking transfers; made on first use.
 #[derive(Default)]
 pub(crate) struct Staging {
     pub(crate) pool: vk::CommandPool,

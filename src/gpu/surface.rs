@@ -1,4 +1,4 @@
-//! What a window offers to draw into: the surface, and what it can show.
+//! The Vulkan surface of a window, and its formats and modes.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ pub(crate) struct Surface {
     window: RawWindowHandle,
 }
 
-/// What a swapchain is made with.
+/// The surface's parameters for a swapchain.
 pub(crate) struct SurfaceOffer {
     pub(crate) capabilities: vk::SurfaceCapabilitiesKHR,
     pub(crate) format: Format,

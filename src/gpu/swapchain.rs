@@ -93,7 +93,7 @@ impl Swapchain {
         self.vsync = vsync;
     }
 
-    /// What the images' pixels are; it may change when the window moves to another screen.
+    /// The format of the images; it may change when the window moves to another screen.
     #[must_use]
     pub fn format(&self) -> Option<Format> {
         self.images.first().map(Image::format)

@@ -155,7 +155,7 @@ impl<S: TexelScalar> Texels<S> {
         })
     }
 
-    /// What does not depend on the scalar.
+    /// The part without the scalar type.
     #[must_use]
     pub fn as_dyn(&self) -> &TexelsCore {
         &self.view

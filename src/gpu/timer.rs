@@ -1,11 +1,11 @@
-//! Where the device's time goes: the spans of finished frames.
+//! The device's times: the spans of finished frames.
 //!
 //! The recorder measures every dispatch, draw and copy, and every scope; all times are of the device's clock. A span
 //! begins when all work before it is finished and ends when its own is, so spans of one depth do not overlap.
 
 use std::collections::VecDeque;
 
-/// What a span measures.
+/// The kind of work that a span measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpanKind {
     /// All that one frame recorded.
@@ -25,7 +25,7 @@ pub enum SpanKind {
 pub struct Span {
     /// Name of the kernel or the scope; `frame` for a whole frame.
     pub name: String,
-    /// What it measures.
+    /// The kind of work.
     pub kind: SpanKind,
     /// The span that it lies in, as an index into the frame's spans.
     pub parent: Option<usize>,

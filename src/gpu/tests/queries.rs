@@ -52,7 +52,7 @@ fn longer_and_shorter_frames_and_those_that_are_dropped_leave_times_whole() {
     assert_silent(&ctx);
 }
 
-/// What a frame waits for is the device's time, and no part of what the host does.
+/// Time that a frame waits for the device is no part of the host's work.
 #[test]
 fn time_spent_waiting_for_the_device_is_reported() {
     let Some(ctx) = context() else { return };

@@ -31,7 +31,7 @@ const ABANDONED_AFTER: Duration = Duration::from_secs(3600);
 const SEVERAL_TEXELS: f64 = 4.0;
 const ENDING: &str = "atlas";
 
-/// What the methods give: per triangle its map and its chart, and the number of charts.
+/// The result of a layout method: the map and the chart of each triangle, and the number of charts.
 pub(super) type Places = (Vec<AtlasMap>, Vec<u32>, u32);
 
 /// Gives what is kept of this surface and these options, or makes it and keeps it. Without a folder it is made.
@@ -65,7 +65,7 @@ pub(super) fn kept(
     Ok((placement.maps, placement.chart, placement.chart_count))
 }
 
-/// Where the triangles lie.
+/// The places of triangles.
 #[derive(Clone, Debug, PartialEq)]
 struct Placement {
     maps: Vec<AtlasMap>,
@@ -75,7 +75,7 @@ struct Placement {
 }
 
 impl Placement {
-    /// What makes it no layout of the surface, although its file is whole, if anything does.
+    /// The reason why it is no layout of the surface, although its file is whole, if there is one.
     fn problem(
         &self,
         surface: &Surface,
@@ -156,12 +156,12 @@ impl Slot {
         }
     }
 
-    /// What was kept there, if it is whole and could be a layout of the surface.
+    /// The cached layout, if it is whole and could be one of the surface.
     fn load(&self) -> Option<Placement> {
         let bytes = fs::read(&self.file).ok()?;
         let placement = unpack(&bytes, self.triangle_count, self.size);
         match &placement {
-            // What is used stays longest. Where the system does not let us, it goes by when it was made.
+            // Updates the time of use, by which old files are removed. If the system refuses, the time of creation counts.
             Some(_) => drop(
                 fs::File::open(&self.file).and_then(|file| file.set_modified(SystemTime::now())),
             ),

@@ -11,9 +11,9 @@ use rayon::prelude::*;
 use super::super::surface::{NONE, Surface};
 use super::Atlas;
 
-/// What a clearance counts in, texels.
+/// Unit of clearances, texels.
 pub const UNIT: f32 = 0.5;
-/// What is farther counts as this.
+/// Larger clearances are clamped to this.
 pub const FARTHEST: u8 = 255;
 
 /// From a point to the centre of its texel, at the most.
@@ -54,7 +54,7 @@ impl Atlas {
         clearances
     }
 
-    /// Where a border is near, clearances by the distance to its edges.
+    /// Near borders, computes clearances from the distance to border edges.
     fn refine_near_borders(&self, borders: &[[Vec2; 2]], clearances: &mut [u8]) {
         let pitch = self.pitch as usize;
         let band_of = |y: f32| (y.max(0.0) as usize / BAND).min((self.size as usize - 1) / BAND);
@@ -119,7 +119,7 @@ fn approach(squares: &mut [f32], pitch: usize, first_row: usize, [a, b]: [Vec2; 
     let [low, high] = [a.y.min(b.y) - NEAR - first, a.y.max(b.y) + NEAR - first];
     for row in texels(low, high, squares.len() / pitch) {
         let y = first + row as f32 + 0.5;
-        // What of the edge is near this row.
+        // The part of the edge that is near this row.
         let [from, to] = if way.y == 0.0 {
             [0.0, 1.0]
         } else {
@@ -159,7 +159,7 @@ fn down_columns(blocked: &[bool], pitch: usize) -> Vec<u16> {
 /// The lower envelope of the parabolas `(x - place)^2 + height^2` of a row.
 #[derive(Default)]
 struct Envelope {
-    /// Where those parabolas stand that are lowest somewhere, and their heights squared, from left to right.
+    /// The parabolas that are lowest somewhere: place and squared height, from left to right.
     parabolas: Vec<(i64, i64)>,
     /// From where on each of them is the lowest.
     starts: Vec<i64>,

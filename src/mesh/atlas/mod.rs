@@ -12,7 +12,7 @@
 //! triangle or by another one of its chart. With the other methods it may be gutter: what is deposited there goes to the
 //! owned texels behind it.
 //!
-//! What differs between methods is the layout: where the charts lie. How gutter texels are filled is common.
+//! Methods differ in the layout, which is the places of charts. All methods fill gutter texels alike.
 
 mod balance;
 mod bitmap;
@@ -89,7 +89,7 @@ impl fmt::Display for AtlasMethod {
     }
 }
 
-/// What an atlas is made from, besides the surface.
+/// Options of an atlas.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AtlasOptions {
     /// How triangles are laid out.
@@ -180,7 +180,7 @@ pub enum AtlasError {
     OwnUvs {
         /// The object, counted from 1.
         object: u32,
-        /// What is wrong, and where.
+        /// The problem, and its place.
         problem: String,
     },
     /// The model's own texture coordinates leave too little room at this size.
@@ -196,7 +196,7 @@ pub enum AtlasError {
         gutter: u32,
         /// The texture side asked for.
         size: u32,
-        /// What is too near to what, and where.
+        /// The parts that are too near to each other, and their place.
         problem: String,
         /// A texture side that works, or that should.
         needed: u32,
@@ -255,7 +255,7 @@ pub struct GutterTexel {
     pub triangle: u32,
 }
 
-/// Where the charts lie: what a method decides. The rest of the atlas follows from it.
+/// The places of charts, which the method decides. The rest of the atlas follows from them.
 #[derive(Clone, Debug)]
 struct Layout {
     maps: Vec<AtlasMap>,
@@ -421,7 +421,7 @@ impl Atlas {
         self.pitch as usize * self.size as usize
     }
 
-    /// Where a point of a triangle lies in the texture, in texels; the kernels compute it in the same order.
+    /// Texture position of a point of a triangle, in texels; the kernels compute it with equal operations in equal order.
     #[must_use]
     pub fn position_of(&self, triangle: u32, u: f32, v: f32) -> Vec2 {
         position(&self.maps[triangle as usize], u, v)
@@ -486,8 +486,7 @@ impl fmt::Display for Atlas {
     }
 }
 
-/// What lies in gutter texels is given to the owned texels behind them, by the weights with which they are read: so does
-/// the diffusion, and so do deposits.
+/// Adds the values of gutter texels to the owned texels behind them, by the weights of reads, as diffusion and deposits do.
 fn give_to_owned(area: &mut [f32], seams: &[Seam]) {
     for seam in seams {
         let given = std::mem::take(&mut area[seam.texel as usize]);

@@ -135,7 +135,7 @@ pub(super) fn next(row: &[u64], x: usize, inverted: bool) -> Option<usize> {
     Some(64 * index + word.trailing_zeros() as usize)
 }
 
-/// What a chart takes.
+/// The texels of a chart.
 pub(super) struct Filled {
     pub mask: Mask,
     /// Cells whose centres are inside.

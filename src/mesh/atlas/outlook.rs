@@ -21,10 +21,10 @@ const HUES: u32 = 31;
 const WALL: u8 = 255;
 /// Between two points, and the centres of their cells, at the most.
 const TO_CENTRES: f32 = 1.4143;
-/// Where a chart comes as near to itself, cells, there is a wall: rays pass gaps so narrow.
+/// Gaps between parts of a chart that are narrower, in cells, become walls, because rays would pass them.
 const NARROW: [f32; 3] = [0.5, 1.0, 1.5];
 
-/// What straight lines need to know of texels, one entry each.
+/// Data of texels for straight lines, one entry each.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outlooks {
     /// Hues, which differ between charts that lie near each other: 1 to 31; 0 where texels are not owned, or no hue was left.
@@ -34,7 +34,7 @@ pub struct Outlooks {
 }
 
 impl Atlas {
-    /// What distances of outlooks count in, texels.
+    /// Unit of the distances of outlooks, texels.
     #[must_use]
     pub fn outlook_unit(&self) -> f32 {
         0.5 * self.cell() as f32
@@ -74,7 +74,7 @@ impl Atlas {
     fn hues_of_charts(&self) -> Vec<u8> {
         let (pitch, side) = (self.pitch as usize, REACH * self.cell());
         let width = pitch.div_ceil(side);
-        // Which squares of the texture each chart lies in.
+        // The squares of the texture that each chart lies in.
         let rows = self.owner.par_chunks(side * pitch).enumerate();
         let mut places: Vec<(u32, u32)> = rows
             .flat_map_iter(|(row, owners)| {
@@ -267,9 +267,9 @@ impl Cells {
 
 /// A ray has been in the chart up to here.
 const IN_CHART: u8 = 0;
-/// It has just come to a cell of which not all is in the chart.
+/// The ray has just come to a cell that is partly outside of the chart.
 const BESIDE: u8 = 1;
-/// It has left the chart: what of it comes now is hidden.
+/// The ray has left the chart: parts of the chart behind that are hidden.
 const LEFT: u8 = 255;
 
 /// All bits or none: what loops without branches are made of, which take many cells at once.
@@ -286,7 +286,8 @@ fn hide(nearest: &mut [u8], distance: u8, before: &[u8], own: &[u8], hues: &[u8]
     }
 }
 
-/// What becomes of rays in a cell. One cell beside the chart is nothing: borders are jagged, and gutters continue the surface.
+/// Advances rays by one cell. A single cell outside of the chart does not end a ray: borders are jagged, and gutters continue the
+/// surface.
 fn go_on(after: &mut [u8], before: &[u8], own: &[u8], passed: &[u8]) {
     let cells = before.iter().zip(own).zip(passed);
     for (after, ((&before, &own), &passed)) in after.iter_mut().zip(cells) {

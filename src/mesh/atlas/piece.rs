@@ -68,7 +68,7 @@ impl Piece {
         0.5 * twice * self.weight * self.weight
     }
 
-    /// Of the box along the axes, when it lies upright.
+    /// Area of the box along the axes, when the piece is upright.
     pub(super) fn box_area(&self) -> f64 {
         self.extent.x * self.extent.y
     }
@@ -174,7 +174,7 @@ impl Piece {
     }
 }
 
-/// What a chart takes, and how it was moved for that.
+/// The texels of a chart, and how it was moved for that.
 pub(super) struct Footprint {
     pub filled: Filled,
     /// The border, moved.

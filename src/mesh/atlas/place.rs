@@ -133,7 +133,7 @@ impl Packer {
         }
     }
 
-    /// What the charts take at a scale, as far as the plans say in which orientation; without plans, in all.
+    /// The candidates of all charts at a scale, in the orientations of the plans; without plans, in all orientations.
     fn candidates(&self, sheet: Sheet, scale: f64, plans: &[Plan]) -> Vec<Vec<Option<Candidate>>> {
         let count = self.turn_count();
         let is_used = |index: usize, turn: usize| {

@@ -504,7 +504,7 @@ fn gap(a: [IVec2; 2], b: [IVec2; 2]) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Where a level line runs through a triangle, if it does.
+/// The span of a horizontal line in a triangle, if it crosses the triangle.
 fn span_at(triangle: &[DVec2; 3], y: f64) -> Option<(f64, f64)> {
     let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
     for k in 0..3 {

@@ -32,8 +32,8 @@ use smooth::Smoothing;
 
 /// Connected parts up to this size are coarse: built from single triangles, and borders judged without their teeth.
 const SMALL: usize = 1500;
-/// What a piece to begin with may be like: flatter than a chart, so that two of them have room to be joined; and of
-/// any shape, because the shape is that of its triangles.
+/// Bounds on first pieces: flatter than a chart, so that two of them can be joined; and of
+/// any shape, because the shape follows the triangles.
 const FIRST: Bounds = Bounds {
     share: 0.02,
     wild: 0.001,

@@ -1,4 +1,4 @@
-//! What texels exchange when the trail spreads.
+//! Exchanges of texels when the trail spreads.
 
 use std::collections::HashMap;
 

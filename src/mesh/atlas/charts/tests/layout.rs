@@ -1,4 +1,4 @@
-//! What holds for the charts of any mesh.
+//! Properties of the charts of any mesh.
 
 use std::collections::HashMap;
 use std::sync::Mutex;
@@ -8,7 +8,7 @@ use super::*;
 use crate::mesh::atlas::tests::crooked_plane;
 use crate::mesh::suite;
 
-/// What a chart promises, or what is wrong.
+/// Checks the properties of charts.
 fn check(surface: &Surface, charts: &[FlatChart]) -> Result<(), String> {
     let mut chart_of = vec![NONE; surface.corners.len()];
     for (c, chart) in charts.iter().enumerate() {
