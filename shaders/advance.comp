@@ -7,7 +7,7 @@
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
 // Overflow: a texel counts at most every particle once, fed ones fed_deposit times, which scenes keep below 2^32. Where
 //         particle_indices is full, flow.wanted counts on, and limit_list lists anew which of the selected particles leave.
-// Where this differs from the agents of Jones (2010) is listed in docs/guide.md.
+// docs/guide.md lists the differences from the agents of Jones (2010).
 //
 // One shader, five forms (SENSING), because devices that run both sides of every branch would pay for all of them for each
 // particle. Each form is a pipeline of its own, by the name that timers show:
@@ -38,7 +38,7 @@
 
 layout(local_size_x = 64) in;
 
-// What a scene does not use costs nothing: it is compiled in or out, as are the optional terms of sensing.glsl.
+// Unused features of a scene cost nothing: they are compiled out, as are the optional terms of sensing.glsl.
 layout(constant_id = 4) const bool BORDER_REFLECTS = true;
 // Selects for transfer those that go into another object.
 layout(constant_id = 6) const bool SELECTS = false;
@@ -121,7 +121,7 @@ READS(uvec2, 18) surroundings;
 #include "walkers.glsl"
 #include "no_go.glsl"
 
-// What rounding may make of a distance.
+// Bound on the rounding of a distance.
 const float ROUNDING = 1.0e-6;
 
 // For how many more steps a particle is fed that was fed for `fed` steps and has come to a texel. Hungry particles eat where there
@@ -155,7 +155,7 @@ void main() {
     Motion motion = motion_of(fetch_paged(motions_before, i));
     uint fed = FOOD ? motion.flags >> FED_SHIFT : 0u;
     uint flags = 0u;
-    // Where no object has values of its own, all read the same row.
+    // If no object has values of its own, all particles read one row.
     own = physarums[OWN_PHYSARUM ? shape_words(particle.triangle).w : 0u];
     own_appetite = fed == 0u ? 1.0 : params.fed_attraction;
 

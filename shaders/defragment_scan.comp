@@ -62,7 +62,7 @@ void main() {
     while (i < end) {
         if (i < leaving) {
             uint slot = particle_indices[i];
-            // What another window has got, it looks at itself.
+            // Slots that another window gains are examined by that window.
             if (has_kept(transfers[i].source, slot)) look_at(slot, transfers[i].source);
         } else {
             while (object + 1u < params.object_count && borders[object + 1u].first <= i - leaving) object += 1u;

@@ -3,9 +3,9 @@
 // Writes  next_trail for owned texels, zero for others of the blocks; previous_deposits, cleared for the next step.
 // One invocation per four texels (a quad) of four rows; four of them are a block, whose rows are cache lines. Blocks
 // without any texel in use are not listed. The rows are as far apart as the taps, so each row's sums serve three times.
-// What is read comes by tables, and what is written goes to storage blocks, which CPU drivers are quicker with, or to texel buffers,
+// Reads go through tables. Writes go to storage blocks, which CPU drivers are faster with, or to texel buffers,
 // which hold more.
-// Texels beside a seam come out wrong here: diffuse_seams writes them anew.
+// Texels beside a seam get wrong values here: diffuse_seams overwrites them.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -64,7 +64,7 @@ vec4 row_sum(uint quad, vec4 middle) {
 
 void write(uint quad, vec4 here, vec4 above, vec4 beside, vec4 below) {
     vec4 owned = quad_of(density, quad);
-    // What all have in common cancels to the last bit, so a constant stays constant.
+    // The common part cancels to the last bit, so a constant stays constant.
     precise vec4 thrice = 3.0 * here;
     precise vec4 more = ((above - thrice) + (beside - thrice)) + (below - thrice);
     precise vec4 rate = (params.diffusion * min(owned, vec4(params.most_density))) * (1.0 / 9.0);

@@ -18,7 +18,7 @@ layout(push_constant) uniform Params {
     uint scent_group;    // invocations in a group of scent
 } params;
 
-// Of a smell there are so many steps. MOST_AMOUNT in src/sim/food.rs keeps the product below 2^32.
+// Levels of a scent. MOST_AMOUNT in src/sim/food.rs keeps the product below 2^32.
 const uint LEVELS = 64u;
 
 layout(std430, set = 0, binding = 0) buffer Meals { Meal meals[]; };  // one an invocation
@@ -30,7 +30,7 @@ void main() {
     Meal meal = meals[i];
     uint eaten = meal.eaten;
     meals[i].eaten = 0u;
-    // Of what has no amount there is always enough.
+    // Endless food always has a meal left.
     if (meal.amount == 0u || eaten == 0u) return;
     uint remaining = meal.remaining - min(meal.remaining, eaten);
     uint level = (LEVELS * remaining + (meal.amount - 1u)) / meal.amount;

@@ -42,7 +42,7 @@ READS(uint, 10) hints;
 
 READS(uvec4, 11) candidates;
 layout(std430, set = 0, binding = 12) readonly buffer ListedGroups { DispatchGroups listed_groups[]; };
-// Which invocations have found covered places.
+// The invocations that have found covered places.
 layout(std430, set = 0, binding = 13) writeonly buffer Covered { uint covered[]; };
 layout(std430, set = 0, binding = 14) buffer Surroundings { uint surroundings[]; };
 layout(std430, set = 0, binding = 15) buffer Groups { DispatchGroups groups[]; };
@@ -117,7 +117,7 @@ void main() {
         uint hint = p < tile.hinted ? fetch1(hints, tile.tile * params.hint_count + p) : TILE_UNKNOWN;
         ObjectPair pair = pair_at(tile.first_pair + p);
         vec3 place = place_in_other(pair, here.position);
-        // What lies in a closed object may be inside, however deep.
+        // A place in the box of a closed object may be inside, however deep.
         bool may_be_inside = pair.is_closed == 1u && is_in_box(pair.first_node, place);
         float bound = may_be_inside ? UNLIMITED : params.reach;
         Found found;

@@ -51,7 +51,7 @@ layout(std430, set = 0, binding = 14) buffer Margins { float margins[]; };
 #include "jobs.glsl"
 #include "pairs.glsl"
 
-// What rounding may make of distances that are compared over many updates, in slacks.
+// Bound on the rounding of distances that are compared over many updates, in slacks.
 const float MARGIN_SLACK = 8.0;
 
 // A ball of places, and the face that is nearest to its middle.
@@ -165,7 +165,7 @@ uint state_with(uint state, uint hint) {
     return hint < TILE_INSIDE || state == TILE_UNKNOWN ? TILE_UNKNOWN : min(state, hint);
 }
 
-// By some rules sides may change where there is no surface.
+// With some rules the side may change where there is no surface.
 bool decides(bool is_closed) {
     return SIGN_RULE == SIGN_PSEUDONORMAL || !is_closed;
 }
@@ -197,7 +197,7 @@ void main() {
     if (in_job * TILE_SAMPLES >= job.sample_count) return;
     SampleTile tile = tiles[job.first_tile + in_job];
     precise float near = params.reach + tile.radius;
-    // What all its texels are, while that is known.
+    // The state of all its texels, while it is uniform.
     uint state = job.pair_count <= params.hint_count ? TILE_OUTSIDE : TILE_UNKNOWN;
     uint pairs_end = min(job.pair_count, params.hint_count);
     uint first_margin = (job.first_tile + in_job) * params.hint_count;
@@ -253,7 +253,7 @@ void main() {
         state = state_with(state, hint);
         p = next_to_search(p + 1u, pairs_end, job.first_pair, first_margin, first_hint, are_known, state);
     }
-    // Where a search has not ended, this loop has not either: of the rest nothing is known, nor how far it has moved.
+    // If a search has not ended, neither has this loop: nothing is known of the remaining pairs, nor of their margins.
     if (p != pairs_end) state = TILE_UNDECIDED;
     if (state == TILE_UNDECIDED || state == TILE_UNKNOWN || params.is_first == 1u || tile_states[job.first_tile + in_job] != state) {
         uint first = in_job * TILE_SAMPLES;

@@ -20,7 +20,7 @@ layout(set = 0, binding = 11) uniform samplerBuffer distances_texels;
 layout(set = 0, binding = 12) uniform usamplerBuffer nearest_texels;
 layout(set = 0, binding = 13) readonly buffer ObjectColors { vec4 object_colors[]; };
 
-// What is shown; as `Field` in src/render/renderer/fields.rs.
+// The field that is shown; as `Field` in src/render/renderer/fields.rs.
 const uint FIELD_WIREFRAME = 0u;
 const uint FIELD_DENSITY = 1u;
 const uint FIELD_DISTANCE = 2u;

@@ -43,6 +43,6 @@ void main() {
     bool is_freed = before < params.no_go && params.fade > 0.0;
     precise float value = (is_freed ? 0.0 : kept) + params.amount * weight;
     value = within(value, params.lowest, params.highest);
-    // What is erased again and again would become so small that some devices take it for zero.
+    // Repeated erasing would give values so small that some devices flush them to zero.
     store_texel(field, texel, vec4(abs(value) < FAINTEST ? 0.0 : value))
 }

@@ -44,7 +44,7 @@ layout(std430, set = 0, binding = 11) buffer Walkers { Walker walkers[]; };  // 
 const uint SOURCE = 0u;
 const uint TARGET = 1u;
 
-// What a query's walkers are doing.
+// The phase of a query's walkers.
 const uint PHASE_ON_SOURCE = 0u;
 const uint PHASE_ON_TARGET = 1u;
 const uint PHASE_DONE = 2u;

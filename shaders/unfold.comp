@@ -14,7 +14,7 @@
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const bool BORDER_REFLECTS = true;
-// Where distances are taken tile by tile, covered texels have been listed, and nothing is left for others to do.
+// With distances by tiles, covered texels are listed, and other texels have no work.
 layout(constant_id = 1) const bool LISTED = false;
 
 layout(push_constant) uniform Params {
@@ -80,7 +80,7 @@ uvec2 place_across(ObjectPair pair, vec3 position, uint own_triangle, uint trian
     // Down the own plane to the line, and from there up the other one.
     precise vec3 to_line = (behind * by_sine) * (frame.normal - cosine * own_normal);
     precise vec3 up = by_sine * (own_normal - cosine * frame.normal);
-    // It is the nearest triangle that is known, so the walk goes there from the nearest point.
+    // Only the nearest triangle is known, so the walk begins at its nearest point.
     vec2 weights = nearest_weights(uintBitsToFloat(shape.x), uintBitsToFloat(shape.y), uintBitsToFloat(shape.z),
         dot_of(place, frame.p), dot_of(place, frame.h));
     precise vec3 way = to_line + behind * up;

@@ -3,7 +3,7 @@
 // Reads   particles_before, motions_before, strips.
 // Writes  particles, motions.
 // One invocation per particle.
-// What is still outside after the last attempt is moved into the triangle; nothing is left for the next dispatch.
+// A walk that is still outside after the last attempt is moved into the triangle; nothing is left for the next dispatch.
 // Its table lies as that of walk_exactly does, and it looks up no edge that it does not come to either; but its edges say how
 // headings turn there.
 // Overflow: cannot happen; nothing is appended.

@@ -1,8 +1,8 @@
 // depth: four ways from a signed distance to a depth in [0, 1), by which a depth test keeps the smallest distance. Twin
 // of src/sim/depth.rs.
 //
-// Of a larger distance no depth is smaller, by construction: each is a chain of steps that keep the order however they
-// are rounded. So none uses the device's exp() and atan(), which need not.
+// Depths are monotonic by construction: each is a chain of operations that keep the order however they
+// are rounded. The device's exp() and atan() need not be monotonic, so they are not used.
 
 #ifndef MYXO_DEPTH
 #define MYXO_DEPTH

@@ -67,7 +67,7 @@ vec2 from_other_end(vec2 along) {
     return vec2(rest, 0.0);
 }
 
-// What remains after some way, and its carry.
+// The remaining length after a distance, and its carry.
 vec2 shortened(float remaining, float carry, float distance) {
     if (WALK_CARRIES) {
         precise float way = distance - carry;
@@ -147,7 +147,7 @@ void walk(inout Walker w, uint attempts, bool reflects) {
         bool stays = stops || at_border;
         vec2 along = corner == 0u ? b : corner == 1u ? c : a;
         if (WALK_CARRIES) {
-            // Of the two weights on the edge, the one that has changed less is known better; in a needle much better.
+            // The weight that has changed less is the more exact one of the two on the edge; in a needle it is far more exact.
             float end_rate = corner == 0u ? rate_b : corner == 1u ? rate_c : rate_a;
             float start_rate = corner == 0u ? rate_a : corner == 1u ? rate_b : rate_c;
             vec2 from_start = from_other_end(corner == 0u ? a : corner == 1u ? b : c);

@@ -38,7 +38,7 @@ pub fn is_clear(length_squared: f32, unit: f32, start: u16, end: u16) -> bool {
     start & HUE != 0 && (start ^ end) & HUE == 0 && length_squared <= farthest * farthest
 }
 
-/// What a texel at a distance is marked with: places as deep as `deepest` or deeper, and those not below the threshold,
+/// Marks of a texel at a distance: places as deep as `deepest` or deeper, and those not below the threshold,
 /// are not covered.
 #[must_use]
 pub fn marks_at(distance: f32, params: &UnfoldParams) -> u16 {

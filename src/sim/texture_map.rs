@@ -100,7 +100,7 @@ fn most_side(atlas_size: u32) -> u32 {
     atlas_size.max(MOST_SIDE)
 }
 
-/// What a picture of so many pixels a side takes, in memory and, as good as uncompressed, in its file.
+/// Bytes of a picture with `side` pixels per side, in memory and, nearly uncompressed, in its file.
 fn most_bytes(side: u32) -> u64 {
     u64::from(side).pow(2) * LARGEST_PIXEL + OTHER_PARTS
 }

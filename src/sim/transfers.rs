@@ -14,14 +14,14 @@ use crate::mesh::surface::Surface;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{Settings, Strategy};
 
-/// What a snapshot holds of transfers.
+/// The transfers' part of a snapshot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TransferState {
     /// One per object, where the strategy has windows; else none.
     pub windows: Vec<Window>,
     /// Particles that have left their object and not arrived, in checkpoints of earlier versions; else none.
     pub in_flight: Vec<Transfer>,
-    /// What was counted.
+    /// Counters.
     pub flow: Flow,
     /// How many particles have left each object (rows) for each; empty with a single object.
     pub flux: Vec<u32>,
@@ -276,7 +276,7 @@ pub struct Transfers {
     pub groups: Buffer<DispatchGroups>,
     /// Slots of particles that were selected.
     pub particle_indices: Buffer<u32>,
-    /// Where they go.
+    /// Their transfers.
     pub transfers: Buffer<Transfer>,
     /// Selected particles by half of their keys, where more are selected than the lists hold.
     pub limit_bins: Buffer<u32>,

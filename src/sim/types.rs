@@ -118,7 +118,7 @@ pub struct Border {
     pub gained: u32,
     /// Slots that the windows before it gain.
     pub first: u32,
-    /// Where its part of the lists begins.
+    /// Index of its first entry in the lists.
     pub list: u32,
     /// Its slots that hold another object's particle.
     pub holes: u32,

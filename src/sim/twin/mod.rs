@@ -100,7 +100,7 @@ impl Simulation {
         &self.arrays
     }
 
-    /// What it runs on.
+    /// The setup of the scene.
     #[must_use]
     pub fn setup(&self) -> &Setup {
         &self.course.setup
@@ -130,8 +130,8 @@ impl Simulation {
         (&self.arrays.distances, &self.arrays.nearest)
     }
 
-    /// What tiles of samples remember: what all texels of each are, and how far it is from being within reach of each other
-    /// object.
+    /// State of the tiles of samples: the uniform state of each tile's texels, and how far the tile is from being within reach of each
+    /// other object.
     #[must_use]
     pub fn tiles(&self) -> (&[u32], &[f32]) {
         (&self.arrays.tile_states, &self.arrays.margins)
