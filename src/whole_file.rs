@@ -1,4 +1,4 @@
-//! What every file that is written has in common: pictures, reports, checkpoints, exports, preferences.
+//! Writing of whole files: pictures, reports, checkpoints, exports, preferences.
 //!
 //! - A file appears under its name only when it is whole. What is cut short leaves nothing behind that looks like a result,
 //!   and a file that had the name before stays as it was.
@@ -17,7 +17,7 @@ use std::io::{self, Read as _, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// What hidden names end in.
+/// The ending of hidden names.
 const ENDING: &str = ".myxo-part";
 
 /// Names of so many bytes are possible everywhere.
@@ -93,7 +93,7 @@ impl Drop for Unfinished {
 /// Devices and pipes that will be written to.
 static HELD: Mutex<BTreeMap<PathBuf, File>> = Mutex::new(BTreeMap::new());
 
-/// Where it goes in the end.
+/// The destination of the finished file.
 #[derive(Debug)]
 enum Place {
     /// This name, which is no link.
@@ -286,10 +286,10 @@ impl Seek for WholeFile {
     }
 }
 
-/// Where a path leads to: what a link names, and not the link.
+/// The target of a path, with links resolved.
 pub(crate) fn followed(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_owned();
-    // As many as Linux follows.
+    // The number of links that Linux follows.
     for _ in 0..40 {
         match std::fs::read_link(&path) {
             Ok(to) => path = folder_of(&path).join(to),
@@ -383,12 +383,12 @@ fn cut_name(path: &Path, number: u32) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// What a hidden name begins with: a dot and the final name, cut where the hidden one would be longer than file systems
-/// surely take, and longer than the final one.
+/// The prefix of a hidden name: a dot and the final name, cut if the hidden name would be longer than all file systems
+/// accept, and longer than the final name.
 fn hidden_prefix(name: &OsStr) -> OsString {
     let two_dots = 2;
     let others = two_dots + RANDOM_LENGTH + ENDING.len();
-    // Of the name itself: a byte that is not UTF-8 becomes three.
+    // Room for the name itself, in which a byte that is not UTF-8 becomes three.
     let room = name.len().max(SURE_LENGTH) - others;
     let name = name.to_string_lossy();
     OsString::from(format!(".{}.", &name[..name.floor_char_boundary(room)]))
@@ -405,7 +405,7 @@ fn is_hidden(name: &OsStr) -> bool {
         && random.bytes().all(|byte| byte.is_ascii_alphanumeric())
 }
 
-/// Where a file system has no locks, nothing is ever taken for left.
+/// On file systems without locks, no file is ever taken for abandoned.
 fn lock(file: &File) {
     if let Err(error) = file.lock() {
         log::debug!("hidden files are not locked here: {error}");

@@ -137,7 +137,7 @@ void walk(inout Walker w, uint attempts, bool reflects) {
         vec2 c = moved(w.weight_c, w.carry_c, rate_c, distance);
         vec2 remaining = shortened(w.remaining, w.carry_remaining, distance);
 
-        // Where on the half-edge, measured from its start. Across, the twin's start is the end; at an open border the
+        // The position on the half-edge, measured from its start. On the twin, start and end are exchanged; at an open border the
         // half-edge is its own twin.
         uvec4 edge = fetch4(halfedges, 3u * w.triangle + corner);
         uint twin = edge.x;

@@ -319,7 +319,7 @@ impl Scene {
     }
 }
 
-/// What was read, with what the user wants otherwise.
+/// The settings read, with the user's overrides.
 fn overridden(
     mut reader: Reader,
     scene: &Path,
@@ -353,7 +353,7 @@ fn overridden(
     })
 }
 
-/// What people call a scene: the name of its file without its ending.
+/// The name of a scene: that of its file without the ending.
 fn name_of(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default();
     stem.to_string_lossy().into_owned()
@@ -367,7 +367,7 @@ const FEW_TRIANGLES: u64 = 1 << 20;
 /// Before the names of what comes with the program.
 pub(crate) const BUILTIN: &str = "builtin:";
 
-/// What the word SCENE stands for.
+/// The kind of a SCENE argument.
 enum Source {
     Builtin(&'static builtin::Builtin),
     Model(String),
@@ -526,7 +526,7 @@ fn poses(
         .collect()
 }
 
-/// Where coordinates are counted from, for each object: the world's origin is near where the objects are at the start.
+/// The origins of each object: the world's origin is near the objects at the start.
 fn origins(
     settings: &Settings,
     meshes: &[Mesh],

@@ -18,7 +18,7 @@ const SECTIONS: [&str; 4] = ["physarum", "trail", "feeding", PICTURE];
 const PICTURE: &str = "picture";
 const COLOURS: &str = "color_map";
 
-/// What looks consist of, as messages say it.
+/// The parts of a look, for messages.
 pub(super) const PARTS: &str =
     "the sections [physarum], [trail] and [feeding], and picture.color_map";
 

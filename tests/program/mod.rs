@@ -1,4 +1,4 @@
-//! What tests of the program share: running it, and what a failure has to look like.
+//! Helpers of tests of the program: running it, and checks of failures.
 
 #![allow(dead_code, reason = "each test program uses its own part")]
 
@@ -25,7 +25,7 @@ pub const TINY: [&str; 5] = [
 pub fn program() -> Command {
     let mut command = Command::new(places::program(BUILT));
     command.env_remove("RUST_LOG").stdin(Stdio::null());
-    // What it records is checked, also without validation layers.
+    // Checks all that the program records, also without validation layers.
     command.env("MYXO_CHECK", "1");
     command
 }
@@ -134,7 +134,7 @@ impl Folder {
         Self(tempfile::tempdir().expect("a temporary folder"))
     }
 
-    /// Where it is.
+    /// Its path.
     pub fn path(&self) -> &Path {
         self.0.path()
     }

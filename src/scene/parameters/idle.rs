@@ -29,7 +29,7 @@ static NO_SCALE: LazyLock<String> = LazyLock::new(|| {
     format!("The views {views} have no scale of colours.")
 });
 
-/// What would have to change for the scene's parameter with this key to have an effect; `None` where it has one, and for
+/// The change that the scene's parameter with this key needs to have an effect; `None` if it has one, and for
 /// keys of objects.
 #[must_use]
 pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {

@@ -1,4 +1,4 @@
-//! What in scene files is one of a few words.
+//! Settings of scene files whose values are one of a few words.
 
 /// Declares an enum whose variants are words of the scene file, in one place.
 macro_rules! choice {
@@ -97,7 +97,7 @@ choice! {
 }
 
 choice! {
-    /// What becomes of particles that go into another object, and how the particle buffer is kept in order.
+    /// The treatment of particles that go into another object, and of the order of the particle buffer.
     Strategy {
         /// They walk on.
         None = "none",
@@ -127,7 +127,7 @@ choice! {
 }
 
 choice! {
-    /// What happens to a walk at an open border.
+    /// Behaviour of a walk at an open border.
     Border {
         /// The heading is mirrored and the walk goes on.
         #[default]
@@ -162,7 +162,7 @@ choice! {
 }
 
 choice! {
-    /// What happens after the last keyframe.
+    /// Behaviour after the last keyframe.
     Repeat {
         /// The first comes again.
         #[default]

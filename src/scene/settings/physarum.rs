@@ -1,4 +1,4 @@
-//! What particles do: the parameters that they have, for the whole scene and for single objects, and their rows of the
+//! Parameters of particles, for the whole scene and for single objects, and their rows in the
 //! parameter tables.
 
 use serde::Serialize;
@@ -22,7 +22,7 @@ pub struct PhysarumSettings {
     pub deposit: f32,
     /// Particles per texel in use that deposit and decrowding weight are meant for; 0 for any.
     pub reference_density: f32,
-    /// What happens at the open border of a surface.
+    /// Behaviour at the open border of a surface.
     pub border: Border,
     /// Edges that one walk may cross in a step; the rest is walked in the next.
     pub edge_crossing_attempts: u32,

@@ -167,9 +167,9 @@ impl Plan<'_> {
     }
 }
 
-/// What the forms for listed particles share. Each writes the particles and motions of its own list, and the places of
-/// `particle_indices` that an atomic addition gives it; deposits, the flow and meals they change by atomic additions. The lists of
-/// walkers they only read: the first form writes them, by the same shader.
+/// Buffers that the forms for listed particles share. Each form writes the particles and motions of its own list, and the entries of
+/// `particle_indices` that an atomic addition gives it. It changes deposits, the flow and meals by atomic additions. The lists of
+/// walkers it only reads: the first form of the shader writes them.
 pub fn shared_by_forms(s: &State) -> Vec<&dyn AnyBuffer> {
     let mut shared: Vec<&dyn AnyBuffer> = vec![
         &s.particles,
