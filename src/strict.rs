@@ -276,7 +276,7 @@ pub fn direction3_or(way: Vec3, other: Vec3) -> Vec3 {
     settled3(scaled * inverse_root(dot3(scaled, scaled)))
 }
 
-/// As [`direction_or`], in a plane.
+/// As [`direction3_or`], in a plane.
 #[inline]
 #[must_use]
 pub fn direction2_or(way: Vec2, other: Vec2) -> Vec2 {

@@ -168,7 +168,7 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], extent: Extent) -> Result<Soup, M
     parse_within(path, bytes, extent, u64::MAX)
 }
 
-/// As [`parse`]. If it is known early that there are more triangles than `most`, they are counted and not kept.
+/// Reads the triangles of a model. If it is known early that there are more than `most`, they are counted and not kept.
 fn parse_within(path: &Path, bytes: &[u8], extent: Extent, most: u64) -> Result<Soup, MeshProblem> {
     let ending = path
         .extension()
