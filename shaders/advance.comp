@@ -3,11 +3,11 @@
 //         distances, across, across_triangles, physarums; scent (gutters filled), plates and meals.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended,
 //         guarded); walkers, walkers_near, walker_count and walker_groups; what was eaten of meals, by atomic adds.
-// One invocation a particle.
+// One invocation per particle.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
 // Overflow: a texel counts at most every particle once, fed ones fed_deposit times, which scenes keep below 2^32. Where
 //         particle_indices is full, flow.wanted counts on, and limit_list lists anew which of the selected particles leave.
-// Where this differs from the agents of Jones (2010) is listed in docs/guide.md.
+// docs/guide.md lists the differences from the agents of Jones (2010).
 //
 // One shader, five forms (SENSING), because devices that run both sides of every branch would pay for all of them for each
 // particle. Each form is a pipeline of its own, by the name that timers show:
@@ -38,7 +38,7 @@
 
 layout(local_size_x = 64) in;
 
-// What a scene does not use costs nothing: it is compiled in or out, as are the optional terms of sensing.glsl.
+// Unused features of a scene cost nothing: they are compiled out, as are the optional terms of sensing.glsl.
 layout(constant_id = 4) const bool BORDER_REFLECTS = true;
 // Selects for transfer those that go into another object.
 layout(constant_id = 6) const bool SELECTS = false;
@@ -47,19 +47,19 @@ layout(constant_id = 9) const bool OWN_PHYSARUM = false;
 // Sensors see other objects where they get to places that those cover.
 layout(constant_id = 10) const bool ACROSS = false;
 layout(constant_id = 11) const uint SENSING = 0u;
-// Somebody has painted what attracts, repels or may not be entered.
+// The bias was painted: places attract, repel or may not be entered.
 layout(constant_id = 15) const bool PAINTED = false;
-// There is food, or there are markers. Where there is none, nobody is fed.
+// The scene has food or markers. Without them no particle is fed.
 layout(constant_id = 16) const bool FOOD = false;
 
 const uint SENSORS_WALK = 0u;
-// Sensors go straight ahead in the atlas, and who cannot do that is listed.
+// Sensors go straight ahead in the atlas; particles whose sensors cannot are listed.
 const uint SENSORS_STRAIGHT = 1u;
-// Those who have been listed.
+// Listed particles.
 const uint SENSORS_WALK_LISTED = 2u;
-// Those whose sensors go straight ahead, but who have been listed because they are near other objects.
+// Particles whose sensors go straight ahead, but which are listed because they are near other objects.
 const uint SENSORS_STRAIGHT_LISTED = 3u;
-// Those who have been listed because their sensors must walk, and are near other objects.
+// Particles which are listed because their sensors must walk, and which are near other objects.
 const uint SENSORS_WALK_NEAR = 4u;
 
 layout(push_constant) uniform Params {
@@ -72,7 +72,7 @@ layout(push_constant) uniform Params {
     float transfer_threshold; // world length of signed distance below which a place is covered
     float deepest;            // world length of signed distance up to which sensors see nothing
     float last_texel;         // column or row
-    uint walker_rows;         // rows of groups of the dispatch of those who are listed
+    uint walker_rows;         // rows of groups in the dispatch of listed particles
     uint fed_steps;           // how long a meal lasts
     uint fed_deposit;         // particles that a fed one counts as where it deposits
     float fed_attraction;     // the share of an attraction that a fed one feels
@@ -107,7 +107,7 @@ layout(std430, set = 0, binding = 20) buffer WalkerGroups { DispatchGroups walke
 layout(std430, set = 0, binding = 23) buffer WalkerCount { uint walker_count[]; };
 CHANGES(uint, 24) deposits_low;
 CHANGES(uint, 25) deposits_high;
-// Trail units that sensors read more; far below zero where nobody may go.
+// Trail units that sensors read more; far below zero in no-go areas.
 READS(float, 26) bias_texels;  // may be absent
 // Trail units that sensors read more for food and markers.
 READS(float, 27) scent_texels;  // may be absent
@@ -121,11 +121,11 @@ READS(uvec2, 18) surroundings;
 #include "walkers.glsl"
 #include "no_go.glsl"
 
-// What rounding may make of a distance.
+// Bound on the rounding of a distance.
 const float ROUNDING = 1.0e-6;
 
-// For how many steps a particle is fed that was so for `fed` and has come to a texel. Whoever is hungry eats where there is
-// food, also if more come to it in one step than it feeds: then their order cannot matter.
+// For how many more steps a particle is fed that was fed for `fed` steps and has come to a texel. Hungry particles eat where there
+// is food, even if more come in one step than it feeds, so that their order cannot matter.
 uint fed_at(uint texel, uint fed) {
     fed -= min(fed, 1u);
     uint plate = texel_of(plates, texel);
@@ -155,7 +155,7 @@ void main() {
     Motion motion = motion_of(fetch_paged(motions_before, i));
     uint fed = FOOD ? motion.flags >> FED_SHIFT : 0u;
     uint flags = 0u;
-    // Where no object has values of its own, all read the same row.
+    // If no object has values of its own, all particles read one row.
     own = physarums[OWN_PHYSARUM ? shape_words(particle.triangle).w : 0u];
     own_appetite = fed == 0u ? 1.0 : params.fed_attraction;
 
@@ -231,7 +231,7 @@ void main() {
     precise float left_over = pending + (w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0);
     pending = left_over;
     if (PAINTED) {
-        // Who is outside of a no-go area stays outside, and turns round. Who is in it may leave.
+        // Particles outside of a no-go area turn round at it. Particles inside may leave.
         vec2 previous = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
         bool was_allowed = texel_of(bias, texel_at(previous, params.pitch)) >= NO_GO;
         if (was_allowed && texel_of(bias, texel_at(walked_position(w), params.pitch)) < NO_GO) {

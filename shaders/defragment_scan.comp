@@ -2,7 +2,7 @@
 // particles, which lie outside of their object's window. Each object has as many of the one as of the other.
 // Reads   flow, windows, particle_indices, transfers, particles, motions, strips.
 // Writes  borders (counters); for each window, behind borders[].list: holes, the slots; strays and stray_motions, the particles.
-// One invocation a slot that may be wrong: those of particles that have changed objects, then those that windows have got. By
+// One invocation per slot that may be wrong: those of particles that have changed objects, then those that windows have got. By
 // SEQUENTIAL one invocation looks at a run of them.
 // Overflow: cannot happen; a window's part of the lists is as long as the slots that may be wrong are many.
 
@@ -62,7 +62,7 @@ void main() {
     while (i < end) {
         if (i < leaving) {
             uint slot = particle_indices[i];
-            // What another window has got, it looks at itself.
+            // Slots that another window gains are examined by that window.
             if (has_kept(transfers[i].source, slot)) look_at(slot, transfers[i].source);
         } else {
             while (object + 1u < params.object_count && borders[object + 1u].first <= i - leaving) object += 1u;

@@ -1,7 +1,7 @@
 // defragment_swap: puts the particles that defragment_scan has listed into their objects' windows, where others have lain.
 // Reads   flow, borders, holes, strays, stray_motions.
 // Writes  particles, motions.
-// One invocation an entry of the lists. Which particle comes to which slot of its window does not matter, as nothing depends on it.
+// One invocation per entry of the lists. Which particle comes to which slot of its window does not matter, as nothing depends on it.
 // By SEQUENTIAL one invocation takes a run of entries.
 // Overflow: cannot happen; nothing is appended.
 

@@ -1,7 +1,7 @@
-// depth_queries: the depths of distances, by one of the mappings that `distance_raster` knows.
+// depth_queries: the depths of distances, by one of the mappings of `distance_raster`.
 // Reads   distances.
 // Writes  depths.
-// One invocation a query.
+// One invocation per query.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

@@ -3,9 +3,9 @@
 // Writes  next_trail for owned texels, zero for others of the blocks; previous_deposits, cleared for the next step.
 // One invocation per four texels (a quad) of four rows; four of them are a block, whose rows are cache lines. Blocks
 // without any texel in use are not listed. The rows are as far apart as the taps, so each row's sums serve three times.
-// What is read comes by tables, and what is written goes to storage blocks, which CPU drivers are quicker with, or to texel buffers,
+// Reads go through tables. Writes go to storage blocks, which CPU drivers are faster with, or to texel buffers,
 // which hold more.
-// Texels beside a seam come out wrong here: diffuse_seams writes them anew.
+// Texels beside a seam get wrong values here: diffuse_seams overwrites them.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -19,14 +19,14 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const int DISTANCE = 1;  // texels between the taps, 1 to 4
 
 layout(push_constant) uniform Params {
-    uint lane_count;     // four a block
+    uint lane_count;     // four per block
     uint quad_count;     // texels / 4
     uint quads_a_row;    // pitch / 4
     float diffusion;     // 0: nothing spreads, 1: the mean of the nine taps
     float most_density;  // smaller texels spread no faster than one of this density
     float deposit;       // trail units that one particle leaves on a texel of mean area
     float decay;         // what remains after a step
-    float tiny;          // below this a value is zero: denormals are slow, and nobody sees them
+    float tiny;          // values below this become zero: denormals are slow, and invisible
 } params;
 
 READS(uint, 0) blocks;  // their first quads
@@ -64,7 +64,7 @@ vec4 row_sum(uint quad, vec4 middle) {
 
 void write(uint quad, vec4 here, vec4 above, vec4 beside, vec4 below) {
     vec4 owned = quad_of(density, quad);
-    // What all have in common cancels to the last bit, so a constant stays constant.
+    // The common part cancels to the last bit, so a constant stays constant.
     precise vec4 thrice = 3.0 * here;
     precise vec4 more = ((above - thrice) + (beside - thrice)) + (below - thrice);
     precise vec4 rate = (params.diffusion * min(owned, vec4(params.most_density))) * (1.0 / 9.0);

@@ -1,7 +1,7 @@
 // diffuse_seams: as diffuse, for texels that exchange across a seam, or whose neighbours are limited.
 // Reads   rows, entries, trail, deposits (those on gutter texels too).
 // Writes  next_trail for the texels of the rows.
-// One invocation a row.
+// One invocation per row.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -21,7 +21,7 @@ layout(push_constant) uniform Params {
     float tiny;         // below this a value is zero
 } params;
 
-// Two texels a row: the texel, its first two pairs, its first two deposits, their end; the mask, the conductance, the density.
+// Two texels per row: the texel, its first two pairs, its first two deposits, their end; the mask, the conductance, the density.
 READS(uvec4, 0) rows;  // two an invocation
 // Two entries a texel: a texel and its conductance or share, twice.
 READS(uvec4, 1) entries;
@@ -67,8 +67,8 @@ void main() {
     inside += more_at(mask, 7u, below + params.reach_across, texel, here);
     uint next = row.y;
     precise float across = 0.0;
-    // Both loops are left at their end, because a round that all have left at its beginning would still be run through to
-    // there; what is found by a branch is kept by those who have left, also where a device runs on for others.
+    // Both loops exit at their end: after an exit at the beginning, a device would still run the rest of the round. Branches
+    // keep the results of invocations that have left, also where the device runs on for others.
     while (true) {
         if (next < row.z) {
             uvec4 two = fetch4(entries, next);

@@ -1,8 +1,8 @@
-// digest: takes from each food what was eaten of it in the step, and says how strongly it smells from now on.
+// digest: subtracts from each food the amount eaten in the step, and updates the strength of its scent.
 // Reads   meals.
-// Writes  meals; the groups of the dispatch of scent, where the smell of any has become another.
-// One invocation a food.
-// Smells fall in steps, so that the field is made anew only now and then, and whoever resumes finds the same one.
+// Writes  meals; the group count of the scent dispatch, if any scent has changed.
+// One invocation per food.
+// Scents fall in discrete steps, so that the field is summed up again only now and then, and a resumed run has the same field.
 // Overflow: cannot happen; what is left is never less than nothing.
 
 #version 460
@@ -18,7 +18,7 @@ layout(push_constant) uniform Params {
     uint scent_group;    // invocations in a group of scent
 } params;
 
-// Of a smell there are so many steps. MOST_AMOUNT in src/sim/food.rs keeps the product below 2^32.
+// Levels of a scent. MOST_AMOUNT in src/sim/food.rs keeps the product below 2^32.
 const uint LEVELS = 64u;
 
 layout(std430, set = 0, binding = 0) buffer Meals { Meal meals[]; };  // one an invocation
@@ -30,7 +30,7 @@ void main() {
     Meal meal = meals[i];
     uint eaten = meal.eaten;
     meals[i].eaten = 0u;
-    // Of what has no amount there is always enough.
+    // Endless food always has a meal left.
     if (meal.amount == 0u || eaten == 0u) return;
     uint remaining = meal.remaining - min(meal.remaining, eaten);
     uint level = (LEVELS * remaining + (meal.amount - 1u)) / meal.amount;

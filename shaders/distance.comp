@@ -1,7 +1,7 @@
 // distance: signed distance from an object's texels to the nearest other object, and which triangle of it is nearest.
 // Reads   pairs, samples, listed, listed_groups, hints, candidates, nodes, faces, pseudonormals, corners; for signs dipoles.
 // Writes  owned texels of distances and nearest, of the tiles that `distance_tiles` has listed; where SEES_ACROSS, the marks of surroundings that have changed, and those that are covered are listed in covered (appended) and groups.
-// One invocation a sample of a listed tile.
+// One invocation per sample of a listed tile.
 // Overflow: cannot happen; covered has room for all samples, and no tree is deeper than a search has room for.
 
 #version 460
@@ -42,7 +42,7 @@ READS(uint, 10) hints;
 
 READS(uvec4, 11) candidates;
 layout(std430, set = 0, binding = 12) readonly buffer ListedGroups { DispatchGroups listed_groups[]; };
-// Which invocations have found covered places.
+// The invocations that have found covered places.
 layout(std430, set = 0, binding = 13) writeonly buffer Covered { uint covered[]; };
 layout(std430, set = 0, binding = 14) buffer Surroundings { uint surroundings[]; };
 layout(std430, set = 0, binding = 15) buffer Groups { DispatchGroups groups[]; };
@@ -86,16 +86,16 @@ Found nearest_in_tree(ObjectPair pair, vec3 place, uint hint, float bound) {
     return Found(slot, triangle_of(slot), nearest_on_face(slot, place));
 }
 
-// Passes over pairs from `p` on whose side the tile's hints tell; the next one that must be looked at.
+// Skips pairs from `p` on whose side the tile's hints give. Returns the next pair to search.
 uint next_to_look_at(ListedTile tile, uint p, inout float least, inout uint triangle) {
-    bool is_told = true;
-    while (is_told && p < tile.pair_count) {
+    bool is_decided = true;
+    while (is_decided && p < tile.pair_count) {
         uint hint = p < tile.hinted ? fetch1(hints, tile.tile * params.hint_count + p) : TILE_UNKNOWN;
         bool is_least = hint == TILE_INSIDE && -params.reach < least;
         least = is_least ? -params.reach : least;
         triangle = is_least ? NONE : triangle;
-        is_told = hint == TILE_OUTSIDE || hint == TILE_INSIDE;
-        p += is_told ? 1u : 0u;
+        is_decided = hint == TILE_OUTSIDE || hint == TILE_INSIDE;
+        p += is_decided ? 1u : 0u;
     }
     return p;
 }
@@ -117,7 +117,7 @@ void main() {
         uint hint = p < tile.hinted ? fetch1(hints, tile.tile * params.hint_count + p) : TILE_UNKNOWN;
         ObjectPair pair = pair_at(tile.first_pair + p);
         vec3 place = place_in_other(pair, here.position);
-        // What lies in a closed object may be inside, however deep.
+        // A place in the box of a closed object may be inside, however deep.
         bool may_be_inside = pair.is_closed == 1u && is_in_box(pair.first_node, place);
         float bound = may_be_inside ? UNLIMITED : params.reach;
         Found found;

@@ -1,7 +1,7 @@
 // distance_brute: signed distance to other objects by looking at every triangle of theirs; the reference for `distance`.
 // Reads   jobs, pairs, samples, faces, pseudonormals, corners; for signs nodes, dipoles.
 // Writes  owned texels of distances and nearest, of the objects that have a job.
-// One invocation a sample of a job; jobs begin at multiples of the group size.
+// One invocation per sample of a job; jobs begin at multiples of the group size.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

@@ -2,7 +2,7 @@
 // objects before.
 // Reads   jobs, pairs, samples, winners, faces, pseudonormals, corners; for signs nodes, dipoles.
 // Writes  owned texels of distances and nearest, of the objects that have a job.
-// One invocation a sample of a job; jobs begin at multiples of the group size.
+// One invocation per sample of a job; jobs begin at multiples of the group size.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

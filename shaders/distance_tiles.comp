@@ -1,7 +1,7 @@
 // distance_tiles: which faces of each other object may be nearest to the texels of a tile, so that `distance` looks only at those; and which tiles need no look.
 // Reads   jobs, pairs, moves, tiles, nodes, faces, pseudonormals, corners; for signs dipoles.
-// Writes  hints: one a tile and pair; candidates: the faces; tile_states; margins; listed (appended) and groups.
-// One invocation a tile of a job; jobs begin at multiples of a tile.
+// Writes  hints: one per tile and pair; candidates: the faces; tile_states; margins; listed (appended) and groups.
+// One invocation per tile of a job; jobs begin at multiples of a tile.
 // Between a tile and another object that is beyond reach of all of it lies no surface: then its middle decides for all its texels on which side they are. If they were all there before, they need not be written again.
 // How far such a tile may come nearer before anything changes is kept, and nothing is searched until objects have moved
 // by as much.
@@ -40,7 +40,7 @@ layout(std430, set = 0, binding = 9) writeonly buffer Candidates { uint candidat
 layout(std430, set = 0, binding = 10) buffer TileStates { uint tile_states[]; };
 layout(std430, set = 0, binding = 11) writeonly buffer Listed { ListedTile listed[]; };
 layout(std430, set = 0, binding = 12) buffer Groups { DispatchGroups groups[]; };
-// One a pair: how far places of the one object have moved in the other's space since the last update, at the most.
+// One per pair: how far places of the one object have moved in the other's space since the last update, at the most.
 layout(std430, set = 0, binding = 13) readonly buffer Moves { float moves[]; };
 // hint_count for each tile of every object: how far it is from being within reach, negative inside; 0 where it may be.
 layout(std430, set = 0, binding = 14) buffer Margins { float margins[]; };
@@ -51,7 +51,7 @@ layout(std430, set = 0, binding = 14) buffer Margins { float margins[]; };
 #include "jobs.glsl"
 #include "pairs.glsl"
 
-// What rounding may make of distances that are compared over many updates, in slacks.
+// Bound on the rounding of distances that are compared over many updates, in slacks.
 const float MARGIN_SLACK = 8.0;
 
 // A ball of places, and the face that is nearest to its middle.
@@ -165,7 +165,7 @@ uint state_with(uint state, uint hint) {
     return hint < TILE_INSIDE || state == TILE_UNKNOWN ? TILE_UNKNOWN : min(state, hint);
 }
 
-// By some rules sides may change where there is no surface.
+// With some rules the side may change where there is no surface.
 bool decides(bool is_closed) {
     return SIGN_RULE == SIGN_PSEUDONORMAL || !is_closed;
 }
@@ -197,7 +197,7 @@ void main() {
     if (in_job * TILE_SAMPLES >= job.sample_count) return;
     SampleTile tile = tiles[job.first_tile + in_job];
     precise float near = params.reach + tile.radius;
-    // What all its texels are, while that is known.
+    // The state of all its texels, while it is uniform.
     uint state = job.pair_count <= params.hint_count ? TILE_OUTSIDE : TILE_UNKNOWN;
     uint pairs_end = min(job.pair_count, params.hint_count);
     uint first_margin = (job.first_tile + in_job) * params.hint_count;
@@ -206,7 +206,7 @@ void main() {
 
     // Devices that run both sides of every branch go through a whole search in each round of this loop, so only pairs that
     // are searched have one.
-    bool are_known = tile_states[job.first_tile + in_job] != TILE_UNTOLD;
+    bool are_known = tile_states[job.first_tile + in_job] != TILE_UNDECIDED;
     uint p = next_to_search(0u, pairs_end, job.first_pair, first_margin, first_hint, are_known, state);
     while (p < pairs_end) {
         ObjectPair pair = pair_at(job.first_pair + p);
@@ -245,7 +245,7 @@ void main() {
         }
         if (!searches_ended()) {
             // There may be nearer faces: then `distance` searches on from the one that was found.
-            hint = slot == NONE ? TILE_UNKNOWN : hint < TILE_UNTOLD ? slot : hint;
+            hint = slot == NONE ? TILE_UNKNOWN : hint < TILE_UNDECIDED ? slot : hint;
             margin = 0.0;
         }
         margins[first_margin + p] = margin;
@@ -253,9 +253,9 @@ void main() {
         state = state_with(state, hint);
         p = next_to_search(p + 1u, pairs_end, job.first_pair, first_margin, first_hint, are_known, state);
     }
-    // Where a search has not ended, this loop has not either: of the rest nothing is known, nor how far it has moved.
-    if (p != pairs_end) state = TILE_UNTOLD;
-    if (state == TILE_UNTOLD || state == TILE_UNKNOWN || params.is_first == 1u || tile_states[job.first_tile + in_job] != state) {
+    // If a search has not ended, neither has this loop: nothing is known of the remaining pairs, nor of their margins.
+    if (p != pairs_end) state = TILE_UNDECIDED;
+    if (state == TILE_UNDECIDED || state == TILE_UNKNOWN || params.is_first == 1u || tile_states[job.first_tile + in_job] != state) {
         uint first = in_job * TILE_SAMPLES;
         uint count = min(job.sample_count - first, TILE_SAMPLES);
         listed[appended(gl_WorkGroupSize.x / TILE_SAMPLES)] = ListedTile(i, job.first_sample + first, count, job.first_pair, job.pair_count, p, 0u, 0u);

@@ -2,7 +2,7 @@
 // Reads   seams, owned texels of trail.
 // Writes  gutter texels of trail; nothing reads a gutter texel here, but for those beside owned
 //         ones that are read four at once: there it is not looked at.
-// One invocation a gutter texel.
+// One invocation per gutter texel.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -17,7 +17,7 @@ layout(push_constant) uniform Params {
     uint seam_count;
 } params;
 
-// Two texels a seam: four that it is filled from; its own, and their weights.
+// Two texels per seam: four that it is filled from; its own, and their weights.
 READS(uvec4, 0) seams;  // two an invocation
 READS(float, 1) trail_texels;
 WRITES(float, 2) trail_low;

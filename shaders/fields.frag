@@ -20,7 +20,7 @@ layout(set = 0, binding = 11) uniform samplerBuffer distances_texels;
 layout(set = 0, binding = 12) uniform usamplerBuffer nearest_texels;
 layout(set = 0, binding = 13) readonly buffer ObjectColors { vec4 object_colors[]; };
 
-// What is shown; as `Field` in src/render/renderer/fields.rs.
+// The field that is shown; as `Field` in src/render/renderer/fields.rs.
 const uint FIELD_WIREFRAME = 0u;
 const uint FIELD_DENSITY = 1u;
 const uint FIELD_DISTANCE = 2u;
@@ -43,8 +43,8 @@ layout(location = 6) in float open_share;
 
 layout(location = 0) out vec4 color;
 
-// Beyond what is told.
-const vec3 UNTOLD = vec3(0.045, 0.047, 0.052);
+// Beyond the reach of distances.
+const vec3 BEYOND_REACH = vec3(0.045, 0.047, 0.052);
 
 // Edges of triangles as light lines over a faint trail; where triangles are a few pixels small, lines fade away.
 vec3 wireframe() {
@@ -93,7 +93,7 @@ vec3 from_others(float apart, float a_pixel) {
     float share = clamp(abs(apart) / params.reach, 0.0, 1.0);
     const vec3 near = vec3(0.72, 0.72, 0.70);
     vec3 far = apart < 0.0 ? vec3(0.60, 0.13, 0.02) : vec3(0.015, 0.10, 0.40);
-    vec3 shown = mix(mix(near, far, sqrt(share)), UNTOLD, smoothstep(0.75, 1.0, share));
+    vec3 shown = mix(mix(near, far, sqrt(share)), BEYOND_REACH, smoothstep(0.75, 1.0, share));
     float line_pixels = abs(fract(8.0 * apart / params.reach - 0.5) - 0.5) * params.reach / (8.0 * max(a_pixel, 1e-20));
     float crowded = 8.0 * a_pixel / params.reach;
     float line = clamp(1.4 - line_pixels, 0.0, 1.0) * (1.0 - smoothstep(0.1, 0.3, crowded)) * float(share < 0.99);
@@ -111,7 +111,7 @@ vec3 nearest_object(float apart) {
     Taps taps = taps_at(texel_at(uv));
     vec4 weights = vec4((1.0 - taps.weight.x) * (1.0 - taps.weight.y), taps.weight.x * (1.0 - taps.weight.y),
         (1.0 - taps.weight.x) * taps.weight.y, taps.weight.x * taps.weight.y);
-    // Gutter texels are nobody's, and names cannot be mixed: of the other texels the one that counts most.
+    // Triangle ids cannot be mixed, so this takes the owned texel with the largest weight. Gutter texels have no owner.
     float most = -1.0;
     uint found = NONE;
     for (int k = 0; k < 4; k++) {

@@ -1,4 +1,4 @@
-// fields: draws every object's triangles in colours that tell something else than the trail.
+// fields: draws every object's triangles in colours that show another field than the trail.
 // Reads   corners, vertices, normals, strips, poses, openness; its other stage trail, colors, brightest, deposits, density,
 //         distances, nearest, object_colors.
 // Writes  the corner's place, normal, uv and openness, and the triangle and its map to the atlas.

@@ -1,5 +1,5 @@
 // foods: lights the domes of food and markers.
-// Reads   what its other stage tells.
+// Reads   the outputs of the vertex stage.
 // Writes  the light.
 // One invocation per pixel that a dome covers.
 // Overflow: cannot happen; nothing is appended.

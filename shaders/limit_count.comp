@@ -2,7 +2,7 @@
 // the lower one.
 // Reads   particles, motions, flow.
 // Writes  bins, by atomic adds: they are zero before.
-// One invocation a particle; without excess there are no groups.
+// One invocation per particle; without excess there are no groups.
 // Overflow: cannot happen; there is a bin for every half of a key.
 
 #version 460

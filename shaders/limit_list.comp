@@ -1,7 +1,7 @@
 // limit_list: lists the selected particles whose keys are within the limit; the others stay on their objects.
 // Reads   particles, flow.
 // Writes  motions in place; particle_indices (appended, counted in flow.listed).
-// One invocation a particle; without excess there are no groups.
+// One invocation per particle; without excess there are no groups.
 // Overflow: cannot happen; no two keys are equal, so that as many are within the limit as the list holds.
 
 #version 460

@@ -1,7 +1,7 @@
 // paint: one dab of a brush on a field of the surface: the trail, or the bias that sensors read with it.
 // Reads   dab, field.
 // Writes  field, at the texels of the dab; each texel is listed once.
-// One invocation a texel of the dab.
+// One invocation per texel of the dab.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -43,6 +43,6 @@ void main() {
     bool is_freed = before < params.no_go && params.fade > 0.0;
     precise float value = (is_freed ? 0.0 : kept) + params.amount * weight;
     value = within(value, params.lowest, params.highest);
-    // What is erased again and again would become so small that some devices take it for zero.
+    // Repeated erasing would give values so small that some devices flush them to zero.
     store_texel(field, texel, vec4(abs(value) < FAINTEST ? 0.0 : value))
 }

@@ -1,5 +1,5 @@
 // particles: a point of light for each particle, on the surface.
-// Reads   order, particles, corners, vertices, poses, colors; motions where hues tell headings.
+// Reads   order, particles, corners, vertices, poses, colors; motions where hues show headings.
 // Writes  the point's place, size and light.
 // One invocation per drawn particle: those that draw_order lists.
 // Overflow: cannot happen; the draw has no more points than there are particles.
@@ -25,7 +25,7 @@ layout(set = 0, binding = 6) readonly buffer Order { uint order[]; };
 
 layout(location = 0) flat out vec3 light;
 
-// Where a heading goes on the surface, in turns from red, which is to the right for who stands before the surface, against
+// Direction of a heading on the surface, in turns from red, which is to the right as seen from in front of the surface, against
 // the clock: a quarter is upwards. On a floor or a ceiling, upwards is away from the front.
 float turn_of(Frame frame, vec2 heading, Pose pose) {
     vec3 normal = turn_to_world(pose, frame.normal);

@@ -14,9 +14,9 @@ layout(set = 0, binding = 3) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 4) readonly buffer Exposure { float brightest[]; };
 layout(set = 0, binding = 5) uniform samplerBuffer distances_texels;
 const uint CLEARANCE = 255u;
-// What it counts in, texels.
+// Its unit, texels.
 const float CLEARANCE_UNIT = 0.5;
-// Four texels a word: how many half texels far straight lines stay on the surface around.
+// Four texels per word: how many half texels far straight lines stay on the surface around.
 layout(set = 0, binding = 6) uniform usamplerBuffer clearance;
 
 // May there be other objects?

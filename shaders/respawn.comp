@@ -1,7 +1,7 @@
 // respawn: particles that were selected begin anew on their own object, anywhere by area, heading anywhere.
 // Reads   flow, particle_indices, triangles, area_shares, object_triangles.
 // Writes  particles and motions in place.
-// One invocation an entry of the list.
+// One invocation per entry of the list.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -28,9 +28,9 @@ layout(std430, set = 0, binding = 1) readonly buffer ParticleIndices { uint part
 PAGED_CHANGES(uvec4, 2) particles;
 PAGED_CHANGES(uvec4, 3) motions;
 READS(uvec4, 4) triangles;
-// One a triangle: the share of its object's area that it and those before it have, in units of 2^-32.
+// One per triangle: the share of its object's area that it and those before it have, in units of 2^-32.
 layout(std430, set = 0, binding = 5) readonly buffer AreaShares { uint area_shares[]; };
-// One an object: its first triangle, and the one behind its last.
+// One per object: its first triangle, and the one behind its last.
 layout(std430, set = 0, binding = 6) readonly buffer ObjectTriangles { uvec2 object_triangles[]; };
 
 void main() {

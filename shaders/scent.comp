@@ -1,7 +1,7 @@
-// scent: what sensors read more for food and markers, summed up anew from what is left of each.
-// Reads   scented, whiffs, meals.
+// scent: sums up again the scent of food and markers that sensors read, from the amounts left of each.
+// Reads   scented, falloffs, meals.
 // Writes  field, at every texel that any food or marker reaches, gutters too.
-// One invocation a texel that is reached.
+// One invocation per texel that is reached.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -17,10 +17,10 @@ layout(push_constant) uniform Params {
     uint scented_count;
 } params;
 
-// The texel, and its first whiff; one more at the end, which says where the last one's end.
+// The texel, and its first entry in the falloff table; one more at the end, with the end of the table.
 layout(std430, set = 0, binding = 0) readonly buffer Scented { uvec2 scented[]; };
-// The food, and the bits of its falloff there: 1 where it is, 0 where it ends.
-layout(std430, set = 0, binding = 1) readonly buffer Whiffs { uvec2 whiffs[]; };
+// The falloff table: the food, and the bits of its falloff there, 1 at its place and 0 at its radius.
+layout(std430, set = 0, binding = 1) readonly buffer Falloffs { uvec2 falloffs[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Meals { Meal meals[]; };
 WRITES(float, 3) field_low;
 WRITES(float, 4) field_high;
@@ -34,8 +34,8 @@ void main() {
     uint end = scented[i + 1u].y;
     precise float sum = 0.0;
     for (uint k = scented[i].y; k < end; k++) {
-        uvec2 whiff = whiffs[k];
-        sum += meals[whiff.x].scent * uintBitsToFloat(whiff.y);
+        uvec2 entry = falloffs[k];
+        sum += meals[entry.x].scent * uintBitsToFloat(entry.y);
     }
     store_texel(field, texel, vec4(sum))
 }

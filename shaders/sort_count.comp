@@ -1,7 +1,7 @@
 // sort_count: counts the particles of a segment in each bin, and copies them to where sort_scatter takes them from.
 // Reads   particles, motions, strips, windows.
 // Writes  segment_particles, segment_motions; bins, by atomic adds: they are zero before.
-// One invocation a particle of the segment.
+// One invocation per particle of the segment.
 // Overflow: cannot happen; there is a bin for every tile of every triangle.
 
 #version 460

@@ -2,7 +2,7 @@
 // depends on.
 // Reads   segment_particles, segment_motions, strips, windows.
 // Writes  particles and motions; bins, by atomic adds.
-// One invocation a particle of the segment.
+// One invocation per particle of the segment.
 // Bins are numbered object by object, and a segment has as many particles of each object as before: so all stay in their windows.
 // Overflow: cannot happen; each slot is taken once.
 

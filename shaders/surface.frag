@@ -99,7 +99,7 @@ vec3 bent(vec3 n, float value, vec2 uv_x, vec2 uv_y, bool is_far) {
 }
 
 void main() {
-    // Where a pixel covers several texels it takes four taps on a rotated grid, so that fine trails do not sparkle.
+    // A pixel that covers several texels takes four taps on a rotated grid, so that fine trails do not sparkle.
     vec2 uv_x = dFdx(uv);
     vec2 uv_y = dFdy(uv);
     vec2 texels_x = uv_x.x * atlas_axes.xy + uv_x.y * atlas_axes.zw;

@@ -1,7 +1,7 @@
 // transfer_in: particles that have left their objects land.
 // Reads   transfers, triangles, corners, vertices, poses.
 // Writes  particles and motions in place; flow and borders, by atomic adds.
-// One invocation a transfer.
+// One invocation per transfer.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

@@ -3,7 +3,7 @@
 // Reads   particle_indices, particles, motions, nearest, strips, triangles, halfedges, corners, vertices, poses,
 //         poses_before, physarums, roots, nodes, faces, pseudonormals, dipoles; bias (gutters filled).
 // Writes  transfers; flow and flux, by atomic adds.
-// One invocation an entry of the lists.
+// One invocation per entry of the lists.
 // During a step objects move evenly from their poses before to those now, and what crosses is the way relative to the
 // other object: that one may have come over a particle that hardly moved.
 // Where the last step does not cross the other object (it covers the particle since long, or counts as covering from
@@ -25,7 +25,7 @@ layout(constant_id = 0) const bool BORDER_REFLECTS = true;
 layout(constant_id = 1) const uint SIGN_RULE = 0u;
 // Some object has values of its own.
 layout(constant_id = 2) const bool OWN_PHYSARUM = false;
-// Somebody has painted what attracts, repels or may not be entered.
+// The bias was painted: places attract, repel or may not be entered.
 layout(constant_id = 3) const bool PAINTED = false;
 
 layout(push_constant) uniform Params {
@@ -67,7 +67,7 @@ const bool WALK_CARRIES = false;
 #include "texels.glsl"
 #include "no_go.glsl"
 
-// What the texel with the largest weight of the four around says, of those that know a triangle. Gutter texels know
+// The nearest triangle of the texel with the largest weight among the four around that have one. Gutter texels have
 // none, and a point near a seam may lie in one.
 uint nearest_triangle(vec2 position) {
     Blend blend = blend_at(position, params.pitch);
@@ -88,7 +88,7 @@ uint nearest_triangle(vec2 position) {
     return found;
 }
 
-// Where a place of one object's space is in another's, if they stand so.
+// Maps a place from one object's space to another's, for these poses.
 vec3 place_in(Pose target, Pose source, vec3 position) {
     return place_in_object(target, place_in_world(source, position));
 }
@@ -96,7 +96,7 @@ vec3 place_in(Pose target, Pose source, vec3 position) {
 // How two objects stood when the last step began, and how they stand now.
 struct Standing { Pose source_before; Pose target_before; Pose source_now; Pose target_now; };
 
-// Where a walker was in the target's space, at a time of the last step: 0 is its beginning, 1 its end.
+// The place of a walker in the target's space, at a time of the last step: 0 is its beginning, 1 its end.
 vec3 place_at(float time, Walker w, Standing standing) {
     vec2 uv = walker_uv(w);
     uvec4 shape = fetch4(triangles, w.triangle);
@@ -107,7 +107,7 @@ vec3 place_at(float time, Walker w, Standing standing) {
     return place;
 }
 
-// Where the last step met the target first, found by walking back; and what was walked since then.
+// The first crossing of the last step with the target, found by walking back, and the length walked since then.
 Meeting meeting_behind(Particle particle, Motion motion, uint source, uint target, float way, out float rest) {
     Meeting first;
     first.slot = NONE;
@@ -138,7 +138,7 @@ Meeting meeting_behind(Particle particle, Motion motion, uint source, uint targe
     return first;
 }
 
-// Where it goes on on the target.
+// The walker on the target, behind the crossing.
 Walker walker_on_target(Meeting meeting, uint source, float rest) {
     Walker outer = walker_from(meeting, 1.0, rest);
     Walker inner = walker_from(meeting, -1.0, rest);

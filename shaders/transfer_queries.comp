@@ -4,7 +4,7 @@
 // Writes  walkers and phases in place. A query has two walkers: the second one is for the inner side, once it has met
 //         the second object. What is out of attempts, or whose search has not ended, goes on in the next dispatch,
 //         where it stopped.
-// One invocation a query; one that has ended returns at once.
+// One invocation per query; one that has ended returns at once.
 // The attempts of one dispatch are limited, so that no dispatch runs for seconds.
 // Overflow: cannot happen; nothing is appended.
 
@@ -44,7 +44,7 @@ layout(std430, set = 0, binding = 11) buffer Walkers { Walker walkers[]; };  // 
 const uint SOURCE = 0u;
 const uint TARGET = 1u;
 
-// What a query's walkers are doing.
+// The phase of a query's walkers.
 const uint PHASE_ON_SOURCE = 0u;
 const uint PHASE_ON_TARGET = 1u;
 const uint PHASE_DONE = 2u;

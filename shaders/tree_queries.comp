@@ -1,7 +1,7 @@
 // tree_queries: nearest points and crossings on one object, for `myxo query sdf`.
 // Reads   nodes, dipoles, faces, pseudonormals, corners.
 // Writes  queries in place: what was asked for, behind what was asked; and whether the search for it has ended.
-// One invocation a query.
+// One invocation per query.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

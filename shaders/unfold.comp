@@ -1,7 +1,7 @@
 // unfold: for texels that another object covers, the place on that object where walks go on, so that sensors see it there.
 // Reads   jobs, pairs, samples, listed, covered, groups, owners, distances, nearest, triangles, halfedges, corners, vertices, strips.
-// Writes  across and across_triangles: covered texels of the objects that have a job, where LISTED of listed tiles; what is not covered keeps what it had, and nobody reads it. Where not LISTED, the marks of surroundings that have changed.
-// One invocation a sample of a job, jobs begin at multiples of the group size; where LISTED one a covered texel.
+// Writes  across and across_triangles: covered texels of the objects that have a job, where LISTED of listed tiles; other texels keep their old values, which are not read. Where not LISTED, the marks of surroundings that have changed.
+// One invocation per sample of a job, jobs begin at multiples of the group size; where LISTED one a covered texel.
 // Two planes meet in a line. What lies behind it in the one lies as far from it in the other, whichever way one comes.
 // Overflow: cannot happen; nothing is appended.
 
@@ -14,7 +14,7 @@
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const bool BORDER_REFLECTS = true;
-// Where distances are taken tile by tile, covered texels have been listed, and nothing is left for others to do.
+// With distances by tiles, covered texels are listed, and other texels have no work.
 layout(constant_id = 1) const bool LISTED = false;
 
 layout(push_constant) uniform Params {
@@ -23,7 +23,7 @@ layout(push_constant) uniform Params {
     uint pitch;       // texels from one atlas row to the next
     uint attempts;    // edge crossings that one walk may make
     float threshold;  // world length of signed distance below which a place is covered
-    float farthest;   // world length behind the line up to which places are told
+    float farthest;   // world length behind the line up to which places are found
     float deepest;    // world length of signed distance up to which sensors see nothing
     float near;       // world length of signed distance below which a step may lead to where it is covered
     float sight;      // the same of which sensors that walk may get to where it is covered
@@ -80,7 +80,7 @@ uvec2 place_across(ObjectPair pair, vec3 position, uint own_triangle, uint trian
     // Down the own plane to the line, and from there up the other one.
     precise vec3 to_line = (behind * by_sine) * (frame.normal - cosine * own_normal);
     precise vec3 up = by_sine * (own_normal - cosine * frame.normal);
-    // It is the nearest triangle that is known, so the walk goes there from the nearest point.
+    // Only the nearest triangle is known, so the walk begins at its nearest point.
     vec2 weights = nearest_weights(uintBitsToFloat(shape.x), uintBitsToFloat(shape.y), uintBitsToFloat(shape.z),
         dot_of(place, frame.p), dot_of(place, frame.h));
     precise vec3 way = to_line + behind * up;

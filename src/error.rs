@@ -8,11 +8,11 @@ pub enum Error {
     /// A file could not be read or written.
     #[error("cannot {action} {path}: {source}{}", advice(source), path = path.shown())]
     Io {
-        /// What was tried: `read`, `write`, `create`.
+        /// The failed operation: `read`, `write`, `create`.
         action: &'static str,
         /// The file or folder.
         path: std::path::PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The device, or something on it, failed.
@@ -38,7 +38,7 @@ pub enum Error {
 /// The library's result.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// What to do about a file that cannot be read or written, to stand behind what the system said.
+/// Advice on a file that cannot be read or written, to append to the system's message.
 pub(crate) fn advice(source: &std::io::Error) -> &'static str {
     use std::io::ErrorKind;
     match source.kind() {

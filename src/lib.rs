@@ -1,7 +1,7 @@
 //! Physarum growing on the surfaces of several moving 3D objects, in real time, on explicit Vulkan.
 //!
 //! Particles walk on triangle meshes along straight lines that are unfolded across each edge, read the trail that
-//! others left with three sensors, turn towards more of it, and leave a trail of their own, which spreads over the
+//! other particles left with three sensors, turn towards more of it, and leave a trail of their own, which spreads over the
 //! surface and decays (the agent model of Jones, "Characteristics of Pattern Formation and Evolution in
 //! Approximations of Physarum Transport Networks", Artificial Life 16(2), 2010; particles may share a place and no turn is
 //! random here, and `docs/guide.md` has the other differences). The `myxo` executable is a thin user of this library.
@@ -24,7 +24,7 @@
 //! frames.wait_idle()?;
 //! let state = simulation.snapshot()?;
 //! assert_eq!(state.step, 3);
-//! state.validate(simulation.setup()).expect("nobody is lost");
+//! state.validate(simulation.setup()).expect("no particle is lost");
 //! # Ok(())
 //! # }
 //! ```
@@ -41,7 +41,7 @@
 //! gpu        Vulkan, no meshes                           src/gpu/
 //! ```
 //!
-//! **Invariant:** a layer uses only those below it; [`mesh`] and [`gpu`] don't know each other. `tests/project/tidy.rs`
+//! **Invariant:** a layer uses only those below it; [`mesh`] and [`gpu`] don't use each other. `tests/project/tidy.rs`
 //! keeps it so.
 //!
 //! # One step
@@ -49,17 +49,17 @@
 //! [`sim::step`] is the whole simulation, as a script of dispatches, and the only place that lists them all in
 //! their order; `docs/code.md` goes through it kernel by kernel. Its parts:
 //!
-//! 1. Where objects have moved, texels learn their signed distance to the other objects, and where sensors go on there.
-//! 2. Every particle walks what is pending, senses, turns, walks, deposits, and is selected if it has gone into another object. For
-//!    those selected it is found where they go on there, they land, and the particle buffer is put in order again. A part of the
-//!    particles is sorted by place in the texture, so that all are once in so many steps.
-//! 3. Where there is food, what was eaten is taken away, and what sensors read of food is summed up anew.
+//! 1. Where objects have moved, each texel's signed distance to the other objects is computed, and where sensors go on there.
+//! 2. Every particle walks its pending length, senses, turns, walks, deposits, and is selected if it has gone into another object.
+//!    Selected particles land on the other object, and the particle buffer is put in order again. In each step one part of the
+//!    particles is sorted by place in the texture, so that after a fixed number of steps all have been sorted.
+//! 3. If there is food, the amounts eaten are subtracted, and the scent that sensors read is summed up again.
 //! 4. The trail spreads, takes up the deposits and decays: inside charts, then over seams; then the gutters are filled, so that
 //!    reads never see a seam.
 //!
-//! What comes after a particle's walk, and 3 and 4, do not depend on each other, and their kernels are recorded side by side.
+//! Transfers after the walk, and parts 3 and 4, do not depend on each other, so their kernels are recorded side by side.
 //!
-//! What a scene has no use for is not recorded: with one object there are no distances and no transfers. Which of the
+//! Kernels that a scene has no use for are not recorded: with one object there are no distances and no transfers. Which of the
 //! kernels for transfers run is the strategy ([`scene::settings::Strategy`]); all counts stay on the GPU, and dispatches over
 //! them are indirect.
 //!
@@ -83,16 +83,16 @@
 //! - **edge-crossing attempts**: how many edges one walk may cross; what is left is **pending** and walked first in
 //!   the next step.
 //! - **trail**, **deposit**: the field that particles read; the integer count of particles per texel in a step.
-//! - **dab**: one touch of a brush, between steps: a ball in world space, and what of the surface lies in it
-//!   ([`sim::Simulation::paint`]). **Bias**: what sensors read more or less than the trail, or that nobody may go there, as it
-//!   was painted or as a map of **areas** says ([`sim::areas`]).
-//! - **food**, **marker**: a place on an object that sensors read more or less of the nearer they are along the surface: its
-//!   **scent** ([`sim::food`]). Food is eaten where its **plate** is, a **meal** at a time; nobody eats a marker. Who has eaten
-//!   is **fed** for some steps, else **hungry**.
+//! - **dab**: one touch of a brush, between steps: a ball in world space, and the part of the surface that lies in it
+//!   ([`sim::Simulation::paint`]). **Bias**: trail units that sensors read on top of the trail, or the mark of a no-go area, which
+//!   particles may not enter. It is painted, or comes from a map of **areas** ([`sim::areas`]).
+//! - **food**, **marker**: a place on an object with a **scent** ([`sim::food`]), which sensors read on top of the trail, the
+//!   stronger the nearer they are along the surface. Particles eat food where its **plate** is, a **meal** at a time; markers
+//!   are never eaten. A particle that has eaten is **fed** for some steps, else **hungry**.
 //! - **owned** texel: its centre lies in a triangle. **Gutter** texel: beside an owned one, filled from across the
 //!   seam.
 //! - **object**: a mesh with a pose; its particles, its texels. **Signed distance**: to the nearest other object,
-//!   negative inside of it; told up to the **reach**.
+//!   negative inside of it; clamped beyond the **reach**.
 //! - **covered**: at a place whose signed distance is below the **threshold**. A particle whose step goes into covered
 //!   places is **selected**: it leaves its object and lands on the other one, which is a **transfer**.
 //! - **crossing**: where a walk meets another object. The walk is **folded** about the line in which the two surfaces meet.
@@ -112,8 +112,8 @@
 //! **Invariant:** every kernel has a twin in plain Rust: integers equal, floats within a stated bound
 //! (`tests/kernels/`), and a test that turns red when a constant of it is wrong (`make mutants`).
 //!
-//! **Invariant:** what outgrows a storage block or a texel buffer of the device takes other ways ([`sim::texel_paths`]) to
-//! the same bits.
+//! **Invariant:** arrays that do not fit into a storage block or a texel buffer of the device are reached in other ways
+//! ([`sim::texel_paths`]), with equal bits as the result.
 //!
 //! **Invariant:** sizes made on the GPU stay there; no step waits for the host. `unsafe` stays in [`gpu`], in the one file
 //! that hands egui's painter its Vulkan handles (`render::gui`), and in `signals`.

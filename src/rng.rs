@@ -11,7 +11,7 @@ pub enum Purpose {
     SensorNoise = 1,
     /// The place and heading of a particle that begins anew.
     Respawn = 2,
-    /// Who comes to a dab of a brush, and where to.
+    /// Which particles a dab of the teleporting brush moves, and where to.
     Paint = 3,
     /// Where food is scattered; only the host draws it.
     Food = 4,

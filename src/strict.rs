@@ -22,14 +22,14 @@ pub fn settled(x: f32) -> f32 {
     f32::from_bits(if bits & !SIGN < 0x0080_0000 { 0 } else { bits })
 }
 
-/// The same for each component.
+/// [`settled`] for each component.
 #[inline]
 #[must_use]
 pub fn settled2(v: Vec2) -> Vec2 {
     Vec2::new(settled(v.x), settled(v.y))
 }
 
-/// The same for each component.
+/// [`settled`] for each component.
 #[inline]
 #[must_use]
 pub fn settled3(v: Vec3) -> Vec3 {
@@ -276,7 +276,7 @@ pub fn direction3_or(way: Vec3, other: Vec3) -> Vec3 {
     settled3(scaled * inverse_root(dot3(scaled, scaled)))
 }
 
-/// The same in a plane.
+/// As [`direction3_or`], in a plane.
 #[inline]
 #[must_use]
 pub fn direction2_or(way: Vec2, other: Vec2) -> Vec2 {

@@ -1,4 +1,4 @@
-//! What every file that is written has in common: pictures, reports, checkpoints, exports, preferences.
+//! Writing of whole files: pictures, reports, checkpoints, exports, preferences.
 //!
 //! - A file appears under its name only when it is whole. What is cut short leaves nothing behind that looks like a result,
 //!   and a file that had the name before stays as it was.
@@ -17,7 +17,7 @@ use std::io::{self, Read as _, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// What hidden names end in.
+/// The ending of hidden names.
 const ENDING: &str = ".myxo-part";
 
 /// Names of so many bytes are possible everywhere.
@@ -93,7 +93,7 @@ impl Drop for Unfinished {
 /// Devices and pipes that will be written to.
 static HELD: Mutex<BTreeMap<PathBuf, File>> = Mutex::new(BTreeMap::new());
 
-/// Where it goes in the end.
+/// The destination of the finished file.
 #[derive(Debug)]
 enum Place {
     /// This name, which is no link.
@@ -106,8 +106,8 @@ impl WholeFile {
     /// Starts the file; its folder is made if there is none.
     ///
     /// # Errors
-    /// When the folder cannot be made or written, when `path` is a folder itself or a file that nobody may write, or when it
-    /// is a pipe that nobody reads: all that can be known before the work begins.
+    /// When the folder cannot be made or written, when `path` is a folder itself or a read-only file, or when it
+    /// is a pipe without a reader: all that can be checked before the work begins.
     pub fn create(path: &Path) -> io::Result<Self> {
         let before = std::fs::metadata(path).ok();
         if before.as_ref().is_some_and(Metadata::is_dir) {
@@ -172,8 +172,8 @@ impl WholeFile {
         }
     }
 
-    /// Makes sure that a file can be written later, and leaves nothing there. A pipe stays open until then, because who reads it
-    /// takes its closing for the end.
+    /// Makes sure that a file can be written later, and leaves nothing there. A pipe stays open until then, because its
+    /// reader takes its closing for the end.
     ///
     /// # Errors
     /// As [`create`](Self::create).
@@ -237,8 +237,8 @@ impl WholeFile {
         }
     }
 
-    /// Gives a file that is not as it was meant to be, such as a film that was cut short, its name if there is no file of that name.
-    /// Else that one stays, and this one is called `film.cut.gif` instead of `film.gif`, or `film.cut-2.gif` and so on. Tells
+    /// Finishes an incomplete file, such as a film that was cut short. It gets its name if there is no file of that name yet. Else
+    /// the other file stays, and this one becomes `film.cut.gif` instead of `film.gif`, or `film.cut-2.gif` and so on. Returns
     /// the name.
     ///
     /// # Errors
@@ -286,10 +286,10 @@ impl Seek for WholeFile {
     }
 }
 
-/// Where a path leads to: what a link names, and not the link.
+/// The target of a path, with links resolved.
 pub(crate) fn followed(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_owned();
-    // As many as Linux follows.
+    // The number of links that Linux follows.
     for _ in 0..40 {
         match std::fs::read_link(&path) {
             Ok(to) => path = folder_of(&path).join(to),
@@ -299,8 +299,8 @@ pub(crate) fn followed(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("too many links lead to one another"))
 }
 
-/// Gives a new file the owner and the permissions of the one that it will replace. The owner is another one only for those
-/// who may give files away.
+/// Gives a new file the owner and the permissions of the one that it will replace. Only processes with
+/// the right to give files away can set another owner.
 fn keep_permissions(file: &File, before: &Metadata) -> io::Result<()> {
     #[cfg(unix)]
     {
@@ -313,7 +313,7 @@ fn keep_permissions(file: &File, before: &Metadata) -> io::Result<()> {
     file.set_permissions(before.permissions())
 }
 
-/// Opens a device or a pipe to write to. Opening a pipe waits for somebody who reads, so it is tried without waiting.
+/// Opens a device or a pipe to write to. Opening a pipe would block until it has a reader, so it is opened without blocking.
 fn open_special(path: &Path) -> io::Result<File> {
     let mut options = File::options();
     options.write(true);
@@ -383,12 +383,12 @@ fn cut_name(path: &Path, number: u32) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// What a hidden name begins with: a dot and the final name, cut where the hidden one would be longer than file systems
-/// surely take, and longer than the final one.
+/// The prefix of a hidden name: a dot and the final name, cut if the hidden name would be longer than all file systems
+/// accept, and longer than the final name.
 fn hidden_prefix(name: &OsStr) -> OsString {
     let two_dots = 2;
     let others = two_dots + RANDOM_LENGTH + ENDING.len();
-    // Of the name itself: a byte that is not UTF-8 becomes three.
+    // Room for the name itself, in which a byte that is not UTF-8 becomes three.
     let room = name.len().max(SURE_LENGTH) - others;
     let name = name.to_string_lossy();
     OsString::from(format!(".{}.", &name[..name.floor_char_boundary(room)]))
@@ -405,7 +405,7 @@ fn is_hidden(name: &OsStr) -> bool {
         && random.bytes().all(|byte| byte.is_ascii_alphanumeric())
 }
 
-/// Where a file system has no locks, nothing is ever taken for left.
+/// On file systems without locks, no file is ever taken for abandoned.
 fn lock(file: &File) {
     if let Err(error) = file.lock() {
         log::debug!("hidden files are not locked here: {error}");
@@ -438,7 +438,7 @@ fn remove_abandoned(folder: &Path) {
     }
 }
 
-/// What the system said, without the hidden name that means nothing to anybody.
+/// The system's error message without the name of the hidden temporary file.
 fn without_path(error: io::Error) -> io::Error {
     let text = error.to_string();
     match text.rsplit_once(" at path ") {

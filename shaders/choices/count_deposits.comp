@@ -1,7 +1,7 @@
 // count_deposits: counts particles in texels, as `advance` does it.
 // Reads   particles, strips.
 // Writes  deposits, by atomic adds, so that no order shows.
-// One invocation a particle.
+// One invocation per particle.
 // Overflow: a texel counts at most every particle once.
 
 #version 460

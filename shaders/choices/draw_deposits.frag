@@ -1,7 +1,7 @@
 // draw_deposits: one more particle; the blending adds it.
 // Reads   nothing.
 // Writes  the count that is added to the pixel.
-// One invocation a particle.
+// One invocation per particle.
 // Overflow: as in the vertex shader.
 #version 460
 

@@ -1,7 +1,7 @@
 // draw_deposits: counts particles in texels by drawing: each is a point of one pixel, and pixels add up.
 // Reads   particles, strips.
 // Writes  the place of the point: the middle of its texel.
-// One invocation a particle.
+// One invocation per particle.
 // Overflow: floats count exactly up to 2^24 particles in a texel.
 #version 460
 #extension GL_GOOGLE_include_directive : require

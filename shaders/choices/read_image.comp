@@ -1,7 +1,7 @@
 // read_image: what sensors read, with the trail in an image, texel by texel.
 // Reads   places, trail.
 // Writes  values.
-// One invocation a particle.
+// One invocation per particle.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

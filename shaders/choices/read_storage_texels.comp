@@ -1,7 +1,7 @@
 // read_storage_texels: what sensors read, with the trail in a storage texel buffer.
 // Reads   places, trail.
 // Writes  values.
-// One invocation a particle.
+// One invocation per particle.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

@@ -1,7 +1,7 @@
 // read_texels: what sensors read, with the trail in a texel buffer, as `advance` has it.
 // Reads   places, trail.
 // Writes  values.
-// One invocation a particle.
+// One invocation per particle.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

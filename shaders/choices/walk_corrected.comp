@@ -2,8 +2,8 @@
 // that has left the triangle, is corrected: back to the edge that it is farthest behind, onto it, and on from there.
 // Reads   particles_before, motions_before, strips.
 // Writes  particles, motions.
-// One invocation a particle.
-// What is still outside after the last attempt is moved into the triangle; nothing is left for the next dispatch.
+// One invocation per particle.
+// A walk that is still outside after the last attempt is moved into the triangle; nothing is left for the next dispatch.
 // Its table lies as that of walk_exactly does, and it looks up no edge that it does not come to either; but its edges say how
 // headings turn there.
 // Overflow: cannot happen; nothing is appended.

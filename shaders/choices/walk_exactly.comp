@@ -1,7 +1,7 @@
 // walk_exactly: straight on by a length, as `advance` walks: it finds the edge ahead before it goes there.
 // Reads   particles_before, motions_before, strips.
 // Writes  particles, motions.
-// One invocation a particle.
+// One invocation per particle.
 // A walk that runs out of edge-crossing attempts goes on in the next dispatch.
 // Overflow: cannot happen; nothing is appended.
 

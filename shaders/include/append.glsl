@@ -1,6 +1,6 @@
 // append: places in lists that many invocations append to. An atomic counter counts the entries. In the form for graphics
 // cards one invocation of a subgroup counts for all that append together: many atomic additions to one word take turns.
-// Those that append together meet again behind the branch of the one that counts, as compilers of today let them.
+// Invocations that append together reconverge behind the branch of the one that counts, as present compilers do it.
 // No twin: the twins push in a loop.
 
 #ifndef MYXO_APPEND

@@ -16,7 +16,7 @@ Blend blend_at(vec2 position, uint pitch) {
     return Blend(texel.y * pitch + texel.x, way);
 }
 
-// Of the values of the upper two texels and of the lower two.
+// Blends the values of the upper two texels and of the lower two.
 float blended(vec4 values, vec2 way) {
     precise float top = values.x + way.x * (values.y - values.x);
     precise float bottom = values.z + way.x * (values.w - values.z);

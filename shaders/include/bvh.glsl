@@ -27,10 +27,10 @@ const float FAR = 3.0e38;
 // A reach to which everything is near.
 const float UNLIMITED = 1.0e18;
 
-// What rounding may make of a length in a tree, by its largest coordinate.
+// Bound on the rounding of a length in a tree, relative to its largest coordinate.
 const float ROUNDING = 1.0e-6;
 
-// What rounding may make of a length itself: squares of it must not fall short of the distance that it was. And of its square.
+// Bounds on the relative rounding of a length, so that its square is not below that of the exact distance, and of its square.
 const float LENGTH_ROUNDING = 1.000001;
 const float SQUARE_ROUNDING = 1.000003;
 
@@ -39,7 +39,7 @@ float box_square(vec3 place, vec3 low, vec3 high) {
     return dot_of(way, way);
 }
 
-// What rounding may make of a length in a tree.
+// Bound on the rounding of a length in a tree.
 float slack_of(uvec4 root_low, uvec4 root_high) {
     vec3 extent = max(abs(uintBitsToFloat(root_low.xyz)), abs(uintBitsToFloat(root_high.xyz)));
     precise float slack = ROUNDING * max(max(extent.x, extent.y), extent.z);
@@ -50,14 +50,14 @@ float slack_of_tree(uint root) {
     return slack_of(fetch4(nodes, 2u * root), fetch4(nodes, 2u * root + 1u));
 }
 
-// The square up to which boxes may hold a face that is nearer than a distance.
+// Squared distance up to which boxes may hold a face that is nearer than `distance`.
 float limit_of(float distance, float slack) {
     precise float most = distance * LENGTH_ROUNDING + slack;
     precise float square = most * most;
     return min(square, FAR);
 }
 
-// The same by the square of that distance. Instead of its root a number that is up to 7 % larger does, which is found by integers.
+// As limit_of, from the squared distance. Instead of the root it takes a number that is up to 7 % larger, found by integer arithmetic.
 float limit_of_square(float square, float slack) {
     float above = uintBitsToFloat(0x1fc00000u + (floatBitsToUint(square) >> 1u));
     precise float limit = (square * SQUARE_ROUNDING + (2.0 * slack) * above) + slack * slack;
@@ -139,7 +139,7 @@ uint nearest_on(uint root, vec3 place, float reach) {
     return best_slot;
 }
 
-// Where a segment crosses a surface first.
+// The first crossing of a segment with a surface.
 struct Crossing {
     uint slot;  // NONE if nowhere
     float t;    // how much of the way from its start
@@ -150,7 +150,7 @@ struct Crossing {
 // How far outside of a triangle, in weights, a crossing still counts: so that none slips through between two.
 const float CROSSING_MARGIN = 1.0e-6;
 
-// Where in [0, 1] a segment enters a box, made larger by slack; FAR if it doesn't.
+// The share of a segment, in [0, 1], at which it enters a box enlarged by slack; FAR if it doesn't.
 float entry_of(vec3 from, vec3 inverse, vec3 low, vec3 high, float slack) {
     precise vec3 to_low = ((low - slack) - from) * inverse;
     precise vec3 to_high = ((high + slack) - from) * inverse;

@@ -9,8 +9,8 @@ uint counted(uint before, uint more) {
     return before + min(more, MOST_COUNTED - before);
 }
 
-// One more, by many invocations at once: whoever passes the largest number brings the counter back to it. A macro,
-// because what is added to lies in a buffer.
+// Adds one, by many invocations at once. An invocation that passes the largest number sets the counter back to it. A macro,
+// because the counter lies in a buffer.
 #define count_one(counter) \
     { if (atomicAdd(counter, 1u) == MOST_COUNTED) { atomicMax(counter, MOST_COUNTED); } }
 

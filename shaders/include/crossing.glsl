@@ -22,7 +22,7 @@ struct Meeting {
     vec3 normal;   // of the plane that it was in
 };
 
-// Cross products of unit normals whose square is less than this tell no line.
+// Planes count as parallel where the squared cross product of their unit normals is less than this.
 const float PARALLEL_SQUARE = 1.0e-6;
 
 Flight flight_of_walker(Walker w) {

@@ -1,5 +1,5 @@
-// debug: lets a kernel tell the host values: debug_value(tag, value) with any tag and a uint, an int or a float.
-// Including it is enough; the recorder binds the list by itself, and Context::debug_entries returns what was told.
+// debug: lets a kernel send values to the host: debug_value(tag, value) with any tag and a uint, an int or a float.
+// Including it is enough; the recorder binds the list, and Context::debug_entries returns the values.
 // Values past the list's capacity are only counted. Remove the include when done: it costs a barrier per dispatch.
 
 #ifndef MYXO_DEBUG

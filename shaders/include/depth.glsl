@@ -1,8 +1,8 @@
 // depth: four ways from a signed distance to a depth in [0, 1), by which a depth test keeps the smallest distance. Twin
 // of src/sim/depth.rs.
 //
-// Of a larger distance no depth is smaller, by construction: each is a chain of steps that keep the order however they
-// are rounded. So none uses the device's exp() and atan(), which need not.
+// Depths are monotonic by construction: each is a chain of operations that keep the order however they
+// are rounded. The device's exp() and atan() need not be monotonic, so they are not used.
 
 #ifndef MYXO_DEPTH
 #define MYXO_DEPTH
@@ -25,7 +25,7 @@ float share_of_reach(float distance, float reach) {
 }
 
 // The bits of floats are in order but for the sign: a positive one has its sign bit flipped, a negative one all bits. Two
-// bits are dropped for a float in [0, 2). Knows no reach: digits are lost everywhere alike.
+// bits are dropped for a float in [0, 2). Does not depend on the reach: the loss of digits is the same everywhere.
 float depth_ordered(float distance) {
     uint bits = floatBitsToUint(distance);
     uint key = (bits & 0x80000000u) != 0u ? ~bits : bits ^ 0x80000000u;

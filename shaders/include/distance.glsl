@@ -13,8 +13,8 @@ const uint TILE_OUTSIDE = 0xffffffffu;
 const uint TILE_INSIDE = 0xfffffffeu;
 const uint TILE_UNKNOWN = 0xfffffffdu;
 
-// Of the state of a tile: not even what its hints say is known of all pairs.
-const uint TILE_UNTOLD = 0xfffffffcu;
+// State of a tile: its hints do not decide all pairs.
+const uint TILE_UNDECIDED = 0xfffffffcu;
 
 // Faces that a tile has room for, of all pairs together.
 const uint TILE_CANDIDATES = 32u;

@@ -11,7 +11,7 @@ layout(push_constant) uniform Params {
     float occlusion;     // how much darker places are that see little of the sky, 0 to 1
     uint size;           // side of the atlas, texels
     uint pitch;          // texels from one row of the atlas to the next
-    float reach;         // how far distances to other objects are told, world units
+    float reach;         // largest known distance to other objects, world units
     float usual;         // particles in a texel of mean area, if all lay evenly
 } params;
 

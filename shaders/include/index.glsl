@@ -8,10 +8,10 @@
 #define invocation_index() \
     ((gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationID.x)
 
-// The groups of an indirect dispatch, as the host knows them.
+// The groups of an indirect dispatch; the host has an equal struct.
 struct DispatchGroups { uint x; uint y; uint z; };
 
-// What an indirect dispatch needs for `count` invocations.
+// The groups of an indirect dispatch with `count` invocations.
 DispatchGroups dispatch_groups(uint count, uint group_size) {
     uint groups = count / group_size + uint(count % group_size != 0u);
     uint rows = (groups + 65534u) / 65535u;

@@ -8,8 +8,8 @@
 #include "tables.glsl"
 #include "bvh.glsl"
 
-// May a triangle in the ball round `centre`, in the other object's space, have places whose distance to a triangle in
-// the ball `other_bound` is told? Beyond reach only places in the other's box have a side. A little more is for rounding.
+// Returns whether a triangle in the ball round `centre`, in the other object's space, may have places whose distance to a triangle
+// in the ball `other_bound` matters. Beyond the reach only places in the other object's box have a side. Rounding takes a margin.
 bool meet(uint root, vec3 centre, float radius, vec4 other_bound, float reach, float farthest) {
     uvec4 low = fetch4(nodes, 2u * root);
     uvec4 high = fetch4(nodes, 2u * root + 1u);

@@ -7,7 +7,7 @@
 #include "tables.glsl"
 #include "vectors.glsl"
 
-// What of a triangle is nearest: its inside, an edge (by its first corner) or a corner.
+// The nearest feature of a triangle: its inside, an edge (by its first corner) or a corner.
 const uint FEATURE_FACE = 0u;
 const uint FEATURE_EDGE = 1u;
 const uint FEATURE_CORNER = 4u;
@@ -18,7 +18,7 @@ float part_by(float n, float by) {
     return n > 0.0 ? min(part, 1.0) : 0.0;
 }
 
-// What remains of a way after u times one and v times the other.
+// A vector minus u times one edge and v times the other.
 vec3 rest_of(vec3 way, vec3 ab, vec3 ac, float u, float v) {
     precise vec3 rest = (way - u * ab) - v * ac;
     return rest;

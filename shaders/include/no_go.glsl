@@ -1,4 +1,4 @@
-// no_go: where nobody may go. Twin: NO_GO_BELOW in src/sim/paint.rs.
+// no_go: the bias of areas that particles may not enter. Twin: NO_GO_BELOW in src/sim/paint.rs.
 
 #ifndef MYXO_NO_GO
 #define MYXO_NO_GO

@@ -13,7 +13,7 @@ layout(push_constant) uniform Params {
     uint pitch;          // texels from one row of the atlas to the next
     float lamp;          // the share of all light from outside
     float occlusion;     // how much darker places are that see little of the sky, 0 to 1
-    float reach;         // how far distances to other objects are told, world units; 0 where there are none
+    float reach;         // largest known distance to other objects, world units; 0 without other objects
 } params;
 
 #endif

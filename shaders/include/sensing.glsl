@@ -14,7 +14,7 @@
 #include "frame.glsl"
 #include "pose_table.glsl"
 
-// What a scene does not use costs nothing: each optional term is compiled in or out.
+// Unused terms cost nothing: each optional term is compiled in or out.
 layout(constant_id = 50) const bool SENSOR_NOISE = false;
 layout(constant_id = 51) const bool FAVOURITE_DENSITY = false;
 layout(constant_id = 52) const bool GRAVITY = false;
@@ -25,7 +25,7 @@ FIELD(trail)
 FIELD(bias)
 FIELD(scent)
 
-// What particles do on the object that this one is on.
+// Parameters of the particles on this particle's object.
 Physarum own;
 
 // The share of what food and markers attract that the particle feels.
@@ -41,7 +41,7 @@ float height_at(uint triangle, float u, float v) {
     return height;
 }
 
-// Where a walk has come to in the atlas.
+// The atlas position of a walk.
 vec2 walked_position(StripWalk w) {
     return atlas_position(atlas_map_of(w.triangle), w.u, w.v);
 }
@@ -53,7 +53,7 @@ bool sees_others() {
     return sees && SENSING != SENSORS_STRAIGHT && SENSING != SENSORS_WALK_LISTED;
 }
 
-// What a sensor reads at a place. From one that is itself covered, no other object is seen.
+// The reading of a sensor at a place. Particles at covered places see no other object.
 float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
     if (sees_others()) {
         uint texel = texel_at(position, params.pitch);
@@ -83,14 +83,14 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
         value += bias_at(position, params.pitch);
     }
     if (FOOD) {
-        // What repels does so whoever has eaten.
+        // Repelling places also repel fed particles.
         float smelled = scent_at(position, params.pitch);
         value += smelled > 0.0 ? own_appetite * smelled : smelled;
     }
     return value;
 }
 
-// What a sensor reads at the end of its walk.
+// The reading of a sensor at the end of its walk.
 float sensed_by_walking(StripWalk w, vec2 heading, bool from_open) {
     w.heading = heading;
     w.remaining = own.sensor_offset;
@@ -121,7 +121,7 @@ uint around(vec2 position) {
     return surroundings_in((texel & 2u) == 0u ? words.x : words.y, texel);
 }
 
-// The same of the end of a way that begins in the atlas.
+// The surroundings at the end of a straight path in the atlas.
 uint around_end(vec2 from, vec2 way) {
     precise vec2 to = from + way;
     return around(vec2(within(to.x, 0.0, params.last_texel), within(to.y, 0.0, params.last_texel)));
@@ -146,7 +146,7 @@ vec2 rotated(vec2 heading, float c, float s) {
     return result;
 }
 
-// Where the sensors beside the middle one look.
+// The headings of the sensors beside the middle one.
 vec2 left_of(vec2 heading) {
     return rotated(heading, own.sensor_cos, own.sensor_sin);
 }

@@ -23,7 +23,7 @@ float between(vec2 position) {
 #define SENSED(position) between(position)
 #endif
 
-// Two texels a particle: left and middle, right and nothing.
+// Two texels per particle: left and middle, right and nothing.
 void read_sensors(uint i) {
     vec4 first = texelFetch(places, int(2u * i));
     vec4 second = texelFetch(places, int(2u * i + 1u));

@@ -8,7 +8,7 @@
 
 // The material under the trail: dark, neutral, a little cool.
 const vec3 BARE = vec3(0.021, 0.022, 0.025);
-// The same for a relief, which must be light for shadows to be seen.
+// The material in the relief view, which must be light for shadows to be seen.
 const vec3 CLAY = vec3(0.135, 0.128, 0.120);
 
 // Three lights: a warm key from beside the camera, a dome that is brighter above, and a cool rim from behind.
@@ -17,7 +17,7 @@ const vec3 DOME_ABOVE = vec3(0.30, 0.33, 0.38);
 const vec3 DOME_BELOW = vec3(0.09, 0.085, 0.08);
 const vec3 RIM = vec3(0.36, 0.42, 0.52);
 
-// What the eye sees (sRGB) as light.
+// sRGB to linear light.
 vec3 light_of(vec3 seen) {
     vec3 steep = pow((seen + 0.055) / 1.055, vec3(2.4));
     return mix(steep, seen / 12.92, lessThan(seen, vec3(0.04045)));
@@ -72,7 +72,7 @@ vec3 hue_light(float turn) {
         -0.0041960863 * lms.x - 0.7034186147 * lms.y + 1.7076147010 * lms.z), 0.0, 1.0);
 }
 
-// What a damp skin adds: a soft highlight of the key, and the rim light at grazing angles.
+// The light of a damp skin: a soft highlight of the key, and the rim light at grazing angles.
 // The highlight is Blinn and Phong's, normalized, with Schlick's Fresnel term for water (0.02).
 vec3 specular_light(vec3 normal, vec3 to_eye, vec3 key_direction) {
     const float sharpness = 60.0;

@@ -1,5 +1,5 @@
 // shared_vertex: corners of triangles that look alike, joined to one vertex. src/render/shared_vertices.rs finds them.
-// The includer declares `shared_vertices` first: a table of twice four words a vertex.
+// The includer declares `shared_vertices` first: a table of twice four words per vertex.
 
 #ifndef MYXO_SHARED_VERTEX
 #define MYXO_SHARED_VERTEX

@@ -1,6 +1,6 @@
 // strict: arithmetic that gives the same bits on every device: sums, differences and products as IEEE 754 says, and what can be made
 // of them. Twin of src/strict.rs.
-// What Vulkan lets devices round as they like is not used where it decides state: no /, sqrt, sin, log, atan, dot, cross, length,
+// Kernels of the state use no operation that Vulkan lets devices round as they like: no /, sqrt, sin, log, atan, dot, cross, length,
 // normalize, mix. The build refuses kernels that use such, and sums and products that a compiler may contract: write each as a
 // `precise` variable of its own, arguments and results too, because `precise` does not reach into or out of functions.
 
@@ -42,7 +42,7 @@ vec2 positive(vec2 v) {
 
 // Whole texels. Of a float beyond the integers some devices make any integer, so this is the one place where positions become
 // integers. None is too large: points of the surface lie inside of the atlas, and ways that may leave it are clamped before.
-// What is negative, or no number, is 0, as in Rust.
+// Negative numbers and NaN become 0, as in Rust.
 uvec2 whole(vec2 position) {
     return uvec2(positive(position));
 }

@@ -65,7 +65,7 @@ void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
     bool ends = ends_before(right, left, w.remaining);
     bool crosses = true;
     while (true) {
-        // What is found in here is kept by those who have left, also where a device runs on through the loop for others.
+        // This branch keeps the results of invocations that have left, also where the device runs the loop on for others.
         if (!ends) {
             uvec4 words = edge_words(edge);
             at_border = words.x == NONE;

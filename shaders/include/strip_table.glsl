@@ -1,5 +1,5 @@
 // strip_table: what the table of triangles says of each: its edges, its shape, its place in the atlas. src/mesh/strip.rs fills it.
-// The includer declares `strips` first, a table of six times four words a triangle: three edges, the shape, and two
+// The includer declares `strips` first, a table of six times four words per triangle: three edges, the shape, and two
 // with its map to the atlas and the bins that its particles are sorted into.
 
 #ifndef MYXO_STRIP_TABLE

@@ -15,7 +15,7 @@ layout(push_constant) uniform Params {
     float relief;        // how high the brightest trail stands in the light, world units; 0 for a smooth surface
     float lamp;          // the share of all light from outside
     float occlusion;     // how much darker places are that see little of the sky, 0 to 1
-    float reach;         // how far distances to other objects are told, world units; 0 where there are none
+    float reach;         // largest known distance to other objects, world units; 0 without other objects
 } params;
 
 #endif

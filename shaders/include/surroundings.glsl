@@ -1,6 +1,6 @@
-// surroundings: what there is round each texel, two of them a word, so that one look tells all: in 8 bits its outlook, up to
-// where places of the same hue can be reached straight; whether it is near other objects, covered by them, and where they
-// are in sight; in 5 bits the hue, by which charts are told apart that lie near each other.
+// surroundings: facts about each texel, packed into half a word so that one read returns all: 8 bits of outlook, which is the
+// distance up to which places of its hue can be reached straight; whether other objects are near, cover it, or are in sight; and
+// 5 bits of hue, which differs between charts that lie near each other.
 // Twin of src/sim/surroundings.rs.
 
 #ifndef MYXO_SURROUNDINGS
@@ -24,7 +24,7 @@ bool is_clear(vec2 way, float unit, uint start, uint end) {
     return (start & HUE) != 0u && ((start ^ end) & HUE) == 0u && dot_of(way, way) <= most;
 }
 
-// That of a texel, out of the word that it shares.
+// The surroundings of a texel, from the word that it shares.
 uint surroundings_in(uint word, uint texel) {
     return (word >> (16u * (texel & 1u))) & 0xffffu;
 }
@@ -36,7 +36,7 @@ uint surroundings_in(uint word, uint texel) {
     if (changed != 0u) atomicXor(surroundings[(texel) >> 1u], changed << (16u * ((texel) & 1u))); \
 }
 
-// What a texel at a distance is marked with: places as deep as `deepest` or deeper, and those not below the threshold, are
+// Marks of a texel at a distance: places as deep as `deepest` or deeper, and those not below the threshold, are
 // not covered.
 uint marks_at(float distance, float deepest, float threshold, float near, float sight) {
     uint how_near = (distance < near ? NEAR : 0u) | (distance < sight ? IN_SIGHT : 0u);

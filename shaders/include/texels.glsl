@@ -9,8 +9,8 @@
 //   NAME_high    table to write                single texels from BAND on
 //   NAME_block   storage block                 either, unless OUTGROWS_BLOCK
 //
-// What follows takes the NAME and goes by the way that suits the texture; the shader declares those ways. In the form for
-// graphics cards every way is a storage block, which holds the whole texture there.
+// The macros below take the NAME and use the access path that suits the texture; the shader declares these paths. In the form for
+// graphics cards every path is a storage block, which holds the whole texture there.
 
 #ifndef MYXO_TEXELS
 #define MYXO_TEXELS
@@ -19,9 +19,9 @@
 
 // A texture with more texels than a texel buffer has elements is viewed four texels at once.
 layout(constant_id = 100) const bool TEXELS_IN_QUADS = false;
-// What is written texel by texel takes two views then; the texels of the first one.
+// Textures that are written texel by texel take two views then; the number of texels of the first one.
 layout(constant_id = 101) const uint BAND = 0xffffffffu;
-// What a storage block does not hold is written through texel buffers, which CPU drivers are slower with.
+// Textures that outgrow a storage block are written through texel buffers, which CPU drivers are slower with.
 layout(constant_id = 102) const bool OUTGROWS_BLOCK = false;
 
 #ifdef MYXO_CARD

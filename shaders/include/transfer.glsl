@@ -32,10 +32,10 @@ vec3 place_in_object(Pose pose, vec3 position) {
     return turned_to_object(pose, way);
 }
 
-// Where a particle is and where it is going, world space.
+// Place, heading and plane of a particle in world space.
 struct Flight { vec3 position; vec3 heading; vec3 normal; };
 
-// Where weights of B and C are on a triangle of that frame, object space.
+// The place of weights of B and C on a triangle of that frame, object space.
 vec3 position_on(uvec4 shape, Frame frame, float u, float v) {
     precise float along = u * uintBitsToFloat(shape.x) + v * uintBitsToFloat(shape.y);
     precise float across = v * uintBitsToFloat(shape.z);
@@ -64,7 +64,7 @@ vec3 folded(vec3 heading, vec3 from, vec3 to) {
     return turned;
 }
 
-// Where a particle that flies lands on a triangle: the nearest point of it, with the heading folded into its plane.
+// The landing of a transferred particle on a triangle: its nearest point, with the heading folded into its plane.
 struct Landing { float u; float v; float heading_p; float heading_h; };
 
 Landing landing_on(uint triangle, Flight flight) {

@@ -42,7 +42,7 @@ float scale_of(float most) {
     return uintBitsToFloat(0x7f000000u - (clamp(floatBitsToUint(most), LEAST, MOST) & 0x7f800000u));
 }
 
-// A component below that is no length: a triangle may be so thin that numbers cannot tell its sides apart. 2^-60.
+// A vector whose components are all below this has no direction: sides of thin triangles can coincide by rounding. 2^-60.
 const float LEAST_COMPONENT = 8.6736174e-19;
 
 // The direction of a vector, or another one if the vector is too short to have one.

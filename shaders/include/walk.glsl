@@ -67,7 +67,7 @@ vec2 from_other_end(vec2 along) {
     return vec2(rest, 0.0);
 }
 
-// What remains after some way, and its carry.
+// The remaining length after a distance, and its carry.
 vec2 shortened(float remaining, float carry, float distance) {
     if (WALK_CARRIES) {
         precise float way = distance - carry;
@@ -137,7 +137,7 @@ void walk(inout Walker w, uint attempts, bool reflects) {
         vec2 c = moved(w.weight_c, w.carry_c, rate_c, distance);
         vec2 remaining = shortened(w.remaining, w.carry_remaining, distance);
 
-        // Where on the half-edge, measured from its start. Across, the twin's start is the end; at an open border the
+        // The position on the half-edge, measured from its start. On the twin, start and end are exchanged; at an open border the
         // half-edge is its own twin.
         uvec4 edge = fetch4(halfedges, 3u * w.triangle + corner);
         uint twin = edge.x;
@@ -147,7 +147,7 @@ void walk(inout Walker w, uint attempts, bool reflects) {
         bool stays = stops || at_border;
         vec2 along = corner == 0u ? b : corner == 1u ? c : a;
         if (WALK_CARRIES) {
-            // Of the two weights on the edge, the one that has changed less is known better; in a needle much better.
+            // The weight that has changed less is the more exact one of the two on the edge; in a needle it is far more exact.
             float end_rate = corner == 0u ? rate_b : corner == 1u ? rate_c : rate_a;
             float start_rate = corner == 0u ? rate_a : corner == 1u ? rate_b : rate_c;
             vec2 from_start = from_other_end(corner == 0u ? a : corner == 1u ? b : c);

@@ -11,7 +11,7 @@ const uint WALKING = 0u;
 const uint NEARBY = 1u;
 const uint WALKING_NEARBY = 2u;
 
-// Where `walkers` has the one that is listed as number `place` of the first list, or of the second.
+// The index in `walkers` of entry `place` of the first list, or of the second.
 uint walker_slot(uint list, uint place) {
     return list == WALKING ? place : params.particle_count - 1u - place;
 }

@@ -1,7 +1,7 @@
 // windows: which slots a window has got when the borders moved. Twin of src/sim/step/windows.rs.
 // The includer declares `windows`, `borders` and `params` with `particle_count` and `object_count` first.
 //
-// What a window has now and had before are two runs of slots. What it has got lies in front of their common part
+// A window's slots before and after are two runs. The slots that it gains lie in front of their common part
 // (`front` slots), or behind it.
 
 #ifndef MYXO_WINDOWS

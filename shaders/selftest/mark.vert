@@ -1,8 +1,8 @@
-// mark: one point in the middle of the picture, which tells where it is.
+// mark: one point in the middle of the picture, which writes its position as debug values.
 // Reads   nothing.
 // Writes  the picture, the debug list.
 // One vertex.
-// Overflow: told values are counted and dropped.
+// Overflow: values that do not fit are counted and dropped.
 #version 460
 #include "debug.glsl"
 

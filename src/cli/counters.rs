@@ -2,7 +2,7 @@
 
 use myxo::scene::parameters::grouped;
 use myxo::scene::settings::ObjectSettings;
-use myxo::sim::transfers::told;
+use myxo::sim::transfers::count_text;
 use myxo::sim::{Setup, Snapshot};
 use serde::{Deserialize, Serialize};
 
@@ -96,7 +96,7 @@ impl Counters {
             format!(
                 "transfers overflowed: {} times a particle found the transfer buffer full and stayed on its object; \
                  raise transfer.buffer_size from {} to {}",
-                told(transfer_overflow),
+                count_text(transfer_overflow),
                 grouped(buffer_size.into()),
                 grouped(transfer_buffer_wanted as f64)
             )

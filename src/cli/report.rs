@@ -158,7 +158,7 @@ impl FoodLeft {
         objects: &[ObjectSettings],
         world_from_object: &[Affine3A],
     ) -> Vec<Self> {
-        let places = setup.pantry.places.iter().zip(&setup.pantry.marks);
+        let places = setup.food_set.places.iter().zip(&setup.food_set.marks);
         let all = places.zip(&snapshot.food.remaining);
         all.map(|((place, mark), &left)| {
             let object = place.object as usize;

@@ -21,7 +21,7 @@ pub struct Shared {
     pub indices: Vec<u32>,
 }
 
-/// What tells corners of one vertex apart.
+/// The attributes in which corners of one vertex may differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
     /// Normals.
@@ -70,7 +70,7 @@ pub fn share(
     shared
 }
 
-/// Where a corner lies in the atlas, in texels.
+/// The position of a corner in the atlas, in texels.
 #[must_use]
 pub fn atlas_position(atlas: &Atlas, corner: u32) -> [f32; 2] {
     let (u, v) = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)][corner as usize % 3];

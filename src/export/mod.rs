@@ -1,4 +1,4 @@
-//! What is taken out of a simulation: models with the trail on them, data for other programs, the scene as it stands.
+//! Exports of a simulation: models with the trail on them, data for other programs, the present scene.
 //!
 //! | ending | content | written by |
 //! | --- | --- | --- |
@@ -42,13 +42,13 @@ use paint::Paint;
 pub use watch::Watch;
 use watch::Watched;
 
-/// Pictures are taken in this shape unless somebody asks for another, so the camera of a model fits it.
+/// The default size of pictures in pixels; the camera of an exported model fits its shape.
 const PICTURE: Vec2 = Vec2::new(1280.0, 720.0);
 
-/// How often it is looked whether a state has arrived.
+/// How often the export polls whether a state has arrived.
 const LOOKS_EVERY: Duration = Duration::from_millis(2);
 
-/// What a file is, as its ending says.
+/// The format of a file, by its ending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// Binary glTF 2.0.
@@ -95,17 +95,17 @@ pub struct Export<'a> {
     pub snapshot: Cow<'a, Snapshot>,
     /// The distances between objects, where some have been taken.
     pub distances: Option<Distances>,
-    /// Where each object was in the last step, counted from the scene's origins.
+    /// The pose of each object in the last step, counted from the scene's origins.
     pub world_from_object: Vec<Affine3A>,
     /// The poses of those that were put there from outside, from scaled coordinates to the world's.
     set_from_outside: Vec<Option<DAffine3>>,
     /// Seconds of the objects' motion.
     pub time: f64,
-    /// What pictures of it look like.
+    /// The view of its pictures.
     pub view: View,
     /// The name of the device that computed it.
     pub device: String,
-    /// That device's driver and its version.
+    /// The device's driver and its version.
     pub driver: String,
 }
 
@@ -141,7 +141,7 @@ impl<'a> Export<'a> {
         }
     }
 
-    /// Where a place that is counted from the scene's origin lies in the world.
+    /// Maps a place that is counted from the scene's origin to world coordinates.
     fn in_world(&self, place: Vec3) -> DVec3 {
         place.as_dvec3() + self.setup.origin()
     }
@@ -288,7 +288,7 @@ impl ExportFile {
     pub fn create(path: &Path) -> Result<Self> {
         let format = Format::of(path).ok_or_else(|| {
             Error::Invalid(format!(
-                "{}: cannot tell what to write; call it NAME.glb (model with texture), NAME.ply (mesh with colours), \
+                "{}: unknown output format; call it NAME.glb (model with texture), NAME.ply (mesh with colours), \
                  NAME.npz (all data) or NAME.toml (scene file)",
                 path.shown()
             ))
@@ -323,7 +323,7 @@ impl ExportFile {
         self.write_watched(export, colors, &Watch::default())
     }
 
-    /// The same, telling how far it is and stopping where it is told to.
+    /// As [`write`](Self::write), with progress reports and cancellation by `watch`.
     ///
     /// # Errors
     /// As [`write`](Self::write), and when it was stopped.
@@ -369,7 +369,7 @@ impl ExportFile {
     }
 }
 
-/// Writes a state as a checkpoint, telling how far it is and stopping where it is told to.
+/// Writes a state as a checkpoint, with progress reports and cancellation.
 ///
 /// # Errors
 /// As [`ExportFile::write_watched`].

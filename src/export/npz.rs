@@ -1,6 +1,6 @@
 //! A zip archive of NumPy arrays: everything that the state is made of, in world coordinates where it can be.
 //!
-//! `docs/npz.md` is this table with explanations; N particles, S texels a side, O objects, F foods, V vertices,
+//! `docs/npz.md` is this table with explanations; N particles, S texels per side, O objects, F foods, V vertices,
 //! T triangles.
 //!
 //! | array | type | shape | unit |
@@ -101,12 +101,12 @@ pub(super) fn write(export: &Export<'_>, out: &mut (impl Write + Seek)) -> io::R
     Ok(())
 }
 
-/// What a failure has ended takes in the rest and does nothing with it: the archive writes its end whatever happens, and
-/// would print that it could not.
+/// A writer that ignores everything after the first failure: the archive writes its end in any case, and
+/// would print an error.
 struct UntilFailed<W> {
     out: W,
     has_failed: bool,
-    /// Where the next byte comes, as far as is known.
+    /// Position of the next byte, if it is known.
     at: u64,
 }
 
@@ -136,7 +136,7 @@ impl<W: Seek> Seek for UntilFailed<W> {
         if self.has_failed {
             return Ok(self.at);
         }
-        // What lies in between may write what it has gathered, and fail with that.
+        // A buffering writer below may flush now, and fail.
         let sought = self.out.seek(to);
         self.has_failed = sought.is_err();
         self.at = *sought.as_ref().unwrap_or(&self.at);
@@ -290,7 +290,7 @@ fn write_texels<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io
     )
 }
 
-/// Areas that were painted, where there are any: `NO_GO` is a mark and no number that anybody reads.
+/// Painted areas, if there are any. No-go areas are a mask of their own, because the value of `NO_GO` has no meaning as a number.
 fn write_areas<W: Write + Seek>(
     export: &Export<'_>,
     texels: &[u32],
@@ -314,15 +314,15 @@ fn write_areas<W: Write + Seek>(
     to.typed("area_no_go", "|b1", &[side, side], &no_go)
 }
 
-/// Foods and markers, where there are any, what sensors read of what is left of them, and who has eaten.
+/// Foods and markers, if there are any: their places, the scent of what is left of them, and which particles are fed.
 fn write_foods<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io::Result<()> {
     let atlas = &export.setup.atlas;
-    let pantry = &export.setup.pantry;
-    if pantry.is_empty() {
+    let food_set = &export.setup.food_set;
+    if food_set.is_empty() {
         return Ok(());
     }
     let left = &export.snapshot.food.remaining;
-    let field = scent_of(pantry, &pantry.meals(Some(left)));
+    let field = scent_of(food_set, &food_set.meals(Some(left)));
     let side = atlas.size as usize;
     let rows = field.chunks(atlas.pitch as usize).take(side);
     let texels: Vec<f32> = rows.flat_map(|row| &row[..side]).copied().collect();
@@ -339,7 +339,7 @@ fn write_foods<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io:
         &of_all(&fed, |(_, steps)| *steps),
     )?;
 
-    let foods = &pantry.places;
+    let foods = &food_set.places;
     let n = [foods.len()];
     let object = of_all(foods, |food| food.object as i32);
     to.array("food_object", &n, &object)?;
@@ -356,7 +356,7 @@ fn write_foods<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io:
     to.array("food_radius", &n, &of_all(foods, |food| food.radius as f32))?;
     to.array("food_size", &n, &of_all(foods, |food| food.size as f32))?;
     to.array("food_strength", &n, &of_all(foods, |food| food.strength))?;
-    // What has no end has no number of meals.
+    // Endless food has no number of meals.
     let meals = |amount: u32, meals: u32| if amount == 0 { -1 } else { i64::from(meals) };
     let amount = of_all(foods, |food| meals(food.amount, food.amount));
     to.array("food_amount", &n, &amount)?;
@@ -448,7 +448,7 @@ fn of_all<T: Sync, U: Send>(items: &[T], value: impl Fn(&T) -> U + Sync) -> Vec<
     items.par_iter().map(&value).collect()
 }
 
-/// What elements are called in the header of an array.
+/// Element types of arrays, with their names in headers.
 trait Element: Pod {
     const TYPE: &'static str;
 }
@@ -525,7 +525,7 @@ impl<W: Write + Seek> Archive<W> {
     }
 }
 
-/// What stands before an array's elements (NumPy Enhancement Proposal 1, version 1.0).
+/// The header of an array (NumPy Enhancement Proposal 1, version 1.0).
 fn header(kind: &str, shape: &[usize]) -> Vec<u8> {
     let sides: String = shape.iter().map(|side| format!("{side}, ")).collect();
     let mut text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({sides}), }}");

@@ -48,7 +48,7 @@ impl Paint {
         BARE * (1.0 - color.w) + color.truncate()
     }
 
-    /// What of it is the trail's alone, which glows.
+    /// The light of the trail alone, which the surface emits.
     #[must_use]
     pub fn glow(&self, trail: f32) -> Vec3 {
         self.color_of(tone(trail, self.brightest)).truncate()
@@ -61,13 +61,13 @@ impl Paint {
     }
 
     /// The surface's colours in the whole atlas, as an image of `size * size` pixels. Pixels beyond all charts and gutters
-    /// continue the nearest ones, so that whoever filters or shrinks the image mixes nothing foreign in.
+    /// continue the nearest ones, so that filtering or shrinking the image mixes in no foreign colour.
     #[must_use]
     pub fn texture(&self, atlas: &Atlas, trail: &[f32]) -> image::RgbImage {
         texture(atlas, trail, |trail| self.color(trail))
     }
 
-    /// The same of what glows.
+    /// As [`texture`](Self::texture), with the light that the surface emits.
     #[must_use]
     pub fn glow_texture(&self, atlas: &Atlas, trail: &[f32]) -> image::RgbImage {
         texture(atlas, trail, |trail| self.glow(trail))
@@ -129,7 +129,7 @@ fn spread(pixels: &mut [[u8; 3]], is_known: &mut [bool], size: usize) {
     }
 }
 
-/// What a picture of this trail alone takes for the brightest value.
+/// The brightest value of a picture of this trail alone.
 fn exposed(clipped_share: f32, trail: &[f32], density: &[f32]) -> f32 {
     let count = density.len() as u32;
     let stride = exposure::stride(count);

@@ -9,7 +9,7 @@
 //! ordered counts for themselves only. Where one is dropped, what buffers keep is not what took place: the next one begins with a
 //! barrier for everything.
 //!
-//! Barriers are over all memory: devices do not tell buffers apart in them.
+//! Barriers are over all memory: drivers ignore the buffer ranges of buffer barriers.
 
 use ash::vk;
 
@@ -53,7 +53,7 @@ impl Access {
         }
     }
 
-    /// What may have been written and has to be made available.
+    /// Access flags of writes that must be made available.
     fn writes(self) -> vk::AccessFlags {
         match self {
             Access::Copy => vk::AccessFlags::TRANSFER_WRITE,
@@ -62,7 +62,7 @@ impl Access {
         }
     }
 
-    /// What it has to be made visible to.
+    /// Access flags of uses to which writes must be made visible.
     fn uses(self) -> vk::AccessFlags {
         match self {
             Access::Copy => vk::AccessFlags::TRANSFER_READ | vk::AccessFlags::TRANSFER_WRITE,
@@ -75,7 +75,7 @@ impl Access {
         }
     }
 
-    /// What is done by it, as in `kernel writes`.
+    /// Its name in messages, as in `kernel writes`.
     pub(crate) fn word(self) -> &'static str {
         match self {
             Access::Copy => "copy",
@@ -137,7 +137,7 @@ impl Wait {
     pub(crate) fn record(self, device: &ash::Device, cmd: vk::CommandBuffer) {
         let none = vk::AccessFlags::empty();
         let written = (self.written.each()).fold(none, |all, one| all | one.writes());
-        // What has only been read is over when the stages are: nothing has to be made visible.
+        // After reads only, an execution dependency suffices: nothing has to be made visible.
         let used = if self.written.is_empty() {
             none
         } else {
@@ -166,21 +166,21 @@ impl Wait {
 /// which it is counted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Order {
-    /// Of each access, up to when it has finished before each other one; and up to when what it wrote is visible there.
+    /// For each pair of accesses: up to which work the first has finished before the second, and up to which its writes are visible.
     finished: [[u64; 6]; 6],
     visible: [[u64; 6]; 6],
     /// A recording was dropped, so that buffers keep uses that did not take place, and lack others.
     is_unknown: bool,
 }
 
-/// What the context knows of all recordings.
+/// The context's record of all recordings.
 #[derive(Debug, Default)]
 pub(crate) struct Recordings {
     /// The number of what was recorded last.
     now: u64,
     begun: u64,
     open: u64,
-    /// What those that were submitted have ordered.
+    /// The order after all submitted recordings.
     order: Order,
 }
 
@@ -234,7 +234,7 @@ impl Recordings {
 }
 
 impl Order {
-    /// Does it begin with a barrier for everything? From then on it is known.
+    /// Must the recording begin with a barrier for everything? Marks the order as known.
     pub(crate) fn settle(&mut self, now: u64) -> bool {
         if !std::mem::take(&mut self.is_unknown) {
             return false;
@@ -283,11 +283,11 @@ pub(crate) struct Unordered {
     pub(crate) reason: &'static str,
     /// The buffers that more than one of them may write.
     pub(crate) shared: Vec<vk::Buffer>,
-    /// What was recorded last before the first of them.
+    /// The last work before the first of them.
     pub(crate) since: u64,
 }
 
-/// What is known of one buffer.
+/// The last uses of one buffer.
 #[derive(Debug, Default)]
 pub(crate) struct History {
     write: Option<Use>,
@@ -333,8 +333,8 @@ impl History {
         }
     }
 
-    /// Of what was recorded after `since`, the work that a use would have to wait for, whatever barriers stand between, and
-    /// whether it wrote. Uses by the access that is shared are none.
+    /// The work recorded after `since` that a use would have to wait for, regardless of barriers, and whether it wrote. Uses by the
+    /// shared access do not count.
     pub(crate) fn conflict(
         &self,
         writes: bool,

@@ -43,15 +43,15 @@ impl Recorder {
         }
     }
 
-    /// Of what `record` does, records the first dispatch of that kernel alone, in a scope of this name. Before the scope
-    /// the kernel's buffers are brought back to what it found the first time.
+    /// Records only the first dispatch of that kernel in `record`, in a scope of this name. Before the scope, the kernel's buffers
+    /// are restored to their first contents.
     pub fn record_alone(&mut self, alone: &Alone, scope: &str, record: impl FnOnce(&mut Self)) {
         self.part = Part::Only(alone.clone(), scope.to_owned());
         record(self);
         self.part = Part::Whole;
     }
 
-    /// Does a dispatch take place? Then it is recorded next.
+    /// Must this dispatch be recorded? If so, the caller records it next.
     pub(crate) fn admits<I: Interface>(&mut self, name: &str, args: &I::Args<'_>) -> bool {
         if matches!(self.part, Part::Whole) {
             return true;
@@ -68,7 +68,7 @@ impl Recorder {
         self.admits_kernel(name, written)
     }
 
-    /// The same for whatever is timed as a kernel, with the buffers that it writes.
+    /// As [`admits`](Self::admits), for any work that is timed as a kernel, with the buffers that it writes.
     pub(crate) fn admits_kernel(&mut self, name: &str, written: Vec<&BufferCore>) -> bool {
         match &mut self.part {
             Part::Whole => true,
@@ -134,7 +134,7 @@ impl Recorder {
         self.full_barrier(all);
         for Piece { from, to, copy } in pieces((from, 0), (to, 0), size) {
             // SAFETY: both are alive until this frame is over: the original is bound by the dispatch that follows or
-            // would have followed, and what was kept is dropped into the graveyard. Both have this size.
+            // would have followed, and what was kept is dropped into the deletion queue. Both have this size.
             unsafe {
                 self.device().cmd_copy_buffer(self.raw(), from, to, &[copy]);
             }

@@ -1,5 +1,5 @@
-//! What the device's memory gets through, measured: a large copy from one buffer to another. Times of kernels are told
-//! as fractions of it.
+//! Measures the device's memory bandwidth by a large copy from one buffer to another. Reports give kernel times as
+//! fractions of it.
 
 use std::sync::Arc;
 
@@ -12,17 +12,17 @@ use super::info::DeviceKind;
 use super::recorder::Recorder;
 use super::report::Statistics;
 
-/// Copied at once: far more than caches of processors hold.
+/// Bytes of one copy on CPUs: far more than their caches hold.
 const BYTES: u64 = 64 << 20;
-/// The same for graphics cards, which are quick enough for more.
+/// Bytes of one copy on graphics cards, which are fast enough for more.
 const BYTES_OF_CARDS: u64 = 256 << 20;
-/// Copies before those that count: the first ones get their memory from the system.
+/// Untimed copies at first, in which the system allocates the memory.
 const WARMUP: usize = 2;
 
-/// How fast the device copies from buffer to buffer.
+/// Speed of copies from buffer to buffer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CopyBandwidth {
-    /// Of one copy: so many are read, and as many written.
+    /// Bytes of one copy, each of which is read and written once.
     pub size_in_bytes: u64,
     /// Copies that were measured.
     pub runs: usize,

@@ -9,7 +9,7 @@ use super::error::{GpuError, GpuResult};
 use super::info::DeviceInfo;
 use super::instance::Instance;
 
-/// A Vulkan device with a queue, made and owned by somebody else; see [`Context::borrow`](super::Context::borrow).
+/// A Vulkan device with a queue, made and owned by the caller; see [`Context::borrow`](super::Context::borrow).
 ///
 /// All handles belong together: the device is of the physical device, this of the instance, the instance of the entry,
 /// and the queue is the device's, of the family named. The instance was made for Vulkan 1.2 or later.
@@ -19,7 +19,7 @@ pub struct BorrowedDevice {
     pub entry: ash::Entry,
     /// The instance.
     pub instance: ash::Instance,
-    /// What the device was made on.
+    /// The physical device of the device.
     pub physical_device: vk::PhysicalDevice,
     /// The device.
     pub device: ash::Device,

@@ -39,7 +39,7 @@ impl<T> Drop for Mapped<'_, T> {
 
 /// A buffer of any element type, as barriers and arguments take it.
 pub trait AnyBuffer {
-    /// What does not depend on the element type.
+    /// The part without the element type.
     fn core(&self) -> &BufferCore;
 }
 
@@ -83,7 +83,7 @@ impl<T: Pod> Buffer<T> {
             state.readers += 1;
         }
         let data = core.mapped("download").cast();
-        // SAFETY: the memory holds `len` elements of plain data and lives as long as `self`. Nobody writes it: no frame
+        // SAFETY: the memory holds `len` elements of plain data and lives as long as `self`. Nothing writes it: no frame
         // that uses the buffer is unfinished, recording one that writes it panics while `readers` counts this, and
         // writing on the host needs the buffer exclusively.
         let elements = unsafe { std::slice::from_raw_parts(data, self.len()) };
@@ -99,7 +99,7 @@ impl<T: Pod> Buffer<T> {
         let core = &self.core;
         core.assert_not_in_use("write");
         core.forget_history();
-        // SAFETY: as in `as_slice`; and nobody else has the buffer, since texel views are of device buffers only.
+        // SAFETY: as in `as_slice`; and there is no other reference to the buffer, since texel views are of device buffers only.
         unsafe { std::slice::from_raw_parts_mut(core.mapped("upload").cast(), self.len()) }
     }
 }
@@ -137,7 +137,7 @@ impl<T> Buffer<T> {
 }
 
 impl<T: Pod> Buffer<T> {
-    /// The same device memory seen as elements of another type, such as four floats as one vector, so that a kernel
+    /// A view of this device memory with elements of another type, such as four floats as one vector, so that a kernel
     /// can use wide loads. Costs nothing.
     ///
     /// # Panics

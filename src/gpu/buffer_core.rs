@@ -1,4 +1,4 @@
-//! What a buffer is apart from its element type: memory, name, and the history that barriers follow from.
+//! The part of a buffer without its element type: memory, name, and the history from which barriers follow.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -9,16 +9,16 @@ use gpu_allocator::vulkan::Allocation;
 use super::access::{Access, History, Order, Use, Wait};
 use super::allocation::allocate;
 use super::context::Context;
+use super::deletion_queue::Deletion;
 use super::error::{GpuError, GpuResult};
-use super::graveyard::Corpse;
 use super::pages::{Extent, address_table, most_in_pages, page_size};
 
-/// What a buffer's memory is for.
+/// The purpose of a buffer's memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Domain {
     /// Used by the device only; [`Context::upload`] and [`Context::download`] reach it. Fits one binding.
     Device,
-    /// The same, and kernels reach it by [`Texels`](super::Texels), or draws as indices: it may be larger than a binding.
+    /// As `Device`, but kernels access it by [`Texels`](super::Texels), or draws as indices, so it may be larger than a binding.
     Texels,
     /// As `Texels`, for elements of 16 bytes. Where the device [has pages](super::DeviceInfo::has_pages), it may be larger than an
     /// allocation: pipelines over [tables in pages](super::Tables) reach all of it.
@@ -30,7 +30,7 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// Does only the device reach it?
+    /// Is it in memory that only the device accesses?
     #[must_use]
     pub fn is_on_device(self) -> bool {
         matches!(self, Domain::Device | Domain::Texels | Domain::Pages)
@@ -46,7 +46,7 @@ pub struct BufferCore {
     extent: Extent,
     /// One a buffer of the extent; taken by `drop` only.
     allocations: Vec<Allocation>,
-    /// Where shaders find its pages; taken by `drop` only.
+    /// The table with the addresses of its pages; taken by `drop` only.
     addresses: Option<(vk::Buffer, Allocation)>,
     state: Mutex<State>,
 }
@@ -162,7 +162,7 @@ impl BufferCore {
         self.size
     }
 
-    /// What the memory is for.
+    /// The purpose of the memory.
     #[must_use]
     pub fn domain(&self) -> Domain {
         self.domain
@@ -174,7 +174,7 @@ impl BufferCore {
         self.extent.first()
     }
 
-    /// Where its bytes lie.
+    /// The buffers that hold its bytes.
     pub(crate) fn extent(&self) -> &Extent {
         &self.extent
     }
@@ -195,7 +195,7 @@ impl BufferCore {
         self.addresses.is_some() || (self.ctx.card_forms && fits)
     }
 
-    /// What has the addresses of its pages.
+    /// The buffer with the addresses of its pages.
     pub(crate) fn addresses(&self) -> vk::Buffer {
         let (addresses, _) = self.addresses.as_ref().unwrap_or_else(|| {
             panic!(
@@ -244,7 +244,7 @@ impl BufferCore {
         self.lock().history.wait_for(order, to, up_to, wait, reason);
     }
 
-    /// What a use would have to wait for; see [`History::conflict`].
+    /// The work that a use would have to wait for; see [`History::conflict`].
     pub(crate) fn conflict(
         &self,
         writes: bool,
@@ -286,14 +286,14 @@ impl BufferCore {
 
     pub(crate) fn is_in_use(&self) -> bool {
         let ticket = self.lock().ticket;
-        self.ctx.graveyard.is_pending(ticket)
+        self.ctx.deletion_queue.is_pending(ticket)
     }
 
-    /// Blocking transfers run before what is being recorded, which nobody means.
+    /// Panics while a recording uses the buffer: a blocking copy would run before the recording, which is never meant.
     pub(crate) fn assert_not_being_recorded(&self) {
         let ticket = self.lock().ticket;
         assert!(
-            !self.ctx.graveyard.is_open(ticket),
+            !self.ctx.deletion_queue.is_open(ticket),
             "`{}` is used by a frame that is still being recorded: submit the frame before an upload or a download",
             self.name
         );
@@ -308,11 +308,11 @@ impl BufferCore {
     }
 
     /// A slice that the host holds must not change.
-    pub(crate) fn assert_not_read_by_host(&self, who: &str) {
+    pub(crate) fn assert_not_read_by_host(&self, writer: &str) {
         let readers = self.lock().readers;
         assert!(
             readers == 0,
-            "`{who}` writes `{}` while the host holds a slice of it: drop what as_slice returned first",
+            "`{writer}` writes `{}` while the host holds a slice of it: drop what as_slice returned first",
             self.name
         );
     }
@@ -335,7 +335,9 @@ impl Drop for BufferCore {
         let allocations = self.allocations.drain(..);
         let buffers = self.extent.buffers().iter().copied().zip(allocations);
         for (raw, allocation) in buffers.chain(self.addresses.take()) {
-            self.ctx.graveyard.add(Corpse::Buffer(raw, allocation));
+            self.ctx
+                .deletion_queue
+                .add(Deletion::Buffer(raw, allocation));
         }
     }
 }

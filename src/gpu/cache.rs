@@ -24,7 +24,7 @@ pub fn default_cache_folder() -> Option<PathBuf> {
 pub(crate) struct PipelineCache {
     raw: vk::PipelineCache,
     file: Option<PathBuf>,
-    /// What the file held, to write only what is new.
+    /// Size of the file's data: it is written only if the cache has grown.
     size_on_disk: usize,
 }
 
@@ -74,7 +74,7 @@ impl PipelineCache {
                 file.display()
             );
         }
-        // SAFETY: nobody uses it any more.
+        // SAFETY: nothing uses it any more.
         unsafe { device.destroy_pipeline_cache(self.raw, None) };
     }
 }

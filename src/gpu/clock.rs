@@ -14,7 +14,7 @@ pub struct Calibration {
     pub device_ns: f64,
     /// The host's clock.
     pub host: Instant,
-    /// How far the two may be apart, nanoseconds.
+    /// Bound on the difference between the two clocks, nanoseconds.
     pub deviation_ns: f64,
 }
 

@@ -1,5 +1,5 @@
-//! What the driver says of the kernels that it has compiled, where it says anything (`VK_KHR_pipeline_executable_properties`):
-//! registers, spilled ones, how many groups fit at once. Each driver has words and numbers of its own.
+//! The driver's report on compiled kernels, if it gives one (`VK_KHR_pipeline_executable_properties`):
+//! registers, spills, occupancy. Each driver has its own names and numbers.
 
 use std::ffi::CStr;
 
@@ -14,22 +14,22 @@ pub struct Compiled {
     pub constants: Vec<(u32, u32)>,
     /// Invocations that run in lock-step.
     pub subgroup_size: u32,
-    /// In the driver's order.
+    /// The statistics, in the driver's order.
     pub statistics: Vec<Statistic>,
 }
 
 /// One number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statistic {
-    /// In the driver's words.
+    /// The driver's name of the statistic.
     pub name: String,
-    /// What it is, in the driver's words.
+    /// The driver's description of it.
     pub description: String,
     /// The number; 0 or 1 for what is false or true.
     pub value: f64,
 }
 
-/// What a driver says of a pipeline that was made to be asked; nothing, if it cannot say it now.
+/// The driver's report on a pipeline that was created for this; empty if the driver fails to give one.
 pub(crate) fn ask(
     device: &khr::pipeline_executable_properties::Device,
     pipeline: vk::Pipeline,

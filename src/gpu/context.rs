@@ -13,9 +13,9 @@ use super::borrowed::BorrowedDevice;
 use super::cache::PipelineCache;
 use super::compiled::Compiled;
 use super::debug::DebugEntries;
+use super::deletion_queue::{Deletion, DeletionQueue};
 use super::device::Device;
 use super::error::{Check, GpuError, GpuResult};
-use super::graveyard::{Corpse, Graveyard};
 use super::info::{self, DeviceInfo};
 use super::instance::Instance;
 use super::options::ContextOptions;
@@ -24,8 +24,8 @@ use super::staging::Staging;
 
 /// A device, its queue, its memory, and what waits to be freed.
 pub struct Context {
-    pub(crate) graveyard: Graveyard,
-    /// What blocking transfers use.
+    pub(crate) deletion_queue: DeletionQueue,
+    /// Command buffer, fence and buffers of blocking transfers.
     pub(crate) staging: Mutex<Staging>,
     pub(crate) hazard_check: bool,
     /// Do kernels of an unordered group wait for each other all the same, because the validation layer watches?
@@ -34,9 +34,9 @@ pub struct Context {
     pub(crate) card_forms: bool,
     pub(crate) leave_out: Option<u32>,
     recordings: Mutex<Recordings>,
-    /// How long it waits at the least.
+    /// The timeout without any [`Patience`].
     timeout: Duration,
-    /// What every [`Patience`] that is there allows on top, nanoseconds.
+    /// The sum of all present [`Patience`]s, added to the timeout, nanoseconds.
     patience: AtomicU64,
     pub(crate) breadcrumbs: bool,
     pub(crate) debug_capacity: u32,
@@ -49,7 +49,7 @@ pub struct Context {
     pub(crate) debug: Mutex<DebugEntries>,
     pipeline_cache: PipelineCache,
     pub(crate) pipelines: Pipelines,
-    /// What the driver has said of them, where it was asked.
+    /// The driver's reports on them, if requested.
     pub(crate) compiled: Mutex<Vec<Compiled>>,
     info: DeviceInfo,
     queue: Mutex<vk::Queue>,
@@ -87,17 +87,17 @@ impl Context {
         Self::on(device, info, queue, options)
     }
 
-    /// A device that somebody else has made, and one of its queues. It is left as it is in the end.
+    /// Uses a device that the caller has made, and one of its queues. Dropping the context does not destroy the device.
     ///
-    /// Of the options, those that choose or make a device mean nothing here: `device`, `validation`, `window`.
+    /// The options that choose or make a device are ignored: `device`, `validation`, `window`.
     ///
     /// # Errors
     /// When the device lacks something that kernels need, or has no memory left.
     ///
     /// # Safety
-    /// What [`BorrowedDevice`] says about its handles must hold. The device must outlive the context and everything made
+    /// The conditions of [`BorrowedDevice`] on its handles must hold. The device must outlive the context and everything made
     /// on it. While others use the queue they must hold [`Context::queue`]; while [`Context::wait_idle`] runs or the
-    /// context is dropped, nobody may use any queue of the device.
+    /// context is dropped, no other code may use any queue of the device.
     pub unsafe fn borrow(device: BorrowedDevice, options: &ContextOptions) -> GpuResult<Arc<Self>> {
         let queue = device.queue;
         let (device, mut info) = device.take()?;
@@ -107,8 +107,8 @@ impl Context {
         Self::on(device, info, queue, options)
     }
 
-    /// What the driver says of every kernel that was compiled so far, in the order in which they were compiled; `None` where
-    /// it says nothing, or was not to be asked: see [`ContextOptions::compiler_reports`].
+    /// The driver's reports on all kernels compiled so far, in the order of compilation; `None` if the driver gives none,
+    /// or none were requested: see [`ContextOptions::compiler_reports`].
     #[must_use]
     pub fn compiled(&self) -> Option<Vec<Compiled>> {
         self.device.executables.as_ref()?;
@@ -150,7 +150,7 @@ impl Context {
             source,
         })?;
         Ok(Arc::new(Self {
-            graveyard: Graveyard::default(),
+            deletion_queue: DeletionQueue::default(),
             staging: Mutex::default(),
             recordings: Mutex::default(),
             hazard_check: (options.hazard_check)
@@ -186,7 +186,7 @@ impl Context {
         &self.info
     }
 
-    /// What the validation layer has said so far, oldest first; empty is good.
+    /// The validation layer's messages so far, oldest first; empty is good.
     #[must_use]
     pub fn messages(&self) -> Vec<String> {
         self.device.instance.messages.all()
@@ -198,13 +198,13 @@ impl Context {
         self.device.instance.messages.take()
     }
 
-    /// What kernels told by `debug_value` in the frames that have been waited for; forgets it.
+    /// Takes the values that kernels wrote by `debug_value` in frames that have been waited for.
     #[must_use]
     pub fn debug_entries(&self) -> DebugEntries {
         std::mem::take(&mut *self.debug.lock().unwrap_or_else(|e| e.into_inner()))
     }
 
-    /// How often the queue was given work so far: once a frame, and once an upload or download.
+    /// Number of submissions so far: one per frame, and one per upload or download.
     #[must_use]
     pub fn submits(&self) -> u64 {
         self.submits.load(Ordering::Relaxed)
@@ -223,7 +223,7 @@ impl Context {
         }
     }
 
-    /// How long the device may take for what it is waited for.
+    /// The present timeout of waits for the device.
     pub(crate) fn timeout(&self) -> Duration {
         let patience = Duration::from_nanos(self.patience.load(Ordering::Relaxed));
         self.timeout.saturating_add(patience)
@@ -258,7 +258,7 @@ impl Context {
     }
 
     /// Waits for a fence, for as long as the context allows.
-    pub(crate) fn wait_for(&self, fence: vk::Fence, who: &str) -> GpuResult<()> {
+    pub(crate) fn wait_for(&self, fence: vk::Fence, what: &str) -> GpuResult<()> {
         let timeout = self.timeout();
         let nanoseconds = u64::try_from(timeout.as_nanos()).unwrap_or(u64::MAX);
         // SAFETY: the fence is this device's.
@@ -266,17 +266,17 @@ impl Context {
         match self.heard(self.is_there().and(waited)) {
             Err(vk::Result::TIMEOUT) => Err(GpuError::Timeout {
                 seconds: timeout.as_secs(),
-                last: format!("it was busy with {who}"),
+                last: format!("it was busy with {what}"),
                 kernel: None,
             }),
-            other => other.check("vkWaitForFences", who),
+            other => other.check("vkWaitForFences", what),
         }
     }
 
-    /// Ends the device, and tells what the validation layer has said until its end that was not taken yet.
+    /// Destroys the device. Returns the messages of the validation layer that were not taken yet.
     ///
     /// # Errors
-    /// While somebody else has the context, it is given back.
+    /// Returns the context if other references to it exist.
     pub fn end(self: Arc<Self>) -> Result<Vec<String>, Arc<Self>> {
         let messages = Arc::clone(&self.device.instance.messages);
         let alone = Arc::try_unwrap(self)?;
@@ -290,7 +290,7 @@ impl Context {
     /// The device was lost.
     pub fn wait_idle(&self) -> GpuResult<()> {
         let _queue = self.queue();
-        // SAFETY: the queue is locked, so nobody submits meanwhile.
+        // SAFETY: the queue is locked, so no other thread submits meanwhile.
         unsafe { self.device.raw.device_wait_idle() }.check("vkDeviceWaitIdle", &self.info.name)
     }
 
@@ -355,38 +355,38 @@ impl Context {
 
     /// Frees what no frame uses any more.
     pub(crate) fn collect_garbage(&self) {
-        for corpse in self.graveyard.take_unused(&self.device.raw) {
-            self.bury(corpse);
+        for deletion in self.deletion_queue.take_unused(&self.device.raw) {
+            self.destroy(deletion);
         }
     }
 
-    fn bury(&self, corpse: Corpse) {
+    fn destroy(&self, deletion: Deletion) {
         let raw = &self.device.raw;
-        // SAFETY: a corpse is owned by the graveyard alone and no submitted work uses it any more.
+        // SAFETY: the deletion queue alone owned the object, and no submitted work uses it any more.
         unsafe {
-            match corpse {
-                Corpse::Buffer(buffer, allocation) => {
+            match deletion {
+                Deletion::Buffer(buffer, allocation) => {
                     raw.destroy_buffer(buffer, None);
                     self.free(allocation);
                 }
-                Corpse::Semaphore(semaphore) => raw.destroy_semaphore(semaphore, None),
-                Corpse::Swapchain(loader, swapchain) => loader.destroy_swapchain(swapchain, None),
-                Corpse::Surface(loader, surface) => loader.destroy_surface(surface, None),
-                Corpse::BufferView(view) => raw.destroy_buffer_view(view, None),
-                Corpse::Sampler(sampler) => raw.destroy_sampler(sampler, None),
-                Corpse::Image(view, image, allocation) => {
+                Deletion::Semaphore(semaphore) => raw.destroy_semaphore(semaphore, None),
+                Deletion::Swapchain(loader, swapchain) => loader.destroy_swapchain(swapchain, None),
+                Deletion::Surface(loader, surface) => loader.destroy_surface(surface, None),
+                Deletion::BufferView(view) => raw.destroy_buffer_view(view, None),
+                Deletion::Sampler(sampler) => raw.destroy_sampler(sampler, None),
+                Deletion::Image(view, image, allocation) => {
                     raw.destroy_image_view(view, None);
                     raw.destroy_image(image, None);
                     allocation
                         .into_iter()
                         .for_each(|allocation| self.free(allocation));
                 }
-                Corpse::Pipeline(pipeline, layout, set_layout) => {
+                Deletion::Pipeline(pipeline, layout, set_layout) => {
                     raw.destroy_pipeline(pipeline, None);
                     raw.destroy_pipeline_layout(layout, None);
                     raw.destroy_descriptor_set_layout(set_layout, None);
                 }
-                Corpse::Frame {
+                Deletion::Frame {
                     pool,
                     queries,
                     fence,
@@ -403,18 +403,18 @@ impl Context {
 impl Drop for Context {
     fn drop(&mut self) {
         // An error means that the device is lost, and then it uses nothing either.
-        // SAFETY: nobody else has the context, so nobody submits meanwhile.
+        // SAFETY: this is the last reference to the context, so no other thread submits meanwhile.
         let _ = unsafe { self.device.raw.device_wait_idle() };
         let staging = std::mem::take(&mut *self.staging.lock().unwrap_or_else(|e| e.into_inner()));
-        for corpse in staging.corpses() {
-            self.bury(corpse);
+        for deletion in staging.deletions() {
+            self.destroy(deletion);
         }
         std::mem::take(&mut self.pipeline_cache).close(&self.device.raw);
         for made in self.pipelines.take_all() {
-            self.bury(made.corpse());
+            self.destroy(made.deletion());
         }
-        for corpse in self.graveyard.take_all() {
-            self.bury(corpse);
+        for deletion in self.deletion_queue.take_all() {
+            self.destroy(deletion);
         }
         // SAFETY: dropped once, here, before `device`.
         unsafe { ManuallyDrop::drop(&mut self.allocator) };

@@ -29,7 +29,7 @@ pub struct DebugEntry {
     pub value: DebugValue,
 }
 
-/// What kernels told since the last time it was asked for.
+/// Values that kernels wrote since the last call of [`Context::debug_entries`](super::Context::debug_entries).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DebugEntries {
     /// By frame, dispatch and invocation; the calls of one invocation in their order.
@@ -63,7 +63,7 @@ impl fmt::Display for DebugEntries {
         if self.overflow > 0 {
             writeln!(
                 f,
-                "{} more values did not fit: tell fewer, or raise debug_capacity",
+                "{} more values did not fit: write fewer, or raise debug_capacity",
                 self.overflow
             )?;
         }

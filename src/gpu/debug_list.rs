@@ -1,4 +1,4 @@
-//! Where `debug_value` of `shaders/include/debug.glsl` writes.
+//! The list to which `debug_value` of `shaders/include/debug.glsl` writes.
 //!
 //! Each frame has its own guarded list, bound by the recorder wherever a shader includes that file. Before each such
 //! dispatch the recorder writes its number into the list's head, by which an entry's kernel is found.
@@ -44,7 +44,7 @@ impl DebugList {
         Ok(Self { words, capacity })
     }
 
-    /// What the finished frame has written; `kernels` names its dispatches.
+    /// The values that the finished frame has written; `kernels` names its dispatches.
     pub(crate) fn read(&self, kernels: &[String]) -> DebugEntries {
         let words = self.words.as_slice();
         let (head, list) = words.split_at(HEAD);

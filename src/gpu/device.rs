@@ -16,7 +16,7 @@ pub(crate) struct Device {
     pub(crate) dynamic_rendering: Option<khr::dynamic_rendering::Device>,
     pub(crate) debug_utils: Option<ext::debug_utils::Device>,
     pub(crate) calibrated: Option<ext::calibrated_timestamps::Device>,
-    /// Where the driver is asked what it has compiled.
+    /// Present if the driver's reports on compiled kernels are requested.
     pub(crate) executables: Option<khr::pipeline_executable_properties::Device>,
     pub(crate) features: vk::PhysicalDeviceFeatures,
     pub(crate) instance: Instance,

@@ -1,4 +1,4 @@
-//! Recording dispatches: with a number of invocations that the host knows, or that only the device does.
+//! Recording dispatches: direct ones, whose number of invocations the host gives, and indirect ones, whose number the device counts.
 
 use ash::vk;
 
@@ -110,8 +110,8 @@ impl Recorder {
         });
     }
 
-    /// As [`Recorder::dispatch_indirect`], where there are no more than `most` invocations and the kernel itself passes over
-    /// those that `groups` leave out: in slices it can be divided, although only the device knows how many there are.
+    /// As [`Recorder::dispatch_indirect`], for at most `most` invocations and a kernel that itself skips those beyond `groups`.
+    /// Slicing can then divide the dispatch, although only the device has counted the invocations.
     ///
     /// # Panics
     /// As [`Recorder::dispatch_indirect`].

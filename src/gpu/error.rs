@@ -1,5 +1,5 @@
-//! What can go wrong with a device, each with what failed and where. What depends on what the device computes, such as which
-//! setting needs less memory, is added by the layers above.
+//! Errors of a device, each with what failed and where. Layers above add advice that depends on the scene, such as which
+//! setting needs less memory.
 
 use std::path::PathBuf;
 
@@ -17,7 +17,7 @@ pub enum GpuError {
          or point VK_DRIVER_FILES at a driver's .json file"
     )]
     NoVulkan {
-        /// What the loader said.
+        /// The loader's message.
         reason: String,
     },
     /// Validation was asked for and its layer is not installed.
@@ -38,7 +38,7 @@ pub enum GpuError {
         "no device is called {asked:?}; give an index or a part of a name of these:\n{devices}"
     )]
     UnknownDevice {
-        /// What was asked for.
+        /// The requested name.
         asked: String,
         /// One line a device.
         devices: String,
@@ -50,7 +50,7 @@ pub enum GpuError {
     UnsuitableDevice {
         /// Its name.
         device: String,
-        /// What it lacks.
+        /// The missing features.
         missing: String,
         /// One line a device.
         devices: String,
@@ -60,7 +60,7 @@ pub enum GpuError {
         "{what} needs {missing}, which the device {device:?} lacks; choose another by --device"
     )]
     Unsupported {
-        /// What was tried.
+        /// The operation that failed.
         what: String,
         /// Feature, extension or limit.
         missing: String,
@@ -102,7 +102,7 @@ pub enum GpuError {
         object: String,
         /// Bytes asked for.
         size: u64,
-        /// What the allocator said.
+        /// The allocator's error.
         source: gpu_allocator::AllocationError,
     },
     /// The device stopped working; nothing on it can be used any more.
@@ -130,7 +130,7 @@ pub enum GpuError {
         call: &'static str,
         /// Name of the object.
         object: String,
-        /// What it returned.
+        /// The result of the call.
         source: vk::Result,
     },
 }

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use ash::vk;
 
+use super::breadcrumbs::blame;
 use super::context::Context;
-use super::crumbs::blame;
 use super::error::{Check, GpuError, GpuResult};
 use super::frame_resources::FrameResources;
 use super::recorder::{PendingSpan, Recorder};
@@ -23,20 +23,20 @@ pub struct Frames {
     slots: Vec<Slot>,
     next: usize,
     timings: Timings,
-    /// How long the frame that was begun last has waited for the device.
+    /// Time that the latest frame waited for the device.
     waited: Duration,
 }
 
 struct Slot {
     resources: Arc<FrameResources>,
     pending: Option<Pending>,
-    /// How many queries the last frame wanted.
+    /// Number of queries that the last frame wanted.
     wanted: u32,
-    /// So many, from the first on, may have been written since they were reset, or never were.
+    /// Number of queries, from the first on, that may be written since their last reset, or were never reset.
     unset: u32,
 }
 
-/// What is known of a frame that was submitted.
+/// A submitted frame.
 struct Pending {
     ticket: u64,
     spans: Vec<PendingSpan>,
@@ -171,7 +171,7 @@ impl Frames {
         submitted
             .check("vkQueueSubmit", "a frame")
             .map_err(|error| self.blame(error))?;
-        self.ctx.graveyard.submitted(recorder.ticket);
+        self.ctx.deletion_queue.submitted(recorder.ticket);
         self.ctx.recordings().submitted(&recorder.recording);
         recorder.submitted = true;
         let slot = &mut self.slots[index];
@@ -220,7 +220,7 @@ impl Frames {
         Ok(())
     }
 
-    /// How long [`Frames::begin`] has waited for the device the last time. What else it takes is the host's own work.
+    /// Time that the last [`Frames::begin`] waited for the device. The rest of its time is the host's own work.
     #[must_use]
     pub fn waited(&self) -> Duration {
         self.waited
@@ -248,7 +248,7 @@ impl Frames {
         self.place_of(recorder).is_some()
     }
 
-    /// Adds what the crumbs of the unfinished frames tell to an error.
+    /// Adds the last breadcrumb of the unfinished frames to an error.
     fn blame(&self, error: GpuError) -> GpuError {
         let oldest_first =
             (0..self.slots.len()).map(|i| &self.slots[(self.next + i) % self.slots.len()]);
@@ -275,14 +275,14 @@ impl Frames {
         }
         let slot = &mut self.slots[index];
         if let Some(pending) = slot.pending.take() {
-            self.ctx.graveyard.end(pending.ticket);
+            self.ctx.deletion_queue.end(pending.ticket);
             if !pending.debug_kernels.is_empty() {
-                let told = slot.resources.debug_list().read(&pending.debug_kernels);
+                let entries = slot.resources.debug_list().read(&pending.debug_kernels);
                 self.ctx
                     .debug
                     .lock()
                     .unwrap_or_else(PoisonError::into_inner)
-                    .append(told);
+                    .append(entries);
             }
             self.timings.push(pending.into_spans(&slot.resources)?);
         }
@@ -295,8 +295,8 @@ impl Drop for Frames {
         for slot in &mut self.slots {
             if let Some(pending) = slot.pending.take() {
                 self.ctx
-                    .graveyard
-                    .adopt(pending.ticket, slot.resources.fence);
+                    .deletion_queue
+                    .watch(pending.ticket, slot.resources.fence);
             }
         }
     }
@@ -304,7 +304,7 @@ impl Drop for Frames {
 
 /// Submits the next slice, if there is one, and waits for it.
 fn run_next(recorder: &mut Recorder) -> GpuResult<bool> {
-    const WHO: &str = "a slice of a frame";
+    const WHAT: &str = "a slice of a frame";
     recorder.settle_slices()?;
     let Some(cmd) = recorder.slices.waiting.pop_front() else {
         return Ok(false);
@@ -314,14 +314,14 @@ fn run_next(recorder: &mut Recorder) -> GpuResult<bool> {
     let cmds = [cmd];
     let info = [vk::SubmitInfo::default().command_buffers(&cmds)];
     // SAFETY: the fence belongs to a frame of which nothing runs.
-    unsafe { ctx.device.raw.reset_fences(&[fence]) }.check("vkResetFences", WHO)?;
+    unsafe { ctx.device.raw.reset_fences(&[fence]) }.check("vkResetFences", WHAT)?;
     // SAFETY: what was recorded lives until the frame is over.
     let submit = || unsafe { ctx.device.raw.queue_submit(*ctx.queue(), &info, fence) };
     let submitted = ctx.heard(ctx.is_there().and_then(|()| submit()));
     ctx.submits.fetch_add(1, Ordering::Relaxed);
-    submitted.check("vkQueueSubmit", WHO)?;
+    submitted.check("vkQueueSubmit", WHAT)?;
     recorder.slices.is_running = true;
-    ctx.wait_for(fence, WHO)?;
+    ctx.wait_for(fence, WHAT)?;
     recorder.slices.is_running = false;
     Ok(true)
 }

@@ -1,17 +1,17 @@
-//! What one frame records into, and what it leaves on the way.
+//! The Vulkan objects that one frame records into, and its breadcrumbs.
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use ash::vk;
 
+use super::breadcrumbs::Breadcrumbs;
 use super::context::Context;
-use super::crumbs::Crumbs;
 use super::debug_list::DebugList;
+use super::deletion_queue::Deletion;
 use super::error::{Check, GpuResult};
-use super::graveyard::Corpse;
 use super::placeholder::Placeholder;
 
-/// What one frame records into.
+/// The Vulkan objects that one frame records into.
 pub(crate) struct FrameResources {
     pub(crate) ctx: Arc<Context>,
     pub(crate) pool: vk::CommandPool,
@@ -19,8 +19,8 @@ pub(crate) struct FrameResources {
     pub(crate) fence: vk::Fence,
     pub(crate) queries: vk::QueryPool,
     pub(crate) query_capacity: u32,
-    pub(crate) crumbs: Option<Mutex<Crumbs>>,
-    /// What is bound for arguments that are absent.
+    pub(crate) breadcrumbs: Option<Mutex<Breadcrumbs>>,
+    /// Dummy buffers for absent arguments.
     pub(crate) placeholder: Placeholder,
     debug: OnceLock<DebugList>,
     /// Command buffers of slices, made as they are needed.
@@ -29,7 +29,7 @@ pub(crate) struct FrameResources {
 
 impl FrameResources {
     pub(crate) fn new(ctx: &Arc<Context>, queries: u32) -> GpuResult<Self> {
-        const WHO: &str = "a frame";
+        const WHAT: &str = "a frame";
         let mut this = Self {
             ctx: Arc::clone(ctx),
             pool: vk::CommandPool::null(),
@@ -37,8 +37,8 @@ impl FrameResources {
             fence: vk::Fence::null(),
             queries: vk::QueryPool::null(),
             query_capacity: 0,
-            crumbs: if ctx.breadcrumbs {
-                Some(Mutex::new(Crumbs::new(ctx)?))
+            breadcrumbs: if ctx.breadcrumbs {
+                Some(Mutex::new(Breadcrumbs::new(ctx)?))
             } else {
                 None
             },
@@ -52,23 +52,23 @@ impl FrameResources {
             let info = vk::CommandPoolCreateInfo::default().queue_family_index(ctx.queue_family());
             this.pool = device
                 .create_command_pool(&info, None)
-                .check("vkCreateCommandPool", WHO)?;
+                .check("vkCreateCommandPool", WHAT)?;
             let info = vk::CommandBufferAllocateInfo::default()
                 .command_pool(this.pool)
                 .command_buffer_count(1);
             this.cmd = device
                 .allocate_command_buffers(&info)
-                .check("vkAllocateCommandBuffers", WHO)?[0];
+                .check("vkAllocateCommandBuffers", WHAT)?[0];
             this.fence = device
                 .create_fence(&vk::FenceCreateInfo::default(), None)
-                .check("vkCreateFence", WHO)?;
+                .check("vkCreateFence", WHAT)?;
             if ctx.info().has_timestamps() {
                 let info = vk::QueryPoolCreateInfo::default()
                     .query_type(vk::QueryType::TIMESTAMP)
                     .query_count(queries);
                 this.queries = device
                     .create_query_pool(&info, None)
-                    .check("vkCreateQueryPool", WHO)?;
+                    .check("vkCreateQueryPool", WHAT)?;
                 this.query_capacity = queries;
             }
         }
@@ -76,24 +76,24 @@ impl FrameResources {
         Ok(this)
     }
 
-    /// Made by the first shader that includes `debug.glsl`.
+    /// The debug list, made on the first dispatch of a shader that includes `debug.glsl`.
     pub(crate) fn debug_list(&self) -> &DebugList {
         self.debug.get_or_init(|| {
             let list = DebugList::new(&self.ctx, self.ctx.debug_capacity);
-            list.unwrap_or_else(|error| panic!("no room for the values that kernels tell: {error}"))
+            list.unwrap_or_else(|error| panic!("no memory for the debug list: {error}"))
         })
     }
 
     pub(crate) fn works_begun(&self) -> usize {
-        self.crumbs.as_ref().map_or(0, |c| {
+        self.breadcrumbs.as_ref().map_or(0, |c| {
             c.lock().unwrap_or_else(PoisonError::into_inner).begun()
         })
     }
 
-    /// Begins to record, with the first of the queries reset: what others a frame uses were never written since they were.
+    /// Begins to record, and resets the first `unset` queries: the others are still unwritten since their last reset.
     pub(crate) fn start(&self, unset: u32) -> GpuResult<()> {
-        if let Some(crumbs) = &self.crumbs {
-            crumbs
+        if let Some(breadcrumbs) = &self.breadcrumbs {
+            breadcrumbs
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner)
                 .clear();
@@ -117,9 +117,9 @@ impl FrameResources {
         Ok(())
     }
 
-    /// The command buffer of a slice, in which recording begins.
+    /// Begins to record into the command buffer of a slice.
     pub(crate) fn slice(&self, index: usize) -> GpuResult<vk::CommandBuffer> {
-        const WHO: &str = "a slice of a frame";
+        const WHAT: &str = "a slice of a frame";
         let mut cmds = self.slices.lock().unwrap_or_else(PoisonError::into_inner);
         let device = &self.ctx.device.raw;
         if index == cmds.len() {
@@ -128,7 +128,7 @@ impl FrameResources {
                 .command_buffer_count(1);
             // SAFETY: the pool is this frame's, which one recorder has.
             let made = unsafe { device.allocate_command_buffers(&info) };
-            let made = made.check("vkAllocateCommandBuffers", WHO)?[0];
+            let made = made.check("vkAllocateCommandBuffers", WHAT)?[0];
             self.ctx.device.set_name(made, "slice");
             cmds.push(made);
         }
@@ -136,14 +136,14 @@ impl FrameResources {
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the pool was reset when the frame began, and each index is asked for once.
         unsafe { device.begin_command_buffer(cmds[index], &begin) }
-            .check("vkBeginCommandBuffer", WHO)?;
+            .check("vkBeginCommandBuffer", WHAT)?;
         Ok(cmds[index])
     }
 }
 
 impl Drop for FrameResources {
     fn drop(&mut self) {
-        self.ctx.graveyard.add(Corpse::Frame {
+        self.ctx.deletion_queue.add(Deletion::Frame {
             pool: self.pool,
             queries: self.queries,
             fence: self.fence,

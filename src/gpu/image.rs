@@ -7,10 +7,10 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
 use super::context::Context;
+use super::deletion_queue::Deletion;
 use super::error::{Check, GpuError, GpuResult};
-use super::graveyard::Corpse;
 
-/// What a pixel is.
+/// The format of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
     /// Four bytes, red first; shaders write linear colours, which are stored as sRGB.
@@ -45,7 +45,7 @@ impl Format {
         }
     }
 
-    /// The same bytes, without the encoding.
+    /// The format with equal bytes and without sRGB encoding.
     fn layout(self) -> Self {
         match self {
             Format::Rgba8Srgb => Format::Rgba8,
@@ -87,7 +87,7 @@ pub struct Image {
     state: Mutex<ImageState>,
 }
 
-/// What an image was last used for.
+/// The last use of an image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ImageState {
     pub(crate) layout: vk::ImageLayout,
@@ -309,7 +309,7 @@ impl Image {
         self.size
     }
 
-    /// What a pixel is.
+    /// The format of a pixel.
     #[must_use]
     pub fn format(&self) -> Format {
         self.format
@@ -390,7 +390,7 @@ impl Drop for Image {
             self.raw
         };
         self.ctx
-            .graveyard
-            .add(Corpse::Image(self.view, raw, self.allocation.take()));
+            .deletion_queue
+            .add(Deletion::Image(self.view, raw, self.allocation.take()));
     }
 }

@@ -1,4 +1,4 @@
-//! What a device is called, can do and lacks; the choice of a device.
+//! Name, features and limits of a device, and the choice of a device.
 
 use std::ffi::CStr;
 use std::fmt::Write;
@@ -9,7 +9,7 @@ use super::error::{Check, GpuError, GpuResult};
 use super::instance::Instance;
 use super::options::Limits;
 
-/// What kind of device it is, best first.
+/// The kind of a device, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum DeviceKind {
     /// A card of its own.
@@ -108,7 +108,7 @@ pub struct DeviceInfo {
     pub has_dynamic_rendering: bool,
     /// Host and device clocks can be compared.
     pub has_calibrated_timestamps: bool,
-    /// What the kernels need and this device lacks; empty if it can run them.
+    /// Features that the kernels need and this device lacks; empty if it can run them.
     pub missing: Vec<String>,
     pub(crate) extensions: Vec<String>,
     pub(crate) queue_family: u32,
@@ -141,7 +141,7 @@ impl DeviceInfo {
         *elements = limits.texel_buffer_elements.min(*elements);
     }
 
-    /// Does a context run kernels in their form for graphics cards on this device, where nothing else is asked for?
+    /// Does a context run kernels in their form for graphics cards on this device by default?
     #[must_use]
     pub fn takes_card_forms(&self) -> bool {
         self.has_card_forms
@@ -153,7 +153,7 @@ impl DeviceInfo {
             }
     }
 
-    /// Where texel buffers are bound as storage blocks, they have no more elements than a block has groups of four words.
+    /// Lowers the limit on texel buffers to that of storage blocks, as which they are bound.
     pub(crate) fn read_in_blocks(&mut self) {
         let most = u32::try_from(self.max_storage_buffer_range / 16).unwrap_or(u32::MAX);
         self.max_texel_buffer_elements = self.max_texel_buffer_elements.min(most);

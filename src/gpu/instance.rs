@@ -14,7 +14,7 @@ use crate::plain_text::Shown as _;
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// What the validation layer said, oldest first.
+/// Messages of the validation layer, oldest first.
 #[derive(Debug, Default)]
 pub(crate) struct Messages(Mutex<Vec<String>>);
 
@@ -176,7 +176,7 @@ impl Instance {
         Ok(instance)
     }
 
-    /// One that somebody else has made.
+    /// An instance that the caller has made.
     pub(crate) fn borrowed(entry: ash::Entry, raw: ash::Instance, has_debug_utils: bool) -> Self {
         Self {
             messenger: None,
@@ -213,7 +213,7 @@ impl Drop for Instance {
             unsafe { loader.destroy_debug_utils_messenger(messenger, None) };
         }
         if self.is_own {
-            // SAFETY: whoever used the instance holds it, so nobody does any more.
+            // SAFETY: everything that uses the instance holds a reference to it, and this was the last one.
             unsafe { self.raw.destroy_instance(None) };
         }
     }

@@ -1,4 +1,4 @@
-//! What the generated handles implement, and the compute pipeline made from one.
+//! The traits of generated shader handles, and the compute pipeline made from one.
 
 use std::marker::PhantomData;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use super::pipelines::{Form, PipelineHandles, PipelineKey};
 use super::sampled::Sampled;
 use super::texels::TexelsCore;
 
-/// How a shader declares a block.
+/// Access of a shader to a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingAccess {
     /// `readonly`
@@ -29,7 +29,7 @@ pub enum BindingAccess {
     ReadWrite,
 }
 
-/// What is bound.
+/// The kind of a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BindingKind {
     /// A storage block.
@@ -54,24 +54,24 @@ pub struct Binding {
     pub name: &'static str,
     /// Name of the host's field. Bindings of one field are ways into one buffer.
     pub argument: &'static str,
-    /// From `readonly` and `writeonly`.
+    /// Access, from `readonly` and `writeonly`.
     pub access: BindingAccess,
     /// Storage block, texel buffer or image.
     pub kind: BindingKind,
-    /// It may lie in pages.
+    /// May the table lie in pages?
     pub is_paged: bool,
-    /// How many elements or texels each invocation needs; 0 where the shader does not say.
+    /// Elements or texels that each invocation needs; 0 if the shader does not declare it.
     pub each: u32,
     /// Bytes of an element of a storage block.
     pub element: usize,
 }
 
-/// What is bound to a [`Binding`].
+/// The argument of a [`Binding`].
 #[derive(Clone, Copy)]
 pub enum Resource<'a> {
     /// A whole buffer.
     Buffer(&'a dyn AnyBuffer),
-    /// As much of a buffer, from its beginning, as a storage block holds. Where that is not all, the shader goes another way.
+    /// The first part of a buffer, as much as a storage block holds. If that is not all, the shader has another access path.
     FirstPart(&'a dyn AnyBuffer),
     /// A texel view.
     Texels(&'a TexelsCore),
@@ -81,7 +81,7 @@ pub enum Resource<'a> {
     Absent(Absent),
 }
 
-/// What an absent buffer would be bound as.
+/// The kind of dummy buffer for an absent argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Absent {
     /// A storage block.
@@ -128,21 +128,21 @@ impl Constants for () {
     }
 }
 
-/// What kernels and draws have in common; the build implements it for every shader.
+/// The common interface of kernels and draws; the build implements it for every shader.
 pub trait Interface {
     /// The shader's file name without its ending; times and messages carry it.
     const NAME: &'static str;
-    /// By binding number.
+    /// The bindings, by number.
     const BINDINGS: &'static [Binding];
-    /// Where `debug.glsl` is included: its binding.
+    /// The binding of the debug list, in shaders that include `debug.glsl`.
     const DEBUG_BINDING: Option<u32>;
-    /// What is bound.
+    /// The arguments.
     type Args<'a>;
     /// Push constants, or `()`.
     type Params: Params;
     /// Specialization constants, or `()`.
     type Constants: Constants;
-    /// What `args` binds, in the order of [`Interface::BINDINGS`].
+    /// The resources of `args`, in the order of [`Interface::BINDINGS`].
     fn resources<'a>(args: &Self::Args<'a>) -> Vec<Resource<'a>>;
 }
 
@@ -203,7 +203,7 @@ pub struct DispatchGroups {
 }
 
 impl DispatchGroups {
-    /// What an indirect dispatch needs for so many invocations. Twin of `dispatch_groups` in `shaders/include/index.glsl`.
+    /// The groups of an indirect dispatch with `count` invocations. Twin of `dispatch_groups` in `shaders/include/index.glsl`.
     #[must_use]
     pub fn of(count: u32, group_size: u32) -> Self {
         let groups = count.div_ceil(group_size);
@@ -213,7 +213,7 @@ impl DispatchGroups {
     }
 }
 
-/// How the tables of [`Domain::Pages`](super::Domain::Pages) lie that a pipeline reads or writes.
+/// Layout of the tables of [`Domain::Pages`](super::Domain::Pages) that a pipeline accesses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Tables {
     /// A table is bound as any other.
@@ -224,7 +224,7 @@ pub enum Tables {
 }
 
 impl Tables {
-    /// How a table of so many bytes lies on a device: in pages if one page does not hold it.
+    /// Layout of a table of `bytes` bytes on a device: in pages if one page does not hold it.
     #[must_use]
     pub fn of_size(device: &DeviceInfo, bytes: u64) -> Self {
         match device.has_pages && bytes > page_size(device) {
@@ -250,7 +250,7 @@ impl<K: Kernel> Pipeline<K> {
         Self::named(ctx, constants, K::NAME)
     }
 
-    /// The same by another name in times and messages, for a kernel that a step runs in two forms.
+    /// As [`new`](Self::new), with another name in times and messages, for a kernel that a step runs in two forms.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -262,7 +262,7 @@ impl<K: Kernel> Pipeline<K> {
         Self::over(ctx, constants, name, Tables::InOnePiece)
     }
 
-    /// The same for tables that may lie in pages.
+    /// As [`named`](Self::named), for tables that may lie in pages.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -289,7 +289,7 @@ pub(crate) fn divides(ctx: &Context) -> bool {
     ctx.info().kind == DeviceKind::Cpu
 }
 
-/// What a binding is bound as, in this form of its shader.
+/// The kind of a binding in this form of its shader.
 fn bound_as(binding: &Binding, form: Form) -> BindingKind {
     match binding.kind {
         BindingKind::Texels | BindingKind::StorageTexels { .. }
@@ -414,7 +414,7 @@ impl PipelineCore {
         }
     }
 
-    /// What a binding of the shader is bound as.
+    /// The kind of a binding in this pipeline.
     pub(crate) fn bound_as(&self, binding: &Binding) -> BindingKind {
         bound_as(binding, self.form)
     }
@@ -514,7 +514,7 @@ impl PipelineCore {
 impl Drop for PipelineCore {
     fn drop(&mut self) {
         if !self.is_kept {
-            self.ctx.graveyard.add(self.handles().corpse());
+            self.ctx.deletion_queue.add(self.handles().deletion());
         }
     }
 }

@@ -12,7 +12,7 @@ pub enum Listed {
     Barrier(Vec<Reason>),
     /// Kernels that follow do not wait for each other, for this reason.
     Unordered(&'static str),
-    /// From here on they do again.
+    /// From here on kernels wait again.
     Ordered,
 }
 
@@ -27,7 +27,7 @@ pub struct Reason {
     pub earlier_wrote: bool,
     /// The name of the work after it, and the word of its access.
     pub later: (&'static str, &'static str),
-    /// Does that write, or only read?
+    /// Does the later work write?
     pub later_writes: bool,
 }
 

@@ -1,5 +1,5 @@
-//! The JSON files that tell the Vulkan loader of drivers and layers. It fails as a whole where one of them is damaged, and does
-//! not say which: "a host memory allocation has failed".
+//! The JSON manifests in which the Vulkan loader finds drivers and layers. One damaged file makes the whole loader fail, with a
+//! message that does not name the file: "a host memory allocation has failed".
 
 use std::env::{split_paths, var_os};
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::plain_text::Shown as _;
 use crate::regular_file;
 
-/// They have some hundred bytes.
+/// Manifests have some hundred bytes; larger files are not read.
 const MOST_BYTES: u64 = 1 << 20;
 
 /// The variables that name drivers' manifests, the one that counts first.
@@ -22,7 +22,7 @@ pub(super) fn chosen() -> Option<(&'static str, std::ffi::OsString)> {
     chosen.filter(|(_, files)| !files.is_empty())
 }
 
-/// What is wrong with the first manifest that is not right, of all that the loader reads; nothing where all are.
+/// The problem of the first invalid manifest among those that the loader reads; `None` if all are valid.
 pub(super) fn problem() -> Option<String> {
     let folders = folders();
     let in_folders = |name: &str| -> Vec<PathBuf> {
@@ -50,7 +50,7 @@ pub(super) fn problem() -> Option<String> {
     })
 }
 
-/// Where the loader looks by itself.
+/// The folders that the loader searches by default.
 fn folders() -> Vec<PathBuf> {
     let home = |inside: &str| var_os("HOME").map(|home| Path::new(&home).join(inside));
     let one = |name: &str, otherwise: Option<PathBuf>| {

@@ -1,26 +1,27 @@
-//! Vulkan in small nouns; no meshes, no particles.
+//! A thin layer over Vulkan, without meshes or particles.
 //!
 //! A [`Context`] is an open device. [`Buffer`]s are typed and named; [`Pipeline`]s are made from the handles that the
-//! build generates for every shader. [`Frames`] gives out a [`Recorder`], which times, labels and checks whatever is
-//! recorded, and takes it back to submit it. `unsafe` and raw Vulkan stay in here; only `render::gui`,
-//! which hands them to the painter of the interface, has its share.
+//! build generates for every shader. [`Frames`] gives out a [`Recorder`], which times, labels and checks all that is
+//! recorded, and takes it back to submit it. `unsafe` and raw Vulkan stay in this layer; the one exception is `render::gui`,
+//! which passes raw handles to egui's painter.
 //!
 //! Files use each other one way. From the bottom: `error`, `options`, `instance`, `info` and `device`; `context`; buffers and
 //! images; `kernel`; `recorder`; what it records, in `waits`, `work`, `dispatch`, `copy` and `pass`; `frame`.
 //!
-//! **Invariant:** objects free themselves when dropped and never wait; what the device may still use lies in the
-//! graveyard until every frame that was begun before is over.
+//! **Invariant:** dropping an object never waits. The deletion queue keeps its Vulkan handles until all frames that were begun
+//! before the drop are over.
 //!
-//! **Invariant:** a buffer that was written is not used again before a barrier says so; the recorder finds which ones that takes,
-//! and records no other.
+//! **Invariant:** between a write of a buffer and its next use there is a barrier. The recorder finds the barriers that are
+//! needed, and records no others.
 //!
-//! **Invariant:** binding numbers, group sizes and element types stand in the shaders and nowhere on the host.
+//! **Invariant:** binding numbers, group sizes and element types are written in the shaders only.
 
 mod access;
 mod allocation;
 mod alone;
 mod bandwidth;
 mod borrowed;
+mod breadcrumbs;
 mod buffer;
 mod buffer_core;
 mod cache;
@@ -28,15 +29,14 @@ mod clock;
 mod compiled;
 mod context;
 mod copy;
-mod crumbs;
 mod debug;
 mod debug_list;
+mod deletion_queue;
 mod device;
 mod dispatch;
 mod error;
 mod frame;
 mod frame_resources;
-mod graveyard;
 mod image;
 mod info;
 mod instance;

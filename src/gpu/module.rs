@@ -1,4 +1,4 @@
-//! Where the modules of shaders come from: the program itself has all of them, and a folder may hold others.
+//! Sources of shader modules: the program contains all of them, and a folder may hold replacements.
 //!
 //! `MYXO_SPIRV` names that folder. A changed shader runs without building the program again, and the folder's list
 //! says which of its modules were recorded at all.

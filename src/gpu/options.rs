@@ -1,11 +1,11 @@
-//! How a context is made.
+//! Options of a context.
 
 use std::path::PathBuf;
 use std::time::Duration;
 
 use raw_window_handle::RawDisplayHandle;
 
-/// How a [`Context`](super::Context) is made.
+/// Options of a [`Context`](super::Context).
 #[derive(Clone, Debug)]
 pub struct ContextOptions {
     /// Index or part of the name of the device; `None` takes the best.
@@ -20,16 +20,16 @@ pub struct ContextOptions {
     /// Leaves out the barrier of this number in every recording, counted from 0: only to see whether the validation layer would
     /// notice.
     pub leave_out: Option<u32>,
-    /// How long the device may take for what it is waited for.
+    /// Timeout of waits for the device.
     pub timeout: Duration,
     /// Note before each piece of work that it begins, so that a hang can be blamed on a kernel.
     pub breadcrumbs: bool,
     /// Where compiled pipelines are kept for the next start; see
     /// [`default_cache_folder`](super::default_cache_folder). `None` keeps nothing.
     pub cache_folder: Option<PathBuf>,
-    /// Values that `debug_value` may tell in a frame.
+    /// Values that `debug_value` may write in a frame.
     pub debug_capacity: u32,
-    /// Takes the device for a smaller one, so that tests of what is large need not be.
+    /// Lowers the device's limits, so that tests of large sizes can be small.
     pub limits: Option<Limits>,
     /// Run kernels in their form for graphics cards, where the device can: they read tables as storage blocks, and subgroups
     /// append to lists together. `None`: on devices that are no CPUs and have storage blocks of 2 GiB, unless the environment

@@ -13,10 +13,10 @@ use super::info::DeviceInfo;
 /// Bytes of an element of a buffer in pages, as `PAGED_READS` in `shaders/include/tables.glsl` declares it.
 pub const PAGED_ELEMENT: u64 = 16;
 
-/// How many pages a buffer has at the most. The build gives shaders the same number.
+/// Most pages of a buffer. The build gives shaders an equal constant.
 pub const MOST_PAGES: u64 = include!("../shader_build/most_pages.txt");
 
-/// Where the bytes of a buffer lie: in buffers of the same size, but for the last one, which may be shorter.
+/// The Vulkan buffers that hold a buffer's bytes. They have one size, except the last one, which may be shorter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Extent {
     buffers: Vec<vk::Buffer>,
@@ -38,7 +38,7 @@ impl Extent {
         Self { buffers, page }
     }
 
-    /// Of a buffer in one piece.
+    /// The extent of a buffer in one piece.
     pub(crate) fn whole(buffer: vk::Buffer) -> Self {
         let buffers = vec![buffer];
         let page = u64::MAX;
@@ -110,8 +110,8 @@ pub(crate) fn page_size(info: &DeviceInfo) -> u64 {
     1 << most.max(PAGED_ELEMENT).ilog2()
 }
 
-/// What a shader is bound to: log2 of a page's elements, the mask of an element's number within its page, and the address of each
-/// page.
+/// The address table for shaders: log2 of a page's elements, the mask of an element's number within its page, and the address of
+/// each page.
 pub(crate) fn address_table(
     ctx: &Context,
     name: &str,

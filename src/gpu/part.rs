@@ -1,4 +1,4 @@
-//! Which part of what is recorded takes place: all of it, or one kernel alone.
+//! Recording of everything, or of one kernel alone.
 
 use std::sync::Arc;
 
@@ -10,14 +10,14 @@ use super::pages::Extent;
 #[derive(Clone)]
 pub struct Alone(pub(super) Arc<Kept>);
 
-/// What an [`Alone`] shares.
+/// The shared data of an [`Alone`].
 pub(super) struct Kept {
     pub(super) kernel: String,
     /// Each buffer that the kernel writes, what was in it, and how many bytes.
     pub(super) buffers: Vec<(Extent, Buffer<u32>, u64)>,
 }
 
-/// Which part of the work that is recorded takes place.
+/// The part of the work that is really recorded.
 #[derive(Default)]
 pub(crate) enum Part {
     /// All of it.
@@ -25,9 +25,9 @@ pub(crate) enum Part {
     Whole,
     /// None, and kernels are named.
     Names(Vec<String>),
-    /// What comes before the first dispatch of a kernel.
+    /// The works before the first dispatch of a kernel.
     Before(String),
-    /// Such a kernel was met, and what it would find was kept.
+    /// The kernel was found, and the contents of its buffers were kept.
     Found(GpuResult<Alone>),
     /// Its first dispatch, in a scope of this name.
     Only(Alone, String),

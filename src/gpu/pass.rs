@@ -19,10 +19,10 @@ use super::raster::{DepthTest, RasterPipeline, no_rendering};
 use super::recorder::Recorder;
 use super::timer::SpanKind;
 
-/// Vertices that indices of every device tell apart.
+/// Vertices that 32-bit indices can address on every device.
 const INDEXED_EVERYWHERE: usize = 1 << 24;
 
-/// Can [`PassRecorder::draw_indexed`] tell so many vertices apart?
+/// Can [`PassRecorder::draw_indexed`] address so many vertices?
 pub(crate) fn reaches_by_index(ctx: &Context, vertices: usize) -> bool {
     vertices <= INDEXED_EVERYWHERE || ctx.device.features.full_draw_index_uint32 == vk::TRUE
 }
@@ -30,13 +30,13 @@ pub(crate) fn reaches_by_index(ctx: &Context, vertices: usize) -> bool {
 /// The images of a pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Targets<'a> {
-    /// What is drawn into.
+    /// The render target.
     pub color: &'a Image,
     /// Takes the mean of the samples at the end, where `color` has several.
     pub resolve: Option<&'a Image>,
     /// Depth, of the same size and number of samples as `color`.
     pub depth: Option<&'a Image>,
-    /// Which depth stays; it starts with the one that never does.
+    /// The depth test. The depth is cleared to the value that always loses.
     pub depth_test: DepthTest,
     /// Linear colour and alpha that the picture starts with; `None` keeps what is there.
     pub clear: Option<[f32; 4]>,
@@ -48,9 +48,9 @@ pub struct PassRecorder<'a> {
     format: Format,
     samples: u32,
     depth: Option<DepthTest>,
-    /// Does every draw have its own time?
+    /// Is every draw timed by itself?
     times_draws: bool,
-    /// Does the pass not take place?
+    /// Is the pass skipped?
     skips: bool,
 }
 
@@ -90,7 +90,7 @@ impl Recorder {
     }
 
     /// As [`Recorder::pass`], but timed as a whole, like a kernel of this name. Devices that draw tile by tile cannot
-    /// tell how long each draw takes.
+    /// time single draws.
     ///
     /// # Panics
     /// As [`Recorder::pass`].
@@ -149,7 +149,7 @@ impl Recorder {
             });
         }
 
-        // Inside a pass there can be no crumb, no entry of the debug list and no barrier.
+        // Inside a pass there can be no breadcrumb, no entry of the debug list and no barrier.
         self.settle_order();
         if kind == SpanKind::Kernel {
             self.separate_pass();

@@ -7,21 +7,21 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
-use super::graveyard::Corpse;
+use super::deletion_queue::Deletion;
 
 /// All that a pipeline is made from.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct PipelineKey {
     shader: &'static str,
-    /// By which times and messages show it.
+    /// Name in times and messages.
     name: &'static str,
-    /// Of modules and options.
+    /// Hash of modules and options.
     hash: u64,
     constants: Vec<(u32, [u8; 4])>,
 }
 
 impl PipelineKey {
-    /// Of this shader, its modules and whatever else is not a constant, and the numbers and bits of its constants.
+    /// The key of a shader: its modules and all else that is not a constant, and the numbers and bits of its constants.
     pub(crate) fn new(
         shader: &'static str,
         made_of: impl Hash,
@@ -39,12 +39,12 @@ impl PipelineKey {
     }
 }
 
-/// In what form a shader was compiled.
+/// The form in which a shader was compiled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Form {
-    /// It takes storage blocks for texel buffers.
+    /// Are texel buffers bound as storage blocks?
     pub(crate) in_blocks: bool,
-    /// It takes addresses of pages for tables that may lie in such.
+    /// Are tables that may lie in pages bound by address?
     pub(crate) in_pages: bool,
 }
 
@@ -60,8 +60,8 @@ pub(crate) struct PipelineHandles {
 }
 
 impl PipelineHandles {
-    pub(crate) fn corpse(self) -> Corpse {
-        Corpse::Pipeline(self.pipeline, self.layout, self.set_layout)
+    pub(crate) fn deletion(self) -> Deletion {
+        Deletion::Pipeline(self.pipeline, self.layout, self.set_layout)
     }
 }
 

@@ -32,12 +32,12 @@ impl Placeholder {
         })
     }
 
-    /// In place of a storage block.
+    /// The dummy for a storage block.
     pub(crate) fn block(&self) -> &BufferCore {
         self.block.core()
     }
 
-    /// In place of a texel buffer; null for a block.
+    /// The dummy for a texel buffer; null for a block.
     pub(crate) fn view(&self, absent: Absent) -> vk::BufferView {
         match absent {
             Absent::Block => vk::BufferView::null(),

@@ -13,7 +13,7 @@ use super::kernel::{Constants, Draw, PipelineCore, ShaderModule, Specialization,
 use super::module::Module;
 use super::pipelines::{Form, PipelineKey};
 
-/// What vertices are joined to.
+/// Primitives that vertices form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Topology {
     /// Three vertices a triangle.
@@ -27,7 +27,7 @@ pub enum Topology {
     Points,
 }
 
-/// How a fragment joins the pixel's colour.
+/// Blending of a fragment with the pixel's colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Blend {
     /// It replaces the colour.
@@ -37,11 +37,11 @@ pub enum Blend {
     Alpha,
     /// It is added, weighted by its alpha.
     Add,
-    /// Of each channel the greater one stays.
+    /// Each channel takes the maximum.
     Max,
 }
 
-/// Which of two fragments stays.
+/// The comparison of fragment depths.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum DepthTest {
     /// The one of greater depth, of equal ones the later: depth is reversed.
@@ -51,22 +51,22 @@ pub enum DepthTest {
     Smallest,
 }
 
-/// What a [`RasterPipeline`] draws into and how.
+/// Target and state of a [`RasterPipeline`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct RasterOptions {
     /// Format of the colour target.
     pub color: Format,
     /// The pass has a depth target, and fragments behind what it holds are dropped.
     pub depth: bool,
-    /// What is behind; the same for all that a pass draws.
+    /// The depth test; equal for all draws of a pass.
     pub depth_test: DepthTest,
     /// Fragments write their depth, where there is a depth target.
     pub depth_write: bool,
     /// Samples of a pixel.
     pub samples: u32,
-    /// What vertices are joined to.
+    /// Primitives that vertices form.
     pub topology: Topology,
-    /// How fragments join the picture.
+    /// Blending.
     pub blend: Blend,
     /// Triangles that turn their back (clockwise in the picture) are dropped.
     pub cull_back_faces: bool,
@@ -108,7 +108,7 @@ impl<D: Draw> RasterPipeline<D> {
         Self::over(ctx, constants, options, Tables::InOnePiece)
     }
 
-    /// The same for tables that may lie in pages.
+    /// As [`new`](Self::new), for tables that may lie in pages.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -243,7 +243,7 @@ impl<D: Draw> RasterPipeline<D> {
         })
     }
 
-    /// What it was made with.
+    /// The options that it was made with.
     #[must_use]
     pub fn options(&self) -> &RasterOptions {
         &self.options

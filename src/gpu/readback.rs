@@ -60,7 +60,7 @@ impl<T: Pod> Readback<T> {
         self.record_range(rec, source, 0..source.len(), number)
     }
 
-    /// The same for a range of its elements.
+    /// As [`record`](Self::record), for a range of the elements.
     ///
     /// # Panics
     /// If a slot has not as many elements, or `source` lacks any of them.
@@ -90,14 +90,14 @@ impl<T: Pod> Readback<T> {
                 return None;
             }
             self.waiting.pop_front();
-            if !self.ctx.graveyard.was_discarded(ticket) {
+            if !self.ctx.deletion_queue.was_discarded(ticket) {
                 return Some((number, self.slots[slot].as_slice().to_vec()));
             }
         }
     }
 }
 
-/// The same for images of four bytes a pixel, which may be of another size each time.
+/// As [`Readback`], for images with four bytes per pixel, each of any size.
 pub struct ReadbackImage {
     name: String,
     slots: Vec<Option<Buffer<[u8; 4]>>>,
@@ -156,7 +156,7 @@ impl ReadbackImage {
                 return None;
             }
             self.waiting.pop_front();
-            if !self.ctx.graveyard.was_discarded(ticket) {
+            if !self.ctx.deletion_queue.was_discarded(ticket) {
                 let pixels = buffer.as_slice().as_flattened().to_vec();
                 return Some((number, size, pixels));
             }

@@ -17,7 +17,7 @@ use super::timer::SpanKind;
 /// [`Frames::submit`](super::Frames::submit) takes it.
 pub struct Recorder {
     pub(crate) frame: Arc<FrameResources>,
-    /// What is being recorded into.
+    /// The command buffer that is being recorded.
     pub(crate) cmd: vk::CommandBuffer,
     pub(crate) slices: Slices,
     pub(crate) ticket: u64,
@@ -28,11 +28,11 @@ pub struct Recorder {
     /// More than fit if it exceeds the pool; the next frame gets a larger one.
     pub(crate) queries_wanted: u32,
     pub(crate) submitted: bool,
-    /// What has left a crumb, in order.
+    /// Names of the works that have a breadcrumb, in order.
     pub(crate) works: Vec<String>,
-    /// What may have called `debug_value`, in order.
+    /// Kernels that may have called `debug_value`, in order.
     pub(crate) debug_kernels: Vec<String>,
-    /// Which part of what is recorded takes place.
+    /// The part of the work that is really recorded.
     pub(crate) part: Part,
     pub(crate) commands: Commands,
     /// Everything so far, where that is listed.
@@ -40,7 +40,7 @@ pub struct Recorder {
     pub(crate) is_in_pass: bool,
     /// Something was written that the host reads.
     pub(crate) host_reads: bool,
-    /// Does every kernel wait for the one before?
+    /// Must every kernel wait for the one before?
     pub(crate) separates: bool,
     /// Something has been recorded that a work can be separated from.
     pub(crate) has_work: bool,
@@ -49,7 +49,7 @@ pub struct Recorder {
     pub(crate) unordered: Option<Unordered>,
 }
 
-/// How much a frame has recorded so far: what the host does for it grows with these.
+/// Counts of a frame's recorded commands, with which the host's work grows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Commands {
     /// Dispatches.
@@ -73,7 +73,7 @@ pub(crate) struct PendingSpan {
 
 impl Recorder {
     pub(crate) fn new(frame: Arc<FrameResources>) -> Self {
-        let ticket = frame.ctx.graveyard.begin();
+        let ticket = frame.ctx.deletion_queue.begin();
         let ctx = Arc::clone(&frame.ctx);
         let mut recorder = Self {
             cmd: frame.cmd,
@@ -107,7 +107,7 @@ impl Recorder {
         &self.frame.ctx
     }
 
-    /// What it has recorded so far.
+    /// The commands recorded so far.
     #[must_use]
     pub fn commands(&self) -> Commands {
         self.commands
@@ -128,8 +128,8 @@ impl Recorder {
     }
 
     pub(crate) fn leave_crumb(&mut self, name: &str) {
-        if let Some(crumbs) = &self.frame.crumbs {
-            crumbs
+        if let Some(breadcrumbs) = &self.frame.breadcrumbs {
+            breadcrumbs
                 .lock()
                 .unwrap_or_else(|e| e.into_inner())
                 .leave(self.raw(), self.works.len() as u32);
@@ -137,7 +137,7 @@ impl Recorder {
         }
     }
 
-    /// Says in the debug list who calls `debug_value` from now on.
+    /// Records in the debug list which kernel calls `debug_value` from now on.
     pub(crate) fn announce_debug(&mut self, name: &str) {
         let frame = Arc::clone(&self.frame);
         let list = frame.debug_list();
@@ -206,10 +206,7 @@ impl Recorder {
     }
 
     pub(crate) fn end_span(&mut self) {
-        let span = self
-            .open
-            .pop()
-            .expect("spans are closed by who opened them");
+        let span = self.open.pop().expect("each span is closed once");
         self.ctx().device.end_label(self.raw());
         if let Some(first) = self.spans[span].queries {
             self.stamp(first + 1);
@@ -248,12 +245,12 @@ impl Drop for Recorder {
         if !self.submitted {
             self.frame.ctx.recordings().dropped();
         }
-        let graveyard = &self.frame.ctx.graveyard;
+        let deletion_queue = &self.frame.ctx.deletion_queue;
         if self.slices.is_running {
-            graveyard.submitted(self.ticket);
-            graveyard.adopt(self.ticket, self.frame.fence);
+            deletion_queue.submitted(self.ticket);
+            deletion_queue.watch(self.ticket, self.frame.fence);
         } else if !self.submitted {
-            graveyard.discard(self.ticket);
+            deletion_queue.discard(self.ticket);
         }
     }
 }

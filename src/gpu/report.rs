@@ -17,8 +17,7 @@ pub struct Statistics {
     pub min_ms: f64,
     /// The slowest step.
     pub max_ms: f64,
-    /// With [`Statistics::median_high_ms`]: where the median of very many steps lies with 95 % confidence, if steps are
-    /// independent of each other. See [`Statistics::of`].
+    /// With [`Statistics::median_high_ms`]: the 95 % confidence interval of the median, for independent steps. See [`Statistics::of`].
     pub median_low_ms: f64,
     /// The upper end of it.
     pub median_high_ms: f64,
@@ -33,8 +32,8 @@ pub struct Row {
     pub dispatches_per_step: f64,
     /// Steps that have any.
     pub steps: usize,
-    /// What a step spends in all of them: the mean over all steps, so that kernels add up to the step, and all else over
-    /// those that have any.
+    /// Time per step in all of them. The mean is over all steps, so that kernels add up to the step; the other statistics are over
+    /// steps that have any.
     pub time: Statistics,
     /// Mean share of the step, 0 to 1.
     pub share: f64,
@@ -231,7 +230,7 @@ impl Timings {
 }
 
 impl Statistics {
-    /// Of samples in milliseconds; zeros for none.
+    /// The statistics of samples in milliseconds; zeros for none.
     ///
     /// The interval of the median is between two samples, by rank, and supposes nothing about how samples are
     /// distributed: how many of `n` lie below the true median is binomial, about `n / 2 +- 1.96 * sqrt(n) / 2`. Of fewer

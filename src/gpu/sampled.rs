@@ -6,8 +6,8 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::context::Context;
+use super::deletion_queue::Deletion;
 use super::error::{Check, GpuError, GpuResult};
-use super::graveyard::Corpse;
 use super::image::{Format, Image, ImageState};
 
 /// An image of single floats with a sampler: bilinear, clamped to its edges. It has to be filled before it is bound.
@@ -60,7 +60,7 @@ impl Sampled {
 
 impl Drop for Sampled {
     fn drop(&mut self) {
-        let corpse = Corpse::Sampler(self.sampler);
-        self.image.ctx().graveyard.add(corpse);
+        let deletion = Deletion::Sampler(self.sampler);
+        self.image.ctx().deletion_queue.add(deletion);
     }
 }

@@ -1,4 +1,4 @@
-//! What a recording has in slices: how dispatches are divided, and how the time between slices is taken out.
+//! Slices of a recording: how dispatches are divided, and how the time between slices is subtracted.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -6,18 +6,18 @@ use ash::vk;
 
 use super::error::GpuError;
 
-/// What a recording has in slices.
+/// The slices of a recording.
 #[derive(Default)]
 pub(crate) struct Slices {
     /// Every kernel ends one.
     pub(crate) is_on: bool,
-    /// Of kernels that take long, how many slices each is.
+    /// The number of slices of each slow kernel.
     pub(crate) parts: HashMap<String, u32>,
-    /// How many have ended.
+    /// Number of ended slices.
     pub(crate) count: usize,
-    /// Those that the device has not been given yet.
+    /// Slices that are not submitted yet.
     pub(crate) waiting: VecDeque<vk::CommandBuffer>,
-    /// Where one ends and the next begins: of two queries the first. What lies between them is not the recording's time.
+    /// For each gap between slices the first of its two queries. The time between them is not the recording's.
     pub(crate) gaps: Vec<u32>,
     /// The device was given one and is not known to have finished it.
     pub(crate) is_running: bool,
@@ -83,7 +83,7 @@ mod tests {
             let mut next = 0;
             for [[x, y], [width, height]] in &parts {
                 assert!(*width > 0 && *height > 0);
-                // As kernels count groups, in whole rows of a dispatch whose width they know.
+                // Kernels count groups in whole rows of a dispatch with a known width.
                 assert!(*y == 0 || *width == groups[0]);
                 assert_eq!(y * width + x, next);
                 next += width * height;

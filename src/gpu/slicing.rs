@@ -9,9 +9,9 @@ use super::recorder::Recorder;
 use super::slices::parts_of;
 use super::timer::{SpanKind, Timings};
 
-const WHO: &str = "a slice of a frame";
+const WHAT: &str = "a slice of a frame";
 
-/// So many frames tell how long kernels take.
+/// Kernel times are estimated from so many frames.
 const LATELY: usize = 8;
 
 impl Recorder {
@@ -74,7 +74,7 @@ impl Recorder {
     /// Can the device be given the rest? Where a slice was not finished in time, this waits for it once more.
     pub(crate) fn settle_slices(&mut self) -> GpuResult<()> {
         if self.slices.is_running {
-            self.ctx().wait_for(self.frame.fence, WHO)?;
+            self.ctx().wait_for(self.frame.fence, WHAT)?;
             self.slices.is_running = false;
         }
         self.slices.failed.take().map_or(Ok(()), Err)
@@ -88,7 +88,7 @@ impl Recorder {
         let next = match self.frame.slice(self.slices.count) {
             Ok(next) => next,
             Err(error) => {
-                // It goes on in the present one.
+                // The recording goes on in the present command buffer.
                 self.slices.is_on = false;
                 self.slices.failed = Some(error);
                 return;
@@ -105,7 +105,7 @@ impl Recorder {
         }
         // SAFETY: it is being recorded, and no pass is open where a kernel has been dispatched.
         let ended = unsafe { self.device().end_command_buffer(self.raw()) };
-        if let Err(error) = ended.check("vkEndCommandBuffer", WHO) {
+        if let Err(error) = ended.check("vkEndCommandBuffer", WHAT) {
             self.slices.failed = Some(error);
         }
         self.slices.waiting.push_back(self.cmd);

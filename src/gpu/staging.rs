@@ -1,11 +1,11 @@
-//! What blocking transfers keep from one to the next.
+//! Vulkan objects that blocking transfers keep for reuse.
 
 use ash::vk;
 use gpu_allocator::vulkan::Allocation;
 
-use super::graveyard::Corpse;
+use super::deletion_queue::Deletion;
 
-/// What blocking transfers use; made on first use.
+/// Vulkan objects of blocking transfers; made on first use.
 #[derive(Default)]
 pub(crate) struct Staging {
     pub(crate) pool: vk::CommandPool,
@@ -18,14 +18,14 @@ pub(crate) struct Staging {
 
 impl Staging {
     /// All of it, to be destroyed.
-    pub(crate) fn corpses(self) -> impl Iterator<Item = Corpse> {
-        let frame = Corpse::Frame {
+    pub(crate) fn deletions(self) -> impl Iterator<Item = Deletion> {
+        let frame = Deletion::Frame {
             pool: self.pool,
             queries: vk::QueryPool::null(),
             fence: self.fence,
         };
         let buffers = self.upload.into_iter().chain(self.download);
-        let buffers = buffers.map(|(buffer, allocation)| Corpse::Buffer(buffer, allocation));
+        let buffers = buffers.map(|(buffer, allocation)| Deletion::Buffer(buffer, allocation));
         std::iter::once(frame).chain(buffers)
     }
 }

@@ -1,4 +1,4 @@
-//! What a window offers to draw into: the surface, and what it can show.
+//! The Vulkan surface of a window, and its formats and modes.
 
 use std::sync::Arc;
 
@@ -6,8 +6,8 @@ use ash::{khr, vk};
 use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
 
 use super::context::Context;
+use super::deletion_queue::Deletion;
 use super::error::{Check, GpuError, GpuResult};
-use super::graveyard::Corpse;
 use super::image::Format;
 
 /// A window's surface; made again when the system takes it away.
@@ -19,7 +19,7 @@ pub(crate) struct Surface {
     window: RawWindowHandle,
 }
 
-/// What a swapchain is made with.
+/// The surface's parameters for a swapchain.
 pub(crate) struct SurfaceOffer {
     pub(crate) capabilities: vk::SurfaceCapabilitiesKHR,
     pub(crate) format: Format,
@@ -59,7 +59,7 @@ impl Surface {
 
     /// Makes the surface again, after the system has lost it.
     pub(crate) fn recreate(&mut self) -> GpuResult<()> {
-        self.bury();
+        self.retire();
         self.create()
     }
 
@@ -118,7 +118,7 @@ impl Surface {
     }
 
     fn create(&mut self) -> GpuResult<()> {
-        // SAFETY: whoever made the swapchain keeps the window alive as long as it.
+        // SAFETY: the swapchain's owner keeps the window alive as long as the swapchain.
         let made = unsafe {
             ash_window::create_surface(
                 self.ctx.entry(),
@@ -140,16 +140,16 @@ impl Surface {
         }
     }
 
-    fn bury(&mut self) {
+    fn retire(&mut self) {
         let raw = std::mem::take(&mut self.raw);
         self.ctx
-            .graveyard
-            .add(Corpse::Surface(self.loader.clone(), raw));
+            .deletion_queue
+            .add(Deletion::Surface(self.loader.clone(), raw));
     }
 }
 
 impl Drop for Surface {
     fn drop(&mut self) {
-        self.bury();
+        self.retire();
     }
 }

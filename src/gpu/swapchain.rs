@@ -9,9 +9,9 @@ use ash::{khr, vk};
 use raw_window_handle::{RawDisplayHandle, RawWindowHandle};
 
 use super::context::Context;
+use super::deletion_queue::Deletion;
 use super::error::{Check, GpuResult};
 use super::frame::Frames;
-use super::graveyard::Corpse;
 use super::image::{Format, Image, ImageState};
 use super::recorder::Recorder;
 use super::surface::Surface;
@@ -93,7 +93,7 @@ impl Swapchain {
         self.vsync = vsync;
     }
 
-    /// What the images' pixels are; it may change when the window moves to another screen.
+    /// The format of the images; it may change when the window moves to another screen.
     #[must_use]
     pub fn format(&self) -> Option<Format> {
         self.images.first().map(Image::format)
@@ -187,7 +187,7 @@ impl Swapchain {
 
     /// Makes the images for the size that the window has now; none for a window without a size.
     fn recreate(&mut self) -> GpuResult<()> {
-        const WHO: &str = "the window";
+        const WHAT: &str = "the window";
         // Presentation is not in any fence, so this waits for everything; it happens when the window changes only.
         self.ctx.wait_idle()?;
         let offer = self.surface.offer()?;
@@ -249,10 +249,10 @@ impl Swapchain {
         // The old one is retired in any case.
         self.raw = old;
         self.retire();
-        self.raw = made.check("vkCreateSwapchainKHR", WHO)?;
+        self.raw = made.check("vkCreateSwapchainKHR", WHAT)?;
         // SAFETY: made just now.
         let raw_images = unsafe { self.loader.get_swapchain_images(self.raw) }
-            .check("vkGetSwapchainImagesKHR", WHO)?;
+            .check("vkGetSwapchainImagesKHR", WHAT)?;
         for raw in raw_images {
             self.images.push(Image::foreign(
                 &self.ctx,
@@ -282,8 +282,8 @@ impl Swapchain {
         let raw = std::mem::take(&mut self.raw);
         if raw != vk::SwapchainKHR::null() {
             self.ctx
-                .graveyard
-                .add(Corpse::Swapchain(self.loader.clone(), raw));
+                .deletion_queue
+                .add(Deletion::Swapchain(self.loader.clone(), raw));
         }
     }
 }
@@ -317,6 +317,6 @@ impl Semaphore {
 
 impl Drop for Semaphore {
     fn drop(&mut self) {
-        self.ctx.graveyard.add(Corpse::Semaphore(self.raw));
+        self.ctx.deletion_queue.add(Deletion::Semaphore(self.raw));
     }
 }

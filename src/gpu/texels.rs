@@ -10,8 +10,8 @@ use bytemuck::Pod;
 
 use super::buffer::{AnyBuffer, Buffer};
 use super::buffer_core::BufferCore;
+use super::deletion_queue::Deletion;
 use super::error::{Check, GpuError, GpuResult};
-use super::graveyard::Corpse;
 
 /// Parts begin at multiples of so many texels: no device asks for more than 256 bytes.
 pub const PART: u64 = 64;
@@ -155,7 +155,7 @@ impl<S: TexelScalar> Texels<S> {
         })
     }
 
-    /// What does not depend on the scalar.
+    /// The part without the scalar type.
     #[must_use]
     pub fn as_dyn(&self) -> &TexelsCore {
         &self.view
@@ -191,7 +191,10 @@ impl AnyBuffer for TexelsCore {
 impl Drop for TexelsCore {
     fn drop(&mut self) {
         if let Some(raw) = self.raw {
-            self.buffer.ctx().graveyard.add(Corpse::BufferView(raw));
+            self.buffer
+                .ctx()
+                .deletion_queue
+                .add(Deletion::BufferView(raw));
         }
     }
 }

@@ -1,11 +1,11 @@
-//! Where the device's time goes: the spans of finished frames.
+//! The device's times: the spans of finished frames.
 //!
 //! The recorder measures every dispatch, draw and copy, and every scope; all times are of the device's clock. A span
 //! begins when all work before it is finished and ends when its own is, so spans of one depth do not overlap.
 
 use std::collections::VecDeque;
 
-/// What a span measures.
+/// The kind of work that a span measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpanKind {
     /// All that one frame recorded.
@@ -25,7 +25,7 @@ pub enum SpanKind {
 pub struct Span {
     /// Name of the kernel or the scope; `frame` for a whole frame.
     pub name: String,
-    /// What it measures.
+    /// The kind of work.
     pub kind: SpanKind,
     /// The span that it lies in, as an index into the frame's spans.
     pub parent: Option<usize>,
@@ -76,8 +76,8 @@ impl Timings {
         self.shrink();
     }
 
-    /// The same for frames in which this scope occurs. Of those without it only the newest is remembered, and as long as it
-    /// is the newest: they push no others out.
+    /// As [`set_window`](Self::set_window), counting frames in which this scope occurs. Of the other frames only the newest is kept,
+    /// and only while it is the newest frame, so that they displace no others.
     pub fn set_window_of(&mut self, scope: &str, frames: usize) {
         self.counted = Some(scope.to_owned());
         if let Some(newest) = self.frames.pop_back() {

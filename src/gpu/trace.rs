@@ -18,7 +18,7 @@ pub struct Trace {
 /// One stretch of the host's time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HostSpan {
-    /// What the host did.
+    /// Name of the host's work.
     pub name: String,
     /// Start, in nanoseconds since the trace began.
     pub begin_ns: u64,
@@ -77,7 +77,7 @@ impl Trace {
     /// shifted so that its first frame begins with the trace, which only shows lengths.
     ///
     /// # Errors
-    /// What writing returns.
+    /// When writing fails.
     pub fn write(
         &self,
         out: &mut impl Write,

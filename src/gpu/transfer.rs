@@ -22,17 +22,17 @@ const CHUNK: u64 = 8 << 20;
 impl Staging {
     /// A transfer that still runs keeps what it uses; the next one makes everything anew.
     fn abandon(&mut self, ctx: &Context) {
-        let ticket = ctx.graveyard.begin();
-        ctx.graveyard.submitted(ticket);
-        ctx.graveyard.adopt(ticket, self.fence);
-        for corpse in std::mem::take(self).corpses() {
-            ctx.graveyard.add(corpse);
+        let ticket = ctx.deletion_queue.begin();
+        ctx.deletion_queue.submitted(ticket);
+        ctx.deletion_queue.watch(ticket, self.fence);
+        for deletion in std::mem::take(self).deletions() {
+            ctx.deletion_queue.add(deletion);
         }
     }
 
     /// Records, submits and waits.
     fn run(&mut self, ctx: &Context, record: impl FnOnce(vk::CommandBuffer)) -> GpuResult<()> {
-        const WHO: &str = "a transfer";
+        const WHAT: &str = "a transfer";
         let device = &ctx.device.raw;
         // SAFETY: for all calls, the handles are this device's, and nothing of them is in use between two runs.
         unsafe {
@@ -41,7 +41,7 @@ impl Staging {
                     vk::CommandPoolCreateInfo::default().queue_family_index(ctx.queue_family());
                 self.pool = device
                     .create_command_pool(&info, None)
-                    .check("vkCreateCommandPool", WHO)?;
+                    .check("vkCreateCommandPool", WHAT)?;
             }
             if self.cmd == vk::CommandBuffer::null() {
                 let info = vk::CommandBufferAllocateInfo::default()
@@ -49,25 +49,25 @@ impl Staging {
                     .command_buffer_count(1);
                 self.cmd = device
                     .allocate_command_buffers(&info)
-                    .check("vkAllocateCommandBuffers", WHO)?[0];
+                    .check("vkAllocateCommandBuffers", WHAT)?[0];
             }
             if self.fence == vk::Fence::null() {
                 self.fence = device
                     .create_fence(&vk::FenceCreateInfo::default(), None)
-                    .check("vkCreateFence", WHO)?;
+                    .check("vkCreateFence", WHAT)?;
             }
             device
                 .reset_command_pool(self.pool, vk::CommandPoolResetFlags::RELEASE_RESOURCES)
-                .check("vkResetCommandPool", WHO)?;
+                .check("vkResetCommandPool", WHAT)?;
             device
                 .reset_fences(&[self.fence])
-                .check("vkResetFences", WHO)?;
+                .check("vkResetFences", WHAT)?;
             let cmds = [self.cmd];
             let begin = vk::CommandBufferBeginInfo::default()
                 .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
             let recorded = device
                 .begin_command_buffer(cmds[0], &begin)
-                .check("vkBeginCommandBuffer", WHO)
+                .check("vkBeginCommandBuffer", WHAT)
                 .and_then(|()| {
                     full_barrier(
                         device,
@@ -84,15 +84,15 @@ impl Staging {
                     );
                     device
                         .end_command_buffer(cmds[0])
-                        .check("vkEndCommandBuffer", WHO)
+                        .check("vkEndCommandBuffer", WHAT)
                 });
             let finished = recorded.and_then(|()| {
                 let submits = [vk::SubmitInfo::default().command_buffers(&cmds)];
                 ctx.submits.fetch_add(1, Ordering::Relaxed);
                 device
                     .queue_submit(*ctx.queue(), &submits, self.fence)
-                    .check("vkQueueSubmit", WHO)?;
-                ctx.wait_for(self.fence, WHO)
+                    .check("vkQueueSubmit", WHAT)?;
+                ctx.wait_for(self.fence, WHAT)
             });
             if matches!(finished, Err(GpuError::Timeout { .. })) {
                 self.abandon(ctx);
@@ -135,7 +135,7 @@ impl<T: Pod> Buffer<T> {
         Self::zeroed_in(ctx, name, len, Domain::Device)
     }
 
-    /// The same, for a purpose.
+    /// As [`zeroed`](Self::zeroed), in a [`Domain`].
     ///
     /// # Errors
     /// As [`Buffer::zeroed`].
@@ -158,7 +158,7 @@ impl<T: Pod> Buffer<T> {
         Self::from_slice_in(ctx, name, data, Domain::Device)
     }
 
-    /// The same, for a purpose.
+    /// As [`from_slice`](Self::from_slice), in a [`Domain`].
     ///
     /// # Errors
     /// As [`Buffer::from_slice`].

@@ -42,7 +42,7 @@ impl Recorder {
         self.list_entry(|| Listed::Unordered(reason));
     }
 
-    /// What is recorded from here on waits for what it depends on, as usual.
+    /// From here on works wait for their dependencies again.
     pub fn end_unordered(&mut self) {
         self.unordered = None;
         self.list_entry(|| Listed::Ordered);
@@ -186,8 +186,8 @@ impl Recorder {
         wait.record(self.device(), self.raw());
     }
 
-    /// From now on every kernel and every copy waits for the one before, so that each has a time of its own, also where nothing
-    /// else makes it wait.
+    /// From now on every kernel and every copy waits for the one before, even without a dependency, so that each can be timed by
+    /// itself.
     pub fn separate_works(&mut self) {
         self.separates = true;
     }
@@ -197,7 +197,7 @@ impl Recorder {
         self.list = Some(Vec::new());
     }
 
-    /// What was recorded since [`Recorder::list`], in order.
+    /// Works recorded since [`Recorder::list`], in order.
     pub fn listed(&mut self) -> Vec<Listed> {
         self.list.take().unwrap_or_default()
     }

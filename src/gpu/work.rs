@@ -212,8 +212,8 @@ impl Recorder {
             }
             let others = resources.iter().zip(I::BINDINGS).skip(i + 1);
             for (other, other_binding) in others.filter(|_| self.ctx().hazard_check) {
-                // What is read as texels beside what is written is read by the invocation that writes it, before that, or
-                // is not written here: the kernel's header says so. Of a texture that holds for the ways into one argument.
+                // A buffer that is both read as texels and written: the invocation that writes an element reads it first, or the
+                // dispatch does not write it, as the kernel's header says. For textures this holds for the paths of one argument.
                 let are_ways = binding.argument == other_binding.argument;
                 let own = !is_way(binding)
                     && !is_way(other_binding)

@@ -6,7 +6,7 @@ use egui::{Align, Layout, RichText, ScrollArea, Ui, vec2};
 use myxo::scene::builtin::PRESETS;
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS, why_idle, why_object_idle};
 use myxo::scene::settings::{ObjectSettings, Part, Settings, Show};
-use myxo::sim::transfers::told;
+use myxo::sim::transfers::count_text;
 use myxo::sim::types::Flow;
 
 use crate::lab::actions::{self, Action};
@@ -540,19 +540,19 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
         ..
     } = facts.flow;
     if arrived > 0 {
-        let text = format!("{} transfers", told(arrived.into()));
+        let text = format!("{} transfers", count_text(arrived.into()));
         ui.label(RichText::new(text).monospace().color(theme::weak(ui)))
             .on_hover_text(format!(
                 "Particles that have changed objects so far. {} went on from where their walk met the other object; the \
                  others went to its nearest point, or turned round at a no-go area.",
-                told(crossed.into())
+                count_text(crossed.into())
             ));
     }
     if let Some(mismatch) = facts.flow.mismatch() {
         ui.label(RichText::new(mismatch).color(theme::pending(ui)));
     }
     if refused > 0 {
-        let refused = told(refused.into());
+        let refused = count_text(refused.into());
         let advice = if buffer_size < most_wanted {
             let wanted = grouped(most_wanted.into());
             format!("raise its size to {wanted}")

@@ -1,6 +1,6 @@
 //! Tests with broken models: each is refused with words that help, and none makes a reader panic.
 //!
-//! They call the readers without the second wall of [`super::load`], which would hide a panic.
+//! They call the readers directly, because [`super::load`] catches panics.
 
 use std::path::Path;
 use std::process::Command;
@@ -18,7 +18,7 @@ pub(super) fn try_mesh(
     Mesh::from_soup("test", parse(path.as_ref(), bytes, extent)?)
 }
 
-/// What is wrong with a model, in words.
+/// The error message for a model.
 fn problem_of(path: &str, bytes: &[u8]) -> String {
     match try_mesh(path, bytes, Extent::Scene) {
         Ok(mesh) => format!("nothing: {}", mesh.report),

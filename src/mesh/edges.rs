@@ -1,4 +1,4 @@
-//! Which half-edges lie on the same edge, and which two of them are twins.
+//! Groups half-edges by their edge, and pairs twins.
 
 use rayon::slice::ParallelSliceMut;
 

@@ -1,4 +1,4 @@
-//! What can be wrong with a model, said so that its owner can mend it.
+//! Errors in models, with messages from which the model's author can fix it.
 
 use crate::plain_text::Shown as _;
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ pub enum MeshError {
     Read {
         /// The model, or the file that it names.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The file was read, and is not a mesh to walk on.
@@ -45,7 +45,7 @@ pub enum MeshError {
     },
 }
 
-/// What is wrong with a model. Vertices and triangles are numbered from 0, lines of text from 1.
+/// A problem of a model. Vertices and triangles are numbered from 0, lines of text from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshProblem {
     /// The file is none of those that can be read.

@@ -127,7 +127,7 @@ fn other_programs_files_are_what_other_readers_measure() {
     }
 }
 
-/// What two programs call their compression is named, so that people know which switch to turn off.
+/// Messages name the compression of two programs as these call it, so that users know which switch to turn off.
 #[test]
 fn other_programs_compression_is_named() {
     let files: [(&str, &[u8], &str); 2] = [

@@ -17,16 +17,16 @@ const GAP_COLUMNS: usize = 3;
 /// Quads from a tooth's foot to its tip.
 const LEVELS: usize = 5;
 
-/// What a toothed wheel looks like; lengths are in the mesh's units.
+/// The shape of a toothed wheel; lengths are in the mesh's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gear {
     /// How many there are.
     pub teeth: u32,
-    /// Of the pitch circle, on which wheels roll.
+    /// Radius of the pitch circle, on which wheels roll.
     pub radius: f64,
     /// Along the axis.
     pub thickness: f64,
-    /// Of the hole; for a ring, how far its rim reaches beyond the feet of its teeth.
+    /// Radius of the hole; for a ring, how far its rim reaches beyond the feet of its teeth.
     pub bore: f64,
     /// How much thinner teeth are than the gaps that they go into, as a share of the pitch.
     pub play: f64,
@@ -70,7 +70,7 @@ impl Gear {
     /// Can it be built?
     ///
     /// # Errors
-    /// What is in the way, and what to do.
+    /// The conflicting parameters, and what to change.
     pub fn check(&self) -> Result<(), String> {
         let foot = self.radius - 1.25 * self.module();
         if !self.is_ring && self.bore > 0.98 * foot {
@@ -250,10 +250,10 @@ fn inset(points: &[DVec2], line: &[usize], by: f64) -> Vec<DVec2> {
         .collect()
 }
 
-/// What is built: two flat sides and the walls between them.
+/// The solid: two flat sides and the walls between them.
 struct Solid {
     builder: Builder,
-    /// Of the flat sides.
+    /// Points of the flat sides.
     points: Vec<DVec2>,
     half: f64,
     chamfer: f64,

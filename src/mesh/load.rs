@@ -65,8 +65,8 @@ impl Mesh {
         Self::open_within(name_or_path, folder, MOST_TRIANGLES as u64)
     }
 
-    /// The same, if it has no more triangles than `most`. Where there are more is known before they are made or joined, which
-    /// takes most of the time and memory.
+    /// As [`open`](Self::open), if the mesh has no more triangles than `most`. Larger meshes are refused before their triangles are
+    /// made or joined, which takes most of the time and memory.
     ///
     /// # Errors
     /// As [`Mesh::open`], and when it has more triangles.
@@ -101,7 +101,7 @@ impl RigidTrack {
         Self::from_bytes(&path, &read(&path)?).map_err(bad)
     }
 
-    /// The same of a glTF or GLB model that is in memory; `path` is as for [`Mesh::from_bytes`].
+    /// As [`open`](Self::open), for a glTF or GLB model in memory; `path` is as for [`Mesh::from_bytes`].
     ///
     /// # Errors
     /// As [`RigidTrack::open`].
@@ -168,7 +168,7 @@ pub(crate) fn parse(path: &Path, bytes: &[u8], extent: Extent) -> Result<Soup, M
     parse_within(path, bytes, extent, u64::MAX)
 }
 
-/// The same; where it is known early that there are more triangles than `most`, they are counted and not kept.
+/// Reads the triangles of a model. If it is known early that there are more than `most`, they are counted and not kept.
 fn parse_within(path: &Path, bytes: &[u8], extent: Extent, most: u64) -> Result<Soup, MeshProblem> {
     let ending = path
         .extension()

@@ -1,6 +1,6 @@
 //! Triangle-mesh geometry: loading, half-edges, the pooled surface, straight walks and the world atlas.
 //!
-//! Nothing here knows Vulkan or particles.
+//! This layer has neither Vulkan nor particles.
 //!
 //! A model comes in through `load` (files, read by `obj`, `stl`, `ply` and `gltf`) or [`builtin`] as a `soup` of
 //! triangles. [`origin`] says where its coordinates are counted from, `weld` makes one vertex of those at one place and drops what has no area, `stitch` joins borders that

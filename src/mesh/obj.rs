@@ -1,7 +1,7 @@
 //! OBJ files: text with vertices (`v`), texture coordinates (`vt`) and faces (`f`).
 //!
 //! `tobj` reads the numbers. It is given only the lines that make a surface, because it takes a polyline of three
-//! vertices for a triangle, stops at a comment behind a face, and knows neither CR alone as a line end nor UTF-16. It
+//! vertices for a triangle, stops at a comment behind a face, and reads neither CR alone as a line end nor UTF-16. It
 //! says neither which line nor which face is wrong, so where it fails the lines are read once more, for the message.
 
 use glam::{DVec2, DVec3, Vec2};

@@ -19,11 +19,11 @@ use super::MeshReport;
 use super::edges::{EdgeGroups, ends, previous};
 use crate::portable::{exponent_of, power_of_two};
 
-/// Parts of the diagonal of the model's box by which vertices may differ through rounding: for a model near the origin a
-/// little more than what six digits leave.
+/// Tolerance for rounding of vertices, as a part of the diagonal of the model's box: for a model near the origin a
+/// little more than the error of six digits.
 const REACH: f64 = 2e-6;
 
-/// The same in parts of the shortest edge at a vertex.
+/// Largest tolerance, as a part of the shortest edge at a vertex.
 const OF_EDGE: f64 = 0.02;
 
 /// The cosine between the directions in which two triangles leave their common edge from which on they lie on each
@@ -106,7 +106,7 @@ struct Seams<'a> {
     corners: &'a [[u32; 3]],
     /// How far vertices of one place may be apart, anywhere.
     reach: f64,
-    /// The same for each vertex.
+    /// How far each vertex may be from others of its place.
     tolerance: Vec<f32>,
 }
 

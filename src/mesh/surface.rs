@@ -27,11 +27,11 @@ pub struct Triangle {
     pub object: u32,
 }
 
-/// What a walk needs to cross a half-edge.
+/// The data that a walk needs to cross a half-edge.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct HalfEdge {
-    /// The same edge seen from the neighbour, or [`NONE`] at an open border.
+    /// The half-edge of the neighbour at this edge, or [`NONE`] at an open border.
     pub twin: u32,
     /// Cosine of the rotation that takes a heading in this triangle's frame to the twin's frame. At an open border:
     /// of twice the angle of the edge, which takes the heading with its `h` negated to its mirror image.

@@ -22,7 +22,7 @@ use window::{Window, crossing, cut, is_beaten};
 mod tests;
 mod window;
 
-/// Paths are told apart where they differ by more than this part of an edge.
+/// Lengths of paths count as different if they differ by more than this part of an edge.
 const ROUNDING: f64 = 1e-9;
 /// Places are moved so far, in weights, into their triangles: from an edge nothing is seen through it.
 const INSET: f64 = 1e-7;
@@ -78,7 +78,7 @@ struct Seen {
 pub struct SurfaceDistance<'a> {
     surface: &'a Surface,
     sources: Vec<SurfacePoint>,
-    /// One a vertex.
+    /// One per vertex.
     vertices: Vec<f64>,
     /// One list a half-edge: what enters by it.
     windows: Vec<Vec<Window>>,
@@ -94,10 +94,10 @@ impl<'a> SurfaceDistance<'a> {
     #[must_use]
     pub fn new(surface: &'a Surface, sources: &[SurfacePoint], reach: f64) -> Self {
         Self::with_control(surface, sources, reach, &Control::default())
-            .expect("nobody asks it to stop")
+            .expect("it cannot be cancelled")
     }
 
-    /// The same, telling how far it is, and stopping where it is told to.
+    /// As [`new`](Self::new), with progress reports and cancellation by `control`.
     ///
     /// # Errors
     /// [`AtlasError::Cancelled`] when it was stopped.
@@ -264,7 +264,7 @@ impl<'a> Search<'a> {
             let length = seen_from(distance.surface, h as u32).length;
             let [start, end] = ends.map(|vertex| distance.vertices[vertex as usize]);
             windows.retain(|window| !is_beaten(window, start, end, length));
-            // They stay for as long as somebody asks.
+            // The windows are kept for later queries.
             windows.shrink_to_fit();
         }
         distance
@@ -358,7 +358,7 @@ impl<'a> Search<'a> {
             for other in &self.found.windows[h as usize] {
                 cut(&mut parts, &window, other, length);
             }
-            // Who goes over the edge the other way has been there, too.
+            // Windows that cross the edge the other way have covered it, too.
             for other in &self.found.windows[twin as usize] {
                 cut(
                     &mut parts,

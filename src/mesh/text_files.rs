@@ -264,7 +264,7 @@ fn models_in_map_coordinates_keep_their_area() {
 /// One vertex far from the others leaves them too few steps of single precision. Would catch: triangles that are lost
 /// without a word about why.
 #[test]
-fn a_vertex_far_from_the_others_is_told_of() {
+fn a_vertex_far_from_the_others_is_reported() {
     let (vertices, triangles) = ball_about([512_345.678, 231.5, 5_412_345.678]);
     let mut text: String = vertices.iter().map(|v| format!("v {v}\n")).collect();
     text += "v 0 0 0\nf 1 2 63\n";

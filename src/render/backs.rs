@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_sees_the_backs_of_what_encloses_a_volume() {
+    fn back_faces_of_a_closed_volume_are_never_seen() {
         for name in [
             "builtin:cube",
             "builtin:torus",

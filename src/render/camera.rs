@@ -16,10 +16,10 @@ pub const MAX_PITCH: f32 = 1.535;
 /// Distances are kept in this range of the scene's radius, so that a wheel cannot lose the scene.
 const DISTANCE_RANGE: (f32, f32) = (0.02, 50.0);
 
-/// Room left round a sphere that [`Camera::fit`] fills the picture with.
+/// Margin round a sphere that [`Camera::fit`] fits into the picture.
 const FIT_MARGIN: f32 = 1.06;
 
-/// The same for the points of [`Camera::fit_points`], as a factor of the picture's sides.
+/// Margin round the points of [`Camera::fit_points`], as a factor of the picture's sides.
 const POINT_MARGIN: f32 = 1.1;
 
 /// From so many sides [`Camera::fit_all_round`] looks; what lies between two of them is within the margin.
@@ -122,7 +122,7 @@ impl Camera {
         let half_height = (0.5 * self.vertical_fov).tan() / POINT_MARGIN;
         let half_width = half_height * aspect_ratio(size);
         let (right, up, backward) = (self.right(), self.up(), self.backward());
-        // A point is in the picture if |x| is at most half_width times its depth, `distance - z`; likewise for y.
+        // A point is in the picture if |x| is at most half_width times its depth, `distance - z`, and |y| at most half_height times it.
         let distance = points.into_iter().map(|point| {
             let from_target = point - self.target;
             let (x, y) = (from_target.dot(right), from_target.dot(up));
@@ -134,7 +134,7 @@ impl Camera {
         }
     }
 
-    /// The same from every side that it passes on a turn about the target: as far away as the widest of them needs.
+    /// As [`fit_points`](Self::fit_points), for all directions on a turn about the target: as far away as the widest view needs.
     pub fn fit_all_round(&mut self, points: impl IntoIterator<Item = Vec3>, size: Vec2) {
         let points: Vec<Vec3> = points.into_iter().collect();
         let distances = (0..SIDES_OF_A_TURN).map(|side| {

@@ -9,7 +9,7 @@ const SAMPLES: u32 = 4;
 
 /// The images that a picture is drawn into.
 pub struct Canvas {
-    /// What is drawn into; several samples a pixel, where the device has them.
+    /// What is drawn into; several samples per pixel, where the device has them.
     pub(super) color: Image,
     /// One sample a pixel, if `color` has more.
     pub(super) resolved: Option<Image>,
@@ -17,7 +17,7 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// Images of `size` pixels, each side at least 1, with smooth edges where the device has several samples a pixel.
+    /// Images of `size` pixels, each side at least 1, with smooth edges where the device has several samples per pixel.
     ///
     /// # Errors
     /// When the device has no images of that size, or no memory for them.
@@ -25,7 +25,7 @@ impl Canvas {
         Self::with_quality(ctx, size, format, Quality::Smooth)
     }
 
-    /// The same, at the price that `quality` says.
+    /// As [`new`](Self::new), with a given quality.
     ///
     /// # Errors
     /// As for [`Canvas::new`].

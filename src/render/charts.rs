@@ -77,7 +77,7 @@ pub fn picture(surface: &Surface, atlas: &Atlas, scale: u32) -> RgbaImage {
     RgbaImage::from_raw(side, side, pixels.into_flattened()).expect("a pixel for each")
 }
 
-/// The same for the device: a word for each texel, rows of `atlas.pitch`; red in the lowest byte, and in the highest 0
+/// Colours of charts for the device: a word for each texel, rows of `atlas.pitch`; red in the lowest byte, and in the highest 0
 /// for unused texels, about 128 for gutter ones, and about 255 for owned ones.
 pub(super) fn texel_words(surface: &Surface, atlas: &Atlas, colors: &[Color]) -> Vec<u32> {
     let painter = Painter {
@@ -136,7 +136,7 @@ pub fn chart_colors(surface: &Surface, atlas: &Atlas) -> Vec<[u8; 3]> {
 
 /// Which charts lie beside which, on the surface or in the texture: both ways, in order, each once.
 fn neighbours(surface: &Surface, atlas: &Atlas) -> Vec<(u32, u32)> {
-    /// Charts share long borders, so that some texels of them show who is there.
+    /// Charts share long borders, so a sample of texels finds all neighbours.
     const MOST_LOOKED_AT: usize = 200_000;
     let over_edges = (0..surface.halfedges.len()).into_par_iter().map(|h| {
         let twin = surface.halfedges[h].twin;
@@ -186,7 +186,7 @@ fn neighbours(surface: &Surface, atlas: &Atlas) -> Vec<(u32, u32)> {
 struct Painter<'a> {
     surface: &'a Surface,
     atlas: &'a Atlas,
-    /// One a chart.
+    /// One per chart.
     colors: &'a [Color],
     /// Pixels a texel.
     scale: u32,

@@ -1,6 +1,6 @@
 //! Draws an egui interface over a picture.
 //!
-//! The one place that knows `egui-ash-renderer`. Interfaces blend in the encoded values that they are designed in, so
+//! The only file that uses `egui-ash-renderer`. Interfaces blend in the encoded values that they are designed in, so
 //! this draws to images whose format is NOT sRGB and stores values as they are.
 
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Colours that tell things apart or tell a direction: equally light, and different in hue alone.
+//! Colours that distinguish things or show a direction: equally light, and different in hue alone.
 
 use std::f32::consts::TAU;
 

@@ -51,7 +51,7 @@ pub fn corner_normals(surface: &Surface, crease_angle: f32) -> Vec<Vec3> {
         .collect()
 }
 
-/// A unit vector in 32 bits: folded onto an octahedron and then a square, 16 bits a side.
+/// A unit vector in 32 bits: folded onto an octahedron and then a square, 16 bits per side.
 ///
 /// Cigolle et al., "A Survey of Efficient Representations for Independent Unit Vectors" (JCGT 3(2), 2014).
 /// `shaders/include/shading.glsl` has the inverse.

@@ -1,7 +1,7 @@
 //! How much of the sky each corner of a mesh sees past its own object: hollows and gaps are darker than what stands out.
 //!
-//! Found once by rays through a tree of boxes. Objects are rigid, so it stays as it is however they move; what another object
-//! hides is told by the distances between objects, in the picture itself.
+//! Found once by rays through a tree of boxes. Objects are rigid, so it stays valid however they move. Occlusion by other objects
+//! is computed from the distances between objects, in the picture itself.
 
 use std::collections::HashMap;
 use std::f32::consts::TAU;
@@ -24,7 +24,7 @@ const REACH: f32 = 0.8;
 const OFF: f32 = 2e-3;
 
 /// For each corner of each triangle, `3 * triangle + corner`, the share of the sky above it that is open, squared so that
-/// hollows can be told at a glance: 0 to 255; the number of places where there are more than `most_places`. `normals` has one
+/// hollows can be seen at a glance: 0 to 255; the number of places where there are more than `most_places`. `normals` has one
 /// for each.
 pub fn openness(surface: &Surface, normals: &[Vec3], most_places: usize) -> Result<Vec<u8>, usize> {
     let mut open = vec![255; normals.len()];
@@ -59,7 +59,7 @@ pub fn openness(surface: &Surface, normals: &[Vec3], most_places: usize) -> Resu
     Ok(open)
 }
 
-/// The same for places of one object, each a vertex and a normal.
+/// Openness of places on one object, each a vertex and a normal.
 fn of_object(
     surface: &Surface,
     (first, end): (usize, usize),

@@ -41,7 +41,7 @@ impl Offscreen {
         Self::with_quality(ctx, size, Quality::Smooth)
     }
 
-    /// The same, at the price that `quality` says.
+    /// As [`new`](Self::new), with a given quality.
     ///
     /// # Errors
     /// As for [`Offscreen::new`].

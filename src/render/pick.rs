@@ -22,7 +22,7 @@ pub struct Hit {
 
 /// The nearest hit of a ray with any object, from either side; `world_from_object` has one pose an object.
 ///
-/// Every triangle is tried: a million take a few milliseconds, and nobody clicks more often than that.
+/// Every triangle is tried: a million take a few milliseconds, which is fast enough for clicks.
 #[must_use]
 pub fn pick(surface: &Surface, world_from_object: &[Affine3A], ray: &Ray) -> Option<Hit> {
     let mut nearest = None;
@@ -37,8 +37,8 @@ pub fn pick(surface: &Surface, world_from_object: &[Affine3A], ray: &Ray) -> Opt
     nearest
 }
 
-/// The same for bundles of rays, those of a bundle from one origin and close to each other. However many there are, the
-/// triangles are gone through once, and most of them are far from a bundle.
+/// As [`pick`], for bundles of rays; the rays of a bundle have one origin and are close to each other. One pass over the triangles
+/// serves all bundles, and most triangles are far from a bundle.
 #[must_use]
 pub fn pick_bundles(
     surface: &Surface,

@@ -24,15 +24,15 @@ pub struct Prepared {
     pub(super) normals: Vec<u32>,
     /// How much of the sky each corner sees, four to a word.
     pub(super) openness: Vec<u32>,
-    /// Where nobody has looked for it, in how many places that would have been.
+    /// If the openness was not computed: for how many places it would have been.
     unlooked: Option<usize>,
-    /// One an object.
+    /// One per object.
     pub(super) object_colors: Vec<Vec4>,
     /// What each texel is, and in which colour its chart is shown.
     pub(super) texels: Vec<u32>,
     /// The colour and the seams of each triangle.
     pub(super) charts: Vec<u32>,
-    /// Round the objects, lowest and highest corners in object space, if from outside nobody sees one from behind.
+    /// Bounding boxes of the objects, lowest and highest corners in object space, if no back face can be seen from outside.
     pub(super) boxes: Option<Vec<[Vec3; 2]>>,
 }
 
@@ -43,7 +43,7 @@ impl Prepared {
         Self::with_most_places(setup, MOST_PLACES)
     }
 
-    /// The same with another number of places from which it looks for what is open, at the most.
+    /// As [`new`](Self::new), with another limit on the places for which the openness is computed.
     fn with_most_places(setup: &Setup, most_places: usize) -> Self {
         let (surface, atlas) = (&setup.surface, &setup.atlas);
         let normals = corner_normals(surface, CREASE_ANGLE);
@@ -82,8 +82,8 @@ impl Prepared {
         })
     }
 
-    /// The same for somebody who draws many quick pictures on a device that is a CPU: those take a fifth to a third less time,
-    /// and 28 to 108 bytes a triangle more of the device's memory.
+    /// As [`new`](Self::new), for many quick pictures on a device that is a CPU: those take a fifth to a third less time,
+    /// and 28 to 108 bytes per triangle more of the device's memory.
     #[must_use]
     pub fn for_quick(setup: &Setup) -> Self {
         let rest = Self::new(setup);

@@ -50,14 +50,14 @@ use surface::Lighting;
 struct Pipelines {
     samples: u32,
     surface: Sides<SurfaceDraw>,
-    /// The same with neither relief nor charts.
+    /// The surface without relief and charts.
     plain_surface: Sides<SurfaceDraw>,
-    /// The same from shared vertices. Where a pixel has several samples its place may lie beside the triangle, and it takes the
-    /// triangle's own corners to bring it back.
+    /// The surface from shared vertices. With several samples per pixel, the shading point may lie beside the triangle, and the
+    /// shader needs the triangle's own corners to move it back.
     quick_surface: Option<Sides<QuickSurfaceDraw>>,
     fields: Sides<FieldsDraw>,
     particles: RasterPipeline<ParticlesDraw>,
-    /// The same where hues that lie over each other must not become white.
+    /// Particles in the hues of headings, which must not add up to white.
     headings: RasterPipeline<ParticlesDraw>,
     background: RasterPipeline<BackgroundDraw>,
     atlas_view: RasterPipeline<AtlasViewDraw>,
@@ -134,7 +134,7 @@ pub struct Renderer {
     normals: Buffer<u32>,
     /// How much of the sky each corner sees, four to a word.
     openness: Buffer<u32>,
-    /// One an object.
+    /// One per object.
     object_colors: Buffer<Vec4>,
     /// What each texel is, and in which colour its chart is shown.
     texels: Texture<u32>,
@@ -149,7 +149,7 @@ pub struct Renderer {
     brightest: Buffer<f32>,
     is_first: bool,
     shape: Shape,
-    /// Round the objects, if from outside nobody sees one from behind.
+    /// Bounding boxes of the objects, if no back face can be seen from outside.
     boxes: Option<Vec<[Vec3; 2]>>,
 }
 

@@ -41,14 +41,14 @@ impl SharedVertex {
 
 /// What corners are joined by.
 pub(super) struct Corners<'a> {
-    /// The vertex of each, three a triangle.
+    /// The vertex of each, three per triangle.
     pub vertex_of: &'a [u32],
     pub vertices: &'a [Vertex],
-    /// One a triangle.
+    /// One per triangle.
     pub maps: &'a [AtlasMap],
-    /// Packed, one a corner.
+    /// Packed, one per corner.
     pub normals: &'a [u32],
-    /// One a corner.
+    /// One per corner.
     pub openness: &'a [u8],
 }
 
@@ -86,14 +86,14 @@ pub(super) fn share(corners: &Corners<'_>) -> (Vec<SharedVertex>, Vec<u32>) {
 
 /// Shared vertices on the device.
 pub(super) struct SharedVertices {
-    /// Two texels a vertex.
+    /// Two texels per vertex.
     pub vertices: Texels<u32>,
     /// Which of them each corner of each triangle is.
     pub indices: Buffer<u32>,
 }
 
 impl SharedVertices {
-    /// Puts them there, unless there are more than the device tells apart.
+    /// Uploads them, unless there are more than the device can index.
     ///
     /// # Errors
     /// The device has no memory left.

@@ -62,7 +62,7 @@ impl Light {
         (x * camera.right() + y * camera.up() + z * camera.backward()).normalize()
     }
 
-    /// The same by the picture's right, its up and the way to the eye.
+    /// The direction in camera space: right and up in the picture, and towards the eye.
     #[must_use]
     pub fn from_eye(self) -> Vec3 {
         let (sin, cos) = self.azimuth.to_radians().sin_cos();
@@ -163,8 +163,8 @@ impl View {
         (2.0 - 2.0 * self.charts).min(1.0)
     }
 
-    /// Tells a scene's file what is looked at and how, but for where from.
-    pub fn tell(&self, picture: &mut PictureSettings) {
+    /// Writes these settings into a scene file's `[picture]`, except the camera.
+    pub fn write_to(&self, picture: &mut PictureSettings) {
         picture.show = self.show;
         picture.color_map = self.color_map;
         picture.darkest = self.darkest;

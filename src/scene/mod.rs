@@ -1,5 +1,5 @@
 //! Scenes: objects, parameters and the files that hold them. [`Scene::load`] turns a name or a file into meshes on
-//! one pooled surface and settings that have been checked; whoever simulates needs to look no further.
+//! one pooled surface and checked settings: all that a simulation needs.
 //!
 //! Settings have world coordinates in double precision. What is computed, `sim` and `render` alike, counts them from
 //! [`Origins::world`] in single precision, and calls that world space.
@@ -133,7 +133,7 @@ impl Scene {
         Ok((name, settings, folder))
     }
 
-    /// The same of the text of a scene file, which `scene` names in errors.
+    /// As [`read`](Self::read), for the text of a scene file, which errors call `scene`.
     ///
     /// # Errors
     /// When a key is unknown, or a value is not allowed.
@@ -249,7 +249,7 @@ impl Scene {
         self.world_from_object_at(f64::from(self.settings.time.start))
     }
 
-    /// The same after so many seconds of motion.
+    /// The poses after `time` seconds of motion.
     #[must_use]
     pub fn world_from_object_at(&self, time: f64) -> Vec<Affine3A> {
         poses(&self.settings.objects, &self.tracks, &self.origins, time)
@@ -282,7 +282,7 @@ impl Scene {
         self.to_toml_with(None)
     }
 
-    /// The same, with areas whose map lies beside the file, wherever that is.
+    /// As [`to_toml`](Self::to_toml), with areas whose map lies beside the file.
     #[must_use]
     pub fn to_toml_beside(&self, areas: &AreaSettings) -> String {
         self.to_toml_with(Some(areas))
@@ -319,7 +319,7 @@ impl Scene {
     }
 }
 
-/// What was read, with what the user wants otherwise.
+/// The settings read, with the user's overrides.
 fn overridden(
     mut reader: Reader,
     scene: &Path,
@@ -338,7 +338,7 @@ fn overridden(
         };
         match overrides.set.iter().find(is_seed) {
             None => reader.seed(seed),
-            // Nobody knows which of the two is meant.
+            // Which of the two is meant is unknown.
             Some(assignment) => reader.problems.push(Problem {
                 place: format!("--seed {seed}"),
                 message: format!(
@@ -353,13 +353,13 @@ fn overridden(
     })
 }
 
-/// What people call a scene: the name of its file without its ending.
+/// The name of a scene: that of its file without the ending.
 fn name_of(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default();
     stem.to_string_lossy().into_owned()
 }
 
-/// On average. Every built-in scene has several texels a triangle.
+/// On average. Every built-in scene has several texels per triangle.
 const MOST_TRIANGLES_A_TEXEL: u64 = 16;
 /// So many take a second, and what the atlas says of them names the size that has room.
 const FEW_TRIANGLES: u64 = 1 << 20;
@@ -367,7 +367,7 @@ const FEW_TRIANGLES: u64 = 1 << 20;
 /// Before the names of what comes with the program.
 pub(crate) const BUILTIN: &str = "builtin:";
 
-/// What the word SCENE stands for.
+/// The kind of a SCENE argument.
 enum Source {
     Builtin(&'static builtin::Builtin),
     Model(String),
@@ -526,7 +526,7 @@ fn poses(
         .collect()
 }
 
-/// Where coordinates are counted from, for each object: the world's origin is near where the objects are at the start.
+/// The origins of each object: the world's origin is near the objects at the start.
 fn origins(
     settings: &Settings,
     meshes: &[Mesh],

@@ -37,17 +37,17 @@ pub struct MotionSettings {
     pub slide_period: f32,
     /// Turns of the slide's cycle that it is ahead.
     pub slide_phase: f32,
-    /// What spin and swing turn about, from the object's origin, along its own axes, in world units.
+    /// The centre of spin and swing, from the object's origin, along its own axes, in world units.
     pub pivot: [f64; 3],
     /// Does the object follow the animation in its model?
     pub model: ModelAnimation,
-    /// What happens after the last keyframe.
+    /// Behaviour after the last keyframe.
     pub repeat: Repeat,
     /// How it goes from keyframe to keyframe.
     pub easing: Easing,
     /// Seconds after which keyframes begin again; the last keyframe's time where that is later.
     pub period: f32,
-    /// Where it is at some times, counted from where the object stands; their times ascend.
+    /// Poses at some times, relative to the object's pose at rest; their times ascend.
     pub keyframes: Vec<Keyframe>,
 }
 
@@ -92,7 +92,7 @@ impl MotionSettings {
     }
 }
 
-/// Where an object is at one time, counted from where it stands.
+/// The pose of an object at one time, relative to its pose at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Keyframe {
     /// Seconds from the beginning; not negative.
@@ -103,25 +103,25 @@ pub struct Keyframe {
     pub rotation: [f32; 3],
 }
 
-/// Where coordinates of an object and of the world are counted from, so that single precision has digits to spare
+/// Origins of an object's coordinates and of the world's, chosen so that single precision has digits to spare
 /// for both, wherever they are. Both are zero unless something small is far from its origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Origins {
-    /// Of what is computed in the world, in world coordinates.
+    /// The origin of computations in world space, in world coordinates.
     pub world: DVec3,
-    /// Of the object's surface, in its scaled coordinates.
+    /// The origin of the object's surface, in its scaled coordinates.
     pub surface: DVec3,
 }
 
 impl Origins {
-    /// Where a place in the coordinates of a mesh's file is on the surface, which is scaled.
+    /// Maps a place in the coordinates of a mesh's file to the scaled surface.
     #[must_use]
     pub fn from_file(&self, place: [f64; 3], scale: f32) -> Vec3 {
         let scale_up = f64::from(scale);
         scale * (DVec3::from_array(place) - self.surface / scale_up).as_vec3()
     }
 
-    /// Where a place on the surface, which is scaled, is in the coordinates of the mesh's file.
+    /// Maps a place on the scaled surface to the coordinates of the mesh's file.
     #[must_use]
     pub fn to_file(&self, place: DVec3, scale: f32) -> DVec3 {
         (place + self.surface) / f64::from(scale)
@@ -162,7 +162,7 @@ pub fn in_decimals(place: DVec3, radius: f32) -> [f64; 3] {
     })
 }
 
-/// Where an object is at a time in seconds: takes its scaled coordinates to world coordinates. `track` is its model's
+/// The pose of an object at a time in seconds: maps its scaled coordinates to world coordinates. `track` is its model's
 /// animation, if it has one and follows it. Position, pivot and centre of the orbit are taken in single precision, as in a
 /// scene near the origin; see [`pose_from`].
 #[must_use]
@@ -170,8 +170,8 @@ pub fn pose_at(object: &ObjectSettings, track: Option<&RigidTrack>, time: f64) -
     pose_from(object, track, time, &Origins::default())
 }
 
-/// The same pose from the surface's coordinates to those that are counted from the world's origin here. What is far
-/// away is subtracted before anything turns.
+/// As [`pose_at`], from surface coordinates to world coordinates, both counted from `origins`. Large offsets are subtracted before
+/// any rotation, so that they do not cost precision.
 #[must_use]
 pub fn pose_from(
     object: &ObjectSettings,
@@ -216,13 +216,13 @@ pub fn pose_from(
     round * place * keyframe * own
 }
 
-/// In the precision that devices work with.
+/// A pose in single precision, for devices.
 #[must_use]
 pub fn single(pose: DAffine3) -> Affine3A {
     Affine3A::from_cols_array(&pose.to_cols_array().map(|value| value as f32))
 }
 
-/// The same pose, in double precision.
+/// A pose in double precision.
 #[must_use]
 pub fn double(pose: &Affine3A) -> DAffine3 {
     DAffine3::from_cols_array(&pose.to_cols_array().map(f64::from))
@@ -237,7 +237,7 @@ fn wide(vector: [f32; 3]) -> DVec3 {
     DVec3::from_array(vector.map(f64::from))
 }
 
-/// Where in its cycle something is, in radians; exact for any time, because whole cycles are taken off first.
+/// The phase in a cycle, in radians; exact for any time, because whole cycles are subtracted first.
 fn cycle(time: f64, period: f32, phase: f32) -> f64 {
     ((time / f64::from(period)).fract() + f64::from(phase)) * TAU
 }
@@ -251,7 +251,7 @@ fn turn(degrees: DVec3) -> DQuat {
     turn_about(degrees / angle, angle.to_radians())
 }
 
-/// What a turning rate, degrees a second, comes to; whole turns are taken off before they cost digits.
+/// The rotation of a turning rate, degrees per second, after a time; whole turns are subtracted before they cost digits.
 fn turn_for(rate: [f32; 3], time: f64) -> DQuat {
     let rate = wide(rate);
     let speed = rate.length();

@@ -76,7 +76,7 @@ pub enum Effect {
     Restart,
 }
 
-/// What a parameter holds, what it may be, and how to reach it.
+/// The type of a parameter, its allowed values, and its accessors.
 #[derive(Debug)]
 pub enum Kind<T: 'static> {
     /// A number.

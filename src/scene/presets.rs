@@ -18,7 +18,7 @@ const SECTIONS: [&str; 4] = ["physarum", "trail", "feeding", PICTURE];
 const PICTURE: &str = "picture";
 const COLOURS: &str = "color_map";
 
-/// What looks consist of, as messages say it.
+/// The parts of a look, for messages.
 pub(super) const PARTS: &str =
     "the sections [physarum], [trail] and [feeding], and picture.color_map";
 
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_preset_is_told_apart_and_refused() {
+    fn texts_that_are_no_presets_are_refused() {
         for scene in builtin::SCENES {
             assert!(!is_preset(scene.text), "{}", scene.name);
         }

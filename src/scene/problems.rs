@@ -1,4 +1,4 @@
-//! What is wrong with a scene: the first problems with their texts, and how many there are in all.
+//! Problems of a scene: the first ones with their texts, and the total number.
 
 use std::fmt::{self, Write as _};
 
@@ -11,9 +11,9 @@ pub const MOST_LISTED: usize = 20;
 /// One thing that is wrong with a scene file, a preset or a `--set`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Where it stands: `line 7`, `--set trail.decay=2`, `preset spots`; empty when nowhere in particular.
+    /// Its place: `line 7`, `--set trail.decay=2`, `preset spots`; empty without a particular place.
     pub place: String,
-    /// What is wrong and what would be right.
+    /// The problem, and what would be right.
     pub message: String,
 }
 
@@ -79,7 +79,7 @@ impl Problems {
         self.count == 0
     }
 
-    /// Those that are listed.
+    /// The listed problems.
     pub fn iter(&self) -> std::slice::Iter<'_, Problem> {
         self.listed.iter()
     }

@@ -35,11 +35,11 @@ pub struct Settings {
     pub particles: ParticleSettings,
     /// How particles sense, turn and walk.
     pub physarum: PhysarumSettings,
-    /// Where the surface attracts, repels or may not be entered from the beginning.
+    /// The map of areas: places that attract, repel or may not be entered from the beginning.
     pub areas: AreaSettings,
     /// How simulated time passes.
     pub time: TimeSettings,
-    /// What happens to the trail between steps.
+    /// Diffusion and decay of the trail.
     pub trail: TrailSettings,
     /// The texture that holds every triangle.
     pub atlas: AtlasSettings,
@@ -47,11 +47,11 @@ pub struct Settings {
     pub transfer: TransferSettings,
     /// How distances between objects are taken.
     pub distance: DistanceSettings,
-    /// Scattered food, and what food does to those who eat it.
+    /// Scattered food, and the behaviour of particles that have eaten.
     pub feeding: FeedingSettings,
-    /// Where pictures are taken from.
+    /// The camera of pictures.
     pub camera: CameraSettings,
-    /// What pictures look like.
+    /// The look of pictures.
     pub picture: PictureSettings,
     /// The objects, at least one.
     #[serde(rename = "object")]
@@ -88,7 +88,7 @@ impl Default for Settings {
 pub struct ParticleSettings {
     /// How many particles walk on all objects together.
     pub count: u32,
-    /// Where they begin.
+    /// Their start places.
     pub start: Start,
     /// For `point`, `ring` and `disc`: the surface point nearest to this place, in scene radii from the scene's centre.
     pub start_at: [f32; 3],
@@ -100,7 +100,7 @@ pub struct ParticleSettings {
     pub start_food: u32,
     /// For `mask`: a greyscale picture of the texture; a path relative to the scene file.
     pub start_mask: String,
-    /// Where they head.
+    /// Their headings at the start.
     pub start_heading: Heading,
     /// For the heading `aligned`: a direction in the world.
     pub start_direction: [f32; 3],
@@ -127,7 +127,7 @@ impl Default for ParticleSettings {
 pub struct AreaSettings {
     /// A picture of the texture; a path relative to the scene file, empty for none.
     pub map: String,
-    /// What sensors read more where the map is all green, and less where it is all blue, in trail units.
+    /// Trail units that sensors read more where the map is fully green, and less where it is fully blue.
     pub strength: f32,
 }
 
@@ -168,7 +168,7 @@ pub struct TrailSettings {
     pub diffusion: f32,
     /// Reach of that neighbourhood, in texels.
     pub diffusion_distance: u32,
-    /// What remains of the trail after a step, deposits included, 0 to 1.
+    /// Share of the trail that remains after a step, deposits included, 0 to 1.
     pub decay: f32,
 }
 
@@ -206,7 +206,7 @@ impl Default for AtlasSettings {
 /// `[transfer]`
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TransferSettings {
-    /// What becomes of particles that go into another object.
+    /// The strategy for particles that go into another object.
     pub strategy: Strategy,
     /// Places with a smaller signed distance to other objects are covered, in scene radii.
     pub threshold: f32,
@@ -231,11 +231,11 @@ pub struct DistanceSettings {
     pub method: DistanceMethod,
     /// For `raster`: how distances become depths.
     pub depth: DepthMapping,
-    /// How it is told whether a place is inside of an object.
+    /// The rule that decides whether a place is inside of an object.
     pub sign: SignRule,
-    /// Distances are taken at most every so many steps.
+    /// Distances are updated at most every so many steps.
     pub interval: u32,
-    /// The farthest that distances between objects are told, in scene radii.
+    /// Distances between objects are clamped beyond this, in scene radii.
     pub reach: f32,
 }
 
@@ -260,7 +260,7 @@ pub struct CameraSettings {
     pub elevation: f32,
     /// From the target, in scene radii; 0 for as far as shows every object whole.
     pub distance: f32,
-    /// What the camera looks at, in scene radii from the scene's centre.
+    /// The point that the camera looks at, in scene radii from the scene's centre.
     pub target: [f32; 3],
     /// Vertical field of view, in degrees.
     pub field_of_view: f32,
@@ -285,7 +285,7 @@ pub struct PictureSettings {
     pub brightest: f32,
     /// Share of the brightest trail up to which everything has the darkest colour, 0 to 0.99.
     pub darkest: f32,
-    /// What is drawn.
+    /// The view.
     pub show: Show,
     /// Colours of the trail.
     pub color_map: ColorMap,
@@ -293,7 +293,7 @@ pub struct PictureSettings {
     pub charts: f32,
     /// Diameter of a drawn particle, in pixels.
     pub particle_size: f32,
-    /// Where the key light comes from, seen from the camera: degrees to the right, and above.
+    /// Direction of the key light, seen from the camera: degrees to the right, and above.
     pub light_azimuth: f32,
     /// Degrees above the camera.
     pub light_elevation: f32,
@@ -332,7 +332,7 @@ pub const MOST_OBJECTS: usize = 4096;
 /// `[[object]]`: a mesh and where it stands.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ObjectSettings {
-    /// What the object is called; empty takes the mesh's name.
+    /// The object's name; empty takes the mesh's name.
     pub name: String,
     /// `builtin:NAME`, or a path relative to the scene file.
     pub mesh: String,
@@ -344,15 +344,15 @@ pub struct ObjectSettings {
     pub scale: f32,
     /// For `charts`: texels per surface area, relative to the other objects.
     pub texel_weight: f32,
-    /// The names of the objects that this one knows its distance to; empty for all others.
+    /// The names of the objects whose distance counts for this one; empty for all others.
     pub distance_to: Vec<String>,
-    /// Where its particles begin, if not where the scene's do.
+    /// The start of its particles, if it differs from the scene's.
     #[serde(skip_serializing_if = "OwnStart::is_default")]
     pub start: OwnStart,
     /// How it moves.
     #[serde(skip_serializing_if = "MotionSettings::is_default")]
     pub motion: MotionSettings,
-    /// What its particles do otherwise than the scene's.
+    /// Parameters of its particles that differ from the scene's.
     #[serde(skip_serializing_if = "OwnPhysarum::is_empty")]
     pub physarum: OwnPhysarum,
 }
@@ -375,8 +375,8 @@ impl Default for ObjectSettings {
 }
 
 impl ObjectSettings {
-    /// Where it stands before anything moves: takes scaled object coordinates to world coordinates. The scale is not
-    /// in it.
+    /// The pose before any motion: maps scaled object coordinates to world coordinates. It does not contain the
+    /// scale.
     #[must_use]
     pub fn world_from_object(&self) -> Affine3A {
         let rotation = motion::euler(self.rotation).as_quat();

@@ -1,4 +1,4 @@
-//! What must hold of starts beside the ranges of their keys.
+//! Checks of starts beyond the ranges of their keys.
 
 use std::path::{Path, PathBuf};
 

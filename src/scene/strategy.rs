@@ -1,4 +1,4 @@
-//! What the strategy of transfer, and the method of distances, mean for a step.
+//! Consequences of the transfer strategy and the distance method for a step.
 
 use super::settings::{DistanceMethod, Settings, Strategy};
 

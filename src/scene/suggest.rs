@@ -1,4 +1,4 @@
-//! What was probably meant by a mistyped name.
+//! Suggestions for mistyped names.
 
 use super::parameters::{FOOD_PARAMETERS, OBJECT_PARAMETERS, PARAMETERS};
 

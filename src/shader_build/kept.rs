@@ -19,7 +19,7 @@ pub struct Modules {
     pub for_cards: Vec<u32>,
     /// The one for tables in pages; empty where the shader has none.
     pub for_pages: Vec<u32>,
-    /// The compiler's warnings, one a line.
+    /// The compiler's warnings, one per line.
     pub warnings: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! From GLSL to SPIR-V and typed Rust handles; runs inside `build.rs`, so nothing here knows Vulkan.
+//! From GLSL to SPIR-V and typed Rust handles; runs inside `build.rs`, so nothing here uses Vulkan.
 //!
 //! Every shader is compiled twice: an unoptimised module is reflected, because optimising strips the names, and the
 //! optimised one is shipped. A kernel that includes `tables.glsl` has a form for graphics cards

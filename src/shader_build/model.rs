@@ -1,4 +1,4 @@
-//! What the build knows of a shader: the model between reflecting and generating.
+//! The build's model of a shader, between reflecting and generating.
 
 use std::collections::BTreeMap;
 

@@ -232,7 +232,7 @@ fn access_of(access: AccessType) -> Access {
     }
 }
 
-/// An element's size is its stride, which only the array around it knows.
+/// An element's size is its stride, which only the array around it has.
 fn fix_size(inner: &StructType, stride: usize, structs: &mut [Struct]) {
     let name = inner.name.as_deref().unwrap_or_default();
     if let Some(found) = structs.iter_mut().find(|s| s.name == name) {

@@ -1,8 +1,8 @@
-//! What to do where a device fails: which settings take less memory, or make a kernel shorter.
+//! Advice after a failure of the device: which settings take less memory, or make a kernel shorter.
 
 use crate::gpu::GpuError;
 
-/// What to do about an error of the device, to stand behind its text; empty where that says so itself.
+/// Advice on an error of the device, to append to its text; empty if the text has it already.
 pub(crate) fn on_device(error: &GpuError) -> &'static str {
     match error {
         GpuError::OutOfMemory { .. } => {
@@ -33,7 +33,7 @@ mod tests {
     use super::*;
     use crate::Error;
 
-    /// What a timeout asks for makes the kernel shorter that it was in.
+    /// The advice on a timeout shortens the kernel that took too long.
     #[test]
     fn advice_is_for_the_kernel_that_took_too_long() {
         for (kernel, words, never) in [

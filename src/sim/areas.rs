@@ -5,7 +5,7 @@
 //! | --- | --- |
 //! | green, 0 to full | sensors read 0 to `strength` trail units more |
 //! | blue, 0 to full | as much less |
-//! | red, by more than half beyond green and blue | nobody enters ([`NO_GO`]) |
+//! | red, by more than half beyond green and blue | particles do not enter ([`NO_GO`]) |
 //! | black, white, grey, transparent | nothing |
 
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ use crate::whole_file::WholeFile;
 pub const NO_GO: f32 = -1e9;
 /// Below this a bias is that of a no-go area; gutters may mix it with others. `shaders/include/no_go.glsl` has the same.
 pub const NO_GO_BELOW: f32 = 0.5 * NO_GO;
-/// Of trail and of bias: there is no more, and of bias no less but for no-go areas.
+/// Upper bound on trail and bias. The negative of it is the lower bound on bias outside of no-go areas.
 pub const GREATEST: f32 = 1e6;
 
 /// Its name in messages.
@@ -59,7 +59,7 @@ impl AreaMap {
         Ok(Self::of(path, picture))
     }
 
-    /// The same of a PNG that is in memory; `path` is its name in messages.
+    /// As [`open`](Self::open), for a PNG in memory; `path` is its name in messages.
     ///
     /// # Errors
     /// When it is no picture, or it has more pixels than maps for an atlas of this size may have.
@@ -75,8 +75,7 @@ impl AreaMap {
         }
     }
 
-    /// What sensors read more, one a texel, gutters filled: of each texel that a triangle owns, what the pixel at its centre
-    /// says.
+    /// The bias, one value per texel, gutters filled. An owned texel has the value of the pixel at its centre.
     ///
     /// # Errors
     /// When it says nothing of any.
@@ -159,7 +158,7 @@ pub fn picture_of(bias: &[f32], atlas: &Atlas) -> Option<(AreaPicture, f32)> {
         };
         pixels.put_pixel(texel % atlas.pitch, texel / atlas.pitch, Rgb(color));
     }
-    // Where there are only no-go areas, any strength does.
+    // With no-go areas alone, the strength has no effect.
     let usual = AreaSettings::default().strength;
     Some((pixels, if strength > 0.0 { strength } else { usual }))
 }
@@ -185,7 +184,7 @@ pub fn map_beside(scene_file: &Path) -> PathBuf {
     scene_file.with_file_name(name)
 }
 
-/// The map of areas for a scene file: `NAME_areas.png` beside it or, where that is somebody else's, the next number that is free.
+/// The map of areas for a scene file: `NAME_areas.png` beside it or, if that is another scene's file, with the next free number.
 #[must_use]
 pub fn map_for(scene_file: &Path) -> PathBuf {
     let first = map_beside(scene_file);
@@ -200,8 +199,8 @@ pub fn map_for(scene_file: &Path) -> PathBuf {
     maps.find(is_ours).unwrap_or(first.clone())
 }
 
-/// What a scene file of this path says of areas as they are now, which are written [beside it](map_for), so that both stay
-/// together. Gives that file, too, if there is one.
+/// The area settings for a scene file of this path. The present areas are written [beside it](map_for), so that both stay
+/// together. Returns that file, too, if there is one.
 ///
 /// # Errors
 /// When it cannot be written.
@@ -237,7 +236,7 @@ pub fn write_mask(path: &Path, bias: &[f32], atlas: &Atlas) -> Result<Option<Vec
     let white = *white;
     let mut pixels = GrayImage::new(atlas.size, atlas.size);
     for &texel in &texels {
-        // What attracts at all is not left out.
+        // At least 1, so that weak attraction is kept.
         let light = (255.0 * value(texel) / white).round().clamp(1.0, 255.0) as u8;
         pixels.put_pixel(texel % atlas.pitch, texel / atlas.pitch, Luma([light]));
     }
@@ -348,7 +347,7 @@ mod tests {
         }
     }
 
-    /// Whoever leaves the layout below has no walls of it.
+    /// The layout of the atlas may stay as the lowest layer of a map: its colours make no walls.
     #[test]
     fn the_colours_of_a_layout_are_no_walls() {
         for [red, green, blue] in [

@@ -11,11 +11,11 @@ use crate::gpu::{Buffer, Context, Frames, Pipeline, Threads};
 use crate::rng::{Purpose, random};
 use crate::strict;
 
-/// Which arithmetic steps have: a change that makes runs end in other states makes it larger. Checkpoints say with which they were
-/// written; those of earlier versions have none.
+/// Version of the arithmetic of steps. Changes that make runs end in other states increase it. Checkpoints hold the version that
+/// they were written with; those of earlier programs have none.
 pub const VERSION: u32 = 1;
 
-/// What a device calculates otherwise than IEEE 754 says.
+/// An operation in which the device deviates from IEEE 754.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Broken {
     /// The rule, as people read it.
@@ -24,9 +24,9 @@ pub struct Broken {
     pub times: usize,
     /// The first ones, as bits.
     pub words: [u32; 4],
-    /// What the device has made of them.
+    /// The device's result.
     pub found: f32,
-    /// What it should be.
+    /// The exact result.
     pub expected: f32,
 }
 
@@ -54,7 +54,7 @@ pub fn numbers() -> Vec<UVec4> {
     odd.chain((4..1 << 16).map(of)).collect()
 }
 
-/// What each number of [`arithmetic`] is of.
+/// Names of the results of [`arithmetic`], in order.
 const RULES: [&str; 24] = [
     "products are rounded to nearest",
     "sums are rounded to nearest",
@@ -82,7 +82,7 @@ const RULES: [&str; 24] = [
     "cross product, z",
 ];
 
-/// What the kernel is to find.
+/// The results that the kernel must have.
 #[must_use]
 pub fn arithmetic(word: UVec4) -> [Vec4; 6] {
     let [x, y, z, w] = word.to_array().map(f32::from_bits);

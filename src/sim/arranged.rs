@@ -25,7 +25,7 @@ pub fn arranged(
     }
     if !state.transfers.in_flight.is_empty() {
         land_all(&mut state, setup, poses);
-        // They have lain in other windows.
+        // The old windows are those of another strategy.
         state.transfers.windows.clear();
     }
     if !strategy.has_windows() {

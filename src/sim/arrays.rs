@@ -21,12 +21,12 @@ use crate::gpu::DispatchGroups;
 use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
 
-/// What was found about tiles.
+/// Results for tiles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TileLooks {
-    /// One a tile and pair.
+    /// One per tile and pair.
     pub hints: Vec<u32>,
-    /// As many a tile: faces that its hints name.
+    /// One per hint of a tile: the face that it names.
     pub candidates: Vec<u32>,
     /// The tiles whose texels are looked at.
     pub listed: Vec<ListedTile>,
@@ -35,17 +35,17 @@ pub struct TileLooks {
 /// Particles that change objects, and the windows that objects have of the particles.
 #[derive(Clone, Debug)]
 pub struct TransferArrays {
-    /// One an object, where there are windows.
+    /// One per object, where there are windows.
     pub windows: Vec<Window>,
     /// One: what the lists hold, and what was counted.
     pub flow: Vec<Flow>,
-    /// What each window is to become.
+    /// Changes of each window.
     pub borders: Vec<Border>,
     /// Groups of the kernels that work on transfers, as [`Counter`](super::work::Counter) has them.
     pub groups: [DispatchGroups; 5],
     /// Slots of particles that were selected.
     pub particle_indices: Vec<u32>,
-    /// Where they go.
+    /// Their transfers.
     pub transfers: Vec<Transfer>,
     /// Selected particles by half of their keys.
     pub limit_bins: Vec<u32>,
@@ -53,14 +53,14 @@ pub struct TransferArrays {
     pub holes: Vec<u32>,
     /// Particles that left each object (rows) for each, so far.
     pub flux: Vec<u32>,
-    /// One a triangle, see [`area_shares`].
+    /// One per triangle, see [`area_shares`].
     pub area_shares: Vec<u32>,
-    /// One an object, see [`object_triangles`].
+    /// One per object, see [`object_triangles`].
     pub object_triangles: Vec<UVec2>,
 }
 
 impl TransferArrays {
-    /// Of a state that is arranged for the settings' strategy.
+    /// The arrays of a state, arranged for the settings' strategy.
     #[must_use]
     pub fn new(settings: &Settings, setup: &Setup, state: &TransferState) -> Self {
         let lists = capacity(settings, setup) as usize;
@@ -79,13 +79,13 @@ impl TransferArrays {
         }
     }
 
-    /// How many transfers the lists hold.
+    /// The capacity of the lists.
     #[must_use]
     pub fn capacity(&self) -> u32 {
         self.particle_indices.len() as u32
     }
 
-    /// What a snapshot holds of it.
+    /// The part of it that snapshots hold.
     #[must_use]
     pub fn state(&self) -> TransferState {
         TransferState {
@@ -97,75 +97,75 @@ impl TransferArrays {
     }
 }
 
-/// Everything that a step changes.
+/// All arrays that a step of the twins changes.
 #[derive(Clone, Debug)]
 pub struct Arrays {
-    /// What does not change.
+    /// The constant data.
     pub setup: Arc<Setup>,
-    /// One a particle: where it is.
+    /// One per particle: place and id.
     pub particles: Vec<Particle>,
-    /// One a particle: where it is going.
+    /// One per particle: heading, pending length and flags.
     pub motions: Vec<Motion>,
-    /// Particles that are put in order.
+    /// Particles that are being reordered.
     pub segment_particles: Vec<Particle>,
     /// Their motions.
     pub segment_motions: Vec<Motion>,
-    /// How many particles of a segment are in each, then how many lie before.
+    /// Number of the segment's particles in each bin, then its prefix sum.
     pub bins: Vec<u32>,
-    /// One a texel, gutters filled.
+    /// One per texel, gutters filled.
     pub trail: Vec<f32>,
-    /// What the trail becomes.
+    /// The trail of the next step.
     pub next_trail: Vec<f32>,
-    /// One a texel: counted in this step.
+    /// One per texel: counted in this step.
     pub deposits: Vec<u32>,
-    /// Those of the last step.
+    /// Deposits of the last step.
     pub previous_deposits: Vec<u32>,
-    /// One a texel: what was painted for sensors to read; empty where nothing was.
+    /// One per texel: the painted bias; empty if nothing was painted.
     pub bias: Vec<f32>,
-    /// One a food or marker.
+    /// One per food or marker.
     pub meals: Vec<Meal>,
-    /// One a texel; empty where there is neither food nor marker.
+    /// One per texel; empty without food and markers.
     pub scent: Vec<f32>,
-    /// Has the smell of any become another in this step?
+    /// Has the scent of any food changed in this step?
     pub scent_is_due: bool,
     /// World from object.
     pub poses: Vec<Pose>,
-    /// The same in the step before.
+    /// World from object in the step before.
     pub poses_before: Vec<Pose>,
-    /// One an object: what particles do there.
+    /// One per object: parameters of its particles.
     pub physarums: Vec<Physarum>,
-    /// One a texel: signed distance to other objects.
+    /// One per texel: signed distance to other objects.
     pub distances: Vec<f32>,
-    /// One a texel: the triangle of another object that is nearest.
+    /// One per texel: the nearest triangle of another object.
     pub nearest: Vec<u32>,
-    /// One a texel: where on another object walks go on.
+    /// One per texel: the place on another object where walks go on.
     pub across: Vec<u32>,
-    /// On which triangle that is.
+    /// One per texel: the triangle of that place.
     pub across_triangles: Vec<u32>,
-    /// One a texel: outlook and hue, and marks for places near other objects and covered by them.
+    /// One per texel: outlook and hue, and marks for places near other objects and covered by them.
     pub surroundings: Vec<u16>,
-    /// Objects whose distances are taken.
+    /// Objects whose distances are updated.
     pub jobs: Vec<DistanceJob>,
-    /// Which others each of them has within reach.
+    /// The other objects within their reach.
     pub pairs: Vec<ObjectPair>,
-    /// How far each pair has moved since the last time.
+    /// How far each pair has moved since the last update.
     pub moves: Vec<f32>,
-    /// One a tile: what all its texels are, if anything.
+    /// One per tile: the state of all its texels, if it is uniform.
     pub tile_states: Vec<u32>,
     /// How far each tile is from being within reach of each other object.
     pub margins: Vec<f32>,
-    /// What was found about the tiles of the jobs.
+    /// Results for the tiles of the jobs.
     pub looks: TileLooks,
-    /// One a texel: the slot of the face that was drawn there, and 1.
+    /// One per texel: the slot of the face that was drawn there, and 1.
     pub winners: Vec<u32>,
-    /// What changes objects.
+    /// Transfers.
     pub transfers: TransferArrays,
-    /// Particles that come in each form of `advance` in this step; zeros where all sensors walk.
+    /// Particles that each form of `advance` processes in this step; zeros if all sensors walk.
     pub forms: [usize; 4],
 }
 
 impl Arrays {
-    /// Those of a state, arranged for the settings' strategy; the objects are at their first poses.
+    /// The arrays of a state, arranged for the settings' strategy; the objects are at their first poses.
     #[must_use]
     pub fn new(setup: &Arc<Setup>, settings: &Settings, start: Snapshot) -> Self {
         let texels = setup.atlas.density.len();
@@ -207,17 +207,17 @@ impl Arrays {
         arrays
     }
 
-    /// Has room for as many particles that are put in order as the settings' strategy needs.
+    /// Resizes the scratch memory of reordering for the settings' strategy.
     pub fn make_room(&mut self, settings: &Settings) {
         let room = Counts::of(&self.setup, settings).segment as usize;
         self.segment_particles.resize(room, Particle::zeroed());
         self.segment_motions.resize(room, Motion::zeroed());
     }
 
-    /// Of each food there is so much from now on, or all of it.
+    /// Sets the meals left of each food, or all of them.
     pub fn serve(&mut self, remaining: Option<&[u32]>) {
-        self.meals = self.setup.pantry.meals(remaining);
-        self.scent = scent_of(&self.setup.pantry, &self.meals);
+        self.meals = self.setup.food_set.meals(remaining);
+        self.scent = scent_of(&self.setup.food_set, &self.meals);
     }
 
     /// Lets two arrays change roles.

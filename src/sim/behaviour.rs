@@ -1,10 +1,10 @@
-//! What particles do on each object, as kernels take it: one row of a table an object.
+//! Parameters of particles for kernels: a table with one row per object.
 
 use super::physarum::Physarum;
 use super::setup::Setup;
 use crate::scene::settings::Settings;
 
-/// What particles do on each object: the scene's values with the object's own over them.
+/// Parameters of particles on each object: the scene's values, overridden by the object's own.
 #[must_use]
 pub fn physarums(settings: &Settings, setup: &Setup) -> Vec<Physarum> {
     let objects = settings.objects.iter();
@@ -17,8 +17,8 @@ pub fn physarums(settings: &Settings, setup: &Setup) -> Vec<Physarum> {
         .collect()
 }
 
-/// What deposits and decrowding weights are multiplied by: where the settings say which density they were made for, the
-/// trail's mean stays what it is there, whatever the number of particles and the size of the texture.
+/// Factor on deposits and decrowding weights. If the settings have the density that they were made for, this factor keeps the
+/// mean of the trail at its value there, whatever the number of particles and the size of the texture.
 #[must_use]
 pub fn deposit_factor(settings: &Settings, setup: &Setup) -> f32 {
     let reference = settings.physarum.reference_density;

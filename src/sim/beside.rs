@@ -27,15 +27,15 @@ pub struct Difference {
     pub step: u32,
     /// After which kernel.
     pub kernel: String,
-    /// What differs: `trail`, `particles`, ...
+    /// The array that differs: `trail`, `particles`, ...
     pub field: &'static str,
     /// The first element: a texel, or a particle's id.
     pub element: usize,
-    /// Which of its numbers.
+    /// The column that differs.
     pub column: &'static str,
-    /// What the device has there.
+    /// The device's value.
     pub device: String,
-    /// What the twins have.
+    /// The twins' value.
     pub host: String,
     /// How many elements differ.
     pub count: usize,
@@ -116,7 +116,7 @@ const TRANSFERS: &[(&str, As)] = &[
     ("pad1", As::Number),
 ];
 
-/// What is compared of one engine. Buffers that change roles are named by what they are read as.
+/// The state of one engine that is compared. Buffers that change roles have the names of their roles in reads.
 struct Everything {
     particles: Vec<Particle>,
     motions: Vec<Motion>,
@@ -128,7 +128,7 @@ struct Everything {
     scent: Vec<f32>,
     /// Empty before something is painted that stays.
     bias: Vec<f32>,
-    /// Of several objects.
+    /// Present with several objects.
     near: Option<Near>,
     leaving: Vec<Transfer>,
 }
@@ -228,7 +228,7 @@ impl Everything {
             });
         };
         if let Some(near) = self.near {
-            // What lies across is known where another object covers the surface.
+            // Places across are defined for covered texels only.
             let covered = |values: &[u32]| -> Vec<u32> {
                 let both = values.iter().zip(&near.surroundings);
                 both.map(|(&value, around)| if around & COVERED == 0 { 0 } else { value })
@@ -298,7 +298,7 @@ fn compare(device: Vec<Field>, host: &[Field], step: u32, kernel: &str) -> Optio
 /// The kernel that a brush runs.
 fn kernel_of(brush: Brush) -> &'static str {
     match brush {
-        Brush::Particles { .. } => "summon",
+        Brush::Particles { .. } => "teleport",
         _ => "paint",
     }
 }

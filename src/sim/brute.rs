@@ -1,4 +1,4 @@
-//! What the method `brute` of signed distances can do on a CPU.
+//! Limits of the distance method `brute` on a CPU.
 
 use super::loops::ROUNDS;
 use super::setup::others;

@@ -90,7 +90,7 @@ impl Counts {
         if self.foods > 0 { self.texels } else { 0 }
     }
 
-    /// Of what is drawn, so many.
+    /// `count` with the method `raster`, else 0.
     fn drawn(&self, count: u64) -> u64 {
         if self.is_drawn { count } else { 0 }
     }
@@ -106,7 +106,7 @@ pub struct Row<T> {
     /// In messages and capture tools.
     pub name: &'static str,
     domain: Domain,
-    /// Of its texels; 0 where kernels see it as a block alone, or by the ways into a [texture](super::texture::Texture).
+    /// Components per texel; 0 if kernels access it as a block only, or by the paths of a [texture](super::texture::Texture).
     components: usize,
     count: fn(&Counts) -> u64,
     element: PhantomData<fn() -> T>,
@@ -241,7 +241,7 @@ pub const LIMIT_BINS_COUNT: u32 = 1 << 16;
 
 /// No larger than a storage block.
 const BLOCK: Domain = Domain::Device;
-/// It may be larger.
+/// It may be larger than a storage block.
 const LARGE: Domain = Domain::Texels;
 /// It may be larger than any buffer of the device.
 const PAGED: Domain = Domain::Pages;
@@ -320,7 +320,7 @@ table! {
     SCENT: f32 = "scent", LARGE 0, Counts::food;
     PLATES: u32 = "plates", LARGE 0, Counts::food;
     SCENTED: UVec2 = "scented", BLOCK 0, |n| if n.foods > 0 { n.scents.0 } else { 0 };
-    WHIFFS: UVec2 = "whiffs", BLOCK 0, |n| if n.foods > 0 { n.scents.1.max(1) } else { 0 };
+    FALLOFFS: UVec2 = "falloffs", BLOCK 0, |n| if n.foods > 0 { n.scents.1.max(1) } else { 0 };
     SCENT_GROUPS: DispatchGroups = "scent_groups", BLOCK 0, |n| u64::from(n.foods > 0);
 
     OUTLINES: Outline = "outlines", LARGE 4, |n| n.drawn(n.outlines);

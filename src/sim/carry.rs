@@ -1,4 +1,4 @@
-//! What has grown, taken over to a scene with objects more or less, or of another size.
+//! Carries a grown state over to a scene with more or fewer objects, or with another atlas size.
 
 use rayon::prelude::*;
 
@@ -29,8 +29,8 @@ pub fn carried(
     }
     let is_new = |place: &usize| from[object_of(new, new.particles[*place].triangle)].is_none();
     let count = new.particles.len();
-    // A particle draws its share of all the area once, so those that draw what is new stood in one region before. Others go,
-    // every so many of them, who drew shares of everything.
+    // Start places follow ids, so the ids that draw places on new objects lay in one region before. Moving them would empty it.
+    // Instead every n-th particle moves, whose places were spread over all objects.
     let new_places: Vec<usize> = (0..count).filter(is_new).collect();
     let new_place = |id: usize| {
         let before = |id: usize| (id as u64 * new_places.len() as u64 / count as u64) as usize;
@@ -76,7 +76,7 @@ pub fn carried(
     let trail = field(old, new, from, &|position| {
         trail_at(&snapshot.trail, position, pitch)
     });
-    // As many as particles, as after every step.
+    // One deposit per particle, as after every step.
     let mut deposits = vec![0; new.atlas.texel_count()];
     if snapshot.step > 0 {
         for (particle, motion) in particles.iter().zip(&motions) {
@@ -114,7 +114,7 @@ pub fn carried(
     })
 }
 
-/// Painted areas of `old`, one a texel, on the surface of `new`: all that [`carried`] does with them, also where there is
+/// Painted areas of `old`, one per texel, on the surface of `new`: all that [`carried`] does with them, also where there is
 /// another number of particles. Nothing stays nothing.
 ///
 /// None where an object has become another mesh.
@@ -140,7 +140,7 @@ pub fn carried_bias(
     }))
 }
 
-/// Which object of `new` each of `old` has become, if any; none where one has become another mesh.
+/// For each object of `old` its index in `new`, if it still exists; `None` if one has got another mesh.
 fn becoming(old: &Setup, new: &Setup, from: &[Option<usize>]) -> Option<Vec<Option<usize>>> {
     let triangles = |setup: &Setup, object: usize| {
         let range = setup.surface.objects.get(object)?;
@@ -157,7 +157,7 @@ fn becoming(old: &Setup, new: &Setup, from: &[Option<usize>]) -> Option<Vec<Opti
     (from.len() == new.poses.len()).then_some(to)
 }
 
-/// Which object a triangle belongs to.
+/// The object that a triangle belongs to.
 fn object_of(setup: &Setup, triangle: u32) -> usize {
     setup.surface.triangles[triangle as usize].object as usize
 }
@@ -174,7 +174,7 @@ fn field(
     from: &[Option<usize>],
     read: &(dyn Fn([f32; 2]) -> f32 + Sync),
 ) -> Vec<f32> {
-    // Where a texel's place lies in the old atlas.
+    // The position of a texel's surface point in the old atlas.
     let old_position = |texel: usize| {
         let (triangle, u, v) = new.atlas.surface_point_of(texel as u32)?;
         let object = object_of(new, triangle);
@@ -190,7 +190,7 @@ fn field(
     values
 }
 
-/// What is left of each of the new scene's foods: those that lay at the same place of the same object keep theirs.
+/// Meals left of each of the new scene's foods: unchanged foods keep theirs.
 fn left_of(snapshot: &Snapshot, old: &Setup, new: &Setup, from: &[Option<usize>]) -> Vec<u32> {
     let left = |place: &FoodPlace| {
         let object = place.object as usize;
@@ -202,10 +202,10 @@ fn left_of(snapshot: &Snapshot, old: &Setup, new: &Setup, from: &[Option<usize>]
             let apart = (u * u + v * v).sqrt();
             other.point.triangle == triangle && apart < 1e-3 && other.amount == place.amount
         };
-        let food = old.pantry.places.iter().position(at)?;
+        let food = old.food_set.places.iter().position(at)?;
         snapshot.food.remaining.get(food).copied()
     };
-    let places = new.pantry.places.iter();
+    let places = new.food_set.places.iter();
     places
         .map(|place| place.meal(left(place)).remaining)
         .collect()
@@ -255,7 +255,7 @@ mod tests {
         (simulation, snapshot)
     }
 
-    /// It goes on from there, and everybody is still there.
+    /// Checks that a simulation goes on from the state, without losing particles.
     fn goes_on(settings: &Settings, state: &Snapshot) {
         let new = setup(settings);
         state.validate(&new).unwrap();

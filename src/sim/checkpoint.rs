@@ -40,7 +40,7 @@ struct Header {
     /// The scene file that it was written with.
     scene: String,
     layout: u32,
-    /// Of earlier versions none.
+    /// Absent in checkpoints of earlier versions.
     #[serde(default)]
     arithmetic: u32,
     movement: SavedMovement,
@@ -51,9 +51,9 @@ struct Header {
 pub struct Checkpoint {
     /// The scene file that it was written with, as TOML.
     pub scene: String,
-    /// Tells surfaces and atlases apart: particles and texels mean something on one of them only.
+    /// A hash of the surface and the atlas: particles and texels are valid on these only.
     pub layout: u32,
-    /// Which [arithmetic](arithmetic::VERSION) it was written with; 0 by earlier versions.
+    /// The [arithmetic](arithmetic::VERSION) that it was written with; 0 by earlier versions.
     pub arithmetic: u32,
     /// The state.
     pub snapshot: Snapshot,
@@ -84,8 +84,8 @@ impl Checkpoint {
         }
     }
 
-    /// Makes sure that a simulation of `scene` can go on from here, and tells which settings are others than before
-    /// and take effect from now on: `trail.decay = 0.9, which was 0.95`; also that it was written with other arithmetic.
+    /// Checks that a simulation of `scene` can go on from here. Returns notes on settings that differ and take effect from now on,
+    /// such as `trail.decay = 0.9, which was 0.95`, and a note if the checkpoint was written with other arithmetic.
     ///
     /// # Errors
     /// Names what differs and cannot, or what is wrong with the state.
@@ -103,12 +103,12 @@ impl Checkpoint {
             .iter()
             .filter(|parameter| parameter.differs(&then, now))
             .partition(|parameter| fixed(parameter));
-        let tell = |parameter: &&Parameter| {
+        let difference = |parameter: &&Parameter| {
             let (then, now) = (parameter.value(&then), parameter.value(now));
             format!("{} = {now}, which was {then}", parameter.key)
         };
         if !fixed.is_empty() || !same_layout {
-            let mut differences: Vec<String> = fixed.iter().map(tell).collect();
+            let mut differences: Vec<String> = fixed.iter().map(difference).collect();
             if differences.is_empty() {
                 differences.push("other meshes or scales".to_owned());
             }
@@ -120,10 +120,10 @@ impl Checkpoint {
         self.snapshot.validate(setup)?;
         self.snapshot.check_ranges(setup)?;
         self.snapshot.movement_of(now.objects.len())?;
-        self.snapshot.check_food(setup.pantry.places.len())?;
+        self.snapshot.check_food(setup.food_set.places.len())?;
         let of_the_state =
             |parameter: &&&Parameter| !["camera", "picture"].contains(&parameter.section());
-        let mut notes: Vec<String> = live.iter().filter(of_the_state).map(tell).collect();
+        let mut notes: Vec<String> = live.iter().filter(of_the_state).map(difference).collect();
         if self.arithmetic != arithmetic::VERSION {
             notes.push(
                 "it was written by a version with other arithmetic, so that hashes of states from here on cannot be compared with those \

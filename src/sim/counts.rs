@@ -11,10 +11,10 @@ use crate::scene::Scene;
 use crate::scene::settings::Settings;
 
 impl Counts {
-    /// Of a scene that is set up.
+    /// The counts of a scene that is set up.
     #[must_use]
     pub fn of(setup: &Setup, settings: &Settings) -> Self {
-        let (atlas, distance, pantry) = (&setup.atlas, &setup.distance, &setup.pantry);
+        let (atlas, distance, food_set) = (&setup.atlas, &setup.distance, &setup.food_set);
         let count = |len: usize| len as u64;
         let objects = count(setup.poses.len());
         let triangles = count(setup.surface.corners.len());
@@ -42,8 +42,11 @@ impl Counts {
                 (1, 1)
             },
             painted: count(setup.bias.len()),
-            foods: count(pantry.places.len()),
-            scents: (count(pantry.scented.len()), count(pantry.whiffs.len())),
+            foods: count(food_set.places.len()),
+            scents: (
+                count(food_set.scented.len()),
+                count(food_set.falloffs.len()),
+            ),
             samples: count(distance.samples.len()),
             tiles: count(distance.tiles.len()),
             job_tiles: count(distance.tiles_len()),

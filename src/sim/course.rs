@@ -1,4 +1,4 @@
-//! What the host follows of a simulation, whichever engine runs it: settings, time and poses, and which distances are known. It
+//! The host's side of a simulation, for either engine: settings, time, poses, and which distances are known. It
 //! plans the steps.
 
 use std::sync::Arc;
@@ -24,18 +24,18 @@ const DUE: u64 = 0;
 /// A simulation without its buffers.
 #[derive(Clone, Debug)]
 pub struct Course {
-    /// What it runs on.
+    /// The setup of the scene.
     pub setup: Arc<Setup>,
-    /// Those of the next step.
+    /// The settings of the next step.
     pub settings: Settings,
     movement: Movement,
-    /// What the steps so far leave on the engine.
+    /// The poses on the engine after the steps so far.
     poses: Vec<Pose>,
-    /// Those that the last step had, which pictures need not have.
+    /// The poses in the last step, from which those of pictures may differ.
     poses_of_step: Vec<Pose>,
-    /// What the steps so far leave on the engine as the poses before.
+    /// The earlier poses on the engine after the steps so far.
     poses_before: Vec<Pose>,
-    /// What they leave there of what particles do.
+    /// The parameters of particles on the engine after the steps so far.
     physarums: Vec<Physarum>,
     planner: DistancePlanner,
     /// How many particles a fed one counted as in the last step.
@@ -44,7 +44,7 @@ pub struct Course {
 }
 
 impl Course {
-    /// Of a scene at step 0.
+    /// The course of a scene at step 0.
     #[must_use]
     pub fn new(setup: Arc<Setup>, settings: Settings) -> Self {
         Self {
@@ -61,7 +61,7 @@ impl Course {
         }
     }
 
-    /// The same with other settings.
+    /// This course with other settings.
     #[must_use]
     pub fn with_settings(&self, settings: &Settings) -> Self {
         let settings = settings.clone();
@@ -114,7 +114,7 @@ impl Course {
         (step(&plan), plan.distances)
     }
 
-    /// What the next step finds to be others than the one before.
+    /// Changes of the next step from the one before.
     pub fn changes(&mut self) -> Changes {
         let before = std::mem::take(&mut self.poses_of_step);
         let changes = Changes {
@@ -132,7 +132,7 @@ impl Course {
         self.moved_at(self.last_step())
     }
 
-    /// What particles do on each object, if that is another than the engine has.
+    /// Parameters of particles on each object, if they differ from those on the engine.
     fn changed_physarums(&mut self) -> Option<Vec<Physarum>> {
         let physarums = physarums(&self.settings, &self.setup);
         if physarums == self.physarums {
@@ -170,7 +170,7 @@ impl Course {
         self.step
     }
 
-    /// Where the objects are.
+    /// The present poses of objects.
     #[must_use]
     pub fn poses(&self) -> &[Pose] {
         &self.poses
@@ -196,7 +196,7 @@ impl Course {
         self.movement.set_pose_of(object)
     }
 
-    /// Where each object was in the last step.
+    /// The pose of each object in the last step.
     #[must_use]
     pub fn world_from_object(&self) -> Vec<Affine3A> {
         let objects = &self.settings.objects;
@@ -211,7 +211,7 @@ impl Course {
         self.movement.time_at(self.last_step())
     }
 
-    /// What a snapshot has of it; what lies in buffers is still to be filled in.
+    /// A snapshot with the parts on the host; those in buffers are still to be filled in.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {

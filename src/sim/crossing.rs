@@ -14,10 +14,10 @@ use crate::mesh::trees::search::{UNLIMITED, first_crossing, nearest_on, slack_of
 use crate::mesh::trees::sides::{Sides, is_outside};
 use crate::strict::{cross3, dot3, inverse_root, root, share};
 
-/// Cross products of unit normals whose square is less than this tell no line.
+/// Planes count as parallel where the squared cross product of their unit normals is less than this.
 const PARALLEL_SQUARE: f32 = 1e-6;
 
-/// The surface, where its objects stand, and what tells crossings and sides.
+/// The surface, the poses of its objects, and the data for crossings and inside tests.
 #[derive(Clone, Copy)]
 pub struct Terrain<'a> {
     /// The surface and where its objects stand.
@@ -28,13 +28,13 @@ pub struct Terrain<'a> {
     pub sides: Sides<'a>,
     /// The first node of each object's tree.
     pub roots: &'a [u32],
-    /// By which rule sides are told.
+    /// The rule that decides whether a place is inside.
     pub sign_rule: u32,
     /// Do walks come back from open borders?
     pub reflects: bool,
 }
 
-/// Where a walk meets another object, in that one's space.
+/// A crossing: the place where a walk meets another object, in that object's space.
 #[derive(Clone, Copy, Debug)]
 pub struct Meeting {
     /// The face.
@@ -45,14 +45,14 @@ pub struct Meeting {
     pub v: f32,
     /// How much of the segment comes before it.
     pub t: f32,
-    /// Of the walk.
+    /// Heading of the walk.
     pub heading: Vec3,
-    /// Of the plane that it was in.
+    /// Normal of the plane of the walk.
     pub normal: Vec3,
 }
 
 impl<'a> Terrain<'a> {
-    /// Of a scene whose objects stand so; `roots` as [`DistanceSetup::roots`](crate::sim::distance::DistanceSetup::roots) tells them.
+    /// The terrain of a scene with these poses; `roots` are those of [`DistanceSetup::roots`](crate::sim::distance::DistanceSetup::roots).
     #[must_use]
     pub fn of(
         setup: &'a Setup,
@@ -106,8 +106,8 @@ impl Terrain<'_> {
         self.ground.flight(&particle, &motion)
     }
 
-    /// Where the straight way between two places of the target's space meets it first; `on` is at one end of it, and
-    /// `side` is -1 if it goes backwards.
+    /// The first crossing of the segment between two places in the target's space; `on` is at one end of it, and
+    /// `side` is -1 if the segment goes backwards.
     #[must_use]
     pub fn meeting_between(
         &self,
@@ -181,8 +181,8 @@ impl Terrain<'_> {
         inner > outer + 4.0 * slack_of(&self.sides.nodes[self.roots[source as usize] as usize])
     }
 
-    /// Where a walker was in the target's space, at a time of the last step: 0 is its beginning, when objects stood as
-    /// in `before`, and 1 its end.
+    /// The place of a walker in the target's space, at a time of the last step: 0 is its beginning, with the poses
+    /// `before`, and 1 its end.
     fn place_at(&self, before: &[Pose], time: f32, w: &Walker, [source, target]: [u32; 2]) -> Vec3 {
         let frame = self.ground.frame(w.triangle);
         let position = self.ground.position(w.triangle, &frame, w.uv());
@@ -191,8 +191,8 @@ impl Terrain<'_> {
         now + (1.0 - time) * (before - now)
     }
 
-    /// Where a particle's last step from a source to a target, of length `way`, met the target first, and what was
-    /// walked since then; `before` is how objects stood in the step before.
+    /// The first crossing of a particle's last step, of length `way`, from a source with a target, and the length walked
+    /// since then; `before` are the poses in the step before.
     #[must_use]
     pub fn meeting_behind(
         &self,
@@ -234,7 +234,7 @@ impl Terrain<'_> {
         first
     }
 
-    /// Where a walk that met the target goes on there.
+    /// The walker on the target, with which a walk goes on behind a crossing.
     #[must_use]
     pub fn walker_on_target(
         &self,

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::gpu::{Buffer, Context, Frames, Pipeline, Threads};
 use crate::scene::settings::DepthMapping;
 
-/// The depth of each distance, where distances are told up to `reach`.
+/// The depth of each distance, for distances clamped to `reach`.
 ///
 /// # Errors
 /// When the device fails or has too little memory.

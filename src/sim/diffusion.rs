@@ -30,7 +30,7 @@ pub struct Diffusion {
     seams_params: DiffuseSeamsParams,
     tables: SpreadTables,
     deposits: PingPong<u32>,
-    /// Where the trail is, and where its next step goes.
+    /// The trail, and the target of its next step.
     trail: PingPong<f32>,
 }
 
@@ -101,7 +101,7 @@ impl Diffusion {
         Ok(self.ctx.download(&self.trail.front)?)
     }
 
-    /// Spreads for `steps` steps, and tells now and then how many more are done; stops where it is told `false`.
+    /// Spreads for `steps` steps. Reports now and then how many more are done, and stops when the callback returns `false`.
     ///
     /// # Errors
     /// When the device fails.

@@ -1,5 +1,5 @@
-//! Which objects' distances must be taken anew in a step, and to which other objects: those that have moved towards one
-//! another since the last time, by more than rounding, and only where their boxes come within reach.
+//! Decides which objects' distances a step must update, and to which other objects: those that have moved towards one
+//! another since the last update, by more than rounding, and only where their boxes come within reach.
 
 use glam::DAffine3;
 
@@ -22,7 +22,7 @@ pub const TILE_CANDIDATES: u32 = 32;
 /// Most hints of a tile. Objects with more others within reach look at the rest of them sample by sample.
 pub(super) const MOST_HINTS: u32 = 16;
 
-/// What the distance between objects is taken from, on the host; empty for a single object.
+/// Data for distances between objects, on the host; empty for a single object.
 #[derive(Clone, Debug)]
 pub struct DistanceSetup {
     /// The surface points under owned texels, object by object.
@@ -35,14 +35,14 @@ pub struct DistanceSetup {
     pub tiles: Vec<SampleTile>,
     /// First tile of each object.
     pub first_tiles: Vec<u32>,
-    /// What nearest triangles are found by.
+    /// Trees for searches of nearest triangles.
     pub trees: Trees,
     /// For each object, which others count for it.
     pub others: Vec<Vec<u32>>,
 }
 
 impl DistanceSetup {
-    /// Of all objects of a surface; `others` says which count for which.
+    /// The data of all objects of a surface; `others` lists for each object those that count for it.
     #[must_use]
     pub fn new(surface: &Surface, atlas: &Atlas, others: Vec<Vec<u32>>) -> Self {
         let mut samples: Vec<SurfaceSample> = Vec::new();
@@ -126,17 +126,17 @@ impl DistanceSetup {
     }
 }
 
-/// What a step does about distances: nothing where there are no jobs.
+/// The update of distances in a step; without jobs there is none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DistanceUpdate {
     /// The objects whose distances are taken.
     pub jobs: Vec<DistanceJob>,
-    /// Which others they have within reach.
+    /// The other objects within their reach.
     pub pairs: Vec<ObjectPair>,
-    /// Which object each job is for.
+    /// The object of each job.
     pub objects: Vec<u32>,
-    /// For each pair: beyond this world length the other object's triangles tell nothing. That is reach, or as far as a
-    /// place inside of it can be from all of them.
+    /// For each pair: the world length beyond which the other object's triangles do not matter. That is the reach, or the largest
+    /// distance that a place inside of the object can have from all of them.
     pub farthest: Vec<f32>,
     /// For each pair: how far places of the one object have moved in the other's space since the last update, at the most;
     /// [`UNKNOWN_MOVE`] if that is not known.
@@ -169,17 +169,17 @@ pub struct DistanceRules {
     pub method: DistanceMethod,
     /// How they become depths, if they do.
     pub depth: DepthMapping,
-    /// How sides are told.
+    /// The rule that decides whether a place is inside of an object.
     pub sign: SignRule,
-    /// A world length: what is nearer is covered.
+    /// World length: places with a smaller signed distance are covered.
     pub threshold: f32,
-    /// A world length: how far behind a crossing places are told.
+    /// World length: how far behind a crossing places on the other object are found.
     pub farthest: f32,
-    /// A world length: a step from what is nearer may lead to where it is covered.
+    /// World length: a step from a place with a smaller distance may lead to a covered place.
     pub near: f32,
-    /// A world length: sensors that walk from what is nearer may get to where it is covered.
+    /// World length: sensors that walk from a place with a smaller distance may get to a covered place.
     pub sight: f32,
-    /// Are they told at all?
+    /// Are places behind crossings found at all?
     pub sees_across: bool,
     /// Edge crossings of a walk, and whether it comes back from open borders.
     pub walk: (u32, bool),
@@ -215,8 +215,8 @@ impl DistancePlanner {
         !self.last.is_empty()
     }
 
-    /// What must be taken anew with these poses, and takes it for done. What has only moved waits until that is due:
-    /// until then, whatever else makes distances unknown, they are taken with the poses that they were taken with last.
+    /// The update that these poses need, which then counts as done. Moved objects wait until an update is due. Until then, distances
+    /// that are unknown for other reasons are computed with the poses of the last update.
     pub fn update(
         &mut self,
         setup: &DistanceSetup,
@@ -262,7 +262,7 @@ impl DistancePlanner {
             let own = &setup.trees.objects[object];
             let last_pairs = last.as_deref().unwrap_or_default();
             let moves = pairs.iter().enumerate().map(|(p, pair)| {
-                // The kernel has kept what it knows by the place in the list.
+                // The kernel keeps its results by the place in the list of pairs.
                 let before = last_pairs.get(p).filter(|last| last.other == pair.other);
                 before.map_or(UNKNOWN_MOVE, |before| {
                     most_moved(own, &before.pair.pose(), &pair.pair.pose())
@@ -322,7 +322,7 @@ impl DistanceUpdate {
     }
 }
 
-/// A pair, and how far the other object's triangles tell something.
+/// A pair of objects, and the distance up to which the other object's triangles matter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct NearPair {
     /// The other object.
@@ -334,8 +334,7 @@ struct NearPair {
 /// More than any place moves.
 pub const UNKNOWN_MOVE: f32 = 1e30;
 
-/// What is inside of a closed object comes out of it on the shorter way along the shortest side of its box, at the
-/// latest. A little more is for rounding.
+/// Bound on the depth of places inside of a closed object: half of the shortest side of its box, plus a margin for rounding.
 fn farthest(tree: &Tree, rules: DistanceRules) -> f32 {
     let sides = tree.high - tree.low;
     let deepest = if tree.is_closed {
@@ -360,7 +359,7 @@ fn pairs_of(
     others
         .map(|&other| (other as usize, &setup.trees.objects[other as usize]))
         .filter_map(|(index, other)| {
-            // What is exactly at reach is clamped; a little more is for rounding.
+            // Distances of exactly the reach are clamped; the factor is a margin for rounding.
             let apart = f64::from(rules.reach) * 1.001;
             let (centre, radius) = own.sphere();
             let (other_centre, other_radius) = other.sphere();
@@ -442,7 +441,7 @@ impl ObjectPair {
     }
 }
 
-/// Where an object stands.
+/// An object with its pose.
 struct Placed {
     world_from_object: DAffine3,
     object_from_world: DAffine3,

@@ -1,7 +1,7 @@
-//! Food and markers: where they lie, how far every texel is from them along the surface, and what sensors read of that.
+//! Food and markers: their places, the distances of texels along the surface, and the scent that sensors read.
 //!
-//! The host measures; simulation and twin begin from the same [`Pantry`]. The kernels `digest` and `scent` keep up with what
-//! is eaten.
+//! The host measures the distances; simulation and twin begin from one [`FoodSet`]. The kernels `digest` and `scent` update
+//! amounts and scents as food is eaten.
 
 pub mod buffers;
 mod places;
@@ -23,61 +23,61 @@ use crate::mesh::walk::SurfacePoint;
 
 pub use places::{nearest_on_object, places};
 
-/// Steps in which a smell falls; `shaders/digest.comp` has the same.
+/// Levels of a scent; `shaders/digest.comp` has an equal constant.
 pub const LEVELS: u32 = 64;
-/// The steps times an amount, plus the amount, is a 32-bit number.
+/// `LEVELS * amount + amount` fits in 32 bits.
 pub const MOST_AMOUNT: u32 = 60_000_000;
-/// Texels that all foods and markers of a scene may reach, each counted for itself: what a storage block of every device
+/// Most entries of the falloff table, one per texel and food that reaches it: as many as a storage block of every device
 /// holds.
-const MOST_WHIFFS: usize = 1 << 24;
-/// What is told while distances to food are measured.
+const MOST_FALLOFFS: usize = 1 << 24;
+/// Name of the measuring of distances to food in progress reports.
 pub const MEASURING: &str = "measuring food";
-/// Of what is done for a food: finding ways over triangles. The rest goes through texels.
+/// Share of the work for a food that finds ways over triangles. The rest goes through texels.
 const WAYS_SHARE: f32 = 0.8;
 /// A marker is drawn as large as food of this part of its radius, but no larger than [`MARKER_RADIUS`].
 const MARKER_SHARE: f64 = 0.08;
 /// World lengths for a part of the object's own extent.
 const MARKER_RADIUS: f64 = 0.03;
 
-/// Below this share of a strength nothing is smelled: products with smaller ones could be too small for some devices.
+/// Falloffs below this count as 0: products with smaller ones could underflow on some devices.
 const FAINTEST: f32 = 1e-20;
 
-/// A food or a marker where it lies. Lengths are world lengths.
+/// A food or a marker and its place. Lengths are world lengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoodPlace {
     /// The object that it lies on and moves with.
     pub object: u32,
-    /// Where.
+    /// Its place on the surface.
     pub point: SurfacePoint,
     /// How far along the surface sensors read it.
     pub radius: f64,
-    /// What they read more where it lies, trail units; negative to repel.
+    /// Trail units that sensors read more at its place; negative to repel.
     pub strength: f32,
     /// How far along the surface it is eaten; 0 for a marker.
     pub size: f64,
-    /// How many meals it is; 0 where there is no end of it.
+    /// Its number of meals; 0 for an endless food.
     pub amount: u32,
 }
 
 impl FoodPlace {
-    /// How far it has any effect.
+    /// Distance up to which it has an effect.
     fn reach(&self) -> f64 {
         self.radius.max(self.size)
     }
 
-    /// The same place with the same effect, whatever its strength and amount?
+    /// Has the other food the same place and reach, whatever its strength and amount?
     fn reaches_as(&self, other: &Self) -> bool {
         (self.point, self.reach()) == (other.point, other.reach())
     }
 
-    /// What is left of the strength at a distance: 1 where it lies, 0 from the radius on.
+    /// The share of the strength at a distance: 1 at its place, 0 from the radius on.
     #[must_use]
     pub fn falloff(&self, distance: f64) -> f64 {
         let share = (1.0 - distance / self.radius).max(0.0);
         share * share
     }
 
-    /// Where it is drawn.
+    /// Its mark in pictures.
     fn mark(&self, surface: &Surface) -> Mark {
         let [a, b, c] = surface.corners[self.point.triangle as usize]
             .map(|vertex| surface.positions[vertex as usize].as_dvec3());
@@ -99,14 +99,14 @@ impl FoodPlace {
         }
     }
 
-    /// As it lies there uneaten, or with so much left.
+    /// Its state on the device: uneaten, or with `remaining` meals left.
     #[must_use]
     pub fn meal(&self, remaining: Option<u32>) -> Meal {
         let Self {
             amount, strength, ..
         } = *self;
         let mut meal = Meal {
-            // There is always enough of what has no amount.
+            // Endless food always has a meal left.
             remaining: if amount == 0 {
                 1
             } else {
@@ -128,7 +128,7 @@ impl FoodPlace {
 }
 
 impl Meal {
-    /// Says how strongly it smells for what is left, in steps.
+    /// Sets the scent by the amount that is left, in levels.
     pub(super) fn smell(&mut self) {
         self.level = (LEVELS * self.remaining).div_ceil(self.amount);
         self.scent = self.strength * (self.level as f32 * (1.0 / LEVELS as f32));
@@ -138,29 +138,29 @@ impl Meal {
 /// The texels within reach of one food: each owned one with its distance.
 type Reached = Vec<(u32, f32)>;
 
-/// Everything about food and markers that does not change while they are eaten.
+/// All data of food and markers that does not change as food is eaten.
 #[derive(Clone, Debug, Default)]
-pub struct Pantry {
-    /// Each of them.
+pub struct FoodSet {
+    /// All foods and markers.
     pub places: Vec<FoodPlace>,
-    /// The texels that any reaches, ascending, and the first whiff of each; then one more, where the last one's end.
+    /// The texels that any food reaches, ascending, each with its first entry in `falloffs`; then one more with the end of the table.
     pub scented: Vec<UVec2>,
-    /// The food and the bits of its falloff.
-    pub whiffs: Vec<UVec2>,
-    /// One a texel: the food that is eaten there, counted from 1, or 0. Empty where there are neither foods nor markers.
+    /// The falloff table: for each texel and food that reaches it, the food's index and the bits of its falloff there.
+    pub falloffs: Vec<UVec2>,
+    /// One per texel: the food that is eaten there, counted from 1, or 0. Empty in scenes without foods and markers.
     pub plates: Vec<u32>,
-    /// Where each is drawn.
+    /// The mark of each in pictures.
     pub marks: Vec<Mark>,
-    /// For each place, so that what stays is not measured again.
+    /// The texels within reach of each place, kept so that unchanged places need not be measured again.
     reached: Vec<Arc<Reached>>,
 }
 
-impl Pantry {
-    /// Measures how far everything is from these places. What `before` has measured is taken from there. Tells how far it is
-    /// as [`MEASURING`].
+impl FoodSet {
+    /// Measures the distances of texels from these places, or takes them from `before` where it has them. Reports progress as
+    /// [`MEASURING`].
     ///
     /// # Errors
-    /// When they reach more texels than there may be, and [`AtlasError::Cancelled`] when it was stopped.
+    /// When the falloff table would have more entries than it may, and [`AtlasError::Cancelled`] when it was stopped.
     pub fn new(
         surface: &Surface,
         atlas: &Atlas,
@@ -213,9 +213,9 @@ impl Pantry {
             }
         }
         scented.push(UVec2::new(0, entries.len() as u32));
-        let whiffs = entries.iter();
+        let falloffs = entries.iter();
         Ok(Self {
-            whiffs: whiffs
+            falloffs: falloffs
                 .map(|&(_, food, value)| UVec2::new(food, value.to_bits()))
                 .collect(),
             marks: places.iter().map(|place| place.mark(surface)).collect(),
@@ -232,13 +232,13 @@ impl Pantry {
         self.places.is_empty()
     }
 
-    /// Texels that any of them reaches.
+    /// Number of texels that any food or marker reaches.
     #[must_use]
     pub fn scented_count(&self) -> u32 {
         self.scented.len().saturating_sub(1) as u32
     }
 
-    /// What is left of each, if somebody knows; else all of it.
+    /// The state of each on the device, with `remaining` meals left if given, else with all of them.
     #[must_use]
     pub fn meals(&self, remaining: Option<&[u32]>) -> Vec<Meal> {
         let places = self.places.iter().enumerate();
@@ -247,8 +247,8 @@ impl Pantry {
             .collect()
     }
 
-    /// What is left of each when `before` was there until now: those that were there keep what is left of them, and so does
-    /// the one that has moved, if there is one.
+    /// Meals left of each after a change from `before` to this set. Unchanged foods keep theirs, and so does a food that has moved,
+    /// if it is the only one.
     #[must_use]
     pub fn kept(&self, before: &Self, remaining: &[u32]) -> Vec<u32> {
         let mut was: Vec<Option<(&FoodPlace, u32)>> = (before.places.iter())
@@ -275,40 +275,40 @@ impl Pantry {
     }
 }
 
-/// What sensors read of food and markers, one a texel, gutters filled, when of each there is what `meals` say.
+/// The scent that sensors read, one value per texel, gutters filled, for the amounts in `meals`.
 #[must_use]
-pub fn scent_of(pantry: &Pantry, meals: &[Meal]) -> Vec<f32> {
-    let mut field = vec![0.0; pantry.plates.len()];
-    for texel in pantry.scented.windows(2) {
-        let whiffs = &pantry.whiffs[texel[0].y as usize..texel[1].y as usize];
-        field[texel[0].x as usize] = scent_at(whiffs, meals);
+pub fn scent_of(food_set: &FoodSet, meals: &[Meal]) -> Vec<f32> {
+    let mut field = vec![0.0; food_set.plates.len()];
+    for texel in food_set.scented.windows(2) {
+        let falloffs = &food_set.falloffs[texel[0].y as usize..texel[1].y as usize];
+        field[texel[0].x as usize] = scent_at(falloffs, meals);
     }
     field
 }
 
-/// What sensors read more at a texel for what smells there, each as strongly as is left of it.
+/// The scent at a texel: the sum over foods of falloff times strength left.
 #[must_use]
-pub fn scent_at(whiffs: &[UVec2], meals: &[Meal]) -> f32 {
+pub fn scent_at(falloffs: &[UVec2], meals: &[Meal]) -> f32 {
     let mut sum = 0.0;
-    for whiff in whiffs {
-        sum += meals[whiff.x as usize].scent * f32::from_bits(whiff.y);
+    for entry in falloffs {
+        sum += meals[entry.x as usize].scent * f32::from_bits(entry.y);
     }
     sum
 }
 
-/// The place of the only one of these that is so, if there is one.
+/// The index of the only true value, if exactly one is true.
 fn only(are: impl Iterator<Item = bool>) -> Option<usize> {
     let mut places = are.enumerate().filter(|(_, is)| *is);
     let place = places.next().map(|(i, _)| i);
     place.filter(|_| places.next().is_none())
 }
 
-/// The texels within reach of each place, those that `before` knows taken from there.
+/// The texels within reach of each place, taken from `before` where it has them.
 fn reached_by_all(
     surface: &Surface,
     atlas: &Atlas,
     places: &[FoodPlace],
-    before: Option<&Pantry>,
+    before: Option<&FoodSet>,
     control: &Control<'_>,
 ) -> Result<Vec<Arc<Reached>>> {
     let known = |place: &FoodPlace| {
@@ -316,9 +316,9 @@ fn reached_by_all(
         let same = before.places.iter().position(|was| was.reaches_as(place));
         same.map(|i| Arc::clone(&before.reached[i]))
     };
-    // What is done of each, as the bits of a share.
+    // The share done of each, as the bits of a float.
     let done: Vec<AtomicU32> = places.iter().map(|_| AtomicU32::new(0)).collect();
-    let tell = |i: usize, share: f32| {
+    let report = |i: usize, share: f32| {
         done[i].store(share.to_bits(), Ordering::Relaxed);
         let shares = done
             .iter()
@@ -331,8 +331,8 @@ fn reached_by_all(
             Some(reached) => reached,
             None => {
                 let of_this = |_: &'static str, share: f32| {
-                    // That it is to stop is seen at the next check.
-                    let _ = tell(i, WAYS_SHARE * share);
+                    // A cancellation is seen at the next check.
+                    let _ = report(i, WAYS_SHARE * share);
                 };
                 let control = Control {
                     progress: Some(&of_this),
@@ -341,9 +341,9 @@ fn reached_by_all(
                 Arc::new(reached(surface, atlas, place, &control)?)
             }
         };
-        // Before all are measured: too many take long.
+        // Checked before all are measured, because too many would take long.
         refuse_too_many(count.fetch_add(reached.len(), Ordering::Relaxed) + reached.len())?;
-        tell(i, 1.0)?;
+        report(i, 1.0)?;
         Ok(reached)
     });
     all.collect()
@@ -365,7 +365,7 @@ fn reached(
     };
     let [a, b, c] = corners(place.point.triangle);
     let middle = a + place.point.u * (b - a) + place.point.v * (c - a);
-    // No way along the surface is shorter than the straight one.
+    // No path along the surface is shorter than the straight line.
     let is_near: Vec<bool> = (first..end)
         .map(|triangle| {
             let [a, b, c] = corners(triangle);
@@ -390,14 +390,14 @@ fn reached(
     Ok(reached)
 }
 
-/// What a gutter texel is filled with.
+/// The value that fills a gutter texel.
 fn mixed(seam: &Seam, field: &[f32]) -> f32 {
     let units = seam.units();
     let parts = (0..4).map(|k| units[k] as f32 * field[seam.source[k] as usize]);
     parts.sum::<f32>() / Seam::UNITS as f32
 }
 
-/// The owned texel that a gutter texel is filled from more than from others.
+/// The owned texel with the largest weight in filling a gutter texel.
 fn most_of(seam: &Seam) -> u32 {
     let units = seam.units();
     let most = (0..4).max_by_key(|&k| (units[k], 3 - k));
@@ -405,11 +405,11 @@ fn most_of(seam: &Seam) -> u32 {
 }
 
 fn refuse_too_many(count: usize) -> Result<()> {
-    if count <= MOST_WHIFFS {
+    if count <= MOST_FALLOFFS {
         return Ok(());
     }
     Err(Error::Invalid(format!(
-        "foods and markers reach more texels, each counted for itself, than the {MOST_WHIFFS} that there may be: \
+        "foods and markers reach more texels, each counted for itself, than the {MOST_FALLOFFS} that there may be: \
          have fewer, give them smaller radii and sizes, or the atlas a smaller size"
     )))
 }

@@ -16,7 +16,7 @@ use crate::strict::{
 pub struct Ground<'a> {
     /// Tangent-frame shapes.
     pub triangles: &'a [Triangle],
-    /// Three vertex indices a triangle.
+    /// Three vertex indices per triangle.
     pub corners: &'a [u32],
     /// Object-space vertices.
     pub vertices: &'a [Vertex],
@@ -24,12 +24,12 @@ pub struct Ground<'a> {
     pub poses: &'a [Pose],
 }
 
-/// Where a place of one object's space is in another's, if they stand so.
+/// Maps a place from one object's space to another's, for these poses.
 pub(super) fn place_in(target: &Pose, source: &Pose, position: Vec3) -> Vec3 {
     place_in_object(target, place_in_world(source, position))
 }
 
-/// Where a particle is and where it is going, in world space.
+/// Place and heading of a particle in world space.
 #[derive(Clone, Copy, Debug)]
 pub struct Flight {
     /// The place.
@@ -120,7 +120,7 @@ pub fn nearest_weights(shape: &Triangle, x: f32, y: f32) -> [f32; 2] {
 }
 
 impl<'a> Ground<'a> {
-    /// Of a scene whose objects stand so.
+    /// The ground of a scene with these poses.
     #[must_use]
     pub fn of(setup: &'a Setup, poses: &'a [Pose]) -> Self {
         Self {
@@ -151,7 +151,7 @@ impl Ground<'_> {
         }
     }
 
-    /// Where weights of B and C are on a triangle of that frame, object space.
+    /// The place of weights of B and C on a triangle of that frame, object space.
     pub(super) fn position(&self, triangle: u32, frame: &Frame, [u, v]: [f32; 2]) -> Vec3 {
         let shape = &self.triangles[triangle as usize];
         let along = u * shape.ab + v * shape.cp;
@@ -183,7 +183,7 @@ impl Ground<'_> {
         }
     }
 
-    /// Where it lands on a triangle: `u` and `v`, and the heading.
+    /// The landing of a particle on a triangle: `u` and `v`, and the heading.
     #[must_use]
     pub fn landing(&self, triangle: u32, flight: &Flight) -> ([f32; 2], [f32; 2]) {
         let shape = &self.triangles[triangle as usize];

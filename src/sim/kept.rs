@@ -1,5 +1,5 @@
-//! What is kept of a simulation's state: one [list](KEPT) of parts, each with its place in [`Snapshot`] and, where the device
-//! has it, its [row](super::buffers::TABLE) and its buffer in [`State`].
+//! The parts of a simulation's state that checkpoints keep: one [list](KEPT), each part with its field in [`Snapshot`] and, if it is
+//! on the device, its [row](super::buffers::TABLE) and its buffer in [`State`].
 //!
 //! From the list come the copies to the host, with waiting and without, the sections of a checkpoint, the check of their
 //! lengths, and what is uploaded when a simulation is resumed. One more part takes a field in [`Snapshot`], a line here and a
@@ -25,7 +25,7 @@ macro_rules! kept {
             $($($length: u64,)?)*
         }
 
-        /// What is kept, in the order of a checkpoint's sections.
+        /// The kept parts, in the order of a checkpoint's sections.
         pub const KEPT: &[&dyn Part] = &[$(
             &Section {
                 get: |snapshot| Field::elements(&snapshot.$($field).+),
@@ -122,7 +122,7 @@ pub trait PartCopy: Send {
 }
 
 impl Lengths {
-    /// Those of a snapshot.
+    /// The parts of a snapshot.
     #[must_use]
     pub fn of(snapshot: &Snapshot) -> Self {
         let mut lengths = Self::default();
@@ -288,12 +288,12 @@ struct Section<T: 'static, D: 'static> {
     set: fn(&mut Snapshot, Vec<T>),
     /// None if there is always one element.
     length: fn(&mut Lengths) -> Option<&mut u64>,
-    /// What messages about their number call them; none if that is checked elsewhere, where more is known about it.
+    /// The name of the elements in messages about their number; `None` if the number is checked elsewhere.
     elements: Option<&'static str>,
     device: Device<T, D>,
 }
 
-/// Where a part is on the device.
+/// The device's side of a part.
 struct Device<T: 'static, D: 'static> {
     /// None if it is on the host only.
     row: Option<&'static Row<D>>,

@@ -1,5 +1,5 @@
-//! What the host does about Mesa's CPU driver, lavapipe, leaving the loops of an invocation after so many rounds; how, and what
-//! kernels do, is in `shaders/include/loops.glsl`.
+//! The host's workaround for Mesa's CPU driver, lavapipe, which ends the loops of an invocation after a number of rounds. Details,
+//! and the kernels' part, are in `shaders/include/loops.glsl`.
 
 /// Rounds of its loops that an invocation surely has. lavapipe has 65,535; the rest is for what a kernel does beside the
 /// loops that are counted.

@@ -1,5 +1,5 @@
-//! How much device memory a scene takes, and whether its buffers are such as the device can have, told in the words of
-//! the scene file: from the settings and the meshes, before anything takes time; the seams, once there is an atlas.
+//! The device memory that a scene takes, and whether the device supports its buffers. Messages use the terms of the scene file.
+//! The check needs only settings and meshes, so it runs before anything takes time; that of the seams needs the atlas.
 
 use super::brute;
 use super::buffers::{Counts, bytes};
@@ -32,13 +32,13 @@ pub fn needed(scene: &Scene) -> u64 {
     bytes(&Counts::about(scene))
 }
 
-/// What a field that was painted takes, before there is an atlas.
+/// Bytes of a painted bias, before there is an atlas.
 #[must_use]
 pub fn needed_for_painted(scene: &Scene) -> u64 {
     painted_bytes(texel_count(scene.settings.atlas.size.into()))
 }
 
-/// What a field that was painted takes on top, on so many texels: what attracts, repels or may not be entered.
+/// Bytes that a painted bias takes on top, on `texels` texels.
 #[must_use]
 pub fn painted_bytes(texels: u64) -> u64 {
     texels * TEXEL
@@ -62,7 +62,7 @@ pub fn largest_atlas(device: &DeviceInfo) -> u64 {
     side_of(texel_limit(device).0)
 }
 
-/// The same for all objects of a scene, by what distances between several of them are taken from, too.
+/// Texels along the side of the largest atlas of a scene's objects. With several objects, the buffers of distances limit it, too.
 #[must_use]
 pub fn largest_atlas_of(device: &DeviceInfo, settings: &Settings) -> u64 {
     let objects = settings.objects.len() as u64;
@@ -90,7 +90,7 @@ fn sample_limit(device: &DeviceInfo, settings: &Settings) -> (u64, &'static str)
     let allocated = (device.max_memory_allocation_size / SAMPLE, ALLOCATION);
     let least = single.min(in_quads).min(allocated);
     match settings.uses_raster() {
-        // What is drawn is read through views, one place a texel.
+        // Drawn distances are read through texel views, one place per texel.
         true => least.min((device.max_texel_buffer_elements.into(), TEXEL_ELEMENTS)),
         false => least,
     }
@@ -98,7 +98,7 @@ fn sample_limit(device: &DeviceInfo, settings: &Settings) -> (u64, &'static str)
 
 /// Bytes of the largest storage block that distances between objects are taken from, if all texels are owned.
 fn largest_block(settings: &Settings, texels: u64) -> u64 {
-    // Of all lists of tiles this is the largest, and it is larger than what has a word a texel.
+    // The largest of all lists of tiles, and larger than arrays with one word per texel.
     let candidates = (texels + settings.objects.len() as u64 * PADDING) * CANDIDATES;
     match settings.distance.method {
         DistanceMethod::Bvh => candidates,
@@ -166,7 +166,7 @@ fn particle_limit(device: &DeviceInfo) -> (u64, &'static str) {
     texels.min((device.max_memory_allocation_size / PARTICLE, ALLOCATION))
 }
 
-/// The same for texels of a texture.
+/// Most texels of a texture, and the name of the limit.
 fn texel_limit(device: &DeviceInfo) -> (u64, &'static str) {
     let texels = (TexelPaths::most_texels(device), TEXEL_ELEMENTS);
     texels.min((device.max_memory_allocation_size / TEXEL, ALLOCATION))
@@ -437,7 +437,7 @@ fn too_large(device: &DeviceInfo, problem: &str) -> Error {
 const TEXEL_ELEMENTS: &str = "maxTexelBufferElements";
 const ALLOCATION: &str = "maxMemoryAllocationSize";
 const PARTICLE: u64 = size_of::<Particle>() as u64;
-/// Of a particle in a list.
+/// Bytes of a particle in a list.
 const LISTED: u64 = size_of::<u32>() as u64;
 const TEXEL: u64 = size_of::<f32>() as u64;
 const SEAM: u64 = size_of::<Seam>() as u64;

@@ -107,7 +107,7 @@ fn corners(own: &Tree) -> impl Iterator<Item = DVec3> {
     })
 }
 
-/// Which way a place goes from one pose to another, and where it is then.
+/// The displacement of a place from one pose to another, and its new position.
 fn moved(place: DVec3, before: &Pose, now: &Pose) -> (DVec3, DVec3) {
     let rows = |pose: &Pose| [pose.x, pose.y, pose.z].map(|row| row.as_dvec4());
     let (before, now) = (rows(before), rows(now));

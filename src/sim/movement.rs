@@ -1,7 +1,7 @@
 //! Where every object is, step by step: motion from the scene, or poses that are set from outside.
 //!
 //! The host computes poses in double precision and sends them along with the step's own commands, so a step that waits
-//! for its turn keeps the poses that it was recorded with, and nobody waits for anybody.
+//! for its turn keeps the poses that it was recorded with, and neither host nor device waits for the other.
 
 use glam::{Affine3A, DAffine3, DMat3, DQuat};
 
@@ -32,11 +32,11 @@ pub struct Movement {
     time: f64,
     /// Seconds a step from there on.
     dt: f64,
-    /// The poses that stand over the scene's, one an object.
+    /// The poses that stand over the scene's, one per object.
     outside: Vec<Option<DAffine3>>,
 }
 
-/// What a checkpoint writes of it: numbers as bits, because texts round them.
+/// The form for checkpoints: numbers as bits, because text would round them.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SavedMovement {
     step: u64,
@@ -105,7 +105,7 @@ impl Movement {
         *self.outside.get(object)?
     }
 
-    /// Where every object is at a step, counted from its origins.
+    /// The pose of every object at a step, counted from its origins.
     #[must_use]
     pub fn world_from_object(
         &self,
@@ -126,7 +126,7 @@ impl Movement {
             .collect()
     }
 
-    /// The same, as kernels take it.
+    /// The poses in the layout of kernels.
     #[must_use]
     pub fn poses(
         &self,
@@ -139,7 +139,7 @@ impl Movement {
         poses.into_iter().map(Pose::from).collect()
     }
 
-    /// What a checkpoint writes.
+    /// The form for checkpoints.
     #[must_use]
     pub fn save(&self) -> SavedMovement {
         SavedMovement {
@@ -156,7 +156,7 @@ impl Movement {
 }
 
 impl SavedMovement {
-    /// What was saved, to go on from this step; nothing when it is damaged.
+    /// The saved movement, to go on from this step; `None` if it is damaged.
     #[must_use]
     pub(super) fn restore(&self, from: u64) -> Option<Movement> {
         let outside = self
@@ -179,7 +179,7 @@ impl SavedMovement {
         is_sound.then_some(movement)
     }
 
-    /// The same time for other objects: each was one of these, or is new and has no pose from outside.
+    /// The movement for other objects: each was one of these, or is new and has no pose from outside.
     #[must_use]
     pub(super) fn of_objects(&self, from: &[Option<usize>]) -> Self {
         let outside = from.iter().map(|was| *self.outside.get((*was)?)?);

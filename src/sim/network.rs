@@ -33,13 +33,13 @@ pub struct Network {
     pub on_network: f64,
     /// Half of the network's outline, scene radii: where it is thin lines, their length.
     pub length: f64,
-    /// Pieces of the network that do not hang together.
+    /// Connected components of the network.
     pub pieces: u32,
     /// Regions of bare surface between its lines.
     pub regions: u32,
     /// Shares of the surface with a trail below each of [`TIMES`] times the mean, 0 to 1.
     pub below: [f64; 5],
-    /// The same of each object.
+    /// The measures of each object.
     #[serde(skip)]
     pub objects: Vec<Part>,
 }

@@ -1,7 +1,7 @@
 //! Brushes: a dab is a ball in world space, and what of the surface lies in it is painted, over seams and on every
 //! object, with trail, with a bias that sensors read, or with particles.
 //!
-//! The host lists the texels of a dab, so that simulation and twin paint the same ones; the kernels `paint` and `summon`
+//! The host lists the texels of a dab, so that simulation and twin paint the same ones; the kernels `paint` and `teleport`
 //! do the rest.
 
 use std::f64::consts::TAU;
@@ -11,7 +11,7 @@ use glam::{DAffine3, DVec2, DVec3, UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 pub use super::areas::{GREATEST, NO_GO, NO_GO_BELOW};
-use super::kernels::{PaintParams, SummonParams};
+use super::kernels::{PaintParams, TeleportParams};
 use super::setup::Setup;
 use super::types::{Particle, Pose};
 use crate::error::{Error, Result};
@@ -50,12 +50,12 @@ pub enum Brush {
         /// Trail units in the middle, added to those of dabs before; negative to repel. At most [`GREATEST`] either way.
         amount: f32,
     },
-    /// Nobody enters: particles turn round. Those inside may leave, and transfers from other objects may land there.
+    /// Makes a no-go area: particles turn round at it. Particles inside may leave, and transfers from other objects may land in it.
     NoGo,
-    /// Takes particles there, by chance from all over the objects that the dab touches; each stays on its own object, and
-    /// their number is what it was.
+    /// Teleports randomly chosen particles to the dab, from all over the objects that it touches. Each stays on its own object, and
+    /// no particles are added.
     Particles {
-        /// What share of an object's particles comes, 0 to 1.
+        /// Share of an object's particles that is moved, 0 to 1.
         share: f32,
     },
 }
@@ -63,7 +63,7 @@ pub enum Brush {
 /// One touch of a brush.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dab {
-    /// What it does.
+    /// The effect of the dab.
     pub brush: Brush,
     /// The middle of the ball, in world space.
     pub center: Vec3,
@@ -74,16 +74,16 @@ pub struct Dab {
     pub eye: Option<Vec3>,
     /// If given, what a viewer sees through the dab's ring nearer or farther than the ball reaches is painted, too.
     pub ring: Option<Ring>,
-    /// Keys who comes to [`Brush::Particles`], together with the scene's seed: other dabs should have other numbers.
+    /// Keys the choice of particles of [`Brush::Particles`], together with the scene's seed: other dabs should have other numbers.
     pub number: u32,
 }
 
 /// The circle round a dab's middle as a viewer sees it, and where surfaces are seen through it that lie off the ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ring {
-    /// Where the viewer is, in world space.
+    /// Position of the viewer in world space.
     pub eye: Vec3,
-    /// Of the plane that the circle lies in; its radius is the dab's.
+    /// Normal of the circle's plane; the radius is the dab's.
     pub normal: Vec3,
     /// Balls that hold the surfaces. There the dab is as strong as it is where the line from the eye meets the plane, and
     /// falls to nothing at the ball's edge, too.
@@ -122,7 +122,7 @@ pub struct Ball {
     pub looks: u32,
 }
 
-/// What a dab has come to.
+/// The result of a dab.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Painted {
     /// Texels painted on each object.
@@ -147,18 +147,18 @@ pub struct DabTexel {
 pub struct Repainted {
     /// Which one.
     pub texel: u32,
-    /// What sensors read more there, trail units: as it was.
+    /// Its bias before, trail units.
     pub before: f32,
     /// And as it is.
     pub after: f32,
 }
 
-/// Where particles come to.
+/// Destinations of teleported particles.
 #[derive(Clone, Debug, Default)]
 pub struct Places {
     /// Object by object; ids are not used.
     pub places: Vec<Particle>,
-    /// One an object: its first place, and how many it has.
+    /// One per object: its first place, and how many it has.
     pub ranges: Vec<UVec2>,
 }
 
@@ -242,7 +242,7 @@ impl Dab {
         Ok(texels)
     }
 
-    /// Where particles come to, drawn by area from the dab's texels.
+    /// Destinations of particles, drawn by area from the dab's texels.
     #[must_use]
     pub fn places(&self, setup: &Setup, texels: &[DabTexel], seed: u64) -> Places {
         let mut places = Places::default();
@@ -281,7 +281,7 @@ impl Dab {
         places
     }
 
-    /// What `paint` does to the trail, if anything.
+    /// Parameters of `paint` for the trail, if the brush changes it.
     #[must_use]
     pub fn of_trail(&self, texel_count: u32) -> Option<PaintParams> {
         let params = PaintParams {
@@ -302,7 +302,7 @@ impl Dab {
         }
     }
 
-    /// What `paint` does to the bias, if anything.
+    /// Parameters of `paint` for the bias, if the brush changes it.
     #[must_use]
     pub fn of_bias(&self, texel_count: u32) -> Option<PaintParams> {
         let params = PaintParams {
@@ -314,7 +314,7 @@ impl Dab {
             no_go: NO_GO_BELOW,
         };
         match self.brush {
-            // What is no-go stays it.
+            // No-go areas stay.
             Brush::Attract { amount } => Some(PaintParams {
                 amount,
                 lowest: NO_GO,
@@ -334,13 +334,13 @@ impl Dab {
         }
     }
 
-    /// What `summon` does, if anything.
+    /// Parameters of `teleport`, if the brush moves particles.
     #[must_use]
-    pub fn of_particles(&self, settings: &Settings) -> Option<SummonParams> {
+    pub fn of_particles(&self, settings: &Settings) -> Option<TeleportParams> {
         let Brush::Particles { share } = self.brush else {
             return None;
         };
-        Some(SummonParams {
+        Some(TeleportParams {
             particle_count: settings.particles.count,
             seed: seed_word(settings.seed),
             dab: self.number,
@@ -463,7 +463,7 @@ impl InObject {
         }
     }
 
-    /// Those that a triangle owns and the dab touches.
+    /// The texels that a triangle owns and the dab touches.
     fn texels_of(&self, setup: &Setup, triangle: u32) -> Vec<DabTexel> {
         let mut texels = self.texels_in(setup, triangle, self.ball, None);
         for &(ball, looks) in &self.balls {
@@ -484,7 +484,7 @@ impl InObject {
         texels
     }
 
-    /// Those of a triangle in one ball, and seen by some of the looks through a ring if there is one.
+    /// The texels of a triangle in one ball which, if there is a ring, one of its rays has reached.
     fn texels_in(
         &self,
         setup: &Setup,

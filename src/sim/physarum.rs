@@ -1,11 +1,11 @@
-//! What particles do on one object, as kernels take it.
+//! Parameters of the particles on one object, for kernels.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::portable::direction;
 use crate::scene::settings::PhysarumSettings;
 
-/// A row of the table that has one an object; `shaders/include/types.glsl` declares it for kernels.
+/// A row of the table that has one per object; `shaders/include/types.glsl` declares it for kernels.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Physarum {

@@ -13,7 +13,7 @@ pub trait Value: Copy + PartialEq + Debug + Send + Sync + 'static {}
 
 impl<T: Copy + PartialEq + Debug + Send + Sync + 'static> Value for T {}
 
-/// One a kernel, by the name that times and messages have.
+/// One per kernel, by the name that times and messages have.
 pub struct Pipelines {
     ctx: Arc<Context>,
     /// How tables of particles lie.
@@ -28,7 +28,7 @@ struct Made {
 }
 
 impl Pipelines {
-    /// None yet, for tables of particles that lie so.
+    /// No pipelines yet, for this layout of particle tables.
     #[must_use]
     pub fn new(ctx: &Arc<Context>, tables: Tables) -> Self {
         let ctx = Arc::clone(ctx);
@@ -36,7 +36,7 @@ impl Pipelines {
         Self { ctx, tables, made }
     }
 
-    /// Makes that of a kernel with these constants, unless it is there.
+    /// Makes the pipeline of a kernel with these constants, unless it exists.
     ///
     /// # Errors
     /// When the device cannot run the kernel.
@@ -58,7 +58,7 @@ impl Pipelines {
         Ok(())
     }
 
-    /// The same for what is drawn.
+    /// As [`make`](Self::make), for draws.
     ///
     /// # Errors
     /// When the device cannot draw so.
@@ -92,7 +92,7 @@ impl Pipelines {
         made.is_some_and(|(made, _)| made == constants)
     }
 
-    /// That of a kernel.
+    /// The pipeline of a kernel.
     ///
     /// # Panics
     /// When it was not made, or with other constants.
@@ -109,7 +109,7 @@ impl Pipelines {
         }
     }
 
-    /// That of what is drawn.
+    /// The pipeline of a draw.
     ///
     /// # Panics
     /// When it was not made.

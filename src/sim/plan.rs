@@ -1,4 +1,4 @@
-//! What a step is to do: from a scene's settings to the numbers that kernels take. Scene radii become world lengths, degrees
+//! The plan of a step: from a scene's settings to the parameters of kernels. Scene radii become world lengths, degrees
 //! become cosines and sines.
 
 use super::behaviour::deposit_factor;
@@ -10,15 +10,15 @@ use super::types::{Physarum, Pose};
 use crate::gpu::Threads;
 use crate::scene::settings::{Border, PhysarumSettings, Settings, Strategy};
 
-/// How far from its texel's centre a texel's distance may be another by reading between texels, in texel sides.
+/// Bound on the error of a distance that is read between texels, in texel sides.
 const TEXELS_BETWEEN: f32 = 2.0;
 
-/// What the step has to work with: the ways to textures, what is painted, and room for transfers.
+/// What an engine provides: access paths to textures, a painted bias, and the capacity for transfers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Means {
-    /// How kernels get at single texels.
+    /// How kernels access single texels.
     pub paths: TexelPaths,
-    /// Is there anything that was painted for sensors to read?
+    /// Was any bias painted?
     pub painted: bool,
     /// How many transfers the lists hold.
     pub capacity: u32,
@@ -27,7 +27,7 @@ pub struct Means {
 }
 
 impl Means {
-    /// Those of a host, which sorts nothing: nothing is too large for it.
+    /// The means of the host, which sorts nothing, and for which nothing is too large.
     #[must_use]
     pub fn of_host(painted: bool, capacity: u32) -> Self {
         let paths = TexelPaths::default();
@@ -40,41 +40,41 @@ impl Means {
     }
 }
 
-/// What the host has found to be others than in the step before.
+/// Values that the host uploads because they differ from the step before.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes {
-    /// World from object, one an object.
+    /// World from object, one per object.
     pub poses: Option<Vec<Pose>>,
-    /// The same in the step before this one.
+    /// World from object in the step before this one.
     pub poses_before: Option<Vec<Pose>>,
-    /// What particles do, one an object.
+    /// Parameters of particles, one per object.
     pub physarums: Option<Vec<Physarum>>,
 }
 
 /// Lengths that several kernels take, world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lengths {
-    /// How far distances to other objects are known.
+    /// Distances to other objects are clamped beyond this.
     pub reach: f32,
     /// The signed distance below which a place is covered.
     pub threshold: f32,
-    /// Of the longest way to a sensor.
+    /// Length of the longest path to a sensor.
     pub farthest: f32,
     /// The signed distance up to which sensors see nothing.
     pub deepest: f32,
-    /// A place beyond this has nothing to do with another object in a step.
+    /// At a larger distance, a particle cannot meet another object in a step.
     pub near: f32,
-    /// The same for particles that walk first.
+    /// As `near`, for particles that walk to their sensors.
     pub sight: f32,
 }
 
 impl Lengths {
-    /// Of a scene.
+    /// The lengths of a scene.
     #[must_use]
     pub fn new(settings: &Settings, setup: &Setup) -> Self {
         let radius = setup.radius;
         let reach = settings.distance.reach * radius;
-        // Where nothing is known of distances, nothing is covered.
+        // Without distances, nothing is covered.
         let threshold = settings.transfer.threshold.min(settings.distance.reach) * radius;
         let most = |of: fn(&PhysarumSettings) -> f32| {
             let objects = settings.objects.iter();
@@ -88,11 +88,11 @@ impl Lengths {
             reach,
             threshold,
             farthest,
-            // Sensors get no farther behind a crossing than they are away; nothing is known beyond reach.
+            // Sensors get no farther behind a crossing than their offset; beyond the reach no distances are known.
             deepest: -farthest.min(reach),
             near,
-            // A walk that is pending comes before that of the sensors, or of the step.
-            // Where it is longer than the reach, everything is in sight: no distance is known that is longer than that.
+            // A pending walk comes before the walk of the sensors, or of the step.
+            // If it is longer than the reach, everything is in sight, because distances are clamped to the reach.
             sight: near + farthest.max(fastest),
         }
     }
@@ -100,32 +100,32 @@ impl Lengths {
 
 /// Everything that a step depends on besides buffers.
 pub struct Plan<'a> {
-    /// Those that hold in this step.
+    /// The settings of this step.
     pub settings: &'a Settings,
-    /// What it runs on.
+    /// The setup of the scene.
     pub setup: &'a Setup,
-    /// Counted from 0.
+    /// Number of the step, counted from 0.
     pub step: u64,
-    /// What the engine has.
+    /// The means of the engine.
     pub means: Means,
     /// The strategy that takes effect.
     pub strategy: Strategy,
-    /// Has some object values of its own for what particles do?
+    /// Has some object its own parameters of particles?
     pub own_physarum: bool,
     /// Lengths that several kernels take.
     pub lengths: Lengths,
-    /// What deposits and decrowding weights are multiplied by.
+    /// Factor on deposits and decrowding weights.
     pub deposit_factor: f32,
-    /// What differs from the step before.
+    /// Changes from the step before.
     pub changes: Changes,
-    /// Which distances are taken anew; none at first.
+    /// The distances to update; none at first.
     pub distances: DistanceUpdate,
     /// The particles that are sorted at the end, if any are.
     pub segment: Option<Segment>,
 }
 
 impl<'a> Plan<'a> {
-    /// Of step number `step`, counted from 0, in which nothing has changed.
+    /// The plan of step number `step`, counted from 0, with no changes.
     #[must_use]
     pub fn new(settings: &'a Settings, setup: &'a Setup, step: u64, means: Means) -> Self {
         Self {
@@ -143,7 +143,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// Lets the step take the distances that have changed since the planner was last asked; `poses` are the step's.
+    /// Adds the update of distances that have changed since the planner was last used; `poses` are the step's.
     pub fn update_distances(&mut self, planner: &mut DistancePlanner, step: u64, poses: &[Pose]) {
         let (settings, lengths) = (self.settings, self.lengths);
         let rules = DistanceRules {
@@ -165,14 +165,14 @@ impl<'a> Plan<'a> {
         self.distances = planner.update(&self.setup.distance, poses, rules, is_due);
     }
 
-    /// Lets the step sort the segment that is due in the one of this number, if any is.
+    /// Adds the sort of the segment that is due in step number `step`, if any.
     pub fn sort_as_in(&mut self, step: u64) {
         if self.strategy.may_sort() {
             self.segment = self.means.segments.due(step);
         }
     }
 
-    /// Do walks go on from open borders, in the direction of a mirror?
+    /// Are walks reflected at open borders?
     #[must_use]
     pub fn border_reflects(&self) -> bool {
         self.settings.physarum.border == Border::Reflect
@@ -184,10 +184,10 @@ impl<'a> Plan<'a> {
         self.settings.food_count() > 0
     }
 
-    /// How many foods and markers there are.
+    /// Number of foods and markers.
     #[must_use]
     pub fn foods(&self) -> u32 {
-        self.setup.pantry.places.len() as u32
+        self.setup.food_set.places.len() as u32
     }
 
     /// One invocation for each gutter texel that is read.
@@ -196,13 +196,13 @@ impl<'a> Plan<'a> {
         Threads(self.setup.atlas.seams.len() as u32)
     }
 
-    /// How many objects there are.
+    /// Number of objects.
     #[must_use]
     pub fn object_count(&self) -> u32 {
         self.setup.poses.len() as u32
     }
 
-    /// How many particles there are.
+    /// Number of particles.
     #[must_use]
     pub fn particle_count(&self) -> u32 {
         self.setup.particles.len() as u32
@@ -214,7 +214,7 @@ impl<'a> Plan<'a> {
         self.step as u32
     }
 
-    /// Where the normals of vertices begin, behind those of half-edges.
+    /// Index of the first vertex normal, behind the normals of half-edges.
     #[must_use]
     pub fn first_vertex_normal(&self) -> u32 {
         self.setup.surface.halfedges.len() as u32

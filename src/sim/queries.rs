@@ -100,7 +100,7 @@ fn joined(rounded: f32, dropped: f32) -> f64 {
     f64::from(rounded) + f64::from(dropped)
 }
 
-/// What a walker has yet to walk.
+/// The length that a walker has yet to walk.
 pub(super) fn left(w: &Walker) -> f64 {
     joined(w.remaining, w.carry_remaining)
 }
@@ -134,7 +134,7 @@ pub fn walker_of(query: &WalkQuery) -> Walker {
     }
 }
 
-/// Where a query's walker has come to.
+/// The end of a query's walk.
 #[must_use]
 pub fn end_of(w: &Walker, query: &WalkQuery) -> WalkEnd {
     let weights = DVec3::new(

@@ -1,5 +1,5 @@
-//! What the method `raster` of signed distances draws: the triangles of every object where they lie in the atlas, a
-//! little enlarged, and what is drawn into.
+//! The draws of the distance method `raster`: the triangles of every object at their places in the atlas, a
+//! little enlarged, and their targets.
 //!
 //! A triangle is drawn once for each triangle of the other object, to which its fragments take the distance. Distances
 //! become depths, and the depth test keeps the smallest one of each texel. A texel counts for the triangle that owns it,
@@ -10,7 +10,7 @@
 //! the signed distance to the triangle that was drawn, exactly as the other methods do, and keeps the smaller one. What
 //! a mapping loses decides only which triangle is taken for the nearest, never how far that is.
 //!
-//! What lies beyond reach matters only for the sign of places inside of closed objects, and no place is deeper inside
+//! Triangles beyond reach matter only for the sign of places inside of closed objects, and no place is deeper inside
 //! than half of the shortest side of the box. Triangles farther than that are neither drawn nor counted, and a texel
 //! that nothing was drawn on is outside. That length, or reach if that is more, is the one that the mappings take for
 //! reach.
@@ -95,26 +95,26 @@ pub struct Outline {
     pub pad0: u32,
 }
 
-/// What is drawn, on the host.
+/// The data of the draws, on the host.
 #[derive(Clone, Debug)]
 pub struct RasterLayout {
-    /// Of the triangles that own texels, object by object.
+    /// Outlines of the triangles that own texels, object by object.
     pub outlines: Vec<Outline>,
     /// For each outline: where its triangle's texels begin in `texels`, and one past the last.
     pub owned: Vec<(u32, u32)>,
     /// Owned texels, triangle by triangle.
     pub texels: Vec<u32>,
-    /// One a triangle: a ball round it, centre and radius, object space.
+    /// One per triangle: a ball round it, centre and radius, object space.
     pub bounds: Vec<Vec4>,
-    /// One a triangle: its place among the faces.
+    /// One per triangle: its place among the faces.
     pub slots: Vec<u32>,
-    /// One a texel: the surface point under its centre, and the triangle that owns it in place of the texel.
+    /// One per texel: the surface point under its centre, and the triangle that owns it in place of the texel.
     pub places: Vec<SurfaceSample>,
-    /// Which outlines are whose.
+    /// The outlines of each object.
     pub ranges: RasterRanges,
 }
 
-/// Where each object's outlines lie.
+/// The range of each object's outlines.
 #[derive(Clone, Debug)]
 pub struct RasterRanges {
     /// First outline of each object, and one past the last.
@@ -130,12 +130,12 @@ pub struct RasterDraw {
     pub vertices: u32,
     /// One for each triangle of the other object.
     pub instances: u32,
-    /// What the shaders take.
+    /// Parameters of the shaders.
     pub params: DistanceRasterParams,
 }
 
 impl RasterRanges {
-    /// What is drawn in a round of an update.
+    /// The draws in a round of an update.
     #[must_use]
     pub fn draws(&self, update: &DistanceUpdate, round: u32, reach: f32) -> Vec<RasterDraw> {
         let jobs = update.jobs.iter().zip(&update.objects);
@@ -168,7 +168,7 @@ impl RasterRanges {
 }
 
 impl RasterDraw {
-    /// The same as several draws, each of some triangles of the other object and of at most so many corners, but of one
+    /// Divides the draw into several, each of some triangles of the other object and of at most `most` corners, but of one
     /// triangle at least.
     fn in_pieces(self, most: u32) -> impl Iterator<Item = Self> {
         let in_one = (most / self.vertices.max(1)).max(1);
@@ -220,7 +220,7 @@ pub fn check(surface: &Surface, settings: &Settings) -> Result<(), String> {
 }
 
 impl RasterLayout {
-    /// Of every object of a setup with several.
+    /// The layout of a setup with several objects.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         let (surface, atlas) = (&setup.surface, &setup.atlas);
@@ -294,7 +294,7 @@ fn outline(corners: [DVec2; 3], centres: &[DVec2]) -> [DVec2; 3] {
     let side = (b - a).perp_dot(c - a).signum();
     let outward = |from: DVec2, to: DVec2| side * (to - from).normalize_or_zero().perp();
     let normals = [outward(a, b), outward(b, c), outward(c, a)].map(|n| -n);
-    // Where the lines beside two edges meet.
+    // The intersection of the lines beside two edges.
     let moved = |corner: DVec2, n: DVec2, m: DVec2| corner + (n + m) * (MARGIN / (1.0 + n.dot(m)));
     let enlarged = [
         moved(a, normals[2], normals[0]),
@@ -400,7 +400,7 @@ mod tests {
         ] {
             assert!(problem.contains(words), "{words}: {problem}");
         }
-        // What does not count is not drawn, and other methods draw nothing.
+        // Objects that do not count are not drawn, and other methods draw nothing.
         settings.objects[0].distance_to = vec!["middle".to_owned()];
         settings.objects[2].distance_to = vec!["middle".to_owned()];
         assert_eq!(check(&surface, &settings), Ok(()));

@@ -22,7 +22,7 @@ const ALONE: usize = 1 << 13;
 pub(super) struct Owned {
     /// Global triangle id.
     pub triangle: u32,
-    /// Where it is.
+    /// Its surface point.
     pub sample: SurfaceSample,
 }
 

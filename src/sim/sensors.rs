@@ -1,4 +1,4 @@
-//! Where sensors get to straight ahead in the atlas. Twin of the part of `shaders/include/sensing.glsl` that does not walk.
+//! Ends of sensors straight ahead in the atlas. Twin of the part of `shaders/include/sensing.glsl` that does not walk.
 
 use super::field::{atlas_position, texel_at};
 use super::kernels::AdvanceParams;
@@ -8,8 +8,8 @@ use crate::mesh::strip::StripTriangle;
 use crate::mesh::surface::Triangle;
 use crate::strict::{dot2, reciprocal, within};
 
-/// Where the sensors of a particle get to straight ahead, in texels, and whether nothing of their chart is hidden on the way
-/// of any. They look along three headings, `offset` far.
+/// Ends of a particle's three sensors straight ahead, in texels, `offset` away along three headings, and whether all three paths are
+/// clear.
 #[must_use]
 pub fn straight_ahead(
     params: &AdvanceParams,

@@ -1,11 +1,11 @@
-//! What a scene becomes before its first step: the surface, its atlas and the particles at their start.
-//! The GPU simulation and the CPU twins begin from the same setup.
+//! A scene before its first step: the surface, its atlas and the particles at their start.
+//! The GPU simulation and the CPU twins begin from one setup.
 
 use glam::DVec3;
 
 use super::areas::AreaMap;
 use super::distance::DistanceSetup;
-use super::food::{Pantry, places};
+use super::food::{FoodSet, places};
 use super::sorting::Bins;
 use super::start::{self, Masks, Starts};
 use super::surroundings::surroundings;
@@ -25,7 +25,7 @@ use crate::scene::{BUILTIN, Scene};
 pub struct Setup {
     /// All objects, pooled.
     pub surface: Surface,
-    /// Where every triangle lies in the trail's texture.
+    /// The place of every triangle in the trail's texture.
     pub atlas: Atlas,
     /// Particles at their start; the slot is the id.
     pub particles: Vec<Particle>,
@@ -38,26 +38,26 @@ pub struct Setup {
     pub surroundings: Vec<u16>,
     /// Side of a texel, world units, on the object that has the largest, on average.
     pub texel_side: f32,
-    /// What walks ask for, triangle by triangle; and the bins that particles there are sorted into.
+    /// The data that walks read, triangle by triangle, and the bins for sorting particles on it.
     pub strips: Vec<StripTriangle>,
     /// How many bins there are, and of what tiles.
     pub bins: Bins,
-    /// Three vertex indices a triangle.
+    /// Three vertex indices per triangle.
     pub corners: Vec<u32>,
     /// Object space.
     pub vertices: Vec<Vertex>,
     /// Per texel: trail units that sensors read more, by the scene's area map; empty where it has none.
     pub bias: Vec<f32>,
-    /// World from object at step 0, one an object.
+    /// World from object at step 0, one per object.
     pub poses: Vec<Pose>,
-    /// The animations that objects follow, one an object.
+    /// The animations that objects follow, one per object.
     pub tracks: Vec<Option<RigidTrack>>,
-    /// Where coordinates are counted from, one an object.
+    /// Where coordinates are counted from, one per object.
     pub origins: Vec<Origins>,
-    /// What the distances between objects are taken from.
+    /// Data for distances between objects.
     pub distance: DistanceSetup,
     /// Food and markers; those of a running simulation may become others.
-    pub pantry: Pantry,
+    pub food_set: FoodSet,
     /// Scene radius, world units: what lengths in settings are multiplied by.
     pub radius: f32,
 }
@@ -72,17 +72,17 @@ impl Setup {
         Self::with_control(scene, &Control::default())
     }
 
-    /// Where the world's coordinates are counted from.
+    /// The origin of world coordinates.
     #[must_use]
     pub fn origin(&self) -> DVec3 {
-        // The same for all objects.
+        // All objects have one world origin.
         self.origins
             .first()
             .map_or(DVec3::ZERO, |origins| origins.world)
     }
 
-    /// The same, telling how far the atlas and the measuring of food are, stopping where it is told to, and keeping the layout
-    /// where it is told.
+    /// As [`new`](Self::new). `control` gets the progress of the atlas and of the distances to food, can cancel both, and names the
+    /// folder in which the layout of the atlas is kept.
     ///
     /// # Errors
     /// As [`new`](Self::new), and when it was stopped.
@@ -122,7 +122,7 @@ impl Setup {
             bins,
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: Vertex::of(&scene.surface),
-            pantry: Pantry::new(&scene.surface, &atlas, foods, None, control)?,
+            food_set: FoodSet::new(&scene.surface, &atlas, foods, None, control)?,
             poses: scene
                 .world_from_object()
                 .into_iter()
@@ -152,7 +152,7 @@ fn texel_side(atlas: &Atlas, distance: &DistanceSetup) -> f32 {
     areas.fold(atlas.mean_texel_area, f64::max).sqrt() as f32
 }
 
-/// What the settings say about the atlas.
+/// The settings' options of the atlas.
 #[must_use]
 pub fn atlas_options(settings: &Settings) -> AtlasOptions {
     AtlasOptions {

@@ -49,7 +49,7 @@ pub struct Simulation {
     course: Course,
     pipelines: Pipelines,
     state: State,
-    /// None before somebody paints.
+    /// None before the first dab.
     painter: Option<Painter>,
 }
 
@@ -63,8 +63,8 @@ impl Simulation {
         Self::with_control(ctx, scene, &Control::default())
     }
 
-    /// The same, telling how far the atlas and the measuring of food are, stopping where it is told to, and keeping the layout
-    /// where it is told.
+    /// As [`new`](Self::new). `control` gets the progress of the atlas and of the distances to food, can cancel both, and names the
+    /// folder in which the layout of the atlas is kept.
     ///
     /// # Errors
     /// As [`new`](Self::new), and when it was stopped.
@@ -72,7 +72,7 @@ impl Simulation {
         Self::from_setup(ctx, scene, Self::set_up(ctx.info(), scene, control)?)
     }
 
-    /// What takes long about a new simulation, and does not need the device but for its limits.
+    /// The slow part of a new simulation, which needs only the limits of the device.
     ///
     /// # Errors
     /// As [`with_control`](Self::with_control).
@@ -163,14 +163,14 @@ impl Simulation {
         self.course.set_pose_of(object)
     }
 
-    /// Where each object was in the last step, and is in pictures: takes the surface's coordinates to the world's, both
+    /// The pose of each object in the last step and in pictures: maps surface coordinates to world coordinates, both
     /// counted from the scene's `origins`.
     #[must_use]
     pub fn world_from_object(&self) -> Vec<Affine3A> {
         self.course.world_from_object()
     }
 
-    /// The same, as pictures take it; changes only when something has moved.
+    /// The poses in the layout of kernels and pictures; they change only when something has moved.
     #[must_use]
     pub fn poses(&self) -> &[Pose] {
         self.course.poses()
@@ -191,7 +191,7 @@ impl Simulation {
         self.apply_prepared(settings, None)
     }
 
-    /// The same, with the food of these settings measured before, as [`order_food`](Self::order_food) has it done.
+    /// As [`apply`](Self::apply), with the distances to food already measured by [`order_food`](Self::order_food).
     ///
     /// # Errors
     /// As [`apply`](Self::apply).
@@ -293,7 +293,7 @@ impl Simulation {
         &self.course.setup
     }
 
-    /// The same, for another thread.
+    /// The setup, shared with other threads.
     #[must_use]
     pub fn shared_setup(&self) -> Arc<Setup> {
         Arc::clone(&self.course.setup)
@@ -370,7 +370,7 @@ impl Simulation {
         snapshot.settle();
         let mut course = self.course.clone();
         course.restore(&snapshot).map_err(Error::Invalid)?;
-        let foods = self.setup().pantry.places.len();
+        let foods = self.setup().food_set.places.len();
         snapshot.check_food(foods).map_err(Error::Invalid)?;
         let food = self.restored_food(&snapshot.food)?;
         self.take_bias(bias_of(&self.ctx, &snapshot.bias)?)?;
@@ -383,7 +383,7 @@ impl Simulation {
     }
 }
 
-/// What the device has for steps.
+/// The device's means for steps.
 fn means(ctx: &Context, course: &Course, state: &State) -> Means {
     Means {
         paths: TexelPaths::of(ctx.info(), course.setup.atlas.texel_count() as u64),
@@ -423,7 +423,7 @@ impl Simulation {
     }
 }
 
-/// What of the objects is built into the surface, and differs.
+/// The first differing setting of objects that is built into the surface.
 fn remeshing(old: &Settings, new: &Settings) -> Option<String> {
     if old.objects.len() != new.objects.len() {
         return Some("the number of objects".to_owned());

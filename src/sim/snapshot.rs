@@ -28,21 +28,21 @@ pub struct Snapshot {
     /// Pairs of objects that have moved by no more than rounding since their distances were taken, which was with these
     /// poses instead.
     pub kept_pairs: Vec<KeptPair>,
-    /// Where particles are.
+    /// Places and ids of particles.
     pub particles: Vec<Particle>,
-    /// Where they are going.
+    /// Their headings, pending lengths and flags.
     pub motions: Vec<Motion>,
-    /// Where poses and transfers are counted from, in world coordinates.
+    /// Origin of poses and transfers, in world coordinates.
     pub origin: DVec3,
-    /// The trail, one a texel, gutters filled.
+    /// The trail, one per texel, gutters filled.
     pub trail: Vec<f32>,
-    /// The last step's deposits, one a texel.
+    /// The last step's deposits, one per texel.
     pub deposits: Vec<u32>,
-    /// What was counted of transfers, and the objects' windows.
+    /// Counters of transfers, and the objects' windows.
     pub transfers: TransferState,
-    /// What was painted for sensors to read, one a texel, gutters filled; empty where nobody has.
+    /// The painted bias, one value per texel, gutters filled; empty if nothing was painted.
     pub bias: Vec<f32>,
-    /// What is left to eat.
+    /// Meals left of foods.
     pub food: FoodState,
 }
 
@@ -64,7 +64,7 @@ impl Default for FoodState {
     }
 }
 
-/// Where other objects are, seen from every texel.
+/// Distances to other objects, from every texel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distances {
     /// Signed distance to the nearest other object, world units, within reach either way; gutters filled.
@@ -76,7 +76,7 @@ pub struct Distances {
 /// How the ids of a population differ from one of each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Census {
-    /// Ids that nobody carries.
+    /// Ids that no particle has.
     pub lost: u64,
     /// Particles whose id another one carries too.
     pub doubled: u64,
@@ -87,7 +87,7 @@ impl Snapshot {
     #[must_use]
     pub fn start(setup: &Setup) -> Self {
         let texels = setup.atlas.density.len();
-        let meals = setup.pantry.meals(None);
+        let meals = setup.food_set.meals(None);
         Self {
             last_poses: setup.poses.clone(),
             particles: setup.particles.clone(),
@@ -104,7 +104,7 @@ impl Snapshot {
         }
     }
 
-    /// The same state, counted from another origin. Its bits stay where that is the same; else poses and transfers are
+    /// The state with coordinates counted from another origin. With an equal origin its bits stay; else poses and transfers are
     /// rounded once.
     #[must_use]
     pub fn counted_from(&self, origin: DVec3) -> Cow<'_, Self> {
@@ -173,7 +173,7 @@ impl Snapshot {
             .map(|(texel, value)| hash_words(&[texel as u32, value.to_bits()]));
         let in_flight = self.transfers.in_flight.par_iter().map(|transfer| {
             let id = self.particles[transfer.particle as usize].id;
-            // Of where the particle lies only who it is.
+            // The hash has the particle's id instead of its slot.
             let particle = Transfer {
                 particle: id,
                 ..*transfer
@@ -221,7 +221,7 @@ impl Snapshot {
             .sum()
     }
 
-    /// What all particles have deposited in the last step: each one, fed ones more.
+    /// The sum of deposits in the last step: one per particle, more for fed ones.
     #[must_use]
     pub fn deposit_count(&self) -> u64 {
         let fed = self.motions.iter().filter(|motion| motion.fed() > 0);
@@ -230,9 +230,9 @@ impl Snapshot {
     }
 }
 
-/// Tells a texel's bias from its trail.
+/// Makes the hash of a texel's bias differ from that of its trail.
 const BIAS: u32 = 0xb1a5;
-/// Likewise, for what is left to eat.
+/// Makes the hash of an amount of food differ from that of other values.
 const FOOD: u32 = 0xf00d;
 
 /// Mixes words to 64 bits, a multiplication and a shift each (the finalizer of MurmurHash3, Appleby 2011).
@@ -354,7 +354,7 @@ mod tests {
         assert_ne!(eaten.hash(), fed.hash(), "and of which food");
         eaten.food = fed.food.clone();
         eaten.motions[8].flags = 3 << Motion::FED_SHIFT;
-        assert_ne!(eaten.hash(), fed.hash(), "so does who is fed");
+        assert_ne!(eaten.hash(), fed.hash(), "and which particles are fed");
 
         let flight = Transfer {
             particle: 3,

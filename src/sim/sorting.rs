@@ -76,7 +76,7 @@ impl Segments {
         of(true).max(of(false))
     }
 
-    /// So many segments: a power of two, no more than there are steps in which each is sorted once.
+    /// Segments in a given number: a power of two, at most the steps in which each is sorted once.
     ///
     /// # Panics
     /// If it is another number.
@@ -173,13 +173,13 @@ impl Bins {
     }
 }
 
-/// What a triangle has of the bins.
+/// The bins of a triangle.
 struct Share {
     object: u32,
     /// The tile of its middle: row and column. A particle that goes to the next tile is then no farther from its place than a row of
     /// tiles is long.
     middle: [u32; 2],
-    /// Of a large one: its first tile, and how many it has side by side and one above the other.
+    /// For a large triangle: its first tile, and its numbers of columns and rows of tiles.
     own: Option<([u32; 2], [u32; 2])>,
     triangle: u32,
 }
@@ -220,7 +220,7 @@ impl Share {
     }
 }
 
-/// Those of all triangles, in the order of their bins.
+/// The shares of all triangles, in the order of their bins.
 fn shares(strips: &[StripTriangle], shift: u32) -> Vec<Share> {
     let triangles = (0..strips.len() as u32).into_par_iter().zip(strips);
     let mut shares: Vec<Share> = triangles

@@ -17,7 +17,7 @@ pub enum Half {
     Last,
 }
 
-/// What a half of a step does to the trail.
+/// Rates of one half of a diffusion step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rates {
     /// The share that is spread.
@@ -34,7 +34,7 @@ pub fn in_halves(plan: &Plan<'_>) -> bool {
     plan.settings.trail.diffusion > GREATEST_DIFFUSION
 }
 
-/// What a half of a step does.
+/// The rates of one half of a step.
 #[must_use]
 pub fn rate_of(plan: &Plan<'_>, half: Half) -> Rates {
     let trail = &plan.settings.trail;

@@ -1,5 +1,5 @@
-//! Where particles begin: everywhere, at a point, on a ring, in a disc or under a mask, each object's by a rule of its
-//! own if it has one; and where they head.
+//! Start places of particles: everywhere, at a point, on a ring, in a disc or under a mask, with a rule of its own
+//! for an object that has one; and their headings.
 //!
 //! Everything is drawn from the particle's id and the seed, so a particle begins at the same place whatever the number
 //! of particles, of threads, or its slot.
@@ -31,7 +31,7 @@ const INSET: f64 = 1e-6;
 /// A direction that is this much shorter, laid onto the surface, stands upright on it.
 const UPRIGHT: f64 = 1e-6;
 
-/// Where particles begin.
+/// Start places of particles.
 #[derive(Clone, Debug)]
 pub enum StartPlace {
     /// Equally many for equal area.
@@ -52,11 +52,11 @@ pub enum StartPlace {
         /// Length of the longest of the straight walks from it.
         radius: f64,
     },
-    /// As many for equal area as a picture is light.
+    /// With a density proportional to the lightness of a picture.
     Mask(MaskTable),
 }
 
-/// Where particles head. Places and directions are in the space of each object, scaled as the surface is.
+/// Headings of particles. Places and directions are in the space of each object, scaled as the surface is.
 #[derive(Clone, Debug)]
 pub enum StartHeading {
     /// Inwards from a ring, else everywhere.
@@ -71,23 +71,23 @@ pub enum StartHeading {
     Inward(Vec<DVec3>),
 }
 
-/// Where some particles begin, and where they head.
+/// A rule for start places and headings.
 #[derive(Clone, Debug)]
 pub struct StartRule {
-    /// Where.
+    /// The start places.
     pub place: StartPlace,
     /// The only object; for places that are everywhere.
     pub object: Option<u32>,
-    /// Where they head.
+    /// The headings.
     pub heading: StartHeading,
 }
 
-/// Where all particles begin.
+/// The start rules of all particles.
 #[derive(Clone, Debug)]
 pub struct Starts {
-    /// Of all whose object has no rule of its own.
+    /// The rule for objects without one of their own.
     pub scene: StartRule,
-    /// One an object. Those with a rule of their own have the particles of their share of the whole area.
+    /// One per object. Those with a rule of their own have the particles of their share of the whole area.
     pub own: Vec<Option<StartRule>>,
 }
 
@@ -120,7 +120,7 @@ pub fn start(
             };
             let triangle = whole.triangle_at(share(words));
             let object = surface.triangles[triangle as usize].object;
-            // What has chosen the object would favour some places on it.
+            // New random numbers: those that have chosen the object would favour some places on it.
             let fresh = || random(seed, id, 1, Purpose::Start);
             match &own[object as usize] {
                 Some(own) => own.draw(id, fresh()),
@@ -153,7 +153,7 @@ impl<'a> Drawer<'a> {
 
     fn draw(&self, id: u32, words: [u32; 4]) -> (Particle, Motion) {
         let turn = direction(words[3]);
-        // Where it begins, where a heading by chance goes, and where the way from the centre leads on.
+        // Its start place, its random heading, and its heading away from the centre.
         let (particle, by_chance, away) = match &self.rule.place {
             StartPlace::Everywhere => {
                 let (u, v) = uniform_in_triangle(words);
@@ -201,7 +201,7 @@ impl<'a> Drawer<'a> {
         self.surface.triangles[particle.triangle as usize].object as usize
     }
 
-    /// The heading away from a centre, which the walk knows or which is straight in space.
+    /// The heading away from a centre: the one that the walk found, or the straight one in space.
     fn away(
         &self,
         particle: &Particle,
@@ -275,7 +275,7 @@ fn area(surface: &Surface, triangle: u32) -> f64 {
     0.5 * f64::from(shape.ab) * f64::from(shape.ch)
 }
 
-/// Which triangle holds a share of the area, the triangles laid end to end.
+/// Finds the triangle at a share of the area, with the triangles laid end to end.
 #[derive(Clone, Debug, Default)]
 pub(super) struct AreaTable {
     first: u32,

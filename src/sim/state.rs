@@ -1,5 +1,5 @@
-//! Every buffer of the simulation, those together that kernels take together. What each is called, what its elements are, and how
-//! many, stands in the [table](super::buffers::TABLE).
+//! Every buffer of the simulation, grouped as kernels use them. Names, element types and lengths are in the
+//! [table](super::buffers::TABLE).
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ use crate::gpu::{Buffer, Context, DeviceKind, DispatchGroups, GpuError, TexelSca
 use crate::mesh::surface::NONE;
 use crate::scene::settings::Settings;
 
-/// A bias on so many texels of which nothing is painted.
+/// A bias on `texels` texels with nothing painted.
 ///
 /// # Errors
 /// No memory.
@@ -37,7 +37,7 @@ pub fn unpainted(ctx: &Arc<Context>, texels: usize) -> Result<Texture<f32>, GpuE
     Texture::new(ctx, buffers::BIAS.zeroed(ctx, &counts)?)
 }
 
-/// A bias with these values, one a texel; none where there are none.
+/// A bias with these values, one per texel; `None` without values.
 ///
 /// # Errors
 /// When the device is lost or its memory is full.
@@ -50,22 +50,22 @@ pub fn bias_of(ctx: &Arc<Context>, values: &[f32]) -> Result<Option<Texture<f32>
     Ok(Some(bias))
 }
 
-/// Which of two buffers each have which role.
+/// Which buffer of each pair has the front role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Roles {
     trail: bool,
     deposits: bool,
 }
 
-/// Room for particles that are put in order: for those of a segment, or those that lie outside of their objects' windows.
+/// Scratch memory of reordering: for the particles of a segment, or those that lie outside of their objects' windows.
 pub struct Sorting {
-    /// Where they are.
+    /// The copied particles.
     pub particles: Store<Particle>,
-    /// Where they are going.
+    /// Their motions.
     pub motions: Store<Motion>,
-    /// How many particles of a segment are in each, then how many lie before.
+    /// Number of the segment's particles in each bin, then its prefix sum.
     pub bins: Buffer<u32>,
-    /// How particles are cut.
+    /// How particles are cut into segments.
     pub segments: Segments,
 }
 
@@ -86,7 +86,7 @@ impl Sorting {
         })
     }
 
-    /// Other memory for particles and motions, where there is to be room for another number.
+    /// New memory for particles and motions, if their number has changed.
     ///
     /// # Errors
     /// No memory.
@@ -115,143 +115,143 @@ pub struct Walkers {
     pub slots: Store<u32>,
     /// The slots of particles that are near and must walk.
     pub near: Store<u32>,
-    /// Three: how many they are.
+    /// Three: the lengths of the lists.
     pub count: Buffer<u32>,
-    /// The groups of the dispatches for them.
+    /// The groups of their dispatches.
     pub groups: Buffer<DispatchGroups>,
 }
 
-/// What does not change of the texture.
+/// Constant tables of the atlas.
 pub struct AtlasTables {
-    /// What the kernels that spread the trail read.
+    /// Tables of the diffusion kernels.
     pub spread: SpreadTables,
     /// Two texels for each gutter texel that is read.
     pub seams: Texels<u32>,
-    /// One a texel, four of them a word: how many texels far straight lines stay on the surface around.
+    /// One per texel, four to a word: radius in texels within which straight lines stay on the surface around the texel.
     pub clearance: Texels<u32>,
 }
 
 /// The surface of all objects.
 pub struct SurfaceTables {
-    /// One a triangle: its shape.
+    /// One per triangle: its shape.
     pub triangles: Texels<u32>,
-    /// Three a triangle: its crossings.
+    /// Three per triangle: the crossing of each edge.
     pub halfedges: Texels<u32>,
-    /// What walks ask for, triangle by triangle; its place in the atlas, too.
+    /// All that walks read of a triangle, side by side, with its map to the atlas.
     pub strips: Texels<u32>,
-    /// Three vertex indices a triangle, one by one.
+    /// Three vertex indices per triangle, one by one.
     pub corners: Texels<u32>,
-    /// Object space, one a texel.
+    /// Positions in object space, one per texel.
     pub vertices: Texels<u32>,
 }
 
-/// Trees of triangles, where there are several objects.
+/// Trees of triangles, in scenes with several objects.
 pub struct TreeTables {
-    /// One a triangle: its corners, object by object.
+    /// One per triangle: its corners, object by object.
     pub faces: Texels<u32>,
     /// Boxes round faces, object by object.
     pub nodes: Texels<u32>,
-    /// What each node is from afar.
+    /// The far field of each node, for winding numbers.
     pub dipoles: Texels<u32>,
-    /// One a half-edge, then one a vertex.
+    /// One per half-edge, then one per vertex.
     pub pseudonormals: Texels<u32>,
-    /// One an object: the first node of its tree.
+    /// One per object: the first node of its tree.
     pub roots: Buffer<u32>,
 }
 
-/// Where objects are, and what particles do on them.
+/// Poses of objects, and parameters of the particles on them.
 pub struct Objects {
     /// World from object; three texels each.
     pub poses: Store<Pose, f32>,
-    /// What the commands recorded so far leave there.
+    /// The poses after all commands recorded so far.
     pub recorded: Vec<Pose>,
-    /// The same in the step before.
+    /// World from object in the step before.
     pub poses_before: Store<Pose, f32>,
-    /// What particles do on each.
+    /// Parameters of particles, one per object.
     pub physarums: Buffer<Physarum>,
 }
 
-/// Distances to other objects, and what they are taken from. Fields of texels have one element where there is one object.
+/// Distances to other objects, and the data for computing them. In scenes with one object, texel fields have one element.
 pub struct Nearness {
-    /// One a texel, gutters filled: signed distance to the nearest other object, world units, within reach either way.
+    /// One per texel, gutters filled: signed distance to the nearest other object, world units, within reach either way.
     pub distances: Texture<f32>,
-    /// One a texel, of owned ones: the triangle of another object that is nearest, `NONE` beyond reach.
+    /// One per texel, set for owned ones: the nearest triangle of another object, `NONE` beyond reach.
     pub nearest: Texture<u32>,
-    /// How far the distances that have been taken are known, world units; 0 while none have been.
+    /// The reach of the present distances, world units; 0 before the first update.
     pub reach: f32,
-    /// One an owned texel, object by object: the surface point under its centre.
+    /// One per owned texel, object by object: the surface point under its centre.
     pub samples: Store<SurfaceSample>,
-    /// One an owned texel, as `samples`: the triangle that owns it.
+    /// One per owned texel, as `samples`: the triangle that owns it.
     pub owners: Buffer<u32>,
-    /// One a few samples side by side: the ball round them.
+    /// One per tile, which is a few samples side by side: the ball round them.
     pub tiles: Buffer<SampleTile>,
-    /// One a tile: what all its texels are, if anything.
+    /// One per tile: the state of all its texels, if it is uniform.
     pub tile_states: Buffer<u32>,
-    /// As many a tile as it has hints: how far it is from being within reach of the other object.
+    /// One per tile and hint: how far the tile is from being within reach of the other object.
     pub margins: Buffer<f32>,
-    /// For each tile of the jobs, as many as objects have others: a face of theirs that is near.
+    /// One per tile of the jobs and other object: a near face of that object.
     pub hints: Store<u32>,
-    /// As many a tile: faces that its hints name.
+    /// One per hint of a tile: the face that it names.
     pub candidates: Store<u32>,
-    /// The tiles whose texels are looked at; two texels each.
+    /// The tiles whose texels are searched; two texels each.
     pub listed: Store<ListedTile>,
-    /// Which of their samples other objects cover.
+    /// Their samples that other objects cover.
     pub covered: Store<u32>,
-    /// Groups of the kernel that looks at tiles; then how many tiles they are.
+    /// Groups of the kernel that searches tiles, then the number of tiles.
     pub tile_groups: Buffer<DispatchGroups>,
-    /// Groups of the kernel that looks at what is covered; then how many texels they are.
+    /// Groups of the kernel for covered texels, then their number.
     pub covered_groups: Buffer<DispatchGroups>,
-    /// The objects whose distances are being taken.
+    /// The objects whose distances are updated.
     pub jobs: Buffer<DistanceJob>,
-    /// Which others they have within reach; four texels each.
+    /// The other objects within their reach; four texels each.
     pub pairs: Store<ObjectPair>,
-    /// How far each pair has moved since the last time.
+    /// How far each pair has moved since the last update.
     pub moves: Buffer<f32>,
 }
 
-/// What lies across, where other objects cover the surface.
+/// Places on other objects, for texels that they cover.
 pub struct Across {
-    /// One a texel: for places that are marked as covered, where on the other object walks go on, as packed atlas position.
+    /// One per texel: for covered ones, the place on the other object where walks go on, as a packed atlas position.
     pub places: Store<u32>,
-    /// One a texel: on which triangle that is.
+    /// One per texel: the triangle of that place.
     pub triangles: Store<u32>,
-    /// One a texel, two of them a word: outlook and hue, and marks for places near other objects and covered by them.
+    /// One per texel, two to a word: outlook and hue, and marks for places near other objects and covered by them.
     pub surroundings: Store<u32>,
 }
 
 /// Every buffer of the simulation.
 pub struct State {
-    /// One a particle: where it is.
+    /// One per particle: place and id.
     pub particles: Store<Particle>,
-    /// One a particle: where it is going.
+    /// One per particle: heading, pending length and flags.
     pub motions: Store<Motion>,
-    /// Room for some of them.
+    /// Scratch memory of reordering.
     pub sorting: Sorting,
-    /// Those that are listed.
+    /// Lists of particles for the other forms of `advance`.
     pub walkers: Walkers,
-    /// Particles that change objects, and the objects' windows.
+    /// Transfers, and the objects' windows.
     pub transfers: Transfers,
-    /// One a texel. The front has filled gutters.
+    /// One per texel. The front has filled gutters.
     pub trail: PingPong<f32>,
-    /// One a texel. Front: counted in this step, zero before it; back: last step's counts.
+    /// One per texel. Front: counted in this step, zero before it; back: last step's counts.
     pub deposits: PingPong<u32>,
-    /// What does not change of the texture.
+    /// Constant tables of the atlas.
     pub atlas: AtlasTables,
     /// The surface.
     pub surface: SurfaceTables,
     /// Trees of its triangles.
     pub trees: TreeTables,
-    /// Where objects are.
+    /// Poses of objects, and parameters of particles.
     pub objects: Objects,
-    /// How far apart they are.
+    /// Distances between objects.
     pub near: Nearness,
-    /// Where particles go on on others.
+    /// Places on other objects.
     pub across: Across,
-    /// What `distance_raster` draws, and what it draws into, where that is the method.
+    /// Inputs and targets of `distance_raster`, if that is the method.
     pub raster: Option<Raster>,
-    /// One a texel, gutters filled: trail units that sensors read more, once any are painted.
+    /// One per texel, gutters filled: trail units that sensors read more, once any are painted.
     pub bias: Option<Texture<f32>>,
-    /// Food and markers, where there are any.
+    /// Food and markers, if there are any.
     pub food: Option<FoodBuffers>,
 }
 
@@ -270,12 +270,12 @@ impl Maker<'_> {
         row.zeroed(self.ctx, &self.counts)
     }
 
-    /// A table that kernels see as texels alone.
+    /// A table that kernels read as texels only.
     fn table<T: Pod>(&self, row: &Row<T>, elements: &[T]) -> Result<Texels<u32>, GpuError> {
         row.texels(&self.of(row, elements)?)
     }
 
-    /// What kernels see as texels, too.
+    /// A buffer that kernels also access as texels.
     fn store<T: Pod, S: TexelScalar>(
         &self,
         row: &Row<T>,
@@ -305,7 +305,7 @@ impl State {
         let motions = make.store(&buffers::MOTIONS, &start.motions)?;
         let particles = make.store(&buffers::PARTICLES, &start.particles)?;
         let transfers = Transfers::new(ctx, &counts, settings, setup, &start.transfers)?;
-        // Large ones need not be there twice while the rest is made.
+        // Frees large arrays before the rest is allocated.
         drop(start);
         Ok(Self {
             particles,
@@ -349,8 +349,8 @@ impl State {
                 .then(|| Raster::new(ctx, &counts, setup))
                 .transpose()?,
             bias: bias_of(ctx, &setup.bias)?,
-            food: (!setup.pantry.is_empty())
-                .then(|| FoodBuffers::new(ctx, &setup.pantry, &setup.pantry.meals(None)))
+            food: (!setup.food_set.is_empty())
+                .then(|| FoodBuffers::new(ctx, &setup.food_set, &setup.food_set.meals(None)))
                 .transpose()?,
         })
     }
@@ -358,22 +358,22 @@ impl State {
     /// Food and markers.
     ///
     /// # Panics
-    /// Where there are none.
+    /// Without food and markers.
     #[must_use]
     pub fn food(&self) -> &FoodBuffers {
         self.food.as_ref().expect("there is food")
     }
 
-    /// What distances are drawn into.
+    /// The targets of drawn distances.
     ///
     /// # Panics
-    /// Where they are taken another way.
+    /// With another distance method.
     #[must_use]
     pub fn raster(&self) -> &Raster {
         self.raster.as_ref().expect("the method draws")
     }
 
-    /// From now on the objects are here, once everything recorded has taken place.
+    /// Notes the poses of objects after everything recorded so far.
     pub(super) fn follow(&mut self, poses: &[Pose]) {
         if self.objects.recorded != poses {
             self.objects.recorded = poses.to_vec();
@@ -388,7 +388,7 @@ impl State {
         }
     }
 
-    /// Which buffers have which roles now.
+    /// The present roles of buffers.
     #[must_use]
     pub fn roles(&self) -> Roles {
         Roles {

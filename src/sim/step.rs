@@ -54,7 +54,7 @@ pub fn step(plan: &Plan<'_>) -> Step {
     step
 }
 
-/// What the host has found to be others than before. It travels with the step, so steps that wait for their turn keep theirs.
+/// Uploads values that have changed. They are part of the step's commands, so queued steps keep theirs.
 fn bring_changes(s: &mut Step, plan: &Plan<'_>) {
     let changes = &plan.changes;
     if let Some(poses) = &changes.poses {
@@ -161,7 +161,7 @@ fn select(s: &mut Step, plan: &Plan<'_>) {
     s.run(Counter::Excess, plan.limit_list());
 }
 
-/// They leave, and land.
+/// Moves selected particles to their target objects.
 fn transfer(s: &mut Step, plan: &Plan<'_>) {
     s.run(Counter::Transfers, plan.transfer_out());
     s.run(Counter::Transfers, plan.transfer_in());
@@ -182,7 +182,7 @@ fn defragment(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// What was eaten is taken away, and where that changes a smell, sensors read another one.
+/// Subtracts the meals eaten, and updates the scent field if a scent has changed.
 fn feed(s: &mut Step, plan: &Plan<'_>) {
     if !plan.has_food() {
         return;

@@ -28,7 +28,7 @@ pub struct StripWalk {
 }
 
 impl StripWalk {
-    /// What is left of a walk that ran out of edge-crossing attempts; others have nothing left.
+    /// Length left of a walk that ran out of edge-crossing attempts; 0 for other walks.
     #[must_use]
     pub fn pending(&self) -> f32 {
         if self.status == WALK_OUT_OF_ATTEMPTS {

@@ -1,10 +1,10 @@
-//! What there is round each texel, so that one look tells all. Twin of `shaders/include/surroundings.glsl`.
+//! Facts about the surroundings of each texel, packed so that one read returns all. Twin of `shaders/include/surroundings.glsl`.
 
 use super::kernels::UnfoldParams;
 use crate::mesh::atlas::{Atlas, Outlooks};
 use crate::mesh::surface::NONE;
 
-/// The bits that tell up to where places of the same hue can be reached straight, in the atlas's
+/// The bits of the outlook: the distance up to which places of the texel's hue can be reached straight, in the atlas's
 /// [`outlook_unit`](Atlas::outlook_unit).
 pub const OUTLOOK: u16 = 255;
 /// A step from here may lead to where particles change objects.
@@ -13,12 +13,12 @@ pub const NEAR: u16 = 256;
 pub const COVERED: u16 = 512;
 /// Sensors that walk from here may get to where another object covers the surface.
 pub const IN_SIGHT: u16 = 1024;
-/// What becomes other when objects move.
+/// The bits that change when objects move.
 pub const MARKS: u16 = NEAR | COVERED | IN_SIGHT;
-/// The bits that tell which charts are others, where they lie near each other.
+/// The bits of the hue, which differs between charts that lie near each other.
 pub const HUE: u16 = 31 << 11;
 
-/// One a texel, before any distance is known. Texels that nobody owns have no distances of their own, and count as near.
+/// One per texel, before any distance is known. Texels without an owner have no distances of their own, and count as near.
 #[must_use]
 pub fn surroundings(atlas: &Atlas, outlooks: &Outlooks) -> Vec<u16> {
     let marks = atlas.owner.iter().map(|&owner| match owner {
@@ -38,7 +38,7 @@ pub fn is_clear(length_squared: f32, unit: f32, start: u16, end: u16) -> bool {
     start & HUE != 0 && (start ^ end) & HUE == 0 && length_squared <= farthest * farthest
 }
 
-/// What a texel at a distance is marked with: places as deep as `deepest` or deeper, and those not below the threshold,
+/// Marks of a texel at a distance: places as deep as `deepest` or deeper, and those not below the threshold,
 /// are not covered.
 #[must_use]
 pub fn marks_at(distance: f32, params: &UnfoldParams) -> u16 {

@@ -32,7 +32,7 @@ impl Default for TexelPaths {
 }
 
 impl TexelPaths {
-    /// Those for so many texels.
+    /// The access paths for `texels` texels.
     #[must_use]
     pub fn of(device: &DeviceInfo, texels: u64) -> Self {
         let fits = texels <= u64::from(device.max_texel_buffer_elements);

@@ -67,20 +67,20 @@ impl<T> AnyBuffer for Texture<T> {
     }
 }
 
-/// What the kernels that spread the trail read of an atlas.
+/// Tables of an atlas for the diffusion kernels.
 pub struct SpreadTables {
-    /// One a texel: mean texel area by this texel's area, 0 where no triangle owns it.
+    /// One per texel: mean texel area by this texel's area, 0 where no triangle owns it.
     pub density: Texture<f32>,
-    /// One a block of texels of which any is in use: its first quad.
+    /// One per block of texels of which any is in use: its first quad.
     pub blocks: Texels<u32>,
     /// Two texels of four words for each texel that exchanges across a seam.
     pub rows: Texels<u32>,
-    /// What it exchanges with; two entries of two words each.
+    /// Exchange entries, in twos of two words each.
     pub entries: Texels<u32>,
 }
 
 impl SpreadTables {
-    /// Those of an atlas.
+    /// The tables of an atlas.
     ///
     /// # Errors
     /// No memory.
@@ -108,9 +108,9 @@ impl SpreadTables {
 
 /// Two textures that change roles each step.
 pub struct PingPong<T> {
-    /// What is read now.
+    /// The texture that is read now.
     pub front: Texture<T>,
-    /// What is written for the next step, or was read in the last one.
+    /// The texture that is written for the next step, or was read in the last one.
     pub back: Texture<T>,
     /// Was front back at first?
     pub(super) is_swapped: bool,

@@ -1,4 +1,4 @@
-//! Pictures that lie over the whole texture (masks and area maps), read from PNG files that anybody may have made: the kind of
+//! Pictures that lie over the whole texture (masks and area maps), read from PNG files of any origin: the kind of
 //! file, its length and the size that its header declares are checked before any pixel is decoded.
 
 use std::io::Cursor;
@@ -31,7 +31,7 @@ pub(super) fn read(path: &Path, what: &str, atlas_size: u32) -> Result<DynamicIm
     decode(path, what, &bytes, atlas_size)
 }
 
-/// The same of bytes that are in memory.
+/// Decodes a picture in memory.
 pub(super) fn decode(
     path: &Path,
     what: &str,
@@ -100,7 +100,7 @@ fn most_side(atlas_size: u32) -> u32 {
     atlas_size.max(MOST_SIDE)
 }
 
-/// What a picture of so many pixels a side takes, in memory and, as good as uncompressed, in its file.
+/// Bytes of a picture with `side` pixels per side, in memory and, nearly uncompressed, in its file.
 fn most_bytes(side: u32) -> u64 {
     u64::from(side).pow(2) * LARGEST_PIXEL + OTHER_PARTS
 }
@@ -175,7 +175,7 @@ mod tests {
         );
     }
 
-    /// The largest picture that the program writes itself has 48 bits a pixel; the decoder's usual limit of 512 MiB is below
+    /// The largest picture that the program writes itself has 48 bits per pixel; the decoder's usual limit of 512 MiB is below
     /// what such a map of a large atlas takes.
     #[test]
     fn the_limit_on_memory_has_room_for_the_map_of_every_atlas() {

@@ -29,8 +29,8 @@ const SEGMENTS: usize = 1 << 22;
 /// first, stop at open borders, and change to the second where they meet it first. The object that a walk ends on is
 /// that of its last triangle.
 ///
-/// Where no walk gets further on the device, be it that a search does not end there, the host takes the next attempts, by the
-/// same arithmetic.
+/// If no walk advances on the device, because a search does not end there, the host takes the next attempts, with equal
+/// arithmetic.
 ///
 /// A walk that goes round a vertex and makes no progress any more, which a sound mesh does not cause, ends there with
 /// [`WalkStatus::OutOfAttempts`](crate::mesh::walk::WalkStatus).

@@ -9,11 +9,11 @@ use crate::mesh::surface::NONE;
 const SOURCE: u32 = 0;
 const TARGET: u32 = 1;
 
-/// It walks on the first object.
+/// The walk is on the first object.
 pub const PHASE_ON_SOURCE: u32 = 0;
 /// Both its walkers walk on the second.
 pub const PHASE_ON_TARGET: u32 = 1;
-/// It has ended.
+/// The walk has ended.
 pub const PHASE_DONE: u32 = 2;
 
 /// Walks a query's two walkers on, over at most so many edges.

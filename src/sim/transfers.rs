@@ -14,14 +14,14 @@ use crate::mesh::surface::Surface;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{Settings, Strategy};
 
-/// What a snapshot holds of transfers.
+/// The transfers' part of a snapshot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TransferState {
-    /// One an object, where the strategy has windows; else none.
+    /// One per object, where the strategy has windows; else none.
     pub windows: Vec<Window>,
     /// Particles that have left their object and not arrived, in checkpoints of earlier versions; else none.
     pub in_flight: Vec<Transfer>,
-    /// What was counted.
+    /// Counters.
     pub flow: Flow,
     /// How many particles have left each object (rows) for each; empty with a single object.
     pub flux: Vec<u32>,
@@ -199,9 +199,9 @@ impl TransferState {
     }
 }
 
-/// A count of transfers as people are told it: the largest one that there is means that there were more.
+/// A count of transfers as text. A count at its largest value reads "or more", because counters stop there.
 #[must_use]
-pub fn told(count: u64) -> String {
+pub fn count_text(count: u64) -> String {
     let more = if count < u32::MAX.into() {
         ""
     } else {
@@ -266,9 +266,9 @@ pub fn object_triangles(surface: &Surface) -> Vec<UVec2> {
 
 /// The device's buffers for transfers; of length 1 where no particle changes objects.
 pub struct Transfers {
-    /// One an object: its particles' slots, where there are windows.
+    /// One per object: its particles' slots, where there are windows.
     pub windows: Buffer<Window>,
-    /// One an object: what its window is to become.
+    /// One per object: what its window is to become.
     pub borders: Buffer<Border>,
     /// One: what the lists hold, and what was counted.
     pub flow: Buffer<Flow>,
@@ -276,15 +276,15 @@ pub struct Transfers {
     pub groups: Buffer<DispatchGroups>,
     /// Slots of particles that were selected.
     pub particle_indices: Buffer<u32>,
-    /// Where they go.
+    /// Their transfers.
     pub transfers: Buffer<Transfer>,
     /// Selected particles by half of their keys, where more are selected than the lists hold.
     pub limit_bins: Buffer<u32>,
     /// Particles that left each object (rows) for each, so far.
     pub flux: Buffer<u32>,
-    /// One a triangle, see [`area_shares`].
+    /// One per triangle, see [`area_shares`].
     pub area_shares: Buffer<u32>,
-    /// One an object, see [`object_triangles`].
+    /// One per object, see [`object_triangles`].
     pub object_triangles: Buffer<UVec2>,
     capacity: u32,
     strategy: Strategy,

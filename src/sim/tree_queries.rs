@@ -44,7 +44,7 @@ impl TreeQuery {
     }
 }
 
-/// What the queries ask for.
+/// The kind of the queries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Question {
     /// The nearest point and the signed distance to it.
@@ -54,7 +54,7 @@ pub enum Question {
 }
 
 impl Question {
-    /// What is compiled into the kernel.
+    /// The kernel's specialization constants.
     #[must_use]
     pub fn constants(self) -> TreeQueriesConstants {
         match self {

@@ -10,7 +10,7 @@ pub use super::physarum::Physarum;
 pub use crate::mesh::atlas::{ExchangeEntry, ExchangeRow};
 pub use crate::mesh::surface::{AtlasMap, HalfEdge, Seam, Triangle};
 
-/// Where a particle is, and who it is.
+/// Place and id of a particle.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Particle {
@@ -24,7 +24,7 @@ pub struct Particle {
     pub id: u32,
 }
 
-/// Where a particle is going.
+/// Heading and state of a particle's walk.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Motion {
@@ -32,49 +32,49 @@ pub struct Motion {
     pub heading_p: f32,
     /// `h` component of the heading.
     pub heading_h: f32,
-    /// World length that the last walk ran out of edge-crossing attempts for; walked first in the next step.
+    /// World length left when the last walk ran out of edge-crossing attempts; walked first in the next step.
     pub pending: f32,
-    /// Bit 0 is set while the particle is to leave its object in the present step, and never between steps. The upper 16 bits
-    /// say for how many more steps it is fed; 0 without food.
+    /// Bit 0 is set while the particle is selected to leave its object in the present step, and never between steps. The upper 16 bits
+    /// are the number of steps for which it stays fed; 0 without food.
     pub flags: u32,
 }
 
 impl Motion {
-    /// The flag of particles that are to leave their object in the present step.
+    /// The flag of particles that are selected to leave their object in the present step.
     pub const SELECTED: u32 = 1;
-    /// The bits that tell for how long it is fed.
+    /// The bits of the number of steps for which it stays fed.
     pub const FED: u32 = 0xffff_0000;
-    /// Where they begin.
+    /// Position of the lowest of these bits.
     pub const FED_SHIFT: u32 = 16;
 
-    /// For how many more steps the particle is fed.
+    /// The number of steps for which the particle stays fed.
     #[must_use]
     pub fn fed(&self) -> u32 {
         self.flags >> Self::FED_SHIFT
     }
 
-    /// Is the particle to leave its object?
+    /// Is the particle selected to leave its object?
     #[must_use]
     pub fn is_selected(&self) -> bool {
         self.flags & Self::SELECTED != 0
     }
 }
 
-/// What is left of a food, and how strongly it smells.
+/// The meals left of a food, and its scent.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Meal {
-    /// Meals that are left; of what never ends always 1.
+    /// Meals that are left; always 1 for endless food.
     pub remaining: u32,
     /// Meals that were taken in this step.
     pub eaten: u32,
-    /// Meals that there were at first; 0 where there is no end of them.
+    /// Meals at first; 0 for endless food.
     pub amount: u32,
-    /// Steps of its smell that are left.
+    /// Level of its scent, in steps of [`LEVELS`](super::food::LEVELS).
     pub level: u32,
-    /// What sensors read more where it lies uneaten, trail units.
+    /// Trail units that sensors read at its place while it is uneaten.
     pub strength: f32,
-    /// The same as it is.
+    /// Trail units that sensors read at its place now.
     pub scent: f32,
     /// Unused.
     pub pad0: u32,
@@ -82,17 +82,17 @@ pub struct Meal {
     pub pad1: u32,
 }
 
-/// Where a food or a marker is drawn.
+/// Place and size of a food or a marker in pictures.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Mark {
-    /// In the space of its object, scaled.
+    /// Position in the space of its object, scaled.
     pub position: Vec3,
-    /// Which pose it moves with.
+    /// The object whose pose moves it.
     pub object: u32,
-    /// Of its triangle, in the space of its object.
+    /// Normal of its triangle, in the space of its object.
     pub normal: Vec3,
-    /// While it is whole, a world length.
+    /// Radius while it is uneaten, a world length.
     pub radius: f32,
     /// 1 for food, 0 for a marker.
     pub is_food: u32,
@@ -104,21 +104,21 @@ pub struct Mark {
     pub pad2: u32,
 }
 
-/// What a window is to become where particles have changed objects.
+/// Changes of a window after transfers.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Border {
-    /// Particles that have left the object for another one in the present step.
+    /// Particles that left the object for another one in the present step.
     pub left: u32,
-    /// Particles that have come from another one.
+    /// Particles that came from other objects in the present step.
     pub came: u32,
-    /// Slots that the window has got in front of those that it keeps.
+    /// Slots that the window gains in front of those that it keeps.
     pub front: u32,
-    /// Slots that it has got, in front and behind.
+    /// Slots that it gains, in front and behind.
     pub gained: u32,
-    /// How many slots the windows before have got.
+    /// Slots that the windows before it gain.
     pub first: u32,
-    /// Where its part of the lists begins.
+    /// Index of its first entry in the lists.
     pub list: u32,
     /// Its slots that hold another object's particle.
     pub holes: u32,
@@ -132,7 +132,7 @@ pub struct Border {
 pub struct Window {
     /// The first slot.
     pub start: u32,
-    /// How many slots.
+    /// The number of slots.
     pub count: u32,
 }
 
@@ -159,11 +159,11 @@ impl Window {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Transfer {
-    /// Where it is, in world space.
+    /// Position in world space.
     pub position: Vec3,
     /// The particle's slot.
     pub particle: u32,
-    /// Unit vector in world space.
+    /// Heading, a unit vector in world space.
     pub heading: Vec3,
     /// The object that it comes from.
     pub source: u32,
@@ -173,7 +173,7 @@ pub struct Transfer {
     pub target: u32,
     /// The triangle of the target that it goes to.
     pub triangle: u32,
-    /// What of its way it could not walk there for want of attempts, world length; is pending once it has landed.
+    /// World length that it could not walk on the target for want of attempts; pending once it has landed.
     pub rest: f32,
     /// Unused.
     pub pad0: u32,
@@ -181,43 +181,43 @@ pub struct Transfer {
     pub pad1: u32,
 }
 
-/// What the lists of a step hold, and what was counted so far.
+/// Lengths of a step's lists, and counters since the start.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Flow {
     /// Particles that are selected in the present step; beyond the lists' capacity they are not listed.
     pub wanted: u32,
-    /// Where more are selected than the lists hold: the largest key with which a particle leaves.
+    /// If more are selected than the lists hold: the largest key with which a particle leaves.
     pub limit: u32,
     /// Particles that leave their objects in the present step: the entries of the lists.
     pub leaving: u32,
-    /// Of those whose keys have the limit's upper half: how many leave.
+    /// The number of leaving particles among those whose keys have the limit's upper half.
     pub rest: u32,
-    /// Entries of the list that is made anew where more are selected than it holds.
+    /// Entries of the list that is made again if more are selected than it holds.
     pub listed: u32,
-    /// Slots that windows have got in the present step.
+    /// Slots that windows gain in the present step.
     pub gained: u32,
-    /// Objects and steps in which slots and particles to be exchanged were not equally many; always 0.
+    /// Cases, one per object and step, of unequally many slots and particles to exchange; always 0.
     pub mismatches: u32,
     /// Entries of the lists of slots and particles that are exchanged.
     pub entries: u32,
     /// Unused: the layout is that of checkpoints.
     pub pad0: u32,
-    /// The capacity that would have done: the most particles that were selected in a step.
+    /// The capacity that would have sufficed: the most particles that were selected in a step.
     pub most_wanted: u32,
-    /// How many times a particle stayed because the lists were full. Like all that follow, it is not counted beyond the largest
+    /// Number of times that a particle stayed because the lists were full. This counter and those below stop at the largest
     /// number.
     pub refused: u32,
-    /// How many times a particle was selected so far, the refused ones among them.
+    /// Number of selections so far, refused ones included.
     pub selected: u32,
     /// Particles that have arrived so far.
     pub arrived: u32,
-    /// Particles that went on from where their walk met the other object, so far; the others went to its nearest point.
+    /// Particles so far that went on from a crossing with the other object; the others went to its nearest point.
     pub crossed: u32,
 }
 
 impl Flow {
-    /// What is counted from step to step, without what is of one step.
+    /// The counters that last from step to step, without those of one step.
     #[must_use]
     pub fn between_steps(&self) -> Self {
         Self {
@@ -231,7 +231,7 @@ impl Flow {
         }
     }
 
-    /// What is wrong if the lists of particles that are exchanged were ever not equally long, which is never so.
+    /// An error message if the lists of holes and strays ever had unequal lengths, which is a bug.
     #[must_use]
     pub fn mismatch(&self) -> Option<String> {
         (self.mismatches > 0).then(|| {
@@ -265,17 +265,17 @@ pub struct Walker {
     pub entered_by: u32,
     /// 0 walked to the end, 1 stopped at an open border, 2 out of edge-crossing attempts.
     pub status: u32,
-    /// What rounding dropped of `weight_a`; like the others below, only in walks that carry it.
+    /// Rounding error of `weight_a`; like the others below, only in walks that carry it along.
     pub carry_a: f32,
-    /// What rounding dropped of `weight_b`.
+    /// Rounding error of `weight_b`.
     pub carry_b: f32,
-    /// What rounding dropped of `weight_c`.
+    /// Rounding error of `weight_c`.
     pub carry_c: f32,
-    /// What rounding dropped of `heading_p`.
+    /// Rounding error of `heading_p`.
     pub carry_p: f32,
-    /// What rounding dropped of `heading_h`.
+    /// Rounding error of `heading_h`.
     pub carry_h: f32,
-    /// What rounding dropped of `remaining`.
+    /// Rounding error of `remaining`.
     pub carry_remaining: f32,
 }
 
@@ -283,9 +283,9 @@ pub struct Walker {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Vertex {
-    /// In object space, multiplied by the object's scale.
+    /// Position in object space, multiplied by the object's scale.
     pub position: Vec3,
-    /// Which pose it moves with.
+    /// The object whose pose moves it.
     pub object: u32,
 }
 
@@ -302,7 +302,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// Of rows whose numbers may be too small for some devices.
+    /// A pose from rows, with numbers that some devices would flush to zero set to zero.
     pub(super) fn of_rows(rows: [Vec4; 3]) -> Self {
         let [x, y, z] = rows.map(|row| row.map(settled));
         Self { x, y, z }
@@ -331,7 +331,7 @@ impl From<&Pose> for DAffine3 {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct SurfaceSample {
-    /// In the space of its object, scaled.
+    /// Position in the space of its object, scaled.
     pub position: Vec3,
     /// The texel, which is owned.
     pub texel: u32,
@@ -341,17 +341,17 @@ pub struct SurfaceSample {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct SampleTile {
-    /// In the space of their object, scaled.
+    /// Centre in the space of their object, scaled.
     pub center: Vec3,
-    /// No less than the distance of any of them.
+    /// At least the distance of any sample from the centre.
     pub radius: f32,
 }
 
-/// Another object, as it stands to the one whose distances are taken.
+/// Another object, relative to the one whose distances are taken.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ObjectPair {
-    /// Takes places to the other object's space: the row of its X.
+    /// The map to the other object's space: the row of its X.
     pub x: Vec4,
     /// The row of its Y.
     pub y: Vec4,
@@ -359,7 +359,7 @@ pub struct ObjectPair {
     pub z: Vec4,
     /// The other object's first face.
     pub first_face: u32,
-    /// How many it has.
+    /// Its number of faces.
     pub face_count: u32,
     /// The root of its tree.
     pub first_node: u32,
@@ -375,9 +375,9 @@ pub struct TreeQuery {
     pub place: Vec3,
     /// Answer: the face.
     pub slot: u32,
-    /// For crossings: where the way from `place` ends.
+    /// For crossings: the end of the segment from `place`.
     pub end: Vec3,
-    /// Answer: the signed distance, or how much of the way.
+    /// Answer: the signed distance, or the share of the segment up to the crossing.
     pub result: f32,
     /// Answer: weight of corner B.
     pub u: f32,
@@ -385,11 +385,11 @@ pub struct TreeQuery {
     pub v: f32,
     /// Answer: 1 if the search has ended.
     pub ended: u32,
-    /// Nothing.
+    /// Unused.
     pub pad0: u32,
 }
 
-/// One object whose distances are taken anew.
+/// One object whose distances are updated.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct DistanceJob {
@@ -397,35 +397,35 @@ pub struct DistanceJob {
     pub first_thread: u32,
     /// Its first sample.
     pub first_sample: u32,
-    /// How many it has.
+    /// Its number of samples.
     pub sample_count: u32,
     /// Its first pair.
     pub first_pair: u32,
-    /// How many other objects may be within reach.
+    /// The number of other objects that may be within reach.
     pub pair_count: u32,
     /// The tile of its first sample.
     pub first_tile: u32,
 }
 
-/// A tile whose texels are looked at.
+/// A tile whose texels are searched.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct ListedTile {
-    /// Which of all jobs' tiles.
+    /// The tile's index among those of all jobs.
     pub tile: u32,
     /// Its first sample.
     pub first_sample: u32,
-    /// How many it has.
+    /// Its number of samples.
     pub sample_count: u32,
     /// Its object's first pair.
     pub first_pair: u32,
-    /// How many other objects may be within reach of its object.
+    /// The number of other objects that may be within reach of its object.
     pub pair_count: u32,
-    /// Of how many of these there is a hint.
+    /// The number of these for which there is a hint.
     pub hinted: u32,
-    /// Nothing.
+    /// Unused.
     pub pad0: u32,
-    /// Nothing.
+    /// Unused.
     pub pad1: u32,
 }
 

@@ -73,7 +73,7 @@ fn from_other_end<const CARRIES: bool>(along: [f32; 2]) -> [f32; 2] {
     [1.0 - along[0], 0.0]
 }
 
-/// What remains after some way, and its carry.
+/// The remaining length after a distance, and its carry.
 fn shortened<const CARRIES: bool>(remaining: f32, carry: f32, distance: f32) -> [f32; 2] {
     if CARRIES {
         let way = distance - carry;

@@ -1,6 +1,6 @@
-//! A step as a value: what is done, in order, each kernel with its constants, parameters and arguments. Either engine does it:
-//! [`on_device`](Step::on_device) records it, with the barriers that follow from it, and [`on_host`](Step::on_host) lets the
-//! twins do the same to plain arrays.
+//! A step as a value: an ordered list of works, each kernel with its constants, parameters and arguments. Two engines execute it:
+//! [`on_device`](Step::on_device) records it, with the barriers that follow from it, and [`on_host`](Step::on_host) runs the
+//! twins on plain arrays.
 
 use std::fmt::{self, Debug};
 
@@ -12,69 +12,69 @@ use super::roles::Pair;
 use super::state::State;
 use crate::gpu::{AnyBuffer, Buffer, DispatchGroups, GpuError, Kernel, Recorder, Threads};
 
-/// A kernel that steps run. Its file says what it takes, what it is bound to, and what its twin does.
+/// A kernel of steps. Its file has its parameters, its bindings and its twin.
 pub trait StepKernel: Kernel<Constants: Value, Params: Value> + Sized + Debug + 'static {
-    /// What it works on, where a step runs it on several things; else `()`.
+    /// Selects the data, if a step runs the kernel on several; else `()`.
     type On: Value;
 
-    /// What times and messages call it.
+    /// Its name in times and messages.
     fn name(_on: Self::On) -> &'static str {
         Self::NAME
     }
 
-    /// What it reads and writes on the device.
+    /// Its bindings on the device.
     fn args<'s>(call: &Call<Self>, s: &'s State) -> Self::Args<'s>;
 
-    /// Does the same on the host.
+    /// Runs the twin on the host.
     fn twin(call: &Call<Self>, a: &mut Arrays);
 }
 
-/// A kernel with all that it takes.
+/// A call of a kernel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Call<K: StepKernel> {
-    /// What it works on.
+    /// The data that it works on.
     pub on: K::On,
-    /// What is compiled in.
+    /// Specialization constants.
     pub constants: K::Constants,
-    /// What it is passed.
+    /// Push constants.
     pub params: K::Params,
 }
 
-/// How often a kernel runs.
+/// The number of invocations of a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Groups {
-    /// So many invocations, or a few more.
+    /// This number, rounded up to whole groups.
     Threads(Threads),
-    /// As often as a kernel before it has counted, on the device.
+    /// The number that an earlier kernel has counted on the device.
     Counted(Counter),
-    /// The same, and no more often than that.
+    /// The counted number, of which the host knows an upper bound.
     AtMost(Threads, Counter),
 }
 
-/// Groups that kernels count for those that come after them.
+/// Groups that kernels count for later kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Counter {
-    /// One invocation a transfer.
+    /// One invocation per transfer.
     Transfers,
-    /// One a particle, where more are selected than the lists hold.
+    /// One per particle, if more are selected than the lists hold.
     Excess,
-    /// One group then.
+    /// One group, if more are selected than the lists hold.
     Limit,
-    /// One a slot that may hold a particle of another object than its window's.
+    /// One per slot that may hold a particle of another object than its window's.
     Candidates,
-    /// One an entry of the lists of such slots.
+    /// One per entry of the lists of such slots.
     Strays,
-    /// One a particle whose sensors must walk.
+    /// One per particle whose sensors must walk.
     Walking,
-    /// One a particle that may be near other objects.
+    /// One per particle that may be near other objects.
     Nearby,
-    /// One a particle of which both are true.
+    /// One per particle for which both hold.
     WalkingNearby,
-    /// One a texel of the tiles that need a look.
+    /// One per texel of the tiles that must be searched.
     Tiles,
-    /// One a texel that other objects cover.
+    /// One per texel that other objects cover.
     Covered,
-    /// One a texel whose smell has become another.
+    /// One per texel whose scent has changed.
     Scented,
 }
 
@@ -97,7 +97,7 @@ impl Counter {
 }
 
 impl Counter {
-    /// Has any been counted? Twins take lists that are empty; but for transfers there may be none.
+    /// Is the count above 0? Twins accept empty lists, but the lists of transfers may be absent.
     fn has_any(self, a: &Arrays) -> bool {
         let groups = &a.transfers.groups;
         match self {
@@ -123,31 +123,31 @@ impl From<Counter> for Groups {
     }
 }
 
-/// Something that a step does.
+/// One work of a step.
 pub trait Work: Debug + Send + Sync {
-    /// The kernels that it runs; none if it only brings values, or swaps buffers.
+    /// The kernels that it runs; none if it only uploads values, or swaps buffers.
     fn kernels(&self) -> Vec<&'static str> {
         Vec::new()
     }
 
-    /// Makes the pipeline that it needs.
+    /// Makes its pipeline.
     fn prepare(&self, _made: &mut Pipelines) -> Result<(), GpuError> {
         Ok(())
     }
 
-    /// Is that pipeline there?
+    /// Does its pipeline exist?
     fn is_prepared(&self, _made: &Pipelines) -> bool {
         true
     }
 
-    /// Records it.
+    /// Records it for the device.
     fn on_device(&self, rec: &mut Recorder, made: &Pipelines, s: &mut State);
 
-    /// Does it.
+    /// Executes it on the host.
     fn on_host(&self, a: &mut Arrays);
 }
 
-/// What a step does, in order.
+/// The works of a step, in order.
 #[derive(Debug, Default)]
 pub struct Step {
     works: Vec<Box<dyn Work>>,
@@ -160,13 +160,13 @@ impl Step {
         self.add(Dispatch { groups, call });
     }
 
-    /// Runs a kernel as often as one before it has counted, which is no more often than that.
+    /// Runs a kernel with a counted number of invocations, which is at most `most`.
     pub fn run_at_most<K: StepKernel>(&mut self, most: Threads, counter: Counter, call: Call<K>) {
         let groups = Groups::AtMost(most, counter);
         self.add(Dispatch { groups, call });
     }
 
-    /// Brings values from the host. They travel with the step, so steps that wait for their turn keep theirs.
+    /// Uploads values from the host. They are part of the commands, so queued steps keep theirs.
     pub fn write<T: Pod + Debug + Send + Sync>(
         &mut self,
         values: &[T],
@@ -181,7 +181,7 @@ impl Step {
         });
     }
 
-    /// Brings counters of the device to where they begin; the twins need none.
+    /// Resets counters of the device; the twins need none.
     pub fn reset<T: Pod + Debug + Send + Sync, const N: usize>(
         &mut self,
         values: [T; N],
@@ -218,8 +218,8 @@ impl Step {
         });
     }
 
-    /// Does two things of which neither needs what the other writes, nor buffers whose roles it swaps. Their works take turns, so
-    /// that both wait at one barrier and a device has kernels of both to run at once.
+    /// Interleaves two independent lists of works: neither uses buffers that the other writes or swaps. Each barrier serves both, and
+    /// the device can run kernels of both at once.
     pub fn side_by_side(&mut self, one: impl FnOnce(&mut Self), other: impl FnOnce(&mut Self)) {
         let (mut first, mut second) = (Self::default(), Self::default());
         one(&mut first);
@@ -237,18 +237,18 @@ impl Step {
         self.add(Swap(pair));
     }
 
-    /// Adds something of another kind.
+    /// Adds another kind of work.
     pub fn add(&mut self, work: impl Work + 'static) {
         self.works.push(Box::new(work));
     }
 
-    /// What it does, in order.
+    /// The works, in order.
     #[must_use]
     pub fn works(&self) -> &[Box<dyn Work>] {
         &self.works
     }
 
-    /// Makes every pipeline that it needs.
+    /// Makes all pipelines of the step.
     ///
     /// # Errors
     /// When the device cannot run a kernel.
@@ -256,23 +256,23 @@ impl Step {
         self.works.iter().try_for_each(|work| work.prepare(made))
     }
 
-    /// Is every pipeline there that it needs?
+    /// Do all pipelines of the step exist?
     #[must_use]
     pub fn is_prepared(&self, made: &Pipelines) -> bool {
         self.works.iter().all(|work| work.is_prepared(made))
     }
 
-    /// Records it.
+    /// Records the step for the device.
     ///
     /// # Panics
-    /// When a pipeline that it needs was not made.
+    /// When one of its pipelines was not made.
     pub fn on_device(&self, rec: &mut Recorder, made: &Pipelines, s: &mut State) {
         for work in &self.works {
             work.on_device(rec, made, s);
         }
     }
 
-    /// Does it.
+    /// Executes the step on the host.
     pub fn on_host(&self, a: &mut Arrays) {
         for work in &self.works {
             work.on_host(a);

@@ -1,5 +1,5 @@
-//! What times are measured by: how fast the device copies, by its own copies and by a kernel, and a device that has come to the speed
-//! at which it stays.
+//! References for measured times: the device's copy bandwidth, by its own copies and by a kernel, and warming a device up to a steady
+//! speed.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,7 +12,7 @@ use crate::gpu::{
     Threads,
 };
 
-/// What the device copies with, fastest.
+/// The fastest way of copying on the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CopiedBy {
     /// Its own copies.
@@ -100,7 +100,7 @@ pub fn keep_busy(ctx: &Arc<Context>) -> Result<Option<KeptBusy>, GpuError> {
     }
 }
 
-/// The same on any device, for so long at least and at the most.
+/// As [`keep_busy`], on any device, for a duration in the given range.
 ///
 /// # Errors
 /// When the device has no memory left, or is lost.
@@ -126,7 +126,7 @@ pub fn keep_busy_for(
         })?;
         let spans = frames.timings().frames().last();
         let round = spans.and_then(|spans| spans.iter().find(|span| span.name == "round"));
-        // What a copy takes.
+        // The time of a copy.
         rounds.extend(round.map(|round| round.ms() / copies as f64));
         copies = rounds.last().map_or(1, |&ms| {
             ((ROUND_MS / ms.max(1e-6)) as usize).clamp(1, MOST_COPIES)

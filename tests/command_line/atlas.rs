@@ -359,7 +359,7 @@ const LARGE: &str = "builtin:torus?major=1000&minor=500";
 #[cfg(unix)]
 #[test]
 fn ctrl_c_stops_it() {
-    use crate::program::{interrupted, telling_its_parts};
+    use crate::program::{interrupted, logging_its_parts};
     use std::time::Duration;
     let folder = Folder::new();
     let picture = folder.file("atlas.png");
@@ -377,7 +377,7 @@ fn ctrl_c_stops_it() {
     for command in commands {
         let mut run = program();
         run.args(&command).args(["--out", path(&picture)]);
-        let run = telling_its_parts(&mut run)
+        let run = logging_its_parts(&mut run)
             .env("XDG_CACHE_HOME", folder.file("cache"))
             .stdout(std::process::Stdio::piped())
             .stderr(std::process::Stdio::piped())

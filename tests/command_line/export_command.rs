@@ -122,10 +122,10 @@ fn what_cannot_be_written_is_known_at_once() {
     let folder = Folder::new();
     let file = folder.with("file", "");
     for (name, words) in [
-        ("x.stl", "cannot tell what to write; call it NAME.glb"),
-        ("x", "cannot tell what to write"),
+        ("x.stl", "unknown output format; call it NAME.glb"),
+        ("x", "unknown output format"),
         ("file/x.glb", "cannot write"),
-        ("", "cannot tell what to write"),
+        ("", "unknown output format"),
     ] {
         let out = folder.file(name);
         let begun = std::time::Instant::now();

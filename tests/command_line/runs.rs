@@ -389,7 +389,7 @@ fn no_steps_show_the_start() {
 #[cfg(unix)]
 #[test]
 fn ctrl_c_stops_the_measuring_of_food() {
-    use crate::program::{interrupted, telling_its_parts};
+    use crate::program::{interrupted, logging_its_parts};
     use std::time::Duration;
     if no_device() {
         return;
@@ -405,7 +405,7 @@ fn ctrl_c_stops_the_measuring_of_food() {
     let mut run = program();
     run.args(["render", "torus", "--steps", "1", "--out", path(&picture)]);
     run.args(settings.iter().flat_map(|set| ["--set", set]));
-    let run = telling_its_parts(&mut run)
+    let run = logging_its_parts(&mut run)
         .env("XDG_CACHE_HOME", folder.file("cache"))
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

@@ -1,4 +1,4 @@
-//! What GPU tests share: a device with validation on, small scenes, and comparisons.
+//! Helpers of GPU tests: a device with validation on, small scenes, and comparisons.
 
 #![allow(dead_code, reason = "each test program uses its own part")]
 
@@ -25,7 +25,7 @@ pub struct Gpu {
     means: Means,
 }
 
-/// What a test may have of the device.
+/// The options of a test's device.
 #[derive(Clone, Copy, Default, PartialEq)]
 struct Means {
     limits: Option<Limits>,
@@ -43,7 +43,7 @@ pub fn gpu() -> Option<Gpu> {
     gpu_within(None)
 }
 
-/// The same, as if its limits were lower.
+/// As [`gpu`], with lowered limits.
 ///
 /// # Panics
 /// As for [`gpu`].
@@ -62,7 +62,7 @@ pub fn gpu_by_card_forms() -> Option<Gpu> {
     gpu_by_card_forms_within(None)
 }
 
-/// The same, as if its limits were lower.
+/// As [`gpu_by_card_forms`], with lowered limits.
 ///
 /// # Panics
 /// As for [`gpu`].
@@ -103,7 +103,7 @@ fn gpu_by(means: Means) -> Option<Gpu> {
 /// One that an earlier test has left as it found it.
 fn free_context(means: Means) -> Option<Arc<Context>> {
     let mut free = FREE.lock().unwrap_or_else(PoisonError::into_inner);
-    // What a test drops after it has given a context back still has that context, and may be at work on another thread.
+    // Objects that a test drops after giving back its context still use the context, possibly on another thread.
     let index = (free.iter()).position(|(of, ctx)| *of == means && Arc::strong_count(ctx) == 1)?;
     let (_, ctx) = free.swap_remove(index);
     drop(free);

@@ -1,4 +1,4 @@
-//! Where tests find the project's files, the program, and room of their own: in the checkout that they were built in, or in the
+//! Paths of the project's files, of the program, and of scratch folders for tests: in the checkout that they were built in, or in the
 //! unpacked archive of `make bundle`, which `MYXO_ROOT` names.
 
 #![allow(dead_code, reason = "each test program uses its own part")]

@@ -65,7 +65,7 @@ fn everything(gpu: &Gpu, simulation: &Simulation) -> Everything {
     }
 }
 
-/// The same for a kernel: within a bin particles may come in another order each time they are sorted.
+/// As [`everything`], for one kernel. Particles of a bin are put in one order, because it may differ each time they are sorted.
 fn everything_of(gpu: &Gpu, simulation: &Simulation, kernel: &str) -> Everything {
     let mut all = everything(gpu, simulation);
     if kernel == "sort_scatter" {
@@ -164,9 +164,9 @@ fn tiles(gpu: &Gpu, simulation: &Simulation) -> (Vec<f32>, Vec<u32>) {
     )
 }
 
-/// In a step that knows the one before, most tiles need no look. Alone, the kernels find no more and no fewer.
+/// With results of the step before, most tiles need no search. Alone, the kernels find no more and no fewer.
 #[test]
-fn distances_alone_use_what_the_step_before_knew() {
+fn distances_alone_use_results_of_the_step_before() {
     let Some(gpu) = gpu() else { return };
     let scene = moving_pair(DistanceMethod::Bvh);
     let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();

@@ -91,7 +91,7 @@ fn diffuse_agrees_with_its_twin() {
             let deposits: Vec<u32> = (0..texels as u32)
                 .map(|i| random(5, i, 0, Purpose::Start)[1] % 4)
                 .collect();
-            // A third of the texels belongs to nobody, some whole groups of four among them.
+            // A third of the texels has no owner, some whole groups of four among them.
             let density: Vec<f32> = (0..texels as u32)
                 .map(|i| {
                     if (i / 8) % 3 == 0 || i % 7 == 0 {
@@ -272,7 +272,7 @@ fn diffuse_seams_agrees_with_its_twin() {
             decay: 0.93,
             tiny: TINY_TRAIL,
         };
-        // Two rows at one place differ, and which of them comes last is nobody's promise.
+        // Two rows of one texel differ, and which of them is written last is undefined.
         let mut seen = std::collections::HashSet::new();
         let rows: Vec<ExchangeRow> = rows
             .into_iter()

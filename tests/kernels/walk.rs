@@ -46,7 +46,7 @@ fn full_walk(surface: &Surface, start: SurfacePoint, heading: DVec2, length: f64
     walk(surface, start, heading, length, None, BorderRule::Reflect)
 }
 
-/// The same walk by the twin, without a limit on crossings.
+/// A walk by the twin, without a limit on crossings.
 fn twin_walk(surface: &Surface, start: SurfacePoint, heading: DVec2, length: f64) -> Walker {
     let heading = heading.as_vec2().to_array();
     let mut w = Walker::at(

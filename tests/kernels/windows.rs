@@ -564,7 +564,7 @@ fn step_by_kernels(gpu: &Gpu, ring: &mut Ring, sequential: bool) {
         ring.borders,
         "{case:?}"
     );
-    // The same entries in any order; the twin goes on with the kernel's.
+    // Both list equal entries in any order; the twin goes on with the kernel's order.
     ring.holes = ctx.download(&holes).unwrap();
     ring.strays = ctx.download(&strays).unwrap();
     ring.stray_motions = ctx.download(&stray_motions).unwrap();

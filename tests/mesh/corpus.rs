@@ -28,7 +28,7 @@ fn files(target: &str, beginning: &str) -> Vec<PathBuf> {
     files
 }
 
-/// Catches a reader that fails again on what it failed on before, where nobody runs the fuzz targets.
+/// Catches a reader that fails again on an earlier failure, where the fuzz targets are not run.
 #[test]
 fn no_target_fails_on_its_corpus() {
     for (name, target) in TARGETS {

@@ -260,7 +260,7 @@ fn of_many_pages_at_an_edge_the_first_two_are_joined() {
 }
 
 #[test]
-fn touching_parts_are_told_from_joined_ones() {
+fn touching_parts_count_as_separate() {
     let bow_tie = suite::bow_tie();
     assert_eq!(bow_tie.report.pinched_vertices, 1);
     assert_eq!(bow_tie.report.vertices, 7);

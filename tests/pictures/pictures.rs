@@ -148,7 +148,7 @@ fn trail_runs_on_over_every_edge() {
         stage.view.color_map = ColorMap::Grayscale;
         stage.set_trail(&gpu.ctx, |at| 0.4 + 0.2 * (2.0 * at.x).sin() + 0.1 * at.y);
         let smooth = stage.picture(&gpu);
-        // The same without trail before a bright wall says which pixels lie inside of the object, by two pixels.
+        // A picture without trail on a bright background shows which pixels lie inside of the object by two pixels.
         stage.set_trail(&gpu.ctx, |_| 0.0);
         stage.view.background = Vec3::ONE;
         let bare = stage.picture(&gpu);
@@ -259,7 +259,7 @@ fn colours_are_encoded_once() {
     for (map, darkest) in [
         (ColorMap::Viridis, 0.0),
         (ColorMap::Grayscale, 0.0),
-        // The same colours, from another ground.
+        // Equal colours, from another darkest value.
         (ColorMap::Grayscale, 0.3),
         (ColorMap::Inferno, 0.7),
     ] {
@@ -471,7 +471,7 @@ fn the_exposure_follows_the_trail() {
     let Some(gpu) = gpu() else { return };
     let mut stage = Stage::new(&gpu, "builtin:icosphere?subdivisions=2", |_| {});
     stage.view.exposure = Exposure::default();
-    // The same pattern, a thousand times as strong, looks the same.
+    // A pattern looks alike at a thousand times the strength.
     let mut picture = |strength: f32| {
         stage.set_trail(&gpu.ctx, |at| strength * (at.x * 5.0).sin().abs());
         stage.picture(&gpu)

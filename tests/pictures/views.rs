@@ -144,7 +144,7 @@ fn distances_and_nearest_objects_have_the_colours_that_they_should() {
     });
     let mut stage = Stage::new(&gpu, pair);
     stage.view.occlusion = 0.0;
-    // Before the first step nobody knows a distance, and the trail is shown.
+    // Before the first step no distance is known, and the trail is shown.
     assert_eq!(stage.picture(Show::Distance), stage.picture(Show::Surface));
     stage.step();
     let reach = 0.4 * stage.scene.radius;
@@ -209,7 +209,7 @@ fn painted_areas_are_seen_unless_they_are_hidden() {
 }
 
 #[test]
-fn hues_tell_where_particles_head() {
+fn hues_show_where_particles_head() {
     let Some(gpu) = gpu() else { return };
     let mut stage = Stage::of(&gpu, "builtin:cube?divisions=2", |settings| {
         settings.particles.count = 20_000;

@@ -1,4 +1,4 @@
-//! What tests of the program share: running it, and what a failure has to look like.
+//! Helpers of tests of the program: running it, and checks of failures.
 
 #![allow(dead_code, reason = "each test program uses its own part")]
 
@@ -25,7 +25,7 @@ pub const TINY: [&str; 5] = [
 pub fn program() -> Command {
     let mut command = Command::new(places::program(BUILT));
     command.env_remove("RUST_LOG").stdin(Stdio::null());
-    // What it records is checked, also without validation layers.
+    // Checks all that the program records, also without validation layers.
     command.env("MYXO_CHECK", "1");
     command
 }
@@ -88,7 +88,7 @@ pub fn refusal(code: i32, output: &Output) -> String {
     message
 }
 
-/// What was said but for the machine's load: whether somebody else uses the machine is no test's business.
+/// The message without the line about the machine's load, which depends on other processes.
 pub fn but_for_load(message: &str) -> String {
     let busy = |line: &&str| line.starts_with("the machine was busy: ");
     message
@@ -134,7 +134,7 @@ impl Folder {
         Self(tempfile::tempdir().expect("a temporary folder"))
     }
 
-    /// Where it is.
+    /// Its path.
     pub fn path(&self) -> &Path {
         self.0.path()
     }
@@ -164,8 +164,8 @@ impl Folder {
     }
 }
 
-/// Has what the program sets up told on the standard error, part by part, for [`interrupted`].
-pub fn telling_its_parts(run: &mut Command) -> &mut Command {
+/// Makes the program log the parts of its set-up on the standard error, for [`interrupted`].
+pub fn logging_its_parts(run: &mut Command) -> &mut Command {
     run.env("RUST_LOG", "myxo=info")
 }
 
@@ -240,10 +240,10 @@ pub fn shown_of(film: &Path) -> ([u32; 2], u64) {
         .arg(film)
         .output()
         .expect("ffprobe comes with ffmpeg");
-    let told = text(&output.stdout);
-    let numbers: Vec<u64> = told.trim().split(',').flat_map(str::parse).collect();
+    let size = text(&output.stdout);
+    let numbers: Vec<u64> = size.trim().split(',').flat_map(str::parse).collect();
     let [width, height, frames] = numbers[..] else {
-        panic!("{}: {told:?} {}", film.display(), text(&output.stderr))
+        panic!("{}: {size:?} {}", film.display(), text(&output.stderr))
     };
     ([width, height].map(|side| side as u32), frames)
 }

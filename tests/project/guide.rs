@@ -165,7 +165,7 @@ fn word(value: &toml::Value) -> String {
     value.as_str().expect("it is a text").to_owned()
 }
 
-/// Nobody finds out after a quarter of an hour that a key is called otherwise now.
+/// Catches a renamed key before the quarter of an hour in which the strips are drawn.
 #[test]
 fn every_strip_sets_what_there_is() {
     let table = table();
@@ -244,7 +244,7 @@ fn the_guide_shows_every_strip_and_no_picture_is_left_over() {
     assert!(bytes < 10 << 20, "{bytes} bytes of pictures");
 }
 
-/// Keys of which no picture would tell anything, and why.
+/// Keys without a picture, and why.
 const UNSEEN: [(&str, &str); 6] = [
     ("time.steps_per_second", "the same grows, more slowly"),
     ("distance.method", "the distances are the same"),

@@ -33,7 +33,7 @@ fn files(folder: &str, endings: &[&str]) -> Vec<(PathBuf, String)> {
     found
 }
 
-/// The layers, lowest first; a layer uses only those in earlier rows. `mesh` and `gpu` share a row: neither knows
+/// The layers, lowest first; a layer uses only those in earlier rows. `mesh` and `gpu` share a row: neither uses
 /// the other.
 const LAYERS: &[&[&str]] = &[
     &[
@@ -572,7 +572,7 @@ fn the_readme_quotes_the_table_of_layouts() {
     );
 }
 
-/// Whoever reads of a view finds it in the program, and the other way round.
+/// The README names every view of the program, and no other.
 #[test]
 fn the_readme_names_the_views_of_the_program() {
     use myxo::scene::settings::Show;

@@ -56,7 +56,7 @@ fn run(ctx: &Arc<Context>, simulation: &mut Simulation, steps: u32) -> Snapshot 
     simulation.snapshot().unwrap()
 }
 
-/// The ids of those who stand where nobody may enter.
+/// The ids of particles in no-go areas.
 fn in_no_go(state: &Snapshot, setup: &Setup) -> BTreeSet<u32> {
     let is_in = |p: &&Particle| {
         let texel = setup.atlas.texel_of(p.triangle, p.u, p.v);
@@ -93,13 +93,13 @@ fn a_map_acts_from_the_first_step_on_as_in_the_twin() {
     let alike = both.filter(|(a, b)| {
         a.triangle == b.triangle && (a.u - b.u).abs() < 1e-3 && (a.v - b.v).abs() < 1e-3
     });
-    // Who stands between two equal readings may turn otherwise, by rounding.
+    // Particles between two equal readings may turn differently, by rounding.
     assert!(alike.count() > 3900, "they walk alike");
-    // Those inside may leave, and nobody comes in.
+    // Particles inside may leave, and none comes in.
     let after = in_no_go(&state, twin.setup());
     assert!(after.len() < inside.len(), "some have left");
-    assert!(after.is_subset(&inside), "and nobody has come in");
-    // Without it they walk otherwise.
+    assert!(after.is_subset(&inside), "and none has come in");
+    // Without the map they walk differently.
     let mut without = scene.clone();
     without.settings.areas.map.clear();
     let mut free = Simulation::new(&gpu.ctx, &without).unwrap();
@@ -126,9 +126,9 @@ fn no_go_on(setup: &Setup, object: u32) -> Vec<f32> {
     bias
 }
 
-/// Where an object may not be entered, nobody comes to it from another one either.
+/// Particles do not transfer into a no-go area of another object.
 #[test]
-fn nobody_changes_over_into_a_no_go_area() {
+fn no_particle_transfers_into_a_no_go_area() {
     let Some(gpu) = gpu() else { return };
     // Twins of the strategies that transfer do the same.
     for (strategy, by_twin) in [
@@ -275,8 +275,11 @@ fn the_program_says_what_is_wrong_with_a_map() {
         run.args(["--set", "particles.count=100", "--set", "atlas.size=64"]);
         run.args(["--set", &set, "--out", path(&out)]);
         let output = run.output().unwrap();
-        let told = text(&output.stderr);
-        assert!(!output.status.success() && told.contains(said), "{told}");
-        assert!(!told.contains("panicked") && !out.exists(), "{told}");
+        let message = text(&output.stderr);
+        assert!(
+            !output.status.success() && message.contains(said),
+            "{message}"
+        );
+        assert!(!message.contains("panicked") && !out.exists(), "{message}");
     }
 }

@@ -1,5 +1,5 @@
-//! Food and markers: the kernels against their twins, how far sensors read them along the surface, who eats and what becomes
-//! of that, and what is refused.
+//! Food and markers: the kernels against their twins, how far sensors read them along the surface, eating and its effects,
+//! and what is refused.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use myxo::scene::Scene;
 use myxo::scene::settings::{AtlasMethod, FoodSettings, Start, Strategy};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::field::{atlas_position, trail_at};
-use myxo::sim::food::{FoodPlace, LEVELS, MOST_AMOUNT, Pantry};
+use myxo::sim::food::{FoodPlace, FoodSet, LEVELS, MOST_AMOUNT};
 use myxo::sim::kernels::{
     Digest, DigestArgs, DigestParams, Scent, ScentArgs, ScentConstants, ScentParams,
 };
@@ -65,7 +65,7 @@ fn digest_agrees_with_its_twin() {
     let pipeline = Pipeline::<Digest>::new(&gpu.ctx, &()).unwrap();
     let mut dues = 0;
     for count in awkward_sizes(64).into_iter().chain([2]) {
-        // Nobody eats the second time: nothing changes then.
+        // The second time nothing is eaten, and nothing changes.
         for is_hungry in [true, false] {
             let mut meals = some_meals(count);
             if !is_hungry {
@@ -106,23 +106,23 @@ fn scent_agrees_with_its_twin() {
         let texels = (2 * count as usize + 8).next_multiple_of(4);
         let meals = some_meals(9);
         // None, one or several at a texel.
-        let mut whiffs = Vec::new();
+        let mut falloffs = Vec::new();
         let mut scented = Vec::new();
         for i in 0..count {
             let words = random(3, i, 0, Purpose::Food);
-            scented.push(UVec2::new(2 * i + words[0] % 2, whiffs.len() as u32));
-            whiffs.extend((0..words[1] % 4).map(|k| {
+            scented.push(UVec2::new(2 * i + words[0] % 2, falloffs.len() as u32));
+            falloffs.extend((0..words[1] % 4).map(|k| {
                 let words = random(5, i, k, Purpose::Food);
                 UVec2::new(words[0] % 9, unit(words[1]).to_bits())
             }));
         }
-        scented.push(UVec2::new(0, whiffs.len() as u32));
+        scented.push(UVec2::new(0, falloffs.len() as u32));
         let params = ScentParams {
             scented_count: count,
         };
         let start = vec![-3.5_f32; texels];
         let mut expected = start.clone();
-        twin::scent(&params, &scented, &whiffs, &meals, &mut expected);
+        twin::scent(&params, &scented, &falloffs, &meals, &mut expected);
         for in_parts in [false, true]
             .into_iter()
             .take(1 + usize::from(texels > 128))
@@ -140,7 +140,7 @@ fn scent_agrees_with_its_twin() {
             gpu.run(|rec| {
                 let args = ScentArgs {
                     scented: &buffer(&gpu.ctx, "scented", &scented),
-                    whiffs: &buffer(&gpu.ctx, "whiffs", &whiffs),
+                    falloffs: &buffer(&gpu.ctx, "falloffs", &falloffs),
                     meals: &buffer(&gpu.ctx, "meals", &meals),
                     field: &field,
                 };
@@ -163,14 +163,20 @@ fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
     frames.wait_idle().unwrap();
 }
 
-/// Everything of a pantry with one place that kernels read: the smell of a food that is whole.
-fn field_of(setup: &Setup, pantry: &Pantry) -> Vec<f32> {
+/// Everything of a food_set with one place that kernels read: the smell of a food that is whole.
+fn field_of(setup: &Setup, food_set: &FoodSet) -> Vec<f32> {
     let mut field = vec![0.0; setup.atlas.density.len()];
     let params = ScentParams {
-        scented_count: pantry.scented_count(),
+        scented_count: food_set.scented_count(),
     };
-    let meals = pantry.meals(None);
-    twin::scent(&params, &pantry.scented, &pantry.whiffs, &meals, &mut field);
+    let meals = food_set.meals(None);
+    twin::scent(
+        &params,
+        &food_set.scented,
+        &food_set.falloffs,
+        &meals,
+        &mut field,
+    );
     field
 }
 
@@ -208,7 +214,7 @@ fn smells_are_distances_along_the_surface() {
                 s.feeding.radius = 0.5;
             });
             let setup = Setup::new(&scene).unwrap_or_else(|error| panic!("{mesh}: {error}"));
-            for &place in &setup.pantry.places {
+            for &place in &setup.food_set.places {
                 let what = format!("{mesh} by {method:?}");
                 check_smell(&scene, &setup, place, &what);
             }
@@ -223,10 +229,10 @@ fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
         amount: 0,
         ..place
     };
-    let pantry = Pantry::new(surface, atlas, vec![place], None, &Control::default()).unwrap();
-    let field = field_of(setup, &pantry);
+    let food_set = FoodSet::new(surface, atlas, vec![place], None, &Control::default()).unwrap();
+    let field = field_of(setup, &food_set);
     let exact = SurfaceDistance::new(surface, &[place.point], 1.01 * place.radius);
-    let told = |smell: f32| place.radius * (1.0 - f64::from(smell).sqrt());
+    let distance_of = |smell: f32| place.radius * (1.0 - f64::from(smell).sqrt());
     let mut reached = 0;
     for texel in (0..field.len() as u32).step_by(3) {
         let Some((triangle, u, v)) = atlas.surface_point_of(texel) else {
@@ -239,11 +245,11 @@ fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
             continue;
         }
         reached += 1;
-        let off = (told(smell) - distance).abs();
+        let off = (distance_of(smell) - distance).abs();
         // Floats hold a square within 1e-7 of its greatest value.
         let bound = 0.03 * distance + 1e-3 * place.radius;
         assert!(off <= bound, "{what}, texel {texel}: {off} of {distance}");
-        let is_plate = pantry.plates[texel as usize] == 1;
+        let is_plate = food_set.plates[texel as usize] == 1;
         let slack = 1e-5 * place.radius;
         assert!(is_plate == (distance < place.size) || (distance - place.size).abs() < slack);
     }
@@ -277,7 +283,7 @@ fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
         let position = atlas_position(map, end.u as f32, end.v as f32);
         let smell = trail_at(&field, position, atlas.pitch).clamp(0.0, 1.0);
         looked_at += 1;
-        let off = (told(smell) - distance).abs();
+        let off = (distance_of(smell) - distance).abs();
         wrong += u32::from(off > 0.03 * distance);
     }
     assert!(looked_at > 100, "{what}: {looked_at}");
@@ -336,7 +342,7 @@ fn run_from(gpu: &Gpu, scene: &Scene, setup: Setup, steps: u32) -> Snapshot {
     simulation.snapshot().unwrap()
 }
 
-/// Whoever of a step comes first, the same are fed and as much is left; nobody is lost.
+/// Whatever the order of particles in a step, the same particles are fed, as much food is left, and no particle is lost.
 #[test]
 fn food_is_eaten_alike_by_every_strategy_that_transfers() {
     let Some(gpu) = gpu() else { return };
@@ -386,7 +392,7 @@ fn as_many_eat_as_there_are_meals() {
         twin.step();
         let now = twin.snapshot();
         now.validate(twin.setup()).unwrap();
-        // Fed for longer than this takes, so nobody eats twice.
+        // Fed for longer than this takes, so no particle eats twice.
         let fed = |state: &Snapshot| state.motions.iter().filter(|m| m.fed() > 0).count() as u32;
         let [first, second] = [0, 1].map(|i| before.food.remaining[i] - now.food.remaining[i]);
         let more = fed(&now) - fed(&before);
@@ -435,7 +441,7 @@ fn resumed_food_is_what_was_left() {
     gpu.finish();
 }
 
-/// What stays keeps what is left of it; what is taken away feeds nobody; twins do the same.
+/// Food that stays keeps its amount; food that is removed feeds no particle; the twins agree.
 #[test]
 fn food_comes_and_goes_while_it_runs() {
     let Some(gpu) = gpu() else { return };
@@ -463,7 +469,7 @@ fn food_comes_and_goes_while_it_runs() {
     kernel.validate(simulation.setup()).unwrap();
     let apart = kernel.food.remaining.iter().zip(&by_twin.food.remaining);
     assert!(apart.map(|(a, b)| a.abs_diff(*b)).sum::<u32>() <= 3);
-    // All of it goes: nobody is fed any more, and deposits are those of everybody.
+    // All food is removed: no particle is fed any more, and all particles deposit alike.
     settings.foods.clear();
     simulation.apply(&settings).unwrap();
     advance(&gpu, &mut simulation, 1);
@@ -480,7 +486,7 @@ fn food_comes_and_goes_while_it_runs() {
     gpu.finish();
 }
 
-/// Hungry ones come, and those who have eaten do not stay for it; what repels keeps everybody away.
+/// Hungry particles come to food, fed ones do not stay for it, and repelling markers keep all particles away.
 #[test]
 fn food_draws_and_markers_repel() {
     let near = |state: &Snapshot, setup: &Setup, at: Vec3, radius: f32| {
@@ -523,7 +529,7 @@ fn food_draws_and_markers_repel() {
     assert!(marker > 4.0 * nothing, "{marker} beside {nothing}");
     assert!(repelled < 0.5 * nothing, "{repelled} beside {nothing}");
     assert!(food > 4.0 * nothing, "{food} beside {nothing}");
-    // Who has eaten walks on until it is hungry again, unless it is drawn all the same.
+    // Fed particles walk on until they are hungry again, unless their appetite is set to draw them still.
     assert!(beside < 0.7 * close, "{beside} beside {close}");
     assert!(greedy > beside, "{greedy} beside {beside}");
 }
@@ -541,7 +547,7 @@ fn particles_begin_on_food() {
         ];
     });
     let setup = Setup::new(&scene).unwrap();
-    let place = setup.pantry.places[1];
+    let place = setup.food_set.places[1];
     let distance = SurfaceDistance::new(&setup.surface, &[place.point], f64::INFINITY);
     let mut far = 0.0_f64;
     for particle in &setup.particles {
@@ -561,7 +567,7 @@ fn scattered_food_is_far_apart_and_stays() {
             s.feeding.scattered = count;
         });
         let setup = Setup::new(&scene).unwrap();
-        let all = setup.pantry.places.clone();
+        let all = setup.food_set.places.clone();
         (setup, all)
     };
     let (_, few) = places(5);

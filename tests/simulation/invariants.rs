@@ -149,13 +149,13 @@ const DAMAGES: &[Damage] = &[
         },
         "two transfers of slot",
     ),
-    // Who is selected is counted.
+    // Selected particles are counted.
     (
         |s| s.transfers.flow.arrived -= 1,
         "times a particle was selected, and 0 were refused",
     ),
     (|s| s.trail[99] = -1.0, "the trail is -1 at texel 99"),
-    // Lists are as long as the scene makes them, and counts in their ranges: a checkpoint may have been written by anybody.
+    // Lists are as long as the scene makes them, and counts in their ranges: a checkpoint may come from anywhere.
     (|s| s.trail.truncate(7), "there are 7 texels of trail, not"),
     (|s| s.deposits.push(0), "texels of deposits, not"),
     (|s| s.bias = vec![0.0; 3], "there are 3 texels of bias, not"),
@@ -189,7 +189,7 @@ fn state(scene: &Scene) -> Option<(Setup, Snapshot)> {
     Some((setup, state))
 }
 
-/// The same as a version with particles in flight would have written it: one is, the first of the ring.
+/// The state as a version with particles in flight would have written it, with the first particle of the ring in flight.
 fn with_a_flight(mut state: Snapshot, setup: &Setup) -> Snapshot {
     let slot = state.transfers.windows[0].start;
     let (triangle, _) = setup.surface.objects[1].triangles;

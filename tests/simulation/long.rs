@@ -1,6 +1,6 @@
-//! Long runs of the built-in scenes by every strategy: the same hashes, twice and after an interruption, and nobody lost.
+//! Long runs of the built-in scenes by every strategy: equal hashes, twice and after an interruption, and no particle lost.
 //!
-//! Ignored tests take long; `make long` runs them, and one writes `benches/results/strategies.md`. The others are the same
+//! Ignored tests take long; `make long` runs them, and one writes `benches/results/strategies.md`. The other tests do the same
 //! with few steps, and with the validation layers on.
 
 use std::fmt::Write as _;
@@ -33,7 +33,7 @@ const SHORT: Length = Length {
     steps: 8,
     particles: 3000,
     atlas: 192,
-    // Else hardly anybody would change objects so soon.
+    // Else hardly any particle would change objects so soon.
     set: &["transfer.threshold=0.002"],
     all_twice: false,
 };
@@ -49,7 +49,7 @@ const LONG: Length = Length {
     all_twice: true,
 };
 
-/// Nobody is lost in ten thousand steps; where texels lie does not matter for that.
+/// For the check that no particle is lost in ten thousand steps, for which a small atlas suffices.
 const LONGEST: Length = Length {
     steps: 10_000,
     atlas: 256,
@@ -182,7 +182,7 @@ fn rows(ctx: &Arc<Context>, name: &str, length: Length) -> Vec<Row> {
     rows
 }
 
-/// The hashes of a scene's strategies, and who went from where to where.
+/// The hashes of a scene's strategies, and the transfers between its objects.
 fn section(name: &str, length: Length, rows: &[Row]) -> String {
     let objects = scene(name, length, Strategy::None, &[]).settings.objects;
     let mut text = format!(
@@ -227,10 +227,10 @@ fn section(name: &str, length: Length, rows: &[Row]) -> String {
     text
 }
 
-/// Objects that a table of who went where has room for.
+/// Most objects in a table of transfers.
 const MOST_COLUMNS: usize = 12;
 
-/// Who went where, where pairs are too many for a table.
+/// The transfers between objects as text, where there are too many pairs for a table.
 fn in_words(row: &Row, objects: usize) -> String {
     let pairs = row.flux.iter().enumerate();
     let pairs = || pairs.clone().filter(|(_, count)| **count > 0);
@@ -254,10 +254,10 @@ const CROWDED: [&str; 2] = ["transfer.threshold=0.002", "transfer.buffer_size=16
 /// As the scene is, but for the buffer: sometimes more want to change than it holds.
 const FULL_AT_TIMES: [&str; 1] = [CROWDED[1]];
 
-/// Nobody is lost or doubled, also where the buffer is full: `gears` by strategies, with what else is set.
+/// Counts lost and doubled particles, also with a full buffer: `gears` by strategy and other settings.
 fn populations(ctx: &Arc<Context>, length: Length, cases: &[(Strategy, &[&str])]) -> String {
     let mut text = format!(
-        "\n## `gears`, {} steps, {} particles: who is there\n\n\
+        "\n## `gears`, {} steps, {} particles: census\n\n\
          | strategy | `transfer.threshold` | `transfer.buffer_size` | lost | doubled | selected | refused | size that would have done |\n\
          | --- | --: | --: | --: | --: | --: | --: | --: |\n",
         length.steps, length.particles
@@ -319,7 +319,7 @@ fn strategies_agree_on_the_built_in_scenes() {
 }
 
 #[test]
-fn nobody_is_lost_where_the_buffer_is_full() {
+fn no_particle_is_lost_where_the_buffer_is_full() {
     let Some(gpu) = gpu() else { return };
     // A quarter of the particles of the long run, and a quarter of its buffer.
     let crowded = [CROWDED[0], "transfer.buffer_size=4"];
@@ -392,10 +392,10 @@ fn the_program_says_which_buffer_size_would_have_done() {
             "profile", "gears", "--steps", "10", "--warmup", "0", "--json",
         ];
         let small = ["--set", "particles.count=20000", "--set", "atlas.size=192"];
-        let told = folder.file("report.json");
-        let into = ["--report", path(&told)];
+        let written = folder.file("report.json");
+        let into = ["--report", path(&written)];
         let messages = done(&[&scene[..], &small, &crowded, &strategy, &into].concat());
-        (messages, report(&told)["counters"].clone())
+        (messages, report(&written)["counters"].clone())
     };
     let (messages, counters) = run("16");
     let (_, advice) = messages
@@ -404,7 +404,7 @@ fn the_program_says_which_buffer_size_would_have_done() {
     assert!(messages.contains("warning: transfers overflowed: "));
     let size = advice.split_whitespace().next().unwrap().replace(',', "");
     assert!(size.parse::<u32>().expect(advice) > 16);
-    // The report says the same, and who went where.
+    // The report has the same size, and the transfers between objects.
     assert_eq!(counters["transfer_buffer_wanted"].to_string(), size);
     assert!(counters["transfer_overflow"].as_u64() > Some(0));
     let flux = counters["flux"].as_array().expect("it is a list");

@@ -174,7 +174,7 @@ fn a_resumed_run_goes_on_with_its_time_and_its_poses() {
     let mut settings = scene.settings.clone();
     settings.time.dt = 0.031;
     let pose = DAffine3::from_rotation_translation(DQuat::from_rotation_x(0.7), DVec3::Y);
-    // The time step changes in step 7 and a pose is set in step 9: both are history that a checkpoint must tell.
+    // The time step changes in step 7 and a pose is set in step 9: both are history that a checkpoint must hold.
     let begin = || {
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
         advance(&gpu, &mut simulation, 7);
@@ -243,8 +243,8 @@ fn a_resumed_run_keeps_its_distances_until_they_are_due() {
     gpu.finish();
 }
 
-/// The same where poses are set and the time step changes between two steps in which distances are due: neither tells how
-/// the objects stood when distances were taken.
+/// As above, where poses are set and the time step changes between two steps in which distances are due: the poses at which
+/// distances were taken do not follow from either.
 #[test]
 fn a_resumed_run_keeps_its_distances_whatever_has_moved_objects_since() {
     let Some(gpu) = gpu() else { return };
@@ -312,7 +312,7 @@ fn a_resumed_run_keeps_its_distances_whatever_has_moved_objects_since() {
     }
     assert!(distances[0] == distances[1] && distances[1] != distances[2]);
 
-    // Who does not know them goes on elsewhere.
+    // A run without them goes on differently.
     let mut forgetful = half.clone();
     forgetful.distance_poses.clear();
     resumed.restore(&forgetful).unwrap();
@@ -509,7 +509,7 @@ fn follow(folder: &Path, text: &str, mesh: &str) -> Result<Scene, String> {
     Scene::load(&path, &Overrides::default()).map_err(|error| error.to_string())
 }
 
-/// Where surfaces move into each other, most of those who are selected have met the line in which they do.
+/// Where surfaces move into each other, most selected particles have crossed the line in which they meet.
 #[test]
 fn most_go_over_the_line_in_which_surfaces_meet() {
     let Some(gpu) = gpu() else { return };
@@ -523,7 +523,7 @@ fn most_go_over_the_line_in_which_surfaces_meet() {
     let setup = set_up(&gpu.ctx, &scene);
     let mut simulation = Simulation::from_setup(&gpu.ctx, &scene, setup).unwrap();
     let flow = |simulation: &Simulation| simulation.snapshot().unwrap().transfers.flow;
-    // Who begins where it is covered has met nothing.
+    // Particles that begin at covered places have crossed nothing.
     advance(&gpu, &mut simulation, 20);
     let before = flow(&simulation);
     // The beam tilts on the ball, and its end goes into the ring.

@@ -172,7 +172,7 @@ impl Garden<'_> {
         }
         let snapshot = simulation.snapshot().unwrap();
         if seed == 1 && sensing == Sensing::Auto {
-            tell_readings(&simulation, &snapshot);
+            print_readings(&simulation, &snapshot);
         }
         Grown::of(&snapshot, &simulation)
     }
@@ -209,8 +209,8 @@ const MEASURES: [Measure; 9] = [
 /// two seeds to say anything.
 const MOST_APART: [f64; 9] = [0.15, 0.5, f64::INFINITY, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1];
 
-/// Two seeds: the means of what has little scatter are alike, and sensors that are half as far away grow something else. What
-/// differs less than that, the long test tells.
+/// Two seeds: the means of measures with little scatter are alike, and sensors that are half as far away grow a different network.
+/// The long test finds smaller differences.
 #[test]
 fn both_ways_of_sensing_grow_networks_that_are_alike() {
     let Some(gpu) = gpu() else { return };
@@ -220,16 +220,16 @@ fn both_ways_of_sensing_grow_networks_that_are_alike() {
     };
     let [auto, walk] = garden.both_ways();
     let other = [garden.other()];
-    let mut tells = false;
+    let mut is_sensitive = false;
     for ((name, of), most) in MEASURES.iter().zip(MOST_APART) {
         let [a, b, c] =
             [&auto[..], &walk, &other].map(|all| mean(&all.iter().map(of).collect::<Vec<f64>>()));
-        let told = format!("{name}: {a:.4} straight ahead, {b:.4} walking, {c:.4} from nearby");
-        println!("{told}");
-        assert!((a - b).abs() <= most * b, "{told}");
-        tells |= (a - c).abs() > most * a;
+        let row = format!("{name}: {a:.4} straight ahead, {b:.4} walking, {c:.4} from nearby");
+        println!("{row}");
+        assert!((a - b).abs() <= most * b, "{row}");
+        is_sensitive |= (a - c).abs() > most * a;
     }
-    assert!(tells, "{other:?} of {auto:?}");
+    assert!(is_sensitive, "{other:?} of {auto:?}");
     assert!(
         auto.iter().all(|n| n.junctions > 10.0),
         "there is a network"
@@ -254,15 +254,15 @@ fn long_both_ways_of_sensing_grow_the_same_networks() {
         let (difference, error) = welch(&a, &b);
         let t = difference / error.max(f64::MIN_POSITIVE);
         let at_most = (difference.abs() + INTERVAL_T * error) / mean(&b);
-        let told = format!(
+        let row = format!(
             "{name}: {:.4} straight ahead, {:.4} walking, t = {t:.2}, at most {:.1} % apart",
             mean(&a),
             mean(&b),
             100.0 * at_most
         );
-        println!("{told}");
+        println!("{row}");
         if t.abs() > LARGEST_T || at_most > most {
-            different.push(told);
+            different.push(row);
         }
     };
     // There are four regions on average, so one more or less is much.
@@ -275,7 +275,7 @@ fn long_both_ways_of_sensing_grow_the_same_networks() {
         mean(&auto.iter().map(|n| n.junctions).collect::<Vec<_>>()) > 10.0,
         "there is a network"
     );
-    // The test can tell networks apart: other sensors grow another one.
+    // The test is sensitive: other sensors grow a network that it finds to be different.
     let other = garden.other();
     let far_off = |of: &dyn Fn(&Grown) -> f64| {
         let values: Vec<f64> = auto.iter().map(of).collect();
@@ -286,16 +286,16 @@ fn long_both_ways_of_sensing_grow_the_same_networks() {
             / (LONG.seeds - 1) as f64;
         (of(&other) - mean(&values)).abs() > 4.0 * variance.sqrt()
     };
-    let tells = far_off(&|n| n.network.length)
+    let is_sensitive = far_off(&|n| n.network.length)
         || far_off(&|n| n.junctions)
         || (0..5).any(|k| far_off(&|n| n.network.below[k]));
-    assert!(tells, "{other:?} of {auto:?}");
+    assert!(is_sensitive, "{other:?} of {auto:?}");
     gpu.finish();
 }
 
 /// Prints how many particles have a sensor that walks, and how far readings straight ahead are from those at the end of a
 /// walk, in parts of the mean trail.
-fn tell_readings(simulation: &Simulation, snapshot: &Snapshot) {
+fn print_readings(simulation: &Simulation, snapshot: &Snapshot) {
     let setup = simulation.setup();
     let plan = Plan::new(simulation.settings(), setup, 0, Means::of_host(false, 1));
     let params = plan.advance(plan.terms(), Form::All).params;

@@ -9,7 +9,7 @@ use myxo::rng::{Purpose, random, unit};
 use myxo::scene::Scene;
 use myxo::scene::settings::{AtlasMethod, Strategy};
 use myxo::sim::kernels::{
-    Paint, PaintArgs, PaintConstants, PaintParams, Summon, SummonArgs, SummonParams,
+    Paint, PaintArgs, PaintConstants, PaintParams, Teleport, TeleportArgs, TeleportParams,
 };
 use myxo::sim::paint::{Brush, Dab, GREATEST, NO_GO, NO_GO_BELOW, Painted};
 use myxo::sim::texel_paths::TexelPaths;
@@ -93,7 +93,7 @@ fn paint_agrees_with_its_twin() {
 }
 
 #[test]
-fn summon_agrees_with_its_twin() {
+fn teleport_agrees_with_its_twin() {
     let Some(gpu) = gpu() else { return };
     let triangles: Vec<Triangle> = (0..9)
         .map(|i| Triangle {
@@ -113,7 +113,7 @@ fn summon_agrees_with_its_twin() {
             id: u32::MAX,
         })
         .collect();
-    let pipeline = Pipeline::<Summon>::new(&gpu.ctx, &()).unwrap();
+    let pipeline = Pipeline::<Teleport>::new(&gpu.ctx, &()).unwrap();
     // The last one has more than 65,535 groups, so its dispatch has two dimensions.
     for count in awkward_sizes(64).into_iter().chain([4_200_001]) {
         let mut particles: Vec<Particle> = (0..count)
@@ -132,7 +132,7 @@ fn summon_agrees_with_its_twin() {
                 flags: (i % 11 == 3).into(),
             })
             .collect();
-        let params = SummonParams {
+        let params = TeleportParams {
             particle_count: count,
             seed: 9,
             dab: 4,
@@ -144,7 +144,7 @@ fn summon_agrees_with_its_twin() {
             rec.dispatch(
                 &pipeline,
                 Threads(count),
-                SummonArgs {
+                TeleportArgs {
                     places: &buffer(&gpu.ctx, "places", &places),
                     place_ranges: &buffer(&gpu.ctx, "place_ranges", &ranges),
                     triangles: &Texels::new(&buffer(&gpu.ctx, "triangles", &triangles), 4).unwrap(),
@@ -154,7 +154,7 @@ fn summon_agrees_with_its_twin() {
                 params,
             );
         });
-        twin::summon(
+        twin::teleport(
             &params,
             &places,
             &ranges,
@@ -228,9 +228,9 @@ const BRUSHES: [Brush; 5] = [
     Brush::Attract { amount: -3.0 },
     Brush::Erase { share: 0.4 },
 ];
-const SUMMON: Brush = Brush::Particles { share: 0.3 };
+const TELEPORT: Brush = Brush::Particles { share: 0.3 };
 
-/// All brushes, between steps, on the GPU and by twins: both have the same trail, the same bias, and nobody is lost.
+/// All brushes, between steps, on the GPU and by twins: both have the same trail, the same bias, and no particle is lost.
 #[test]
 fn every_brush_agrees_with_the_twins_between_steps() {
     let Some(gpu) = gpu() else { return };
@@ -259,9 +259,9 @@ fn every_brush_agrees_with_the_twins_between_steps() {
             // From one state again, so that what rounding did to a few particles does not grow.
             twin.restore(&state);
         }
-        let summon = dab(SUMMON, at, 0.9);
-        paint(&gpu, &mut simulation, &summon);
-        twin.paint(&summon).unwrap();
+        let teleport = dab(TELEPORT, at, 0.9);
+        paint(&gpu, &mut simulation, &teleport);
+        twin.paint(&teleport).unwrap();
         let by_id = |state: Snapshot| {
             let mut all: Vec<(u32, u32)> = (state.particles.iter())
                 .map(|particle| (particle.id, particle.triangle))
@@ -288,7 +288,7 @@ fn strokes_go_on_between_steps_without_pictures() {
     let hash = |in_one_recording: bool| {
         let scene = trio(Strategy::Direct);
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
-        let brushes = BRUSHES.into_iter().chain([SUMMON]);
+        let brushes = BRUSHES.into_iter().chain([TELEPORT]);
         let dabs = brushes.map(|brush| dab(brush, Vec3::new(0.3, 0.5, 0.3), 0.9));
         let dabs: Vec<Dab> = dabs.collect();
         // Each twice, with a step after it.
@@ -465,7 +465,7 @@ fn painted_areas_steer_particles() {
 }
 
 /// What was painted comes back with a snapshot, and a run that goes on from it ends in the same hash. Without it, the hash is
-/// that of a run in which nobody has ever painted.
+/// that of a run that was never painted.
 #[test]
 fn what_was_painted_is_part_of_the_state() {
     let Some(gpu) = gpu() else { return };

@@ -21,7 +21,7 @@ fn run(limits: Option<Limits>, scene: &Scene, steps: u32) -> Option<(u64, Vec<Rg
     Some(run_on(gpu_within(limits)?, scene, steps))
 }
 
-/// The same on this device.
+/// As [`run`], on a given device.
 fn run_on(gpu: Gpu, scene: &Scene, steps: u32) -> (u64, Vec<RgbaImage>) {
     let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
     let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
@@ -249,7 +249,7 @@ fn many_particles_change_objects_as_few_do() {
 }
 
 /// The hash after a brush has taken particles to a place, copied beside what runs.
-fn summoned(gpu: &Gpu, scene: &Scene) -> u64 {
+fn teleported(gpu: &Gpu, scene: &Scene) -> u64 {
     let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
     let dab = Dab {
         brush: Brush::Particles { share: 0.5 },
@@ -309,7 +309,7 @@ fn particles_in_pages_end_in_the_same_bits() {
             gpu_within(None).unwrap(),
             gpu_by_card_forms_within(Some(limits)).unwrap(),
         ];
-        let [whole, paged] = others.map(|gpu| summoned(&gpu, &scene));
+        let [whole, paged] = others.map(|gpu| teleported(&gpu, &scene));
         assert_eq!(paged, whole, "{strategy:?}");
         for (k, (a, b)) in found.1.iter().zip(&expected.1).enumerate() {
             let bound = if k == PARTICLES { 0.5 } else { 0.0 };
@@ -423,7 +423,7 @@ fn a_large_trail_spreads_alone_as_a_small_one_does() {
     }
 }
 
-/// Whoever asks for more than there is learns it before anything takes time.
+/// Requests that exceed the device are refused before anything takes time.
 #[test]
 fn setups_of_any_size_say_what_they_need() {
     let small = cube(203, |_| {});
@@ -433,6 +433,6 @@ fn setups_of_any_size_say_what_they_need() {
     assert!(needed <= exact && needed * 2 > exact, "{needed} of {exact}");
     let large = cube(16_384, |s| s.particles.count = 64_000_000);
     let gib = memory::needed(&large) as f64 / f64::from(1 << 30);
-    // 23 bytes a texel and 38 a particle.
+    // 23 bytes per texel and 38 per particle.
     assert!((gib - 8.0).abs() < 0.1, "{gib}");
 }

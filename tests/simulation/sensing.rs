@@ -93,7 +93,7 @@ fn sensors_that_read_straight_ahead_are_where_they_would_have_walked() {
     ] {
         let (errors, share) = errors(mesh, size);
         let at = |part: f64| errors[((errors.len() - 1) as f64 * part) as usize];
-        let told = format!(
+        let row = format!(
             "{mesh}: {:.1} % of the particles have all sensors straight ahead; off by {:.4} of the way (median), \
              {:.4} (95 %), {:.4} (99 %), {:.4} (most)",
             100.0 * share,
@@ -102,10 +102,10 @@ fn sensors_that_read_straight_ahead_are_where_they_would_have_walked() {
             at(0.99),
             at(1.0)
         );
-        println!("{told}");
+        println!("{row}");
         assert!(
             at(0.5) < median && at(0.95) < most && at(1.0) < farthest && share > least_share,
-            "{told}"
+            "{row}"
         );
     }
 }
@@ -130,7 +130,7 @@ fn sensors_walk_where_seams_are_near() {
         let mut slots = walkers[..count as usize].to_vec();
         slots.sort_unstable();
         slots.dedup();
-        assert_eq!(slots.len(), count as usize, "nobody is listed twice");
+        assert_eq!(slots.len(), count as usize, "no slot is listed twice");
         let groups = gpu
             .ctx
             .download(&simulation.state().walkers.groups)
@@ -145,7 +145,7 @@ fn sensors_walk_where_seams_are_near() {
         near > 0.0 && near < 0.3 && far > 1.5 * near && far < 1.0,
         "{near}, {far}"
     );
-    // Who has a rest to walk walks it first, and senses from there.
+    // Particles with a pending rest walk it first, and sense from there.
     let with_rests = share(|s| {
         s.physarum.sensor_offset = 0.01;
         s.physarum.edge_crossing_attempts = 0;

@@ -74,7 +74,7 @@ fn starts_are_the_same_with_any_number_of_threads() {
             assert!(output.status.success(), "{name}: {said}");
             let (_, hash) = said
                 .split_once("at step 0: state hash ")
-                .expect("it is told");
+                .expect("the hash is printed");
             let hash = hash.lines().next().unwrap_or_default().to_owned();
             (hash, std::fs::read(file).expect("it is there"))
         };

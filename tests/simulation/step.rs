@@ -420,7 +420,7 @@ fn every_live_change_finds_its_kernels() {
     gpu.finish();
 }
 
-/// Two triangles, and a ladder of 400 on one side of them whose rungs are nearer to each other than numbers can tell.
+/// Two triangles, and a ladder of 400 on one side of them whose rungs are nearer to each other than rounding.
 fn ladder() -> String {
     use std::fmt::Write as _;
     let mut text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n".to_owned();
@@ -443,7 +443,7 @@ fn ladder() -> String {
 
 /// Catches headings of length 0 or NaN where triangles are points in the strip that a walk lays out, or have no normal.
 #[test]
-fn triangles_thinner_than_numbers_tell_keep_headings() {
+fn triangles_thinner_than_rounding_keep_headings() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("ladder.obj"), ladder()).unwrap();
     let file = folder.path().join("two.toml");

@@ -85,8 +85,8 @@ fn strategies_that_transfer_give_the_same_bits() {
     gpu.finish();
 }
 
-/// Once those are out that began inside of other objects, most that change have walked over the line in which the
-/// objects meet, rather than to the nearest point. For the rest, texels tell too late or too early who is covered.
+/// Once the particles that began inside of other objects have left them, most transfers cross the line in which the objects
+/// meet, rather than go to the nearest point. For the rest, the texels' coarse field selects too late or too early.
 #[test]
 fn most_cross_where_the_objects_meet() {
     let Some(gpu) = gpu() else { return };
@@ -127,8 +127,8 @@ fn every_strategy_gives_the_same_bits_twice() {
     gpu.finish();
 }
 
-/// Who has left its object in a step, has arrived on another one, or begun anew; with the object that it is on or goes
-/// to.
+/// Ids of particles that left their object in a step, arrived on another one, or began anew, each with the object that it is on
+/// or goes to.
 fn changed(setup: &Setup, before: &Snapshot, after: &Snapshot) -> BTreeMap<u32, u32> {
     let object = |p: &Particle| setup.surface.triangles[p.triangle as usize].object;
     let place = |p: &Particle| {
@@ -166,9 +166,9 @@ fn a_step_in_four_forms_agrees_with_its_twin_by_every_strategy() {
         settings.physarum.decrowding_weight = 0.3;
         settings.physarum.distance_weight = -2.0;
         settings.physarum.favourite_density = 4.0;
-        // Sensors get farther than a step does, and meet others from where that one would not.
+        // Sensors reach farther than a step, and meet other objects from places where a step would not.
         settings.physarum.sensor_offset = 0.12;
-        // Some are left with a rest to walk, before which nobody reads straight ahead.
+        // Some particles have a pending rest to walk, and do not read straight ahead before it is walked.
         settings.physarum.edge_crossing_attempts = 2;
     });
     for (strategy, forms) in forms {
@@ -255,7 +255,7 @@ fn agrees_with_its_twin(
         assert_eq!(listed, [walk, near, walk_near], "{strategy:?}");
         kernel.validate(&setup).unwrap();
         twin.validate(&setup).unwrap();
-        // Those that change objects, apart from the rest: who they are, where to, and where on it.
+        // Particles that change objects, apart from the rest: their ids, targets and places.
         let [by_kernel, by_twins] = [&kernel, &twin].map(|after| changed(&setup, &before, after));
         let (mut same, mut same_of_changed, mut rest) = (0_usize, 0_usize, 0_usize);
         for ((a, m), (b, n)) in by_id(&kernel).into_iter().zip(by_id(&twin)) {
@@ -275,7 +275,7 @@ fn agrees_with_its_twin(
                 same += agree;
             }
         }
-        // Who is inside is told by exact arithmetic, and where to is worked out alike: all of them agree, whoever they are.
+        // Inside tests are exact, and both compute targets with equal operations, so all of these particles agree.
         assert_eq!(by_kernel, by_twins, "{strategy:?}");
         assert!(
             same_of_changed + ties >= by_twins.len(),
@@ -384,7 +384,7 @@ fn full_buffers_give_the_same_bits_by_every_strategy_and_twice() {
 }
 
 #[test]
-fn full_buffers_refuse_are_counted_and_lose_nobody() {
+fn full_buffers_refuse_are_counted_and_lose_no_particle() {
     let Some(gpu) = gpu() else { return };
     for strategy in [
         Strategy::Scattered,
@@ -451,14 +451,14 @@ fn odd_scenes_have_their_outcome() {
 }
 
 /// Each surface is exactly where the other one is. What lies on a surface is not inside of it, so neither object covers the
-/// other: everybody stays on its own.
+/// other, and every particle stays on its own.
 #[test]
 fn identical_objects_in_one_place_have_their_outcome() {
     let Some(gpu) = gpu() else { return };
     for strategy in [Strategy::Sequential, Strategy::Parallel, Strategy::Direct] {
         let same = [("cube?divisions=4", [0.0; 3]); 2];
         let scene = scene_of(&same, with(strategy));
-        // Each run is checked after every step: nobody is lost or doubled, and numbers are numbers.
+        // Each run is checked after every step: no particle is lost or doubled, and no value is NaN.
         let end = run(&gpu, &scene, 20);
         assert_eq!(run(&gpu, &scene, 20).hash(), end.hash(), "{strategy:?}");
         assert_eq!(end.transfers.flow.selected, 0, "{strategy:?}");
@@ -503,7 +503,7 @@ fn respawned_particles_stay_on_their_object() {
     let state = simulation.snapshot().unwrap();
     state.validate(simulation.setup()).unwrap();
     let after = objects(&state);
-    assert!(after == before, "somebody is on another object");
+    assert!(after == before, "a particle is on another object");
     assert!(state.transfers.flow.arrived > 1000);
     gpu.finish();
 }
@@ -537,7 +537,7 @@ fn respawn_agrees_with_its_twin() {
             };
             all as usize
         ];
-        // Each once, from the end; then what nobody may read.
+        // Each once, from the end; then one that must not be read.
         let slots: Vec<u32> = (0..leaving + 1)
             .map(|i| all - 1 - 2 * i.min(leaving))
             .collect();

@@ -3,12 +3,12 @@
 use super::selftest::*;
 use super::*;
 
-fn tell(ctx: &Arc<Context>, counts: &[u32]) -> DebugEntries {
-    let tell = Pipeline::<Tell>::new(ctx, &()).unwrap();
+fn debug_values(ctx: &Arc<Context>, counts: &[u32]) -> DebugEntries {
+    let kernel = Pipeline::<DebugValues>::new(ctx, &()).unwrap();
     let mut frames = Frames::new(ctx, 1).unwrap();
     let mut rec = frames.begin().unwrap();
     for &count in counts {
-        rec.dispatch(&tell, Threads(count), (), TellParams { count });
+        rec.dispatch(&kernel, Threads(count), (), DebugValuesParams { count });
     }
     frames.submit(rec).unwrap();
     frames.wait_idle().unwrap();
@@ -18,9 +18,9 @@ fn tell(ctx: &Arc<Context>, counts: &[u32]) -> DebugEntries {
 #[test]
 fn values_come_with_kernel_invocation_and_tag() {
     let Some(ctx) = context() else { return };
-    let told = tell(&ctx, &[2, 1]);
+    let read = debug_values(&ctx, &[2, 1]);
     let entry = |invocation, tag, value| DebugEntry {
-        kernel: "tell".to_owned(),
+        kernel: "debug_values".to_owned(),
         invocation,
         tag,
         value,
@@ -32,17 +32,17 @@ fn values_come_with_kernel_invocation_and_tag() {
             entry(i, 9, DebugValue::Float(i as f32 + 0.5)),
         ]
     };
-    assert_eq!(told.entries, [first(0), first(1), first(0)].concat());
-    assert_eq!(told.overflow, 0);
+    assert_eq!(read.entries, [first(0), first(1), first(0)].concat());
+    assert_eq!(read.overflow, 0);
     assert!(
-        told.to_string().starts_with(
-            "tell[0] 7: 0\ntell[0] 8: +0\ntell[0] 9: 0.5\ntell[1] 7: 2\ntell[1] 8: -1\n"
+        read.to_string().starts_with(
+            "debug_values[0] 7: 0\ndebug_values[0] 8: +0\ndebug_values[0] 9: 0.5\ndebug_values[1] 7: 2\ndebug_values[1] 8: -1\n"
         )
     );
     assert_eq!(
         ctx.debug_entries(),
         DebugEntries::default(),
-        "they are told once"
+        "each value is returned once"
     );
     assert_silent(&ctx);
 }
@@ -57,11 +57,11 @@ fn a_full_list_drops_and_counts() {
     let Some(ctx) = context_with(options) else {
         return;
     };
-    let told = tell(&ctx, &[1000]);
-    assert_eq!((told.entries.len(), told.overflow), (100, 2900));
-    assert!(told.to_string().contains("2900 more values did not fit"));
+    let read = debug_values(&ctx, &[1000]);
+    assert_eq!((read.entries.len(), read.overflow), (100, 2900));
+    assert!(read.to_string().contains("2900 more values did not fit"));
     assert!(
-        told.entries
+        read.entries
             .iter()
             .all(|e| e.invocation < 1000 && (7..=9).contains(&e.tag))
     );
@@ -69,7 +69,7 @@ fn a_full_list_drops_and_counts() {
 }
 
 #[test]
-fn draws_tell_under_the_name_of_their_pass() {
+fn debug_values_of_draws_carry_the_name_of_their_pass() {
     let Some(ctx) = context() else { return };
     let options = RasterOptions {
         depth: false,
@@ -93,17 +93,17 @@ fn draws_tell_under_the_name_of_their_pass() {
     rec.pass("marks", &targets, |pass| pass.draw(&mark, 1, 1, (), ()));
     frames.submit(rec).unwrap();
     frames.wait_idle().unwrap();
-    let told = ctx.debug_entries().entries;
-    assert!(told.iter().all(|e| e.kernel == "marks"));
-    let vertex = told
+    let read = ctx.debug_entries().entries;
+    assert!(read.iter().all(|e| e.kernel == "marks"));
+    let vertex = read
         .iter()
         .find(|e| e.tag == 1)
-        .expect("the vertex shader tells");
+        .expect("the vertex shader writes a value");
     assert_eq!((vertex.invocation, vertex.value), (0, DebugValue::Uint(10)));
-    let fragment = told
+    let fragment = read
         .iter()
         .find(|e| e.tag == 2)
-        .expect("the fragment shader tells");
+        .expect("the fragment shader writes a value");
     let DebugValue::Float(x) = fragment.value else {
         panic!("{fragment:?}")
     };

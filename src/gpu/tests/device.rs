@@ -159,7 +159,7 @@ fn compiled_pipelines_are_kept_and_damage_is_survived() {
 }
 
 #[test]
-fn a_device_that_was_lost_ends_when_nobody_has_anything_of_it() {
+fn a_lost_device_ends_when_nothing_refers_to_it() {
     let Some(mut ctx) = context() else { return };
     let mut frames = Frames::new(&ctx, 2).unwrap();
     let bump = Pipeline::<Bump>::new(&ctx, &()).unwrap();
@@ -191,6 +191,6 @@ fn a_device_that_was_lost_ends_when_nobody_has_anything_of_it() {
     drop(values);
     match ctx.end() {
         Ok(messages) => assert_eq!(messages, [""; 0]),
-        Err(_) => panic!("nobody has it"),
+        Err(_) => panic!("there is another reference"),
     }
 }

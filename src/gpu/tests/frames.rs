@@ -197,7 +197,7 @@ fn a_hang_is_blamed_on_its_kernel() {
     }
 }
 
-/// Who knows that there is much to do lets the device take its time.
+/// A caller can extend the timeout for a long frame.
 #[test]
 fn what_is_known_to_take_long_is_waited_for() {
     let options = ContextOptions {

@@ -58,7 +58,7 @@ fn assert_silent(ctx: &Context) {
     );
 }
 
-/// What `run` panics with.
+/// The panic message of `run`.
 fn panic_text(run: impl FnOnce()) -> String {
     let payload =
         std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).expect_err("this panics");

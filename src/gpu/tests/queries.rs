@@ -52,15 +52,15 @@ fn longer_and_shorter_frames_and_those_that_are_dropped_leave_times_whole() {
     assert_silent(&ctx);
 }
 
-/// What a frame waits for is the device's time, and no part of what the host does.
+/// Time that a frame waits for the device is no part of the host's work.
 #[test]
-fn waiting_for_the_device_is_told() {
+fn time_spent_waiting_for_the_device_is_reported() {
     let Some(ctx) = context() else { return };
     let spin = Pipeline::<Spin>::new(&ctx, &()).unwrap();
     let values = Buffer::<u32>::zeroed(&ctx, "values", 4096).unwrap();
     let mut frames = Frames::new(&ctx, 1).unwrap();
     let rec = frames.begin().unwrap();
-    assert_eq!(frames.waited(), Duration::ZERO, "for nobody");
+    assert_eq!(frames.waited(), Duration::ZERO, "no frame was waited for");
     frames.submit(rec).unwrap();
     let mut rec = frames.begin().unwrap();
     let params = SpinParams {

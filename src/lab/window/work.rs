@@ -288,7 +288,7 @@ impl Lab {
             foods: placed(
                 &self.interface.document.edited,
                 &settings.foods,
-                &setup.pantry.marks,
+                &setup.food_set.marks,
                 &setup.origins,
                 &poses,
                 setup.radius,

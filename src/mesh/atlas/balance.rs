@@ -31,7 +31,7 @@ const SECOND: f32 = 0.5;
 /// Weight of the changes, by their scale, beside the moments.
 const CHANGE: f32 = 0.01;
 
-/// What is added to a conductance to make the scale of its change, so that weak pairs can become stronger too.
+/// Added to a conductance to give the scale of its change, so that weak pairs can become stronger, too.
 const SCALE: f32 = 0.005;
 
 /// After the first round weak pairs are taken out; the second makes up for them.
@@ -51,11 +51,11 @@ type Moments = [f32; 5];
 pub(super) struct Pair {
     /// The texel on the other side.
     pub texel: u32,
-    /// What the stencil gives to the pair; 0 across a seam.
+    /// Conductance by the stencil; 0 across a seam.
     pub stencil: f32,
-    /// What it has besides, in mean texel areas.
+    /// Conductance added to that, in mean texel areas.
     pub more: f32,
-    /// From this side's texel to the other, in this side's chart, in taps' distances; NaN where nobody knows.
+    /// From this side's texel to the other, in this side's chart, in taps' distances; NaN where it is unknown.
     pub way: Vec2,
 }
 
@@ -77,7 +77,7 @@ impl Pair {
     }
 }
 
-/// What the moments of a texel's pairs should be.
+/// The moments that a texel's pairs should have.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Demand {
     /// Without the stencil's part.
@@ -162,7 +162,7 @@ pub(super) fn balance(
         .zip(changes)
         .for_each(|(pair, (change, scale))| {
             let more = pair.allowed(pair.more + change * scale, false);
-            // What was set to nothing comes back with rounding.
+            // Values that were set to 0 return with rounding errors.
             pair.more = if more.abs() < 1e-6 { 0.0 } else { more };
         });
 }
@@ -170,13 +170,13 @@ pub(super) fn balance(
 /// Least squares for the changes of conductances, each divided by a scale of its own: the square root of what the pair
 /// has, so that strong pairs change more than weak ones.
 struct System {
-    /// Where each texel's pairs begin.
+    /// Index of each texel's first pair.
     starts: Vec<u32>,
     /// Per side of a pair: its texel's row, and its other side.
     row: Vec<u32>,
     other: Vec<u32>,
     scale: Vec<f32>,
-    /// What a change by its scale adds to its texel's moments.
+    /// The moments that a change by its scale adds to its texel.
     moments: Vec<Moments>,
     /// Per texel: what is missing without any change.
     missing: Vec<Moments>,
@@ -285,7 +285,7 @@ impl System {
         }
     }
 
-    /// What changes add to each texel's moments.
+    /// The moments that changes add to each texel.
     fn moments_by(&self, change: &[f32]) -> Vec<Moments> {
         self.starts
             .par_windows(2)

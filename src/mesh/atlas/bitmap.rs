@@ -47,7 +47,7 @@ impl Shape {
     }
 }
 
-/// What is taken.
+/// The cells that are taken.
 #[derive(Clone, Debug)]
 pub(super) struct Bitmap {
     width: usize,

@@ -22,16 +22,16 @@ use crate::whole_file::WholeFile;
 const MAGIC: &[u8; 8] = b"MYXOAT01";
 /// Raised whenever the same surface and options come to lie differently than before.
 const VERSION: u32 = 5;
-/// Beyond so many bytes, or files, those that were used least recently go.
+/// Beyond so many bytes, or files, the least recently used files are removed.
 const MOST_BYTES: u64 = 256 << 20;
 const MOST_FILES: usize = 64;
-/// Somebody may be writing a hidden file that is younger.
+/// Another process may still be writing a hidden file that is younger.
 const ABANDONED_AFTER: Duration = Duration::from_secs(3600);
 /// Charts keep areas nearly: what would fill so many texels has an area.
 const SEVERAL_TEXELS: f64 = 4.0;
 const ENDING: &str = "atlas";
 
-/// What the methods give: per triangle its map and its chart, and the number of charts.
+/// The result of a layout method: the map and the chart of each triangle, and the number of charts.
 pub(super) type Places = (Vec<AtlasMap>, Vec<u32>, u32);
 
 /// Gives what is kept of this surface and these options, or makes it and keeps it. Without a folder it is made.
@@ -65,7 +65,7 @@ pub(super) fn kept(
     Ok((placement.maps, placement.chart, placement.chart_count))
 }
 
-/// Where the triangles lie.
+/// The places of triangles.
 #[derive(Clone, Debug, PartialEq)]
 struct Placement {
     maps: Vec<AtlasMap>,
@@ -75,7 +75,7 @@ struct Placement {
 }
 
 impl Placement {
-    /// What makes it no layout of the surface, although its file is whole, if anything does.
+    /// The reason why it is no layout of the surface, although its file is whole, if there is one.
     fn problem(
         &self,
         surface: &Surface,
@@ -156,12 +156,12 @@ impl Slot {
         }
     }
 
-    /// What was kept there, if it is whole and could be a layout of the surface.
+    /// The cached layout, if it is whole and could be one of the surface.
     fn load(&self) -> Option<Placement> {
         let bytes = fs::read(&self.file).ok()?;
         let placement = unpack(&bytes, self.triangle_count, self.size);
         match &placement {
-            // What is used stays longest. Where the system does not let us, it goes by when it was made.
+            // Updates the time of use, by which old files are removed. If the system refuses, the time of creation counts.
             Some(_) => drop(
                 fs::File::open(&self.file).and_then(|file| file.set_modified(SystemTime::now())),
             ),
@@ -170,7 +170,7 @@ impl Slot {
         placement
     }
 
-    /// Keeps a layout there. Its file is complete or absent at every moment, whoever else writes it.
+    /// Stores a layout. Its file is complete or absent at every moment, even if other processes write it, too.
     fn store(&self, placement: &Placement) {
         let written = WholeFile::create(&self.file).and_then(|mut file| {
             file.write_all(&pack(placement))?;
@@ -304,13 +304,13 @@ fn items<T: Pod>(bytes: &[u8]) -> Vec<T> {
         .collect()
 }
 
-/// Removes the layouts used least recently until the rest is small, and what somebody left half written.
+/// Removes the layouts used least recently until the rest is small, and unfinished files of processes that ended.
 fn tidy(folder: &Path, most_bytes: u64, most_files: usize) -> io::Result<()> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let Ok(metadata) = entry.metadata() else {
-            continue; // Somebody else has just removed it.
+            continue; // Another process has just removed it.
         };
         let modified = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
         let path = entry.path();
@@ -330,7 +330,7 @@ fn tidy(folder: &Path, most_bytes: u64, most_files: usize) -> io::Result<()> {
     let mut bytes = 0;
     for (i, (_, len, path)) in files.iter().enumerate() {
         bytes += len;
-        // The latest stays, however large: somebody needed it just now.
+        // The latest stays, however large: it was needed just now.
         if i > 0 && (bytes > most_bytes || i >= most_files) {
             let _ = fs::remove_file(path);
         }

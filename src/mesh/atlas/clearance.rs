@@ -11,9 +11,9 @@ use rayon::prelude::*;
 use super::super::surface::{NONE, Surface};
 use super::Atlas;
 
-/// What a clearance counts in, texels.
+/// Unit of clearances, texels.
 pub const UNIT: f32 = 0.5;
-/// What is farther counts as this.
+/// Larger clearances are clamped to this.
 pub const FARTHEST: u8 = 255;
 
 /// From a point to the centre of its texel, at the most.
@@ -46,16 +46,16 @@ impl Atlas {
             .zip(along_columns.par_chunks(pitch))
             .for_each_init(Envelope::default, |envelope, (row, heights)| {
                 envelope.over(heights);
-                envelope.tell(heights.len(), |x, squared| {
-                    row[x] = told((squared as f32).sqrt() - TO_BORDER);
+                envelope.for_each(heights.len(), |x, squared| {
+                    row[x] = clearance_of((squared as f32).sqrt() - TO_BORDER);
                 });
             });
-        self.tell_near(&borders, &mut clearances);
+        self.refine_near_borders(&borders, &mut clearances);
         clearances
     }
 
-    /// Where a border is near, clearances by the distance to its edges.
-    fn tell_near(&self, borders: &[[Vec2; 2]], clearances: &mut [u8]) {
+    /// Near borders, computes clearances from the distance to border edges.
+    fn refine_near_borders(&self, borders: &[[Vec2; 2]], clearances: &mut [u8]) {
         let pitch = self.pitch as usize;
         let band_of = |y: f32| (y.max(0.0) as usize / BAND).min((self.size as usize - 1) / BAND);
         let mut bands = vec![Vec::new(); (self.size as usize).div_ceil(BAND)];
@@ -78,7 +78,7 @@ impl Atlas {
                 for ((clearance, &owner), &square) in
                     clearances.iter_mut().zip(owners).zip(&*squares)
                 {
-                    let near = told(square.sqrt());
+                    let near = clearance_of(square.sqrt());
                     *clearance = if owner == NONE {
                         0
                     } else if square < NEAR * NEAR {
@@ -104,7 +104,7 @@ impl Atlas {
 }
 
 /// The clearance that a distance from a texel's centre leaves to any point in the texel.
-fn told(distance: f32) -> u8 {
+fn clearance_of(distance: f32) -> u8 {
     ((distance - TO_CENTRE) / UNIT).clamp(0.0, f32::from(FARTHEST)) as u8
 }
 
@@ -119,7 +119,7 @@ fn approach(squares: &mut [f32], pitch: usize, first_row: usize, [a, b]: [Vec2; 
     let [low, high] = [a.y.min(b.y) - NEAR - first, a.y.max(b.y) + NEAR - first];
     for row in texels(low, high, squares.len() / pitch) {
         let y = first + row as f32 + 0.5;
-        // What of the edge is near this row.
+        // The part of the edge that is near this row.
         let [from, to] = if way.y == 0.0 {
             [0.0, 1.0]
         } else {
@@ -159,7 +159,7 @@ fn down_columns(blocked: &[bool], pitch: usize) -> Vec<u16> {
 /// The lower envelope of the parabolas `(x - place)^2 + height^2` of a row.
 #[derive(Default)]
 struct Envelope {
-    /// Where those parabolas stand that are lowest somewhere, and their heights squared, from left to right.
+    /// The parabolas that are lowest somewhere: place and squared height, from left to right.
     parabolas: Vec<(i64, i64)>,
     /// From where on each of them is the lowest.
     starts: Vec<i64>,
@@ -196,7 +196,7 @@ impl Envelope {
         self.starts.push(start);
     }
 
-    fn tell(&self, len: usize, mut each: impl FnMut(usize, i64)) {
+    fn for_each(&self, len: usize, mut each: impl FnMut(usize, i64)) {
         let mut k = 0;
         for x in 0..len {
             while self
@@ -223,15 +223,15 @@ mod tests {
         let mut envelope = Envelope::default();
         for heights in [&heights[..], &heights[..1], &[40; 20], &[0, 9, 9, 9]] {
             envelope.over(heights);
-            let mut told = Vec::new();
-            envelope.tell(heights.len(), |_, squared| told.push(squared));
+            let mut squares = Vec::new();
+            envelope.for_each(heights.len(), |_, squared| squares.push(squared));
             let expected = (0..heights.len() as i64).map(|x| {
                 let inside = heights.iter().enumerate();
                 let inside = inside.map(|(i, &h)| (x - i as i64).pow(2) + i64::from(h).pow(2));
                 let outside = [(x + 1).pow(2), (x - heights.len() as i64).pow(2)];
                 inside.chain(outside).min().unwrap()
             });
-            assert_eq!(told, expected.collect::<Vec<_>>());
+            assert_eq!(squares, expected.collect::<Vec<_>>());
         }
     }
 }

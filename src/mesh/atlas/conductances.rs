@@ -23,11 +23,11 @@ const SAME_BORDER: f32 = 0.99;
 /// Texels that one thread takes at a time.
 const CHUNK: usize = 2048;
 
-/// What an exchange is made from.
+/// Inputs of an exchange.
 pub(super) struct Layers<'a> {
     pub owner: &'a [u32],
     pub chart: &'a [u32],
-    /// Mean texel area by this texel's area; 0 where nobody owns it.
+    /// Mean texel area by this texel's area; 0 where it has no owner.
     pub density: &'a [f32],
     /// Per triangle: what a texel that lies wholly in it has, in mean texel areas.
     pub whole: &'a [f32],
@@ -39,11 +39,11 @@ pub(super) struct Layers<'a> {
     pub pitch: u32,
     /// Texels between the stencil's taps.
     pub distance: u32,
-    /// Of the stencil's taps.
+    /// Offsets of the stencil's taps.
     pub offsets: [i64; 8],
 }
 
-/// What a texel reads of another across seams, or is read.
+/// A read of one texel by another across seams.
 #[derive(Clone, Copy, Debug, Default)]
 struct Read {
     /// The other.
@@ -55,13 +55,13 @@ struct Read {
     back: Vec2,
 }
 
-/// What texels near seams exchange besides the stencil's ninths.
+/// Exchanges of texels near seams in addition to the stencil's ninths.
 pub(super) struct Conductances {
     /// The texels that may exchange anything, in ascending order.
     pub texels: Vec<u32>,
     /// Their places in the list, or [`NONE`], by texel; of gutter texels the places in the list of seams.
     pub index: Vec<u32>,
-    /// Which of them lack one of the eight neighbours in their chart.
+    /// Whether a texel lacks one of the eight neighbours in its chart.
     pub at_border: Vec<bool>,
     /// The texel on the other side and the conductance, in mean texel areas.
     pub pairs: Table<(u32, f32)>,
@@ -237,7 +237,7 @@ impl Layers<'_> {
         owner == own || (owner != NONE && self.chart[owner as usize] == self.chart[own as usize])
     }
 
-    /// Which of a texel's neighbours are owned by its chart.
+    /// Mask of the neighbours that the texel's chart owns.
     pub(super) fn mask(&self, texel: u32) -> u32 {
         (0..8).fold(0, |mask, bit| {
             mask | u32::from(self.in_chart(texel, self.neighbour(texel, bit))) << bit
@@ -250,7 +250,7 @@ impl Layers<'_> {
         (0..8).filter(move |bit| mask >> bit & 1 == 1)
     }
 
-    /// Before the first texel and behind the last there is nobody; a chart's gutter keeps it off the sides.
+    /// No owned texel has a neighbour outside of the texture, because a chart's gutter keeps it off the sides.
     pub(super) fn neighbour(&self, texel: u32, bit: usize) -> u32 {
         (i64::from(texel) + self.offsets[bit]) as u32
     }
@@ -262,7 +262,7 @@ impl Layers<'_> {
         (*seam != NONE).then_some(*seam as usize)
     }
 
-    /// What a texel's moments should be; nothing where open borders meet, or charts without a direction.
+    /// The moments that a texel should have; `None` where open borders meet, or charts without a direction.
     fn demand(&self, texel: u32, at_border: bool, index: &[u32]) -> Option<Demand> {
         let mask = self.mask(texel);
         let area = if at_border {
@@ -286,7 +286,7 @@ impl Layers<'_> {
         Some(Demand::new(area, stencil, along))
     }
 
-    /// What a texel would read across seams in one step: `(j, X_ij)`, in ascending order.
+    /// The reads of a texel across seams in one step: `(j, X_ij)`, in ascending order.
     fn reads_of(&self, texel: u32, index: &[u32], sums: &mut Vec<Read>) {
         sums.clear();
         for bit in 0..8 {
@@ -324,7 +324,7 @@ impl Layers<'_> {
     }
 
     /// The way from a texel to one that its gutter texel in a direction is filled from, and the way back there, in taps'
-    /// distances; NaN where it cannot be told.
+    /// distances; NaN where it is unknown.
     fn way_to(
         &self,
         source: u32,

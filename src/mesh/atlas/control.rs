@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::AtlasError;
 
-/// What a long computation tells and asks while it runs. The default tells nobody, never stops, and keeps nothing.
+/// Progress reports, cancellation and cache of a long computation. The default reports nothing, never cancels, and keeps nothing.
 #[derive(Clone, Copy, Default)]
 pub struct Control<'a> {
-    /// Told what is being done and how much of all is done, 0 to 1; from any thread, and not too often.
+    /// Called with the name of the present work and the share of all work that is done, 0 to 1; from any thread, and not too often.
     pub progress: Option<&'a (dyn Fn(&'static str, f32) + Sync)>,
-    /// Set by anybody to stop the work.
+    /// Set from any thread to stop the work.
     pub cancelled: Option<&'a AtomicBool>,
     /// The folder where layouts are kept that take long to make, to be read the next time.
     pub cache: Option<&'a Path>,
@@ -24,7 +24,7 @@ impl fmt::Debug for Control<'_> {
 }
 
 impl Control<'_> {
-    /// Tells how far the work is.
+    /// Reports the progress of the work.
     ///
     /// # Errors
     /// [`AtlasError::Cancelled`] when it is to stop.

@@ -43,13 +43,13 @@ pub const BLOCK_QUADS: u32 = 4;
 /// Rows of a block, as far apart as the taps of the stencil.
 pub const BLOCK_ROWS: u32 = 4;
 
-/// What one texel beside a seam exchanges.
+/// The exchanges of one texel beside a seam.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ExchangeRow {
     /// The owned texel, `y * pitch + x`.
     pub texel: u32,
-    /// Where its entries begin.
+    /// Index of its first entry.
     pub first: u32,
     /// How many pairs it has besides those in its chart.
     pub pair_count: u32,
@@ -71,7 +71,7 @@ pub struct ExchangeEntry {
 }
 
 impl ExchangeRow {
-    /// Which of the eight neighbours it exchanges with, bit by bit.
+    /// Mask of the eight neighbours that it exchanges with.
     #[must_use]
     pub fn mask(&self) -> u32 {
         self.counts_and_mask & 0xff
@@ -94,9 +94,9 @@ impl ExchangeRow {
 /// The tables of all texels beside seams, in ascending order of texel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exchange {
-    /// One a texel.
+    /// One per texel.
     pub rows: Vec<ExchangeRow>,
-    /// Of all rows.
+    /// The entries of all rows.
     pub entries: Vec<ExchangeEntry>,
 }
 

@@ -52,7 +52,7 @@ impl Fixed {
         }
     }
 
-    /// Where a map puts the corners of its triangle.
+    /// The corners of a map's triangle.
     pub(super) fn corners_of(self, map: &AtlasMap) -> [IVec2; 3] {
         let units = |position: Vec2| (position * self.texel as f32).round().as_ivec2();
         let origin = units(map.origin);

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::super::surface::{AtlasMap, NONE, Surface};
 use super::{AtlasError, AtlasOptions, GutterTexel, Layout, pitch_of, triangle_area};
 
-/// Which of the two triangles of a cell.
+/// One of the two triangles of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Half {
     Lower,
@@ -135,7 +135,7 @@ impl Grid {
         }
     }
 
-    /// Which half of a cell owns a texel, by its place in the cell.
+    /// The half of a cell that owns a texel, by its place in the cell.
     fn half_at(&self, x: u32, y: u32, paired: bool) -> Option<Half> {
         let inner = self.gutter..self.cell_size - self.gutter;
         if !inner.contains(&x) || !inner.contains(&y) {
@@ -331,7 +331,7 @@ fn longest_edge(surface: &Surface, triangle: u32) -> u8 {
     longest.0
 }
 
-/// The same number from both sides of an edge.
+/// Squared length of an edge, bit for bit equal from both of its sides.
 fn squared_length(surface: &Surface, halfedge: u32) -> f64 {
     let corners = surface.corners[halfedge as usize / 3];
     let corner = halfedge as usize % 3;

@@ -56,7 +56,7 @@ impl Affine {
         self.du.perp_dot(self.dv) != 0.0
     }
 
-    /// Of a triangle with area in the texture.
+    /// The uv of a position, for a triangle with area in the texture.
     fn uv_of(&self, position: DVec2) -> DVec2 {
         let offset = position - self.origin;
         DVec2::new(offset.perp_dot(self.dv), self.du.perp_dot(offset)) / self.du.perp_dot(self.dv)
@@ -110,7 +110,7 @@ impl Affine {
 /// How what lies beyond a chart's border continues it, at a gutter texel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way {
-    /// Where in the texture the surface is that lies under the gutter texel's centre, texels.
+    /// Texture position of the surface point under the gutter texel's centre, texels.
     pub position: Vec2,
     /// The chart there; [`NONE`] where the walk was thrown back or had no direction.
     pub chart: u32,
@@ -235,7 +235,7 @@ fn flooded(layout: &Layout, pitch: u32, finder: &Finder) -> Vec<u32> {
     found
 }
 
-/// Where a walk over a chart's border ends.
+/// The end of a walk over a chart's border.
 struct Unfolded {
     /// In the texture.
     position: DVec2,
@@ -263,7 +263,7 @@ impl Unfolded {
     }
 }
 
-/// Where in the texture the surface is that lies under a gutter texel's centre when its chart is carried on.
+/// Texture position of the surface point under a gutter texel's centre, with the chart continued.
 fn unfold(surface: &Surface, maps: &[AtlasMap], pitch: u32, gutter_texel: GutterTexel) -> Unfolded {
     let GutterTexel { texel, triangle } = gutter_texel;
     let centre = Vec2::new((texel % pitch) as f32, (texel / pitch) as f32).as_dvec2() + 0.5;

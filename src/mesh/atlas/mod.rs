@@ -12,7 +12,7 @@
 //! triangle or by another one of its chart. With the other methods it may be gutter: what is deposited there goes to the
 //! owned texels behind it.
 //!
-//! What differs between methods is the layout: where the charts lie. How gutter texels are filled is common.
+//! Methods differ in the layout, which is the places of charts. All methods fill gutter texels alike.
 
 mod balance;
 mod bitmap;
@@ -65,7 +65,7 @@ pub use statistics::AtlasStatistics;
 /// The largest texture side; positions in it keep nine bits below the texel in single precision.
 pub const MAX_SIZE: u32 = 32_768;
 
-/// What is told while diffusion across seams is worked out.
+/// Name of computing the diffusion across seams in progress reports.
 const JOINING: &str = "joining seams";
 
 choice! {
@@ -81,7 +81,7 @@ choice! {
     }
 }
 
-/// What an atlas is made from, besides the surface.
+/// Options of an atlas.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AtlasOptions {
     /// How triangles are laid out.
@@ -92,7 +92,7 @@ pub struct AtlasOptions {
     pub cell_size: u32,
     /// Width of the halo round each chart in texels; less than 1 counts as 1, which bilinear reads need.
     pub gutter: u32,
-    /// For `charts`, one an object: its texels per surface area, relative to the others; empty: all alike.
+    /// For `charts`, one per object: its texels per surface area, relative to the others; empty: all alike.
     pub weights: Vec<f32>,
     /// For `charts`: a seed by which each chart is turned by a random angle before it is packed; 0: none is. Trails must
     /// not depend on how charts lie, and this is how one sees that.
@@ -100,7 +100,7 @@ pub struct AtlasOptions {
 }
 
 impl AtlasOptions {
-    /// The same with a gutter that bilinear reads can do with, if there can be such an atlas at all.
+    /// The options with the gutter raised to what bilinear reads need, if such an atlas is possible.
     fn checked(&self, surface: &Surface) -> Result<Self, AtlasError> {
         if self.size == 0 || self.size > MAX_SIZE {
             return Err(AtlasError::Size(self.size));
@@ -126,7 +126,7 @@ pub enum AtlasError {
     /// The texture side is not in the range.
     #[error("atlas size {0} is out of range: choose from 1 to {MAX_SIZE}")]
     Size(u32),
-    /// Somebody asked to stop.
+    /// The work was cancelled.
     #[error("interrupted while setting up")]
     Cancelled,
     /// A cell has no room for two triangles and their gutter.
@@ -172,7 +172,7 @@ pub enum AtlasError {
     OwnUvs {
         /// The object, counted from 1.
         object: u32,
-        /// What is wrong, and where.
+        /// The problem, and its place.
         problem: String,
     },
     /// The model's own texture coordinates leave too little room at this size.
@@ -188,7 +188,7 @@ pub enum AtlasError {
         gutter: u32,
         /// The texture side asked for.
         size: u32,
-        /// What is too near to what, and where.
+        /// The parts that are too near to each other, and their place.
         problem: String,
         /// A texture side that works, or that should.
         needed: u32,
@@ -247,7 +247,7 @@ pub struct GutterTexel {
     pub triangle: u32,
 }
 
-/// Where the charts lie: what a method decides. The rest of the atlas follows from it.
+/// The places of charts, which the method decides. The rest of the atlas follows from them.
 #[derive(Clone, Debug)]
 struct Layout {
     maps: Vec<AtlasMap>,
@@ -260,7 +260,7 @@ struct Layout {
     gutter_texels: Vec<GutterTexel>,
 }
 
-/// Every triangle's place in one texture, who owns each texel, and how the gutter is filled.
+/// Every triangle's place in one texture, the owner of each texel, and how the gutter is filled.
 #[derive(Clone, Debug)]
 pub struct Atlas {
     /// Texture side in texels.
@@ -310,7 +310,7 @@ impl Atlas {
         Self::build_with(surface, options, &Control::default())
     }
 
-    /// The same, telling how far it is, and stopping where it is told to.
+    /// As [`build`](Self::build), with progress reports and cancellation by `control`.
     ///
     /// # Errors
     /// As [`build`](Self::build), and [`AtlasError::Cancelled`].
@@ -339,7 +339,7 @@ impl Atlas {
         };
         let (seams, ways) = gutter::seams(surface, &layout, pitch_of(options.size), control)?;
         let atlas = Self::assemble(surface, &options, layout, seams, &ways, control)?;
-        // Whoever asked to stop in the meantime does not wait for an atlas.
+        // A cancellation in the meantime returns an error, too.
         control.step(JOINING, 1.0)?;
         Ok(atlas)
     }
@@ -413,7 +413,7 @@ impl Atlas {
         self.pitch as usize * self.size as usize
     }
 
-    /// Where a point of a triangle lies in the texture, in texels; the kernels compute it in the same order.
+    /// Texture position of a point of a triangle, in texels; the kernels compute it with equal operations in equal order.
     #[must_use]
     pub fn position_of(&self, triangle: u32, u: f32, v: f32) -> Vec2 {
         position(&self.maps[triangle as usize], u, v)
@@ -443,7 +443,7 @@ impl Atlas {
         self.surface_point_in(texel, DVec2::splat(0.5))
     }
 
-    /// The same for a place within the texel, from 0 to 1 along both sides; moved inside of the triangle where it is not.
+    /// As [`surface_point_of`](Self::surface_point_of), for a place within the texel, from 0 to 1 along both sides.
     #[must_use]
     pub fn surface_point_in(&self, texel: u32, place: DVec2) -> Option<(u32, f32, f32)> {
         let triangle = self.owner[texel as usize];
@@ -483,8 +483,7 @@ impl fmt::Display for Atlas {
     }
 }
 
-/// What lies in gutter texels is given to the owned texels behind them, by the weights with which they are read: so does
-/// the diffusion, and so do deposits.
+/// Adds the values of gutter texels to the owned texels behind them, by the weights of reads, as diffusion and deposits do.
 fn give_to_owned(area: &mut [f32], seams: &[Seam]) {
     for seam in seams {
         let given = std::mem::take(&mut area[seam.texel as usize]);

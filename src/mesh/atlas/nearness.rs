@@ -18,7 +18,7 @@ pub(super) fn is_near_itself(edges: &[[IVec2; 2]], loops: &[u32], fixed: Fixed) 
         side: fixed.texel,
         reach: fixed.reach,
     };
-    // Where each edge begins along its loop, and how long the loop is.
+    // The start of each edge along its loop, and the length of the loop.
     let mut along = Vec::with_capacity(edges.len());
     let mut lengths: Vec<f64> = Vec::new();
     for (&[a, b], &in_loop) in edges.iter().zip(loops) {
@@ -56,7 +56,7 @@ pub(super) fn is_near_itself(edges: &[[IVec2; 2]], loops: &[u32], fixed: Fixed) 
         })
 }
 
-/// Where a place is, seen from an edge.
+/// A place in the coordinates of an edge.
 #[derive(Clone, Copy)]
 struct Side {
     distance: f64,

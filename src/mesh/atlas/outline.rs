@@ -1,4 +1,4 @@
-//! Which texels a chart takes: those whose centres lie in it or within reach of it.
+//! The texels that a chart takes: those whose centres lie in it or within reach of it.
 //!
 //! The set of places within reach of a chart is the chart and a square round each point of its border (a Minkowski sum),
 //! so besides the border's edges nothing of a chart is needed. All in whole numbers: moving a chart by whole texels moves
@@ -67,7 +67,7 @@ impl Cells {
 pub(super) struct Mask {
     pub width: usize,
     pub height: usize,
-    /// 64-bit words a row.
+    /// 64-bit words per row.
     pub pitch: usize,
     pub words: Vec<u64>,
 }
@@ -135,7 +135,7 @@ pub(super) fn next(row: &[u64], x: usize, inverted: bool) -> Option<usize> {
     Some(64 * index + word.trailing_zeros() as usize)
 }
 
-/// What a chart takes.
+/// The texels of a chart.
 pub(super) struct Filled {
     pub mask: Mask,
     /// Cells whose centres are inside.

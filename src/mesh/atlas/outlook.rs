@@ -2,8 +2,8 @@
 //! walk on the surface, up to what flattening has done to lengths and angles, also beside the chart's border.
 //!
 //! Each texel looks along rays, which begin in the chart and leave it at its border. What of the chart lies behind that is
-//! hidden, and the outlook ends before it. Charts beside each other are told apart by hues, so the end of a line says
-//! by itself whether it lies in the chart in which the line began.
+//! hidden, and the outlook ends before it. Charts beside each other have different hues, so the hue at the end of a line shows
+//! whether the end lies in the chart in which the line began.
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -15,26 +15,26 @@ use super::Atlas;
 const FINE: u32 = 1536;
 /// Cells that rays look at.
 const REACH: usize = 24;
-/// Hues, counted from 1. Charts for which none is left have 0, and nobody goes straight there.
+/// Number of hues, counted from 1. Charts for which no hue is left have 0, and no sensor reads straight ahead there.
 const HUES: u32 = 31;
 /// Nothing passes.
 const WALL: u8 = 255;
 /// Between two points, and the centres of their cells, at the most.
 const TO_CENTRES: f32 = 1.4143;
-/// Where a chart comes as near to itself, cells, there is a wall: rays pass gaps so narrow.
+/// Gaps between parts of a chart that are narrower, in cells, become walls, because rays would pass them.
 const NARROW: [f32; 3] = [0.5, 1.0, 1.5];
 
-/// What straight lines need to know of texels, one entry each.
+/// Data of texels for straight lines, one entry each.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outlooks {
-    /// By which charts are told apart that lie near each other, 1 to 31; 0 where texels are not owned, or no hue was left.
+    /// Hues, which differ between charts that lie near each other: 1 to 31; 0 where texels are not owned, or no hue was left.
     pub hues: Vec<u8>,
     /// All texels of the same hue that are not farther can be reached straight; in the atlas's [`Atlas::outlook_unit`].
     pub distances: Vec<u8>,
 }
 
 impl Atlas {
-    /// What distances of outlooks count in, texels.
+    /// Unit of the distances of outlooks, texels.
     #[must_use]
     pub fn outlook_unit(&self) -> f32 {
         0.5 * self.cell() as f32
@@ -74,7 +74,7 @@ impl Atlas {
     fn hues_of_charts(&self) -> Vec<u8> {
         let (pitch, side) = (self.pitch as usize, REACH * self.cell());
         let width = pitch.div_ceil(side);
-        // Which squares of the texture each chart lies in.
+        // The squares of the texture that each chart lies in.
         let rows = self.owner.par_chunks(side * pitch).enumerate();
         let mut places: Vec<(u32, u32)> = rows
             .flat_map_iter(|(row, owners)| {
@@ -178,7 +178,7 @@ struct Cells {
     pitch: usize,
     /// The hue of the cell's texels; 0 where they have none, or several.
     own: Vec<u8>,
-    /// The same where rays pass: where all of the cell is of that hue, else 0; or a [`WALL`].
+    /// The hue for which rays pass: that of a cell which is of one hue as a whole, else 0; or a [`WALL`].
     passed: Vec<u8>,
 }
 
@@ -244,7 +244,7 @@ impl Cells {
                 if own.iter().all(|&hue| hue == 0) {
                     return;
                 }
-                nearest.fill(told(REACH as f32 + 1.0));
+                nearest.fill(half_cells(REACH as f32 + 1.0));
                 let passed = &self.passed[row(0)];
                 before[..self.width].fill(IN_CHART);
                 go_on(after, before, own, passed);
@@ -267,9 +267,9 @@ impl Cells {
 
 /// A ray has been in the chart up to here.
 const IN_CHART: u8 = 0;
-/// It has just come to a cell of which not all is in the chart.
+/// The ray has just come to a cell that is partly outside of the chart.
 const BESIDE: u8 = 1;
-/// It has left the chart: what of it comes now is hidden.
+/// The ray has left the chart: parts of the chart behind that are hidden.
 const LEFT: u8 = 255;
 
 /// All bits or none: what loops without branches are made of, which take many cells at once.
@@ -286,7 +286,8 @@ fn hide(nearest: &mut [u8], distance: u8, before: &[u8], own: &[u8], hues: &[u8]
     }
 }
 
-/// What becomes of rays in a cell. One cell beside the chart is nothing: borders are jagged, and gutters continue the surface.
+/// Advances rays by one cell. A single cell outside of the chart does not end a ray: borders are jagged, and gutters continue the
+/// surface.
 fn go_on(after: &mut [u8], before: &[u8], own: &[u8], passed: &[u8]) {
     let cells = before.iter().zip(own).zip(passed);
     for (after, ((&before, &own), &passed)) in after.iter_mut().zip(cells) {
@@ -296,8 +297,8 @@ fn go_on(after: &mut [u8], before: &[u8], own: &[u8], passed: &[u8]) {
     }
 }
 
-/// In halves of a cell, for points anywhere in cells whose centres are so far apart.
-fn told(cells: f32) -> u8 {
+/// The least distance of any points in two cells, in halves of a cell, by the distance of the cells' centres.
+fn half_cells(cells: f32) -> u8 {
     (2.0 * (cells - TO_CENTRES)).max(0.0) as u8
 }
 
@@ -324,7 +325,7 @@ fn rings(pitch: usize) -> Vec<Vec<Cell>> {
         let inwards = |end: i32| (f64::from(end) * f64::from(k - 1) / f64::from(k)).round() as i32;
         let cell = |&[x, y]: &[i32; 2]| Cell {
             way: y as isize * pitch as isize + x as isize,
-            distance: told(f64::from(x * x + y * y).sqrt() as f32),
+            distance: half_cells(f64::from(x * x + y * y).sqrt() as f32),
             before: (places
                 .iter()
                 .position(|&place| place == [inwards(x), inwards(y)]))

@@ -80,7 +80,7 @@ fn overlap(a: [IVec2; 3], b: [IVec2; 3], slack: i32) -> bool {
             least as f64 >= -f64::from(slack) * length
         })
     };
-    // What has no area in the texture lies on nothing.
+    // Triangles without area in the texture overlap nothing.
     let has_area = twice_area(a) != 0 && twice_area(b) != 0;
     has_area && !lies_beside(a, b) && !lies_beside(b, a)
 }

@@ -228,7 +228,7 @@ fn at(uv: &Vec2) -> String {
     format!("uv ({:.4}, {:.4})", uv.x, uv.y)
 }
 
-/// Where an object's unit square lies, in texels: a gutter inside what it has of the texture.
+/// The place of an object's unit square, in texels: a gutter inside of its part of the texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Square {
     origin: IVec2,

@@ -6,19 +6,19 @@ use rayon::prelude::*;
 
 use super::exchange::{Exchange, ExchangeEntry, ExchangeRow};
 
-/// What one texel beside a seam exchanges: two texels of four words.
+/// The exchanges of one texel beside a seam: two texels of four words.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PackedRow {
     /// The owned texel, `y * pitch + x`.
     pub texel: u32,
-    /// Where its twos of pairs begin.
+    /// Index of its first two pairs.
     pub first_pair: u32,
-    /// Where they end, and those of gutter texels whose deposits it takes a part of begin.
+    /// Where its pairs end, and the entries of gutter texels begin from which it takes deposits.
     pub first_deposit: u32,
-    /// Where these end.
+    /// Where the entries of gutter texels end.
     pub end: u32,
-    /// Which of its neighbours it exchanges with, as in [`ExchangeRow::mask`].
+    /// Mask of the neighbours that it exchanges with, as in [`ExchangeRow::mask`].
     pub mask: u32,
     /// Conductance with each of them.
     pub conductance: f32,
@@ -34,9 +34,9 @@ pub type PackedEntries = [ExchangeEntry; 2];
 /// The tables of all texels beside seams.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PackedExchange {
-    /// One a texel: by the number of their entries, so that invocations side by side go through their loops alike.
+    /// One per texel: by the number of their entries, so that invocations side by side go through their loops alike.
     pub rows: Vec<PackedRow>,
-    /// Of all rows, in their order, so that they come from one place in memory.
+    /// The entries of all rows, in the order of rows, so that reads are contiguous.
     pub entries: Vec<PackedEntries>,
 }
 
@@ -51,7 +51,7 @@ impl Exchange {
         });
         let mut entries = Vec::with_capacity(self.packed_entries());
         let pack = |row: &&ExchangeRow| {
-            // What rounds a row's entries up to twos is the texel itself, which gives itself nothing.
+            // Padding of a row's entries to even numbers: the texel itself, with weight 0.
             let nothing = ExchangeEntry {
                 texel: row.texel,
                 weight: 0.0,

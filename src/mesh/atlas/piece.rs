@@ -68,7 +68,7 @@ impl Piece {
         0.5 * twice * self.weight * self.weight
     }
 
-    /// Of the box along the axes, when it lies upright.
+    /// Area of the box along the axes, when the piece is upright.
     pub(super) fn box_area(&self) -> f64 {
         self.extent.x * self.extent.y
     }
@@ -174,7 +174,7 @@ impl Piece {
     }
 }
 
-/// What a chart takes, and how it was moved for that.
+/// The texels of a chart, and how it was moved for that.
 pub(super) struct Footprint {
     pub filled: Filled,
     /// The border, moved.
@@ -224,9 +224,9 @@ fn with_square(mask: &Mask, low: IVec2, high: IVec2, side: i32) -> Mask {
     larger
 }
 
-/// The border of a chart, in the order in which one meets its edges going round.
+/// The border of a chart, edges in the order of a walk round it.
 fn border(surface: &Surface, flat: &FlatChart) -> (Vec<[u32; 2]>, Vec<u32>) {
-    // The same edge in the neighbour, if that is in the chart.
+    // The twin of an edge, if it is in the chart.
     let across = |[triangle, corner]: [u32; 2]| {
         let h = 3 * flat.triangles[triangle as usize] + corner;
         let twin = surface.halfedges[h as usize].twin;

@@ -35,7 +35,7 @@ impl Sheet {
     }
 }
 
-/// What a chart takes in one orientation.
+/// The cells of a chart in one orientation.
 pub(super) struct Candidate {
     pub shape: Shape,
     /// The sum of the rows of its cells, over their number: how high it lies in its box.
@@ -66,7 +66,7 @@ impl Candidate {
     }
 }
 
-/// Where one chart goes.
+/// The place of one chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spot {
     pub turn: DVec2,

@@ -20,7 +20,7 @@ use crate::rng::{Purpose, random};
 /// Cells along a side of the bitmap at the most.
 const MOST_CELLS: u32 = 1024;
 
-/// The same where orders are tried.
+/// Cells along a side of the bitmap at the most, while orders are tried.
 const COARSE_CELLS: u32 = 360;
 
 /// With more charts than this no orders are tried: among so many small ones there is always one that fits.
@@ -133,7 +133,7 @@ impl Packer {
         }
     }
 
-    /// What the charts take at a scale, as far as the plans say in which orientation; without plans, in all.
+    /// The candidates of all charts at a scale, in the orientations of the plans; without plans, in all orientations.
     fn candidates(&self, sheet: Sheet, scale: f64, plans: &[Plan]) -> Vec<Vec<Option<Candidate>>> {
         let count = self.turn_count();
         let is_used = |index: usize, turn: usize| {

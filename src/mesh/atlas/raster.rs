@@ -1,4 +1,4 @@
-//! What follows from where the triangles lie: who owns each texel, how much of the surface is in it, and the gutter.
+//! What follows from the places of triangles: each texel's owner, how much of the surface is in it, and the gutter.
 //!
 //! All is decided on the grid of fixed-point numbers, so that nothing depends on rounding: the methods `charts` and
 //! `mesh` and a layout read from a file go through here. The texture is worked on in bands of rows, in parallel; within
@@ -15,7 +15,7 @@ use super::{AtlasError, AtlasOptions, Control, GutterTexel, Layout, pitch_of, tr
 /// Texel rows a band.
 const BAND: u32 = 16;
 
-/// What is told while this goes on, and the share of the whole atlas's time that is over when it starts.
+/// Name of this work in progress reports, and the share of the whole atlas's time that is over when it starts.
 pub(super) const DOING: &str = "giving out texels";
 pub(super) const START: f32 = 0.9;
 
@@ -504,7 +504,7 @@ fn gap(a: [IVec2; 2], b: [IVec2; 2]) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Where a level line runs through a triangle, if it does.
+/// The span of a horizontal line in a triangle, if it crosses the triangle.
 fn span_at(triangle: &[DVec2; 3], y: f64) -> Option<(f64, f64)> {
     let (mut from, mut to) = (f64::INFINITY, f64::NEG_INFINITY);
     for k in 0..3 {

@@ -46,7 +46,7 @@ impl Taps {
     }
 }
 
-/// What the gutter texels are filled from, in owned texels only.
+/// The sources of gutter texels, as owned texels only.
 ///
 /// Reads that touch no gutter texel are rows already. The others, the *open* ones, have a slot each; a sweep replaces
 /// their gutter texels by the rows of the sweep before, so the order of work does not matter.

@@ -45,7 +45,7 @@ const HARDLY_ANY: f64 = 0.001;
 
 const PERCENTILES: [f64; 3] = [0.05, 0.5, 0.95];
 
-/// What the map of one triangle does to it.
+/// The distortion of one triangle by its map.
 struct Distortion {
     /// On the surface, world units squared.
     area: f64,
@@ -117,7 +117,7 @@ impl Atlas {
         area != 0 && beside(a, b) >= 0 && beside(b, c) >= 0 && beside(c, a) >= 0
     }
 
-    /// What is wrong with a layout whose surface has hardly any texels, if it is one.
+    /// A warning if the layout leaves hardly any texels for the surface.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
         let texels = f64::from(self.size) * f64::from(self.size);
@@ -145,7 +145,7 @@ impl Atlas {
         (a - d).abs().max_element() > SAME || (b - c).abs().max_element() > SAME
     }
 
-    /// Where both ends of a half-edge lie in the texture, in texels.
+    /// Texture positions of both ends of a half-edge, in texels.
     #[must_use]
     pub fn edge(&self, halfedge: u32) -> [glam::Vec2; 2] {
         let triangle = halfedge / 3;
@@ -190,7 +190,7 @@ impl Atlas {
     }
 }
 
-/// What 5, 50 and 95 % of the weight stay below; each value comes with its weight.
+/// The 5, 50 and 95 % percentiles of weighted values.
 fn percentiles(mut values: Vec<(f64, f64)>) -> [f64; 3] {
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
     let all: f64 = values.iter().map(|(_, weight)| weight).sum();

@@ -11,7 +11,7 @@ use crate::rng::{Purpose, random, unit};
 /// How far outside its owner's triangle an owned texel's centre may lie, in texels: the margin that maps keep.
 const CENTRE_SLACK: f64 = 0.2;
 
-/// The same for a chart that holds no texel's centre, whose only texel is one that it touches: half a texel along both
+/// That margin for a chart that holds no texel's centre, whose only texel is one that it touches: half a texel along both
 /// axes.
 const ONLY_SLACK: f64 = 0.71;
 

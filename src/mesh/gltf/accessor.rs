@@ -225,7 +225,7 @@ fn component(part: &Part<'_>) -> Result<ComponentType, MeshProblem> {
     })
 }
 
-/// What a file calls elements of so many components.
+/// The glTF name of elements with `N` components.
 const fn kind_of<const N: usize>() -> &'static str {
     match N {
         1 => "SCALAR",

@@ -14,10 +14,10 @@ use crate::portable::turn_between;
 /// How far a transform may be from rigid: rounding of animations in float32 is far below, what can be seen above.
 const RIGID_WITHIN: f64 = 1e-3;
 
-/// What a key costs, in numbers decoded; more than the decoding, because it is kept.
+/// Cost of a key, in numbers decoded; more than that of decoding, because it is kept.
 const KEY: u64 = 64;
 
-/// What the value of a channel at a time costs, in numbers decoded.
+/// Cost of evaluating a channel at a time, in numbers decoded.
 const EVALUATION: u64 = 16;
 
 /// A model's animation: where it takes the model, from where the file puts it, in the model's own coordinates. It begins
@@ -256,9 +256,9 @@ pub(super) fn track(buffers: &mut Buffers<'_>) -> Result<RigidTrack, MeshProblem
 /// The animated nodes of a scene that move meshes.
 struct Motion<'s> {
     scene: &'s Scene<'s>,
-    /// By node, until it is added.
+    /// Channels of each node, until it is added.
     channels: Vec<Vec<Channel>>,
-    /// By node, once it is added.
+    /// Movers of each node, once it is added.
     below: Vec<Option<Below>>,
     /// Each after those above it.
     movers: Vec<Mover>,
@@ -277,7 +277,7 @@ struct Mover {
     has_mesh: bool,
 }
 
-/// What moves a node: the nearest mover, which may be the node itself.
+/// The nearest mover of a node, which may be the node itself.
 #[derive(Clone, Copy)]
 struct Below {
     mover: Option<usize>,

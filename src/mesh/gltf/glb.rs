@@ -14,7 +14,7 @@ pub(crate) fn is_glb(bytes: &[u8]) -> bool {
 
 /// The JSON of a file and its binary chunk, if it has one. What does not begin as a GLB is all JSON.
 ///
-/// The header's total length is not read: the chunks tell where they end, and it is wrong in some files. A binary chunk
+/// The header's total length is not read: the chunks have their own lengths, and it is wrong in some files. A binary chunk
 /// that is cut off is handed over as far as it goes; reading beyond it is an error.
 pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshProblem> {
     if !is_glb(bytes) {

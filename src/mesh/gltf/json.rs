@@ -194,7 +194,7 @@ impl<'a> Part<'a> {
         members.iter().map(|(key, _)| key.as_str())
     }
 
-    /// Where a member is, or would be.
+    /// The JSON path of a member, existing or not.
     pub(super) fn place_of(&self, key: &str) -> String {
         let key = shortened(key, 60);
         if self.place.is_empty() {
@@ -240,7 +240,7 @@ impl<'a> Part<'a> {
         }))
     }
 
-    /// What a reference names: the number of an item in one of the root's lists.
+    /// The target of a reference: the number of an item in one of the root's lists.
     pub(super) fn named(
         &self,
         list: &str,

@@ -41,7 +41,7 @@ struct Triangles {
 }
 
 impl Triangles {
-    /// Where far more vertices are stored than corners use, leaves out the others: a small file can show a mesh any number of
+    /// Leaves out unused vertices if there are far more vertices than corners use: a small file can show a mesh any number of
     /// times, and each time all its vertices would be kept.
     fn leave_out_unused(&mut self) {
         if self.positions.len() <= 3 * self.corners.len() {
@@ -66,9 +66,9 @@ impl Triangles {
     }
 }
 
-/// Where a mesh goes.
+/// The placement of a mesh.
 struct Places<'s> {
-    /// Of its morph targets.
+    /// Weights of its morph targets.
     weights: Vec<f64>,
     /// One for each copy that is shown.
     world_from_mesh: Vec<DMat4>,

@@ -1,4 +1,4 @@
-//! Where the bytes of a glTF buffer come from: the GLB's own chunk, a data URI, or a file beside the model.
+//! Sources of a glTF buffer's bytes: the GLB's own chunk, a data URI, or a file beside the model.
 //!
 //! A model may name only regular files in its own folder or below, wherever links and `..` lead, and gets no more bytes
 //! of them than it says it needs.
@@ -16,7 +16,7 @@ use crate::regular_file;
 /// No model that fits a surface needs as much.
 const MOST_WORK: u64 = 1 << 31;
 
-/// What it costs to look something up in the JSON of a file, in numbers decoded.
+/// Cost of a look-up in the JSON of a file, in numbers decoded.
 pub(super) const LOOKUP: u64 = 256;
 
 /// The buffers of one file, each read when it is first needed, and what reading the file may still cost.
@@ -25,7 +25,7 @@ pub(super) struct Buffers<'a> {
     blob: Option<&'a [u8]>,
     folder: PathBuf,
     read: Vec<Option<Result<Vec<u8>, MeshProblem>>>,
-    /// What is left of [`MOST_WORK`].
+    /// The rest of [`MOST_WORK`].
     pub(super) work_left: u64,
     /// How many more bytes of buffers may be read; all are kept.
     pub(super) bytes_left: u64,

@@ -1,4 +1,4 @@
-//! Which meshes the default scene shows, and where its nodes put them.
+//! The meshes of the default scene, and their transforms by nodes.
 
 use glam::{DMat4, DQuat, DVec3};
 
@@ -18,7 +18,7 @@ pub(super) struct Scene<'a> {
     pub(super) shown: Vec<Shown<'a>>,
     /// The node above each node.
     parents: Vec<Option<usize>>,
-    /// Where nodes are, of those that were reached.
+    /// World transforms of the nodes reached so far.
     worlds: Vec<Option<DMat4>>,
 }
 
@@ -121,7 +121,7 @@ impl<'a> Scene<'a> {
         Ok(world_from_node)
     }
 
-    /// Where a node is that need not be in the default scene, as a joint.
+    /// World transform of a node that need not be in the default scene, such as a joint.
     pub(super) fn world_from(&mut self, reference: &Part<'_>) -> Result<DMat4, MeshProblem> {
         let (index, node) = self.root.named("nodes", reference)?;
         let mut chain = Vec::new();

@@ -286,14 +286,14 @@ fn there_are_few_windows_however_far_it_reaches() {
 }
 
 #[test]
-fn it_tells_how_far_it_is_and_stops() {
+fn it_reports_progress_and_stops() {
     let surface = surface("torus?major=144&minor=96");
     let source = points(&surface)[51];
     let run = |stop_at: f32, reach: f64| {
-        let told = Mutex::new(Vec::new());
+        let shares = Mutex::new(Vec::new());
         let stop = AtomicBool::new(false);
         let progress = |_: &'static str, share: f32| {
-            told.lock().unwrap().push(share);
+            shares.lock().unwrap().push(share);
             stop.store(share >= stop_at, Ordering::Relaxed);
         };
         let control = Control {
@@ -302,15 +302,18 @@ fn it_tells_how_far_it_is_and_stops() {
             cache: None,
         };
         let found = SurfaceDistance::with_control(&surface, &[source], reach, &control);
-        (found.map(|_| ()), told.into_inner().unwrap())
+        (found.map(|_| ()), shares.into_inner().unwrap())
     };
     for reach in [0.9, f64::INFINITY] {
-        let (found, told) = run(2.0, reach);
+        let (found, shares) = run(2.0, reach);
         assert_eq!(found, Ok(()));
-        assert!(told.len() > 5 && told.is_sorted(), "{told:?}");
-        assert!(told[0] < 0.1 && told[told.len() - 1] > 0.8, "{told:?}");
+        assert!(shares.len() > 5 && shares.is_sorted(), "{shares:?}");
+        assert!(
+            shares[0] < 0.1 && shares[shares.len() - 1] > 0.8,
+            "{shares:?}"
+        );
     }
-    let (found, told) = run(0.5, f64::INFINITY);
+    let (found, shares) = run(0.5, f64::INFINITY);
     assert_eq!(found, Err(AtlasError::Cancelled));
-    assert!(told.iter().filter(|share| **share >= 0.5).count() == 1);
+    assert!(shares.iter().filter(|share| **share >= 0.5).count() == 1);
 }

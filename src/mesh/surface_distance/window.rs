@@ -11,12 +11,12 @@ pub(super) struct Window {
     pub from: f64,
     pub to: f64,
     pub origin: DVec2,
-    /// The way up to the origin.
+    /// Length of the path up to the origin.
     pub before: f64,
 }
 
 impl Window {
-    /// The same from the other side, from where the edge runs the other way.
+    /// This window in the coordinates of the twin, whose edge runs the other way.
     pub fn turned(&self, length: f64) -> Self {
         Self {
             from: length - self.to,
@@ -66,8 +66,8 @@ pub(super) fn is_beaten(window: &Window, start: f64, end: f64, length: f64) -> b
         || end + length - window.from + slack < window.distance_on_edge(window.from)
 }
 
-/// Takes from the parts of a window those where another one is nearer by more than rounding, seen from the same side: who
-/// goes on from there had better come by that one. So Mitchell, Mount and Papadimitriou bound how many windows there are.
+/// Cuts from the parts of a window those where another window on the same side is nearer by more than rounding: shortest paths
+/// there come through the other window. This is how Mitchell, Mount and Papadimitriou bound the number of windows.
 pub(super) fn cut(parts: &mut Vec<(f64, f64)>, window: &Window, other: &Window, length: f64) {
     let slack = ROUNDING * length;
     let gain = |x: f64| other.distance_on_edge(x) - window.distance_on_edge(x) + slack;
@@ -97,8 +97,8 @@ pub(super) fn cut(parts: &mut Vec<(f64, f64)>, window: &Window, other: &Window, 
     }
 }
 
-/// Is a place inside the triangle of another one and a part of the edge? If not, each way from there to the part crosses a
-/// way of the other one to an end of the part. Whoever is beaten at both ends is so at these crossings, and beyond.
+/// Is a place inside the triangle of another place and a part of the edge? If not, each path from the place to the part crosses a
+/// path from the other place to an end of the part. A window that is longer at both ends is then longer at these crossings, too.
 fn is_between(place: DVec2, other: DVec2, low: f64, high: f64) -> bool {
     let rise = place.y - other.y;
     let x = other.x - other.y / rise * (place.x - other.x);

@@ -31,15 +31,15 @@ pub struct Face {
     pub triangle: u32,
     /// B - A.
     pub ab: Vec3,
-    /// 1 over the square of its length, rounded so that the square times this is not less than 1.
+    /// 1 over the square of the length of `ab`, rounded so that the square times this is not less than 1.
     pub ab_by: f32,
     /// C - A.
     pub ac: Vec3,
-    /// The same of that.
+    /// 1 over the square of the length of `ac`, rounded alike.
     pub ac_by: f32,
-    /// The normal over the square of its length; zero if the triangle has no inside, because numbers cannot tell it from a line.
+    /// The normal over the square of its length; zero if the triangle is degenerate: a line, within rounding.
     pub steep: Vec3,
-    /// The same of C - B.
+    /// 1 over the square of the length of C - B, rounded alike.
     pub bc_by: f32,
 }
 

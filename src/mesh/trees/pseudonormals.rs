@@ -1,4 +1,4 @@
-//! Normals of edges and vertices by which the side of a surface is told: Baerentzen and Aanaes, "Signed Distance
+//! Normals of edges and vertices, which decide whether a place is inside of a surface: Baerentzen and Aanaes, "Signed Distance
 //! Computation Using the Angle Weighted Pseudonormal" (2005). The nearest face's normal alone is wrong where an edge or
 //! a vertex is nearest.
 

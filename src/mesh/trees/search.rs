@@ -36,13 +36,13 @@ pub fn slack_of(root: &Node) -> f32 {
     ROUNDING * root.low.abs().max(root.high.abs()).max_element()
 }
 
-/// The square of a distance with what rounding may add to it.
+/// The square of a distance, raised by a bound on rounding.
 pub(super) fn limit_of(distance: f32, slack: f32) -> f32 {
     let most = distance * LENGTH_ROUNDING + slack;
     (most * most).min(FAR)
 }
 
-/// The same by the square of that distance. Instead of its root a number that is up to 7 % larger does.
+/// As [`limit_of`], from the squared distance. Instead of the root it takes a number that is up to 7 % larger.
 fn limit_of_square(square: f32, slack: f32) -> f32 {
     let above = f32::from_bits(0x1fc0_0000 + (square.to_bits() >> 1));
     let limit = (square * SQUARE_ROUNDING + (2.0 * slack) * above) + slack * slack;

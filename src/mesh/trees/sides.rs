@@ -20,7 +20,7 @@ const DIPOLE_FAR: f32 = 2.0;
 /// Half of the whole sphere.
 const HALF_SPHERE: f32 = std::f32::consts::TAU;
 
-/// What tells the sides of a surface.
+/// The data for inside tests.
 #[derive(Clone, Copy)]
 pub struct Sides<'a> {
     /// Every triangle.
@@ -31,7 +31,7 @@ pub struct Sides<'a> {
     pub dipoles: &'a [Dipole],
     /// Of half-edges, then of vertices.
     pub pseudonormals: &'a [Vec4],
-    /// Three vertex indices a triangle.
+    /// Three vertex indices per triangle.
     pub corners: &'a [u32],
     /// Where those of vertices begin.
     pub first_vertex_normal: u32,

@@ -99,7 +99,7 @@ fn pseudonormals_of_a_cube_look_outwards() {
 }
 
 #[test]
-fn nearest_points_are_told_apart_from_afar() {
+fn nearest_points_stay_distinct_from_afar() {
     let mesh = Mesh::builtin("cube").unwrap();
     let trees = Trees::build(&Surface::build(&[(&mesh, 1.0)]));
     let v = DVec3::new;

@@ -74,7 +74,7 @@ fn sides_are_where_they_say() {
 }
 
 #[test]
-fn who_flies_turns_on_the_spot_and_goes_straight() {
+fn a_flying_camera_turns_on_the_spot_and_goes_straight() {
     let mut flying = camera();
     flying.look(Vec2::new(40.0, -25.0), SIZE);
     assert_near(flying.eye(), camera().eye(), 1e-5);

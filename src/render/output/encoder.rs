@@ -30,11 +30,11 @@ static RUNNING: Mutex<BTreeSet<u32>> = Mutex::new(BTreeSet::new());
 /// How long an encoder may do nothing that can be seen: take no bytes, or write none.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Patience {
-    /// Before anyone asks to stop.
+    /// Before an interrupt.
     pub idle: Duration,
-    /// When somebody has asked to stop.
+    /// After an interrupt.
     pub hurried: Duration,
-    /// Has somebody asked to stop?
+    /// Set by an interrupt.
     pub interrupt: Option<&'static AtomicBool>,
 }
 

@@ -64,7 +64,7 @@ fn folder_that_cannot_be_written_is_an_error_at_once() {
         );
         assert!(error.to_string().contains("file"), "{error}");
     }
-    // Nobody may write here, root included.
+    // No user may write here, root included.
     #[cfg(target_os = "linux")]
     for name in ["x.png", "%d.png", "x.gif", "x.mp4"] {
         let error = Output::create(&Path::new("/proc").join(name), (4, 4), 30.0).unwrap_err();
@@ -237,7 +237,7 @@ fn encoders_are_tried_before_the_first_frame() {
     assert_eq!(missing.unwrap_err().kind(), std::io::ErrorKind::NotFound);
 }
 
-/// What nobody can make smaller.
+/// Pixels that cannot be compressed.
 fn noise(size: (u32, u32), seed: u32) -> RgbaImage {
     let mut bits = seed.wrapping_mul(0x9e37_79b9) | 1;
     let mut next = move || {
@@ -368,7 +368,7 @@ fn gif_that_breaks_off_keeps_its_whole_frames() {
 
 /// A sequence has its frames in files of their own.
 #[test]
-fn sequence_that_breaks_off_tells_what_is_there() {
+fn sequence_that_breaks_off_reports_the_frames_there() {
     let folder = tempfile::tempdir().unwrap();
     let mut output = Output::create(&folder.path().join("s/%d.png"), (16, 12), 25.0).unwrap();
     output.frame(&noise((16, 12), 1)).unwrap();
@@ -383,7 +383,7 @@ fn sequence_that_breaks_off_tells_what_is_there() {
 
 #[cfg(unix)]
 #[test]
-fn encoder_that_stops_tells_how_far_it_came() {
+fn encoder_that_stops_reports_its_last_frame() {
     // 256 x 256 pixels are 262144 bytes: the second frame breaks off.
     let OutputError::Encoder { frames, .. } =
         error_with_encoder("head -c 300000 >/dev/null; exit 1")

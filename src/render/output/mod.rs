@@ -186,7 +186,7 @@ impl Output {
     /// A run that is interrupted calls this too: what it has drawn so far is a whole file then.
     ///
     /// # Errors
-    /// When the disk is full, or the encoder fails; the error tells what is kept of it, if anything is.
+    /// When the disk is full, or the encoder fails; the error says which part of the file is kept, if any.
     pub fn finish(mut self) -> Result<Written, OutputError> {
         if self.frames > 0 {
             let ended = match &mut self.writer {
@@ -217,7 +217,7 @@ impl Output {
 
 impl Output {
     /// After an error, keeps what is whole under the name that was asked for: a GIF and a video end with their last whole
-    /// frame. The error then tells how many frames there are.
+    /// frame. The error then says how many frames there are.
     #[must_use]
     pub fn cut(self, error: OutputError) -> OutputError {
         let kept = match self.writer {
@@ -306,9 +306,9 @@ fn is_png(path: &Path) -> bool {
 /// Why an output cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
-    /// The name says nothing about the content.
+    /// The name has no known ending.
     #[error(
-        "{path}: cannot tell what to write; call it NAME.png (the last frame), NAME_%05d.png or \
+        "{path}: unknown output format; call it NAME.png (the last frame), NAME_%05d.png or \
          FOLDER/ (every frame), NAME.gif or NAME.mp4",
         path = .0.shown()
     )]

@@ -83,7 +83,7 @@ impl Drop for Sequence {
 
 /// Writes a PNG; one without transparency has no alpha channel.
 fn write_png(mut file: impl Write, image: &RgbaImage) -> io::Result<()> {
-    // By way of memory: the encoder would tell that the disk is full in words only.
+    // Encoded in memory first: the encoder would return the error of a full disk as text only.
     let mut bytes = Vec::new();
     let (width, height) = image.dimensions();
     let encoder = PngEncoder::new(&mut bytes);

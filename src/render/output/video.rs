@@ -178,7 +178,7 @@ pub(super) fn try_encoder(program: &Path) -> io::Result<()> {
     }
 }
 
-/// What of an MP4 is whole: a chain of boxes (ISO/IEC 14496-12), with the index, without which nobody can play it, or with an
+/// The part of an MP4 that is complete: a chain of boxes (ISO/IEC 14496-12), with the index, which players need, or with an
 /// index for each part.
 #[derive(Debug, Default, PartialEq)]
 struct Whole {

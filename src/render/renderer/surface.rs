@@ -8,15 +8,15 @@ use crate::sim::draws::{QuickSurfaceArgs, QuickSurfaceParams, SurfaceArgs, Surfa
 /// The light that a view is seen in.
 #[derive(Clone, Copy)]
 pub(super) struct Lighting {
-    /// How much of the usual light falls on surfaces and food.
+    /// Share of the usual light on surfaces and food.
     pub lamp: f32,
-    /// How much of it the background sends out.
+    /// Share of it that the background emits.
     pub background: f32,
-    /// Light that the trail sends out itself, as a share of its colour.
+    /// Light that the trail emits, as a share of its colour.
     glow: f32,
-    /// The same of food.
+    /// Light that food emits, as a share of its colour.
     pub food_glow: f32,
-    /// How high the brightest trail stands as a relief, scene radii.
+    /// Height of the brightest trail as a relief, scene radii.
     relief: f32,
 }
 

@@ -49,7 +49,7 @@ pub static FOOD_PARAMETERS: &[Parameter<FoodSettings>] = &[
         key: "size",
         name: "Size",
         unit: "scene radii",
-        help: "How far along the surface it is eaten. 0 makes it a marker, which nobody eats.",
+        help: "How far along the surface it is eaten. 0 makes it a marker, which is not eaten.",
         effect: Effect::Live,
         kind: real!(size, (0.0, 10.0), (0.0, 0.2), Linear),
     },

@@ -29,7 +29,7 @@ static NO_SCALE: LazyLock<String> = LazyLock::new(|| {
     format!("The views {views} have no scale of colours.")
 });
 
-/// What would have to change for the scene's parameter with this key to have an effect; `None` where it has one, and for
+/// The change that the scene's parameter with this key needs to have an effect; `None` if it has one, and for
 /// keys of objects.
 #[must_use]
 pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
@@ -114,7 +114,7 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
         ),
         "transfer.threshold" | "transfer.buffer_size" if !is_alone => because(
             strategy == Strategy::None,
-            "Nobody changes objects: choose another transfer strategy.",
+            "Particles do not change objects: choose another transfer strategy.",
         ),
         _ => because(
             is_alone && (key.starts_with("transfer.") || key.starts_with("distance.")),
@@ -125,7 +125,7 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
 
 const ALONE: &str = "There is only one object.";
 
-/// The same for what a start of this kind may have.
+/// Why a part of a start has no effect, for a start of this kind.
 fn why_start_idle(part: &str, start: Start, heading: Heading) -> Option<&'static str> {
     let is_round = matches!(start, Start::Ring | Start::Disc);
     let has_centre = is_round || start == Start::Point;
@@ -152,7 +152,7 @@ fn why_start_idle(part: &str, start: Start, heading: Heading) -> Option<&'static
     idle.then_some(why)
 }
 
-/// The same for a key of an object.
+/// Why a key of an object has no effect, if it has none.
 #[must_use]
 pub fn why_object_idle(
     key: &str,
@@ -235,7 +235,7 @@ mod tests {
         let apart = idle(&settings);
         assert!(apart.contains(&"transfer.threshold") && !apart.contains(&"transfer.strategy"));
         assert!(apart.contains(&"transfer.buffer_size"));
-        // Whoever is selected has a place in the list of the selected, also where nobody waits for a turn.
+        // Every selected particle takes a place in the list, also with strategies in which none waits.
         for strategy in [Strategy::Direct, Strategy::Respawn] {
             settings.transfer.strategy = strategy;
             assert!(!idle(&settings).contains(&"transfer.buffer_size"));
@@ -362,7 +362,7 @@ mod tests {
         assert!(of(&settings, keys)[5]);
         settings.physarum.gravity_weight = 2.0;
         settings.objects[0].physarum.gravity_weight = Some(0.0);
-        assert!(!of(&settings, keys)[5], "nobody has it");
+        assert!(!of(&settings, keys)[5], "no object has gravity");
     }
 
     #[test]

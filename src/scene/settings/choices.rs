@@ -1,4 +1,4 @@
-//! What in scene files is one of a few words.
+//! Settings of scene files whose values are one of a few words.
 
 pub use crate::mesh::atlas::AtlasMethod;
 
@@ -43,7 +43,7 @@ choice! {
 }
 
 impl ObjectStart {
-    /// The same as a scene's; `None` where the scene's holds.
+    /// The start as one of a scene; `None` if the object takes the scene's.
     #[must_use]
     pub fn own(self) -> Option<Start> {
         match self {
@@ -75,7 +75,7 @@ choice! {
 }
 
 choice! {
-    /// What becomes of particles that go into another object, and how the particle buffer is kept in order.
+    /// The treatment of particles that go into another object, and of the order of the particle buffer.
     Strategy {
         /// They walk on.
         None = "none",
@@ -85,7 +85,7 @@ choice! {
         Scattered = "scattered",
         /// They change objects; each object has a window of the buffer, kept in order by a single invocation.
         Sequential = "sequential",
-        /// The same, kept in order by many invocations.
+        /// They change objects; each object has a window of the buffer, kept in order by many invocations.
         #[default]
         Parallel = "parallel",
         /// They change objects at once; all objects' particles advance together.
@@ -105,7 +105,7 @@ choice! {
 }
 
 choice! {
-    /// What happens to a walk at an open border.
+    /// Behaviour of a walk at an open border.
     Border {
         /// The heading is mirrored and the walk goes on.
         #[default]
@@ -127,7 +127,7 @@ choice! {
 }
 
 choice! {
-    /// What happens after the last keyframe.
+    /// Behaviour after the last keyframe.
     Repeat {
         /// The first comes again.
         #[default]
@@ -179,7 +179,7 @@ choice! {
 }
 
 choice! {
-    /// How it is told whether a place is inside of an object.
+    /// The rule that decides whether a place is inside of an object.
     SignRule {
         /// By the angle-weighted normal of the nearest face, edge or vertex.
         #[default]

@@ -1,4 +1,4 @@
-//! What is eaten, what lures and what repels: single foods and markers, and what a scene says about all food.
+//! Single foods and markers, and a scene's settings for all food.
 
 use serde::Serialize;
 
@@ -16,7 +16,7 @@ pub struct FoodSettings {
     pub at: [f64; 3],
     /// How far along the surface it is sensed, in scene radii.
     pub radius: f32,
-    /// What a sensor reads more where it lies, in trail units; negative repels.
+    /// Trail units that a sensor reads more at its place; negative repels.
     pub strength: f32,
     /// How many meals it is; 0 for no end of them.
     pub amount: u32,
@@ -45,14 +45,14 @@ impl Default for FoodSettings {
 }
 
 impl FoodSettings {
-    /// Is it one that nobody eats?
+    /// Is it a marker, which particles don't eat?
     #[must_use]
     pub fn is_marker(&self) -> bool {
         self.size == 0.0
     }
 }
 
-/// `[feeding]`: food that is scattered over all objects, and what becomes of those who have eaten.
+/// `[feeding]`: food that is scattered over all objects, and the behaviour of particles that have eaten.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FeedingSettings {
     /// How many foods are scattered besides those that have a `[[food]]` of their own.
@@ -69,7 +69,7 @@ pub struct FeedingSettings {
     pub fed_steps: u32,
     /// How many particles a fed one counts as where it deposits.
     pub fed_deposit: u32,
-    /// What share of an attraction of food and markers a fed particle feels.
+    /// Factor of fed particles on attraction by food and markers.
     pub fed_attraction: f32,
 }
 

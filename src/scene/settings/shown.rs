@@ -1,4 +1,4 @@
-//! What pictures can show: one row for each view, with all that the program says of it. How it is drawn is in `src/render/renderer/`.
+//! The views of pictures: one row for each, with all of its texts. `src/render/renderer/` draws them.
 
 use super::Settings;
 use crate::choice::choice;
@@ -23,7 +23,7 @@ pub enum Part {
     Flat,
 }
 
-/// What the panel says about the colours of a view.
+/// The panel's legend for the colours of a view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Legend {
     /// Nothing.
@@ -45,7 +45,7 @@ pub enum Legend {
 struct View {
     /// As buttons call it.
     title: &'static str,
-    /// What it shows, in a line.
+    /// A one-line description.
     help: &'static str,
     /// Its key in the window, and what the list of keys says about it.
     key: Option<(&'static str, &'static str)>,
@@ -57,7 +57,7 @@ struct View {
 macro_rules! views {
     ($($(#[$doc:meta])* $show:ident = $word:literal: $view:expr,)+) => {
         choice! {
-            /// What pictures show.
+            /// The view of pictures.
             Show {
                 $($(#[$doc])* $show = $word,)+
             }
@@ -102,7 +102,7 @@ views! {
         has: &[Points, Charts],
         legend: Legend::None,
     },
-    /// The same in the hue of its heading.
+    /// Every particle as a point in the hue of its heading.
     Headings = "headings": View {
         title: "Headings",
         help: "every particle in the hue of its heading: right red, up green, left blue, down violet",
@@ -153,7 +153,7 @@ views! {
             ([0.6, 0.13, 0.02], "inside of it"),
         ]),
     },
-    /// Which other object is nearest.
+    /// The nearest other object.
     Nearest = "nearest": View {
         title: "Nearest",
         help: "the colour of the nearest other object; each object's own, dark, beyond reach",
@@ -200,13 +200,13 @@ impl Show {
         self.view().has.contains(&part)
     }
 
-    /// What the panel says about its colours.
+    /// The panel's legend for its colours.
     #[must_use]
     pub fn legend(self) -> Legend {
         self.view().legend
     }
 
-    /// What a scene would need for it to have something to show; `None` where it has.
+    /// What a scene lacks for this view; `None` if it lacks nothing.
     #[must_use]
     pub fn why_not(self, settings: &Settings) -> Option<&'static str> {
         (self.has(Distances) && settings.objects.len() < 2)

@@ -1,4 +1,4 @@
-//! Where particles begin: what a scene says, and what one object says over it.
+//! Start places of particles: a scene's settings, and an object's own that override them.
 
 use serde::Serialize;
 

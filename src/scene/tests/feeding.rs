@@ -72,7 +72,7 @@ fn the_only_object_gets_the_food_that_names_none() {
 }
 
 #[test]
-fn wrong_food_is_told() {
+fn wrong_food_is_refused() {
     for (text, words) in [
         (
             "[[food]]\nradius = 0\n",

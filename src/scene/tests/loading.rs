@@ -8,7 +8,7 @@ use crate::scene::settings::{ObjectSettings, Settings};
 use crate::scene::{Overrides, Scene, builtin, name_objects};
 
 #[test]
-fn changes_that_restart_are_told_from_those_that_do_not() {
+fn changes_that_restart_differ_from_those_that_do_not() {
     let old = Settings::default();
     let keys = |change: fn(&mut Settings)| {
         let mut new = old.clone();
@@ -124,7 +124,7 @@ fn overrides_come_in_order() {
         "the preset was applied"
     );
     assert_eq!(settings.seed, 9);
-    // Nobody knows which is meant.
+    // Two values of one key: which one is meant is unknown.
     overrides.set.push("seed=1".to_owned());
     let message = Scene::read(Path::new("torus"), &overrides)
         .expect_err("it is set twice")
@@ -273,7 +273,7 @@ fn many_objects_get_the_names_that_few_do() {
 }
 
 #[test]
-fn what_cannot_follow_its_model_is_told_by_its_place() {
+fn objects_that_cannot_follow_their_model_are_named_by_place() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("two.toml");
     let object = |more: &str| format!("[[object]]\nmesh = \"builtin:cube\"\n{more}\n");
@@ -330,7 +330,7 @@ fn more_triangles_than_the_atlas_has_room_for_are_refused_before_they_are_made()
     load(16, &["builtin:icosphere"]).expect("few triangles are left to the atlas");
 }
 
-/// As above, for files: the header of a binary STL file tells the count, and other files are refused as soon as they are read.
+/// As above, for files: the header of a binary STL file has the count, and other files are refused as soon as they are read.
 #[test]
 fn a_file_of_more_triangles_than_the_atlas_has_room_for_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -356,7 +356,7 @@ fn a_file_of_more_triangles_than_the_atlas_has_room_for_is_refused() {
 
 /// Catches rods and needles that are taken, and on which particles lose their headings after some steps.
 #[test]
-fn rods_thinner_than_directions_can_be_told_are_refused() {
+fn rods_too_thin_for_directions_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("rod.obj");
     let load = |length: f64, width: f64| {

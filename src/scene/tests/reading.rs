@@ -165,7 +165,7 @@ fn defaults_are_in_range_and_documented() {
     }
 }
 
-/// Who touches a slider would lose a value that is beyond its ends, and could not drag it back.
+/// Touching a slider would lose a value that is beyond its ends, and it could not be dragged back.
 #[test]
 fn sliders_have_what_presets_say() {
     for preset in PRESETS {
@@ -176,8 +176,8 @@ fn sliders_have_what_presets_say() {
             if let Kind::Number(number) = &parameter.kind {
                 let value = (number.get)(&settings);
                 let (low, high) = number.slider;
-                let told = format!("{}: {} = {value}", preset.name, parameter.key);
-                assert!(low <= value && value <= high, "{told}");
+                let setting = format!("{}: {} = {value}", preset.name, parameter.key);
+                assert!(low <= value && value <= high, "{setting}");
             }
         }
     }
@@ -484,7 +484,7 @@ fn nothing_that_can_be_typed_panics() {
 /// Catches a suggestion that is looked for among all keys for a word of any length, and texts of problems that are not shown: the
 /// first took 16 s, the second 20 s.
 #[test]
-fn what_is_wrong_a_hundred_thousand_times_is_told_at_once() {
+fn a_hundred_thousand_mistakes_are_reported_together() {
     let long = format!("{0} = 1\n[b{0}]\nx = 1\n", "a".repeat(1_000_000));
     let many = |key: fn(usize) -> String| (0..100_000).map(key).collect::<String>();
     let unknown = many(|i| format!("physarum_speeed_{i} = 1\n"));

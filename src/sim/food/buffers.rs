@@ -4,26 +4,26 @@ use std::sync::Arc;
 
 use glam::UVec2;
 
-use super::{Pantry, scent_of};
+use super::{FoodSet, scent_of};
 use crate::gpu::{Buffer, Context, DispatchGroups, GpuError};
 use crate::sim::buffers::{self, Counts};
 use crate::sim::texture::Texture;
 use crate::sim::types::{Mark, Meal};
 
-/// What kernels read and write about food and markers.
+/// Buffers of food and markers.
 pub struct FoodBuffers {
-    /// One a food or marker: what is left of it.
+    /// One per food or marker: what is left of it.
     pub meals: Buffer<Meal>,
-    /// Where they are drawn.
+    /// Their marks in pictures.
     pub marks: Buffer<Mark>,
-    /// One a texel, gutters filled: trail units that sensors read more.
+    /// One per texel, gutters filled: trail units that sensors read more.
     pub scent: Texture<f32>,
-    /// One a texel, gutters filled: the food that is eaten there, counted from 1, or 0.
+    /// One per texel, gutters filled: the food that is eaten there, counted from 1, or 0.
     pub plates: Texture<u32>,
-    /// As [`Pantry::scented`].
+    /// As [`FoodSet::scented`].
     pub scented: Buffer<UVec2>,
-    /// As [`Pantry::whiffs`].
-    pub whiffs: Buffer<UVec2>,
+    /// As [`FoodSet::falloffs`].
+    pub falloffs: Buffer<UVec2>,
     /// The groups of the dispatch that sums smells up anew.
     pub groups: Buffer<DispatchGroups>,
     /// How many foods and markers.
@@ -35,28 +35,31 @@ impl FoodBuffers {
     ///
     /// # Errors
     /// No memory.
-    pub fn new(ctx: &Arc<Context>, pantry: &Pantry, meals: &[Meal]) -> Result<Self, GpuError> {
-        let field = scent_of(pantry, meals);
+    pub fn new(ctx: &Arc<Context>, food_set: &FoodSet, meals: &[Meal]) -> Result<Self, GpuError> {
+        let field = scent_of(food_set, meals);
         let counts = &Counts {
             foods: meals.len() as u64,
-            texels: pantry.plates.len() as u64,
-            scents: (pantry.scented.len() as u64, pantry.whiffs.len() as u64),
+            texels: food_set.plates.len() as u64,
+            scents: (
+                food_set.scented.len() as u64,
+                food_set.falloffs.len() as u64,
+            ),
             ..Counts::default()
         };
         let scent = buffers::SCENT.of(ctx, counts, &field)?;
-        let plates = buffers::PLATES.of(ctx, counts, &pantry.plates)?;
+        let plates = buffers::PLATES.of(ctx, counts, &food_set.plates)?;
         // Markers without a radius reach nothing.
-        let whiffs: &[UVec2] = match &pantry.whiffs[..] {
+        let falloffs: &[UVec2] = match &food_set.falloffs[..] {
             [] => &[UVec2::ZERO],
-            whiffs => whiffs,
+            falloffs => falloffs,
         };
         Ok(Self {
             meals: buffers::MEALS.of(ctx, counts, meals)?,
-            marks: buffers::MARKS.of(ctx, counts, &pantry.marks)?,
+            marks: buffers::MARKS.of(ctx, counts, &food_set.marks)?,
             scent: Texture::new(ctx, scent)?,
             plates: Texture::new(ctx, plates)?,
-            scented: buffers::SCENTED.of(ctx, counts, &pantry.scented)?,
-            whiffs: buffers::WHIFFS.of(ctx, counts, whiffs)?,
+            scented: buffers::SCENTED.of(ctx, counts, &food_set.scented)?,
+            falloffs: buffers::FALLOFFS.of(ctx, counts, falloffs)?,
             groups: buffers::SCENT_GROUPS.zeroed(ctx, counts)?,
             food_count: meals.len() as u32,
         })

@@ -93,7 +93,7 @@ fn food_lies_where_its_object_is_nearest() {
     scaled.objects[1].scale = 0.5;
     scaled.objects[1].rotation = [90.0, 0.0, 0.0];
     let setup = setup(&scaled).unwrap();
-    let mark = setup.pantry.marks[0];
+    let mark = setup.food_set.marks[0];
     assert_eq!(mark.object, 1);
     assert!(mark.position.distance(glam::Vec3::new(0.0, 0.5, 0.0)) < 0.02);
     assert!(mark.normal.y > 0.9 && mark.is_food == 1);
@@ -104,7 +104,7 @@ fn food_lies_where_its_object_is_nearest() {
 fn plates_are_of_the_nearest_food() {
     let near = [0.98, 0.2, 0.0];
     let setup = setup(&settings(&["ball"], &[("ball", X, 0), ("ball", near, 0)])).unwrap();
-    let Pantry { plates, places, .. } = &setup.pantry;
+    let FoodSet { plates, places, .. } = &setup.food_set;
     let distances = places
         .iter()
         .map(|place| SurfaceDistance::new(&setup.surface, &[place.point], 1.0));
@@ -148,12 +148,12 @@ fn food_that_moves_keeps_what_is_left() {
         )
         .unwrap();
         let control = Control::default();
-        let pantry = Pantry::new(surface, atlas, places, None, &control).unwrap();
-        pantry.kept(&before.pantry, &[10, 20])
+        let food_set = FoodSet::new(surface, atlas, places, None, &control).unwrap();
+        food_set.kept(&before.food_set, &[10, 20])
     };
     assert_eq!(kept(&[("ball", z, 50), foods[1]]), [10, 20]);
     assert_eq!(kept(&[foods[0], ("ball", z, 60)]), [10, 20]);
-    // Other food has come, or several have gone: nobody knows who moved.
+    // Other food was added, or several were removed: it is unknown which one moved.
     assert_eq!(kept(&[("ball", z, 51), foods[1]]), [51, 20]);
     assert_eq!(
         kept(&[("ball", z, 50), ("ball", [0.0, 0.0, -1.0], 60)]),
@@ -178,15 +178,21 @@ fn what_stays_is_not_measured_again_and_keeps_what_is_left() {
     let places = places(&after, &before.surface, &before.origins, before.radius).unwrap();
     let control = Control::default();
     let (surface, atlas) = (&before.surface, &before.atlas);
-    let pantry = Pantry::new(surface, atlas, places, Some(&before.pantry), &control).unwrap();
-    assert!(Arc::ptr_eq(&pantry.reached[0], &before.pantry.reached[1]));
-    assert!(Arc::ptr_eq(&pantry.reached[2], &before.pantry.reached[0]));
+    let food_set = FoodSet::new(surface, atlas, places, Some(&before.food_set), &control).unwrap();
+    assert!(Arc::ptr_eq(
+        &food_set.reached[0],
+        &before.food_set.reached[1]
+    ));
+    assert!(Arc::ptr_eq(
+        &food_set.reached[2],
+        &before.food_set.reached[0]
+    ));
     // One of another amount is another food.
-    assert_eq!(pantry.kept(&before.pantry, &[10, 20]), [20, 7, 51]);
-    // It is the same as if all were measured.
-    let anew = Pantry::new(surface, atlas, pantry.places.clone(), None, &control).unwrap();
-    assert!(anew.scented == pantry.scented && anew.whiffs == pantry.whiffs);
-    assert!(anew.plates == pantry.plates);
+    assert_eq!(food_set.kept(&before.food_set, &[10, 20]), [20, 7, 51]);
+    // The result equals that of measuring all of them.
+    let anew = FoodSet::new(surface, atlas, food_set.places.clone(), None, &control).unwrap();
+    assert!(anew.scented == food_set.scented && anew.falloffs == food_set.falloffs);
+    assert!(anew.plates == food_set.plates);
 }
 
 /// Objects come and go: the food of those that stay is what was left of it.
@@ -212,9 +218,9 @@ fn food_is_carried_over_with_its_object() {
     goes_on.snapshot().validate(goes_on.setup()).unwrap();
 }
 
-/// Food that takes long tells of itself, and ends when it is asked to.
+/// Measuring distances to food reports its progress, and ends when it is cancelled.
 #[test]
-fn measuring_is_told_and_can_be_stopped() {
+fn measuring_reports_progress_and_can_be_cancelled() {
     let scene = settings(
         &["ball"],
         &[("ball", X, 0), ("ball", Y, 0), ("ball", [0.0, 0.0, 1.0], 0)],
@@ -223,15 +229,15 @@ fn measuring_is_told_and_can_be_stopped() {
     let Setup {
         surface,
         atlas,
-        pantry,
+        food_set,
         ..
     } = &setup;
     let run = |stop_at: f32| {
-        let told = Mutex::new(Vec::new());
+        let shares = Mutex::new(Vec::new());
         let stop = AtomicBool::new(false);
         let progress = |doing: &'static str, share: f32| {
             assert_eq!(doing, MEASURING);
-            told.lock().unwrap().push(share);
+            shares.lock().unwrap().push(share);
             if share >= stop_at {
                 stop.store(true, Ordering::Relaxed);
             }
@@ -241,16 +247,16 @@ fn measuring_is_told_and_can_be_stopped() {
             cancelled: Some(&stop),
             cache: None,
         };
-        let found = Pantry::new(surface, atlas, pantry.places.clone(), None, &control);
-        (found, told.into_inner().unwrap())
+        let found = FoodSet::new(surface, atlas, food_set.places.clone(), None, &control);
+        (found, shares.into_inner().unwrap())
     };
-    let (found, told) = run(2.0);
-    assert!(found.unwrap().plates == pantry.plates);
+    let (found, shares) = run(2.0);
+    assert!(found.unwrap().plates == food_set.plates);
     assert!(
-        told.iter().all(|share| (0.0..=1.001).contains(share)),
-        "{told:?}"
+        shares.iter().all(|share| (0.0..=1.001).contains(share)),
+        "{shares:?}"
     );
-    assert!(told.iter().any(|share| *share > 0.999), "{told:?}");
+    assert!(shares.iter().any(|share| *share > 0.999), "{shares:?}");
     for stop_at in [0.0, 0.3, 0.9] {
         let (found, _) = run(stop_at);
         let error = found.map(|_| ()).unwrap_err();

@@ -1,4 +1,4 @@
-//! What is too large is refused in the words of the scene file, with what fits.
+//! Scenes that are too large are refused in terms of the scene file, with sizes that fit.
 
 use super::*;
 use crate::gpu::DeviceKind;
@@ -121,7 +121,7 @@ fn on_a_card_particles_are_limited_by_the_lists_of_them() {
     assert!(message.contains(part), "{message}");
 }
 
-/// Several objects may have nearly the texture that one has: samples are blocks of 16 bytes a texel.
+/// Several objects may have nearly the texture that one has: samples are blocks of 16 bytes per texel.
 #[test]
 fn on_a_card_several_objects_have_as_large_a_texture_as_one() {
     let card = DeviceInfo {
@@ -134,7 +134,7 @@ fn on_a_card_several_objects_have_as_large_a_texture_as_one() {
     settings.objects = vec![settings.objects[0].clone(); 3];
     assert_eq!(largest_atlas(&card), 16_384);
     assert_eq!(largest_atlas_of(&card, &settings), 16_379);
-    // What draws goes through views.
+    // The method `raster` reads through views.
     settings.distance.method = DistanceMethod::Raster;
     assert!(largest_atlas_of(&card, &settings) < 11_600);
     assert_eq!(most_triangles(&card), (1 << 31) / STRIP);
@@ -201,7 +201,7 @@ fn everything_that_is_too_large_comes_at_once() {
 }
 
 #[test]
-fn seams_that_are_too_large_are_told_once_the_atlas_is_there() {
+fn seams_that_are_too_large_are_reported_once_the_atlas_exists() {
     let scene = scene("builtin:torus?major=24&minor=16", 100, 512);
     let setup = Setup::new(&scene).expect("it has room");
     let exchange = &setup.atlas.exchange;
@@ -239,7 +239,7 @@ fn pair(size: u32, method: DistanceMethod) -> Scene {
 }
 
 #[test]
-fn every_limit_on_distances_between_objects_is_told_by_its_name() {
+fn every_limit_on_distances_between_objects_is_named() {
     let bvh = DistanceMethod::Bvh;
     let blocks = device(1 << 20);
     let elements = DeviceInfo {
@@ -307,7 +307,7 @@ fn every_limit_on_distances_between_objects_is_told_by_its_name() {
 }
 
 #[test]
-fn more_vertices_or_normals_than_a_buffer_holds_are_told() {
+fn more_vertices_or_normals_than_a_buffer_holds_are_reported() {
     let mut scene = pair(64, DistanceMethod::Bvh);
     let vertex = scene.surface.positions[0];
     scene.surface.positions.resize(5000, vertex);

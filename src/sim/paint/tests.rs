@@ -1,4 +1,4 @@
-//! What dabs list, on shapes whose areas are known.
+//! Texels of dabs, on shapes whose areas are known.
 
 use super::*;
 use crate::scene::Scene;

@@ -1,4 +1,4 @@
-//! What the method `raster` draws from and into, on the device.
+//! Inputs and targets of the method `raster`, on the device.
 
 use std::sync::Arc;
 
@@ -19,9 +19,9 @@ pub fn raster_options() -> RasterOptions {
     }
 }
 
-/// What is drawn and what is drawn into, on the device.
+/// Inputs and targets of the draws, on the device.
 pub struct Raster {
-    /// Of the triangles that own texels; two words each.
+    /// Outlines of the triangles that own texels; two words each.
     pub outlines: Texels<u32>,
     /// A ball round each triangle.
     pub bounds: Texels<u32>,
@@ -35,7 +35,7 @@ pub struct Raster {
     pub depth: Image,
     /// The target, as kernels read it.
     pub winners: Buffer<u32>,
-    /// Which outlines are whose.
+    /// The outlines of each object.
     pub ranges: RasterRanges,
 }
 

@@ -18,7 +18,7 @@ pub struct KernelAlone {
 }
 
 impl KernelAlone {
-    /// Which distances the step takes, and what is known from the one before.
+    /// The step's update of distances.
     #[must_use]
     pub fn distances(&self) -> &DistanceUpdate {
         &self.distances

@@ -9,7 +9,7 @@ use crate::gpu::Recorder;
 
 /// A state on its way to the host.
 pub struct SnapshotCopy {
-    /// What the host has of it.
+    /// The parts on the host.
     host: Snapshot,
     parts: Copies,
     /// None before the first were taken.
@@ -47,7 +47,7 @@ impl SnapshotCopy {
                 .is_none_or(|(signed, nearest)| signed.is_there() && nearest.is_there())
     }
 
-    /// What has arrived, once [`is_there`](Self::is_there) has said so.
+    /// The copy, once [`is_there`](Self::is_there) has returned true.
     ///
     /// # Panics
     /// If it has not.

@@ -4,7 +4,7 @@ use std::sync::{Arc, Weak};
 
 use super::super::course::Course;
 use super::super::food::buffers::FoodBuffers;
-use super::super::food::{FoodPlace, Pantry, places, scent_of};
+use super::super::food::{FoodPlace, FoodSet, places, scent_of};
 use super::super::plan::Means;
 use super::super::setup::Setup;
 use super::super::snapshot::FoodState;
@@ -18,29 +18,29 @@ use crate::scene::settings::Settings;
 
 /// Food that takes the place of what there is.
 pub(super) struct Served {
-    pantry: Pantry,
+    food_set: FoodSet,
     buffers: Option<FoodBuffers>,
     /// As the buffers have them.
     meals: Vec<Meal>,
 }
 
 impl Served {
-    /// Of each there is so much.
-    fn new(ctx: &Arc<Context>, pantry: Pantry, left: &[u32]) -> Result<Self> {
-        let meals = pantry.meals(Some(left));
-        let buffers = (!pantry.is_empty())
-            .then(|| FoodBuffers::new(ctx, &pantry, &meals))
+    /// The buffers of a food set, with `left` meals left of each food.
+    fn new(ctx: &Arc<Context>, food_set: FoodSet, left: &[u32]) -> Result<Self> {
+        let meals = food_set.meals(Some(left));
+        let buffers = (!food_set.is_empty())
+            .then(|| FoodBuffers::new(ctx, &food_set, &meals))
             .transpose()?;
         Ok(Self {
-            pantry,
+            food_set,
             buffers,
             meals,
         })
     }
 
-    /// It was eaten of while this was made.
+    /// Updates the meals left, because food was eaten meanwhile.
     fn keep(&mut self, ctx: &Context, left: &[u32]) -> Result<()> {
-        let meals = self.pantry.meals(Some(left));
+        let meals = self.food_set.meals(Some(left));
         if let Some(buffers) = self.buffers.as_ref().filter(|_| meals != self.meals) {
             let scents = |meals: &[Meal]| -> Vec<u32> {
                 meals.iter().map(|meal| meal.scent.to_bits()).collect()
@@ -48,7 +48,7 @@ impl Served {
             let smells_as_before = scents(&meals) == scents(&self.meals);
             ctx.upload(&buffers.meals, &meals)?;
             if !smells_as_before {
-                ctx.upload(&buffers.scent, &scent_of(&self.pantry, &meals))?;
+                ctx.upload(&buffers.scent, &scent_of(&self.food_set, &meals))?;
             }
         }
         self.meals = meals;
@@ -63,13 +63,13 @@ pub struct FoodOrder {
     /// With the settings that ask for it.
     course: Course,
     means: Means,
-    /// What is left of the food that there is.
+    /// Meals left of the present food.
     remaining: Vec<u32>,
 }
 
 /// Other food, measured; [`Simulation::apply_with_food`] lets it be there.
 pub struct PreparedFood {
-    /// What it was ordered by.
+    /// The settings that it was ordered with.
     settings: Settings,
     /// None where all lies as it did.
     served: Option<Served>,
@@ -87,16 +87,16 @@ impl FoodOrder {
         let Course {
             setup, settings, ..
         } = &self.course;
-        let pantry = measured(setup, settings, control)?;
+        let food_set = measured(setup, settings, control)?;
         let ctx = self.ctx.upgrade().filter(|ctx| !ctx.is_lost());
         let ctx = ctx.ok_or_else(|| GpuError::DeviceLost {
             call: "preparing food",
             last: "food was being measured without it".to_owned(),
         })?;
-        let served = pantry
-            .map(|pantry| {
-                let left = pantry.kept(&setup.pantry, &self.remaining);
-                Served::new(&ctx, pantry, &left)
+        let served = food_set
+            .map(|food_set| {
+                let left = food_set.kept(&setup.food_set, &self.remaining);
+                Served::new(&ctx, food_set, &left)
             })
             .transpose()?;
         // The first food has kernels of its own: the device keeps them until they are asked for.
@@ -106,7 +106,7 @@ impl FoodOrder {
             &self.course.of_every_kernel(settings, self.means),
         )?;
         Ok(PreparedFood {
-            before: setup.pantry.places.clone(),
+            before: setup.food_set.places.clone(),
             settings: settings.clone(),
             served,
         })
@@ -114,7 +114,7 @@ impl FoodOrder {
 }
 
 impl PreparedFood {
-    /// Is it what these settings ask for?
+    /// Is it the food of these settings?
     #[must_use]
     pub fn is_of(&self, settings: &Settings) -> bool {
         has_same_food(&self.settings, settings)
@@ -126,8 +126,8 @@ impl PreparedFood {
         settings.feeding = self.settings.feeding.clone();
     }
 
-    /// Is it also what is to come after what there is?
-    fn is_for(&self, settings: &Settings, there: &Pantry) -> bool {
+    /// Is it also based on the present food?
+    fn is_for(&self, settings: &Settings, there: &FoodSet) -> bool {
         self.is_of(settings) && (self.served.is_some() || self.before == there.places)
     }
 }
@@ -138,17 +138,17 @@ fn has_same_food(a: &Settings, b: &Settings) -> bool {
 }
 
 /// The food of changed settings; none where it lies as it did.
-fn measured(setup: &Setup, settings: &Settings, control: &Control<'_>) -> Result<Option<Pantry>> {
+fn measured(setup: &Setup, settings: &Settings, control: &Control<'_>) -> Result<Option<FoodSet>> {
     if let [problem, ..] = &foods::problems(settings)[..] {
         return Err(Error::Invalid(problem.clone()));
     }
     let places = places(settings, &setup.surface, &setup.origins, setup.radius)?;
-    if places == setup.pantry.places {
+    if places == setup.food_set.places {
         return Ok(None);
     }
-    let (surface, before) = (&setup.surface, Some(&setup.pantry));
-    let pantry = Pantry::new(surface, &setup.atlas, places, before, control)?;
-    Ok(Some(pantry))
+    let (surface, before) = (&setup.surface, Some(&setup.food_set));
+    let food_set = FoodSet::new(surface, &setup.atlas, places, before, control)?;
+    Ok(Some(food_set))
 }
 
 impl Simulation {
@@ -175,38 +175,40 @@ impl Simulation {
             return Ok(None);
         }
         let mut served = match prepared {
-            Some(food) if food.is_for(settings, &self.setup().pantry) => food.served.take(),
+            Some(food) if food.is_for(settings, &self.setup().food_set) => food.served.take(),
             _ => measured(self.setup(), settings, &Control::default())?
-                .map(|pantry| {
-                    let left = pantry.kept(&self.setup().pantry, &self.remaining()?);
-                    Served::new(&self.ctx, pantry, &left)
+                .map(|food_set| {
+                    let left = food_set.kept(&self.setup().food_set, &self.remaining()?);
+                    Served::new(&self.ctx, food_set, &left)
                 })
                 .transpose()?,
         };
         if let Some(served) = &mut served {
-            let left = served.pantry.kept(&self.setup().pantry, &self.remaining()?);
+            let left = served
+                .food_set
+                .kept(&self.setup().food_set, &self.remaining()?);
             served.keep(&self.ctx, &left)?;
         }
         Ok(served)
     }
 
-    /// Lets it be there from the next step on.
+    /// Puts the food into effect from the next step on.
     pub(super) fn serve(&mut self, served: Served) {
-        // Others who look at the setup keep the one that they have.
-        Arc::make_mut(&mut self.course.setup).pantry = served.pantry;
+        // Other owners of the setup keep theirs.
+        Arc::make_mut(&mut self.course.setup).food_set = served.food_set;
         self.state.food = served.buffers;
     }
 
     /// The food of a snapshot.
     pub(super) fn restored_food(&self, food: &FoodState) -> Result<Option<FoodBuffers>> {
-        let pantry = &self.setup().pantry;
-        let meals = pantry.meals(Some(&food.remaining));
-        let buffers = (!pantry.is_empty()).then(|| FoodBuffers::new(&self.ctx, pantry, &meals));
+        let food_set = &self.setup().food_set;
+        let meals = food_set.meals(Some(&food.remaining));
+        let buffers = (!food_set.is_empty()).then(|| FoodBuffers::new(&self.ctx, food_set, &meals));
         Ok(buffers.transpose()?)
     }
 
-    /// What is left of each food, counted in meals, copied to the host like [`snapshot`](Self::snapshot); of markers and of
-    /// food without an amount always 1.
+    /// Meals left of each food, copied to the host like [`snapshot`](Self::snapshot); always 1 for markers and for
+    /// food without an amount.
     ///
     /// # Errors
     /// When the device is lost or its memory is full.
@@ -218,9 +220,9 @@ impl Simulation {
         Ok(meals.iter().map(|meal| meal.remaining).collect())
     }
 
-    /// Where the foods and markers lie, first those that the settings name.
+    /// The places of foods and markers, first those that the settings name.
     #[must_use]
     pub fn food_places(&self) -> &[FoodPlace] {
-        &self.setup().pantry.places
+        &self.setup().food_set.places
     }
 }

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use crate::gpu::{Context, GpuError, Interface, Pipeline, Tables};
-use crate::sim::kernels::{ExchangeSeams, ExchangeSeamsConstants, Paint, PaintConstants, Summon};
+use crate::sim::kernels::{ExchangeSeams, ExchangeSeamsConstants, Paint, PaintConstants, Teleport};
 use crate::sim::texel_paths::TexelPaths;
 
 /// Made when something is painted.
 pub(super) struct Painter {
     pub(super) paint: Pipeline<Paint>,
-    pub(super) summon: Pipeline<Summon>,
+    pub(super) teleport: Pipeline<Teleport>,
     pub(super) exchange_seams: Pipeline<ExchangeSeams>,
 }
 
@@ -23,7 +23,7 @@ impl Painter {
         let seams = ExchangeSeamsConstants { paths };
         Ok(Self {
             paint: Pipeline::new(ctx, &constants)?,
-            summon: Pipeline::over(ctx, &(), Summon::NAME, tables)?,
+            teleport: Pipeline::over(ctx, &(), Teleport::NAME, tables)?,
             exchange_seams: Pipeline::new(ctx, &seams)?,
         })
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::UVec2;
 
 use super::super::kernels::{
-    ExchangeSeamsArgs, ExchangeSeamsParams, PaintArgs, PaintParams, SummonArgs,
+    ExchangeSeamsArgs, ExchangeSeamsParams, PaintArgs, PaintParams, TeleportArgs,
 };
 use super::super::paint::{
     Brush, Dab, DabTexel, GREATEST, MOST_TEXELS, NO_GO, NO_GO_BELOW, Painted, Places, Repainted,
@@ -19,7 +19,7 @@ use super::{Simulation, pipelines_of, tables_of};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Domain, Recorder, Threads};
 
-/// What attracted, repelled or forbade at some time; at first nothing did.
+/// The bias at an earlier time; empty at first.
 #[derive(Default)]
 pub struct Areas {
     /// None where nothing had been painted.
@@ -91,7 +91,7 @@ impl Simulation {
                 self.paint_field(rec, &entries, bias, params);
             }
         }
-        self.summon(rec, dab, &texels)?;
+        self.teleport(rec, dab, &texels)?;
         Ok(painted)
     }
 
@@ -171,7 +171,7 @@ impl Simulation {
     }
 
     /// Takes particles there, if that is what the brush does.
-    fn summon(&self, rec: &mut Recorder, dab: &Dab, texels: &[DabTexel]) -> Result<()> {
+    fn teleport(&self, rec: &mut Recorder, dab: &Dab, texels: &[DabTexel]) -> Result<()> {
         let (Some(painter), Some(params)) = (&self.painter, dab.of_particles(self.settings()))
         else {
             return Ok(());
@@ -185,9 +185,9 @@ impl Simulation {
         place_ranges.as_mut_slice().copy_from_slice(&ranges);
         let state = &self.state;
         rec.dispatch(
-            &painter.summon,
+            &painter.teleport,
             Threads(params.particle_count),
-            SummonArgs {
+            TeleportArgs {
                 places: &place_list,
                 place_ranges: &place_ranges,
                 triangles: &state.surface.triangles,
@@ -221,7 +221,7 @@ impl Simulation {
         Ok(Areas { field: Some(copy) })
     }
 
-    /// What is no longer as it was, among the texels of a span. All that was recorded must have been submitted; waits for
+    /// The texels of a span whose bias has changed since `before`. All that was recorded must have been submitted; waits for
     /// it.
     ///
     /// # Errors
@@ -304,7 +304,7 @@ impl Simulation {
         self.paint_field(rec, &values, field, params);
     }
 
-    /// What attracts, repels and forbids now: one a texel, gutters filled; empty where nothing was ever painted. Waits for
+    /// The present bias: one value per texel, gutters filled; empty if nothing was ever painted. Waits for
     /// all that was submitted.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! What must hold of a state, wherever it comes from.
+//! Invariants that every state must satisfy.
 
 use super::super::distance::KeptPair;
 use super::super::kept::check_lengths;

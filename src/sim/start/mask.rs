@@ -35,7 +35,7 @@ impl Mask {
         Ok(Self::of_picture(path, picture))
     }
 
-    /// The same of a PNG that is in memory; `path` is its name in messages.
+    /// As [`open`](Self::open), for a PNG in memory; `path` is its name in messages.
     ///
     /// # Errors
     /// When it is no picture, or it has more pixels than masks for an atlas of this size may have.
@@ -247,7 +247,7 @@ mod tests {
                     ((at.x.max(0.0) as u32 / 8 + at.y.max(0.0) as u32 / 8) % 3) as usize
                 };
                 counts[patch(Vec2::ZERO)] += 1.0;
-                // Cells are a pixel large: nobody is farther in the dark.
+                // Cells are a pixel large: no particle is farther in the dark.
                 let near =
                     [-1.0, 0.0, 1.0].map(|x| [-1.0, 0.0, 1.0].map(|y| patch(Vec2::new(x, y))));
                 strays += u32::from(near.as_flattened().iter().all(|&k| k == 0));

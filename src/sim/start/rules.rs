@@ -45,7 +45,7 @@ impl Masks {
 }
 
 impl Starts {
-    /// What a scene's settings say.
+    /// The rules of a scene's settings.
     ///
     /// # Errors
     /// When a mask is black wherever particles could begin.

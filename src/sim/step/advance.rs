@@ -30,11 +30,11 @@ use crate::strict::{logarithm, root, settled, turn_of};
 pub enum Form {
     /// Every particle, or every one that no other form takes.
     All,
-    /// Those whose sensors must walk.
+    /// Particles whose sensors must walk.
     Walking,
-    /// Those that may be near other objects.
+    /// Particles that may be near other objects.
     Nearby,
-    /// Those of which both are true.
+    /// Particles for which both hold.
     WalkingNearby,
 }
 
@@ -47,15 +47,15 @@ const SENSORS_WALK: u32 = 0;
 const SENSORS_STRAIGHT: u32 = 1;
 /// The sensors of those walk.
 const SENSORS_WALK_LISTED: u32 = 2;
-/// Those of particles that were listed because they are near other objects go straight ahead.
+/// Sensors of particles that were listed because they are near other objects go straight ahead.
 const SENSORS_STRAIGHT_LISTED: u32 = 3;
-/// Those of particles that were listed for both walk.
+/// Sensors of particles that were listed for both walk.
 const SENSORS_WALK_NEAR: u32 = 4;
 
 /// Groups that every device takes along one axis of a dispatch.
 const GROUPS_A_ROW: u32 = 65_535;
 
-/// Which optional terms of the model some object uses.
+/// The optional terms of the model that some object uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Terms {
     /// Sensors read with noise.
@@ -71,7 +71,7 @@ pub struct Terms {
 }
 
 impl Plan<'_> {
-    /// Those of the scene's objects.
+    /// The terms that the scene's objects use.
     #[must_use]
     pub fn terms(&self) -> Terms {
         let settings = self.settings;
@@ -89,7 +89,7 @@ impl Plan<'_> {
         }
     }
 
-    /// Do sensors read straight ahead in the atlas? Heights are those of triangles, and only a walk knows at which one it ends.
+    /// Do sensors read straight ahead in the atlas? Gravity needs the triangle at the end, and only a walk finds it.
     fn reads_straight(&self, terms: Terms) -> bool {
         self.settings.physarum.sensing == Sensing::Auto && !terms.gravity
     }
@@ -167,9 +167,9 @@ impl Plan<'_> {
     }
 }
 
-/// What the forms for listed particles share. Each writes the particles and motions of its own list, and the places of
-/// `particle_indices` that an atomic addition gives it; deposits, the flow and meals they change by atomic additions. The lists of
-/// walkers they only read: the first form writes them, by the same shader.
+/// Buffers that the forms for listed particles share. Each form writes the particles and motions of its own list, and the entries of
+/// `particle_indices` that an atomic addition gives it. It changes deposits, the flow and meals by atomic additions. The lists of
+/// walkers it only reads: the first form of the shader writes them.
 pub fn shared_by_forms(s: &State) -> Vec<&dyn AnyBuffer> {
     let mut shared: Vec<&dyn AnyBuffer> = vec![
         &s.particles,
@@ -216,7 +216,7 @@ impl StepKernel for Advance {
             walkers: &s.walkers.slots.texels,
             walkers_near: &s.walkers.near.texels,
             walker_count: &s.walkers.count,
-            // Those that were listed list no others: no dispatch may write the groups that it runs in.
+            // The forms for listed particles list no others: no dispatch may write its own groups.
             walker_groups: match call.on {
                 Form::All => Some(&s.walkers.groups),
                 _ => None,
@@ -251,7 +251,7 @@ impl StepKernel for Advance {
                 across_triangles: &a.across_triangles,
                 bias: &a.bias,
                 scent: &a.scent,
-                plates: &setup.pantry.plates,
+                plates: &setup.food_set.plates,
             },
             Selection {
                 flow: &mut a.transfers.flow[0],
@@ -266,10 +266,10 @@ impl StepKernel for Advance {
     }
 }
 
-/// What rounding may make of a distance.
+/// Bound on the rounding of a distance.
 const ROUNDING: f32 = 1e-6;
 
-/// What `advance` reads.
+/// Inputs of `advance`.
 pub struct AdvanceInputs<'a> {
     /// Triangles, what lies behind their edges, and where they lie in the atlas.
     pub strips: &'a [StripTriangle],
@@ -277,19 +277,19 @@ pub struct AdvanceInputs<'a> {
     pub trail: &'a [f32],
     /// Last step's deposits.
     pub previous_deposits: &'a [u32],
-    /// Three vertex indices a triangle.
+    /// Three vertex indices per triangle.
     pub corners: &'a [u32],
     /// Object-space vertices.
     pub vertices: &'a [Vertex],
     /// World from object.
     pub poses: &'a [Pose],
-    /// What particles do on each object.
+    /// Parameters of particles on each object.
     pub physarums: &'a [Physarum],
     /// Signed distance to other objects, with filled gutters.
     pub distances: &'a [f32],
     /// Per texel: outlook and hue, and marks for places near other objects and covered by them.
     pub surroundings: &'a [u16],
-    /// Where covered texels go on on other objects.
+    /// For covered texels, places on other objects.
     pub across: &'a [u32],
     /// On which triangle that is.
     pub across_triangles: &'a [u32],
@@ -302,7 +302,7 @@ pub struct AdvanceInputs<'a> {
 }
 
 impl<'a> AdvanceInputs<'a> {
-    /// What particles find of the surface alone, with no trail and nothing else on it.
+    /// The inputs of a bare surface, without trail.
     #[must_use]
     pub fn of_surface(setup: &'a Setup, physarums: &'a [Physarum]) -> Self {
         Self {
@@ -334,13 +334,13 @@ impl AdvanceInputs<'_> {
     }
 }
 
-/// Where `advance` lists the particles that it selects, and counts.
+/// Lists and counters of selected particles.
 pub struct Selection<'a> {
     /// Counts what was selected.
     pub flow: &'a mut Flow,
     /// The selected ones.
     pub particle_indices: &'a mut [u32],
-    /// What there is to eat, and what was eaten of it.
+    /// Meals left, and meals eaten.
     pub meals: &'a mut [Meal],
     /// Particles that come in each of [`FORMS_OF_ADVANCE`], where there are several.
     pub forms: &'a mut [usize; 4],
@@ -388,16 +388,16 @@ pub fn advance(
     }
 }
 
-/// What one particle does in a step.
+/// The outcome of a step for one particle.
 struct Outcome {
     particle: Particle,
     motion: Motion,
-    /// Which of the forms it comes in, where there are several.
+    /// The form that processes it, if there are several.
     form: Option<usize>,
-    /// Where it deposits, and how much.
+    /// The texel where it deposits, and the amount.
     texel: usize,
     deposit: u32,
-    /// What it has eaten of.
+    /// The food that it has eaten of.
     meal: Option<usize>,
     is_selected: bool,
 }
@@ -554,7 +554,7 @@ fn advance_one(
     }
 }
 
-/// Where the sensors of a heading look: left, middle and right.
+/// Headings of the sensors: left, middle and right.
 fn around_heading(heading: [f32; 2], own: &Physarum) -> [[f32; 2]; 3] {
     [
         rotated(heading, own.sensor_cos, own.sensor_sin),
@@ -564,7 +564,7 @@ fn around_heading(heading: [f32; 2], own: &Physarum) -> [[f32; 2]; 3] {
 }
 
 /// Does a particle start at a mark, or does a sensor that goes straight ahead get to where another object covers the surface?
-/// Where sensors see no other objects, every particle does.
+/// If sensors see no other objects, this is true for every particle.
 fn is_near(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
@@ -599,7 +599,7 @@ fn fed_at(
     (fed, None)
 }
 
-/// Where sensors get to straight ahead in the atlas, in texels, if nothing of their chart is hidden on the way.
+/// Ends of sensors straight ahead in the atlas, in texels, if all paths are clear.
 #[must_use]
 pub fn straight_places(
     params: &AdvanceParams,
@@ -630,7 +630,7 @@ fn ahead_of(
     )
 }
 
-/// What a sensor reads at the end of its walk.
+/// The reading of a sensor at the end of its walk.
 fn sensed_by_walking(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
@@ -655,8 +655,8 @@ fn sensed_by_walking(
     )
 }
 
-/// What a sensor reads at a place, which only gravity asks the triangle of. From one that is itself covered, no other
-/// object is seen. The appetite is the share of what food and markers attract that the particle feels.
+/// The reading of a sensor at a place; only gravity uses the triangle. Particles at covered places see no other
+/// object. The appetite is the particle's factor on attraction by food and markers.
 fn sensed_at(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
@@ -711,7 +711,7 @@ fn sensed_at(
     value
 }
 
-/// What particles do on the object that this triangle belongs to.
+/// Parameters of particles on this triangle's object.
 fn physarum_on(constants: &AdvanceConstants, inputs: &AdvanceInputs, triangle: u32) -> Physarum {
     let own = if constants.own_physarum {
         inputs.strips[triangle as usize].shape.object

@@ -10,7 +10,7 @@ use crate::sim::state::State;
 use crate::sim::work::{Call, StepKernel};
 
 impl Plan<'_> {
-    /// The same for texels beside seams.
+    /// The diffusion of texels beside seams.
     #[must_use]
     pub fn diffuse_seams(&self, half: Half) -> Call<DiffuseSeams> {
         let rates = rate_of(self, half);

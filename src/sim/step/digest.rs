@@ -13,13 +13,13 @@ impl Plan<'_> {
     /// Takes away what was eaten.
     #[must_use]
     pub fn digest(&self) -> Call<Digest> {
-        let pantry = &self.setup.pantry;
+        let food_set = &self.setup.food_set;
         Call {
             on: (),
             constants: (),
             params: DigestParams {
-                food_count: pantry.places.len() as u32,
-                scented_count: pantry.scented_count(),
+                food_count: food_set.places.len() as u32,
+                scented_count: food_set.scented_count(),
                 scent_group: Scent::GROUP_SIZE,
             },
         }

@@ -81,10 +81,10 @@ impl StepKernel for Distance {
     }
 }
 
-/// Instead of a face that is near: all of a tile is beyond reach, outside.
+/// In place of a near face: all of the tile is beyond reach, outside.
 pub(super) const TILE_OUTSIDE: u32 = u32::MAX;
 
-/// Likewise, inside of a closed object.
+/// In place of a near face: all of the tile is beyond reach, inside of a closed object.
 pub(super) const TILE_INSIDE: u32 = u32::MAX - 1;
 
 /// Nothing is known.
@@ -93,12 +93,12 @@ pub(super) const TILE_UNKNOWN: u32 = u32::MAX - 2;
 /// A hint from here on, but for those above, is a part of the tile's candidates.
 pub(super) const LIST: u32 = 1 << 28;
 
-/// What the kernels of signed distance read.
+/// Inputs of the kernels of signed distance.
 #[derive(Clone, Copy)]
 pub struct DistanceInputs<'a> {
     /// Objects whose distances are taken.
     pub jobs: &'a [DistanceJob],
-    /// Which other objects each of them has within reach.
+    /// The other objects within reach of each of them.
     pub pairs: &'a [ObjectPair],
     /// Surface points under texels.
     pub samples: &'a [SurfaceSample],
@@ -106,18 +106,18 @@ pub struct DistanceInputs<'a> {
     pub tiles: &'a [SampleTile],
     /// Every triangle.
     pub faces: &'a [Face],
-    /// Of half-edges, then of vertices.
+    /// Normals of half-edges, then of vertices.
     pub pseudonormals: &'a [Vec4],
-    /// Three vertex indices a triangle.
+    /// Three vertex indices per triangle.
     pub corners: &'a [u32],
     /// Trees of faces.
     pub nodes: &'a [Node],
-    /// What each node is from afar.
+    /// The far field of each node.
     pub dipoles: &'a [Dipole],
 }
 
 impl<'a> DistanceInputs<'a> {
-    /// Those of a scene.
+    /// The inputs of a scene.
     #[must_use]
     pub fn of(setup: &'a Setup, jobs: &'a [DistanceJob], pairs: &'a [ObjectPair]) -> Self {
         let DistanceSetup {
@@ -139,7 +139,7 @@ impl<'a> DistanceInputs<'a> {
         }
     }
 
-    /// What an invocation of those kernels works on that have one a sample: its job and its sample; none where it has none.
+    /// The job and sample of an invocation, in kernels with one per sample; `None` for padding.
     pub(super) fn sample_of(&self, job_count: u32, i: u32) -> Option<(DistanceJob, SurfaceSample)> {
         let job = self.jobs[job_of(&self.jobs[..job_count as usize], i)];
         let in_job = i - job.first_thread;
@@ -147,7 +147,7 @@ impl<'a> DistanceInputs<'a> {
             .then(|| (job, self.samples[(job.first_sample + in_job) as usize]))
     }
 
-    /// What tells the sides of a surface.
+    /// The data for inside tests.
     #[must_use]
     pub fn sides(&self, first_vertex_normal: u32) -> Sides<'a> {
         Sides {
@@ -254,7 +254,7 @@ pub fn distance(
     }
 }
 
-/// What invocations find for their texels, in order; they do not wait for each other.
+/// Results of invocations for their texels, in order, computed in parallel.
 pub(super) fn found_by(
     count: u32,
     one: impl Fn(u32) -> Option<(usize, f32, u32)> + Sync + Send,

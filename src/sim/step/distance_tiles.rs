@@ -78,10 +78,10 @@ impl StepKernel for DistanceTiles {
     }
 }
 
-/// What rounding may make of a length, by the largest coordinate.
+/// Bound on the rounding of a length, relative to the largest coordinate.
 const ROUNDING: f32 = 1e-6;
 
-/// What rounding may make of distances that are compared over many updates, in slacks.
+/// Bound on the rounding of distances that are compared over many updates, in slacks.
 const MARGIN_SLACK: f32 = 8.0;
 
 /// A ball of places, and the face that is nearest to its middle.

@@ -10,10 +10,10 @@ use crate::sim::state::State;
 use crate::sim::types::Seam;
 use crate::sim::work::{Call, StepKernel};
 
-/// Which field's gutters are filled.
+/// The field whose gutters are filled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
-    /// What the trail has become.
+    /// The new trail.
     Trail,
     /// Distances to other objects.
     Distances,

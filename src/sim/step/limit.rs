@@ -16,7 +16,7 @@ use crate::sim::state::State;
 use crate::sim::types::{Flow, Motion, Particle};
 use crate::sim::work::{Call, StepKernel};
 
-/// Which half of the keys is looked at.
+/// The half of the keys that is counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KeyHalf {
     /// The upper one, first.
@@ -88,7 +88,7 @@ impl Plan<'_> {
         }
     }
 
-    /// What makes the keys of each step others.
+    /// Makes keys differ from step to step.
     fn salt(&self) -> u32 {
         let seed = seed_word(self.settings.seed);
         random(seed, 0, self.time_step(), Purpose::Limit)[0]

@@ -3,7 +3,7 @@
 use glam::UVec2;
 
 use crate::sim::arrays::Arrays;
-use crate::sim::food::{Pantry, scent_at};
+use crate::sim::food::{FoodSet, scent_at};
 use crate::sim::kernels::ScentParams;
 use crate::sim::kernels::{Scent, ScentArgs, ScentConstants};
 use crate::sim::plan::Plan;
@@ -21,7 +21,7 @@ impl Plan<'_> {
                 paths: self.means.paths,
             },
             params: ScentParams {
-                scented_count: self.setup.pantry.scented_count(),
+                scented_count: self.setup.food_set.scented_count(),
             },
         }
     }
@@ -34,7 +34,7 @@ impl StepKernel for Scent {
         let food = s.food();
         ScentArgs {
             scented: &food.scented,
-            whiffs: &food.whiffs,
+            falloffs: &food.falloffs,
             meals: &food.meals,
             field: &food.scent,
         }
@@ -42,10 +42,10 @@ impl StepKernel for Scent {
 
     fn twin(call: &Call<Self>, a: &mut Arrays) {
         if a.scent_is_due {
-            let Pantry {
-                scented, whiffs, ..
-            } = &a.setup.pantry;
-            scent(&call.params, scented, whiffs, &a.meals, &mut a.scent);
+            let FoodSet {
+                scented, falloffs, ..
+            } = &a.setup.food_set;
+            scent(&call.params, scented, falloffs, &a.meals, &mut a.scent);
         }
     }
 }
@@ -54,12 +54,12 @@ impl StepKernel for Scent {
 pub fn scent(
     params: &ScentParams,
     scented: &[UVec2],
-    whiffs: &[UVec2],
+    falloffs: &[UVec2],
     meals: &[Meal],
     field: &mut [f32],
 ) {
     for i in 0..params.scented_count as usize {
-        let here = &whiffs[scented[i].y as usize..scented[i + 1].y as usize];
+        let here = &falloffs[scented[i].y as usize..scented[i + 1].y as usize];
         field[scented[i].x as usize] = scent_at(here, meals);
     }
 }

@@ -273,7 +273,7 @@ pub fn transfer_out(
     }
 }
 
-/// What the texel with the largest weight of the four around says, of those that know a triangle.
+/// The nearest triangle of the texel with the largest weight among the four around that have one.
 fn nearest_triangle(nearest: &[u32], position: [f32; 2], pitch: u32) -> u32 {
     let corner = position.map(|x| x - 0.5);
     let low = corner.map(f32::floor);

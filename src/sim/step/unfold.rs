@@ -97,12 +97,12 @@ impl StepKernel for Unfold {
 /// Planes that meet at a smaller sine than this meet far away, or nowhere.
 const LEAST_SINE: f32 = 0.02;
 
-/// What `unfold` reads.
+/// Inputs of `unfold`.
 #[derive(Clone, Copy)]
 pub struct UnfoldInputs<'a> {
     /// Objects whose distances were taken.
     pub jobs: &'a [DistanceJob],
-    /// Which other objects each of them has within reach.
+    /// The other objects within reach of each of them.
     pub pairs: &'a [ObjectPair],
     /// Surface points under texels.
     pub samples: &'a [SurfaceSample],
@@ -122,7 +122,7 @@ pub struct UnfoldInputs<'a> {
     pub listed: &'a [ListedTile],
 }
 
-/// Marks texels near other objects, and tells for covered ones where on the other object walks go on.
+/// Marks texels near other objects, and finds for covered ones the place on the other object where walks go on.
 pub fn unfold(
     constants: &UnfoldConstants,
     params: &UnfoldParams,

@@ -7,7 +7,7 @@
 mod copy_words;
 mod paint;
 mod painting;
-mod summon;
+mod teleport;
 pub mod transfer_queries;
 mod tree_queries;
 mod walk_queries;
@@ -30,7 +30,7 @@ pub use super::step::scent::scent;
 pub use super::step::{limit, sort, transfer, unfold, windows};
 pub use copy_words::copy_words;
 pub use paint::paint;
-pub use summon::summon;
+pub use teleport::teleport;
 pub use tree_queries::tree_queries;
 pub use walk_queries::walk_queries;
 
@@ -39,7 +39,7 @@ use std::sync::Arc;
 use super::arranged::arranged;
 use super::arrays::{Arrays, TransferArrays};
 use super::course::Course;
-use super::food::{Pantry, places};
+use super::food::{FoodSet, places};
 use super::plan::Means;
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
@@ -99,19 +99,19 @@ impl Simulation {
         &self.arrays
     }
 
-    /// What it runs on.
+    /// The setup of the scene.
     #[must_use]
     pub fn setup(&self) -> &Setup {
         &self.course.setup
     }
 
-    /// Those of the next step.
+    /// The settings of the next step.
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.course.settings
     }
 
-    /// The same, to be changed; a change of the strategy takes [`Simulation::restore`] to take effect.
+    /// The settings, to be changed. A change of the strategy takes effect after [`Simulation::restore`].
     pub fn settings_mut(&mut self) -> &mut Settings {
         &mut self.course.settings
     }
@@ -122,21 +122,21 @@ impl Simulation {
         self.arrays.forms
     }
 
-    /// One a texel, as the last step read them: signed distance, and the nearest triangle or
+    /// One per texel, as the last step read them: signed distance, and the nearest triangle or
     /// [`NONE`]. Of two or more objects.
     #[must_use]
     pub fn distances(&self) -> (&[f32], &[u32]) {
         (&self.arrays.distances, &self.arrays.nearest)
     }
 
-    /// What tiles of samples remember: what all texels of each are, and how far it is from being within reach of each other
-    /// object.
+    /// State of the tiles of samples: the uniform state of each tile's texels, and how far the tile is from being within reach of each
+    /// other object.
     #[must_use]
     pub fn tiles(&self) -> (&[u32], &[f32]) {
         (&self.arrays.tile_states, &self.arrays.margins)
     }
 
-    /// One a texel: where on another object walks go on, [`NONE`] where none covers it.
+    /// One per texel: where on another object walks go on, [`NONE`] where none covers it.
     #[must_use]
     pub fn across(&self) -> Vec<u32> {
         let texels = self.arrays.across.iter().zip(&self.arrays.surroundings);
@@ -164,11 +164,11 @@ impl Simulation {
     pub fn put_food(&mut self, settings: &Settings) -> Result<()> {
         let setup = &self.course.setup;
         let places = places(settings, &setup.surface, &setup.origins, setup.radius)?;
-        let pantry = Pantry::new(
+        let food_set = FoodSet::new(
             &setup.surface,
             &setup.atlas,
             places,
-            Some(&setup.pantry),
+            Some(&setup.food_set),
             &Control::default(),
         )?;
         let left: Vec<u32> = self
@@ -177,8 +177,8 @@ impl Simulation {
             .iter()
             .map(|meal| meal.remaining)
             .collect();
-        let left = pantry.kept(&setup.pantry, &left);
-        Arc::make_mut(&mut self.course.setup).pantry = pantry;
+        let left = food_set.kept(&setup.food_set, &left);
+        Arc::make_mut(&mut self.course.setup).food_set = food_set;
         self.arrays.setup = Arc::clone(&self.course.setup);
         self.course.settings = settings.clone();
         self.arrays.serve(Some(&left));

@@ -2,7 +2,7 @@
 
 use glam::UVec2;
 
-use super::{Simulation, exchange_seams, paint, summon};
+use super::{Simulation, exchange_seams, paint, teleport};
 use crate::error::Result;
 use crate::sim::paint::{Dab, Painted, Places};
 
@@ -36,7 +36,7 @@ impl Simulation {
         }
         if let Some(params) = dab.of_particles(settings) {
             let Places { places, ranges } = dab.places(&a.setup, &texels, settings.seed);
-            summon(
+            teleport(
                 &params,
                 &places,
                 &ranges,

@@ -1,4 +1,4 @@
-//! Where those land who have met nothing: on the nearest point, turned about the line in which the two planes would meet.
+//! Landing of particles without a crossing: on the nearest point, turned about the line in which the two planes would meet.
 
 use glam::{DAffine3, DQuat, DVec3};
 use myxo::gpu::Frames;
@@ -33,7 +33,7 @@ fn scene(tilt: f64) -> Scene {
 }
 
 #[test]
-fn who_has_met_nothing_lands_on_the_nearest_point() {
+fn particles_without_a_crossing_land_on_the_nearest_point() {
     let Some(gpu) = gpu() else { return };
     for tilt in [20.0_f64, 60.0, -75.0, 150.0] {
         let scene = scene(tilt);
@@ -52,7 +52,7 @@ fn who_has_met_nothing_lands_on_the_nearest_point() {
         let middle = DVec3::new(0.1, 0.3, -0.05);
         let world_from_upper = DAffine3::from_rotation_translation(rotation, middle);
         let normals = [DVec3::Y, rotation * DVec3::Y];
-        // Where somebody is in the world and where to, by the corners of the triangle.
+        // Place and heading of a particle in world space, by the corners of the triangle.
         let in_world = |(p, m): (Particle, Motion)| {
             let corners = surface.corners[p.triangle as usize];
             let [a, b, c] = corners.map(|v| surface.positions[v as usize].as_dvec3());
@@ -76,7 +76,7 @@ fn who_has_met_nothing_lands_on_the_nearest_point() {
             let (start, heading) = in_world(from);
             let (place, turned) = in_world(to);
             let left = start + 0.004 * radius * heading;
-            // Who has come back from the border of a plane has not gone straight on.
+            // Particles reflected at the border of a plane have not gone straight on.
             let within = |p: DVec3, half: f64| p.x.abs() < half && p.z.abs() < half;
             let own = if source == 0 {
                 left
@@ -97,7 +97,7 @@ fn who_has_met_nothing_lands_on_the_nearest_point() {
             let nearest = nearest.clamp(DVec3::new(-half, 0.0, -half), DVec3::new(half, 0.0, half));
             let nearest = world_from_target.transform_point3(nearest);
             let off = place.distance(nearest) / radius;
-            // Squares of distances do not tell neighbours apart whose points are nearer to one another than this.
+            // Squared distances cannot separate neighbours whose points are nearer to one another than this.
             assert!(off < 1e-4, "{tilt} degrees: {off} from {nearest}: {to:?}");
             let fold = DQuat::from_rotation_arc(normals[source as usize], normals[target as usize]);
             let off = turned.angle_between(fold * heading).to_degrees();

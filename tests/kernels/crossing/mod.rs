@@ -50,7 +50,7 @@ struct Case<'a> {
     particles: &'a [Particle],
     motions: &'a [Motion],
     physarums: &'a [Physarum],
-    /// One a texel, where something is painted.
+    /// One per texel, where something is painted.
     bias: &'a [f32],
     constants: TransferOutConstants,
     /// What every counter holds before.
@@ -275,7 +275,7 @@ fn transfer_out_agrees_with_its_twin() {
             "{what}"
         );
         assert_eq!(flux.iter().sum::<u32>(), count);
-        // The same where nothing is painted.
+        // The same case with nothing painted.
         let mut free = Case { counted: 0, ..case };
         free.constants.painted = false;
         let (free, ..) = free.by_twin();
@@ -302,7 +302,7 @@ fn transfer_out_agrees_with_its_twin() {
         crossed > all / 20 && crossed < all - all / 20,
         "{crossed} of {all}"
     );
-    // And who was outside of no-go areas went back.
+    // And particles from outside of no-go areas went back.
     assert!(back > 50, "{back}");
     gpu.finish();
 }
@@ -403,7 +403,7 @@ fn particles_go_on_as_the_fold_says() {
 
 /// One that has no triangle near comes back to where it is, and one that met nothing goes to the nearest point.
 #[test]
-fn who_has_met_nothing_goes_to_the_nearest_point() {
+fn particles_without_a_crossing_go_to_the_nearest_point() {
     let Some(gpu) = gpu() else { return };
     let meshes = [
         ("plane?columns=3&rows=2", [0.0; 3]),

@@ -1,4 +1,4 @@
-//! Whole scenes: who is inside another object, however that came about.
+//! Whole scenes: how many particles are inside another object, for whatever reason.
 
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::Simulation;
@@ -6,13 +6,13 @@ use myxo::sim::types::Particle;
 
 use crate::common::gpu;
 
-/// In which those who began inside others have come out.
+/// Enough for particles that began inside other objects to come out.
 const STEPS: u32 = 80;
 
-/// Who gets into another object goes on on it, whether it moves or the other one does: hardly anybody is inside another, while a
-/// good part of the surface is. Takes long: eighty steps, by each way of moving.
+/// Particles that get into another object transfer to it, whichever of the two moves: hardly any particle is inside another object,
+/// while a good part of the surface is. Takes long: eighty steps, by each way of moving.
 #[test]
-fn hardly_anybody_stays_inside_objects_that_move() {
+fn hardly_any_particle_stays_inside_objects_that_move() {
     let Some(gpu) = gpu() else { return };
     for name in ["trio", "crowd"] {
         let overrides = Overrides {

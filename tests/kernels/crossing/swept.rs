@@ -11,10 +11,10 @@ use super::{Case, heading, of_speed, pose, scene, word};
 use crate::common::gpu;
 
 /// One plane lies, another one stands on it at right angles and goes along it from its own -0.5 to 0.5, and sinks or rises
-/// by more than who meets it has left to walk. Who stands still is pushed through the other one where it is; who walks meets
-/// it on the way, at a time that can be worked out.
+/// by more than the rest of a walk that meets it. Particles at rest are overtaken where they are; walking particles meet it on the
+/// way, at a time that can be worked out.
 #[test]
-fn who_was_moved_over_goes_on_from_there() {
+fn overtaken_particles_go_on_from_their_place() {
     let Some(gpu) = gpu() else { return };
     let meshes = [
         ("plane?columns=3&rows=2", [0.0; 3]),

@@ -38,7 +38,7 @@ fn unfold_agrees_with_its_twin() {
     gpu.finish();
 }
 
-/// What sensors are told at each texel.
+/// The place across that sensors read at each texel.
 fn places_across(gpu: &Gpu, simulation: &Simulation) -> Vec<u32> {
     let across = gpu.ctx.download(&simulation.state().across.places).unwrap();
     let surroundings = gpu
@@ -146,7 +146,7 @@ fn what_lies_behind_the_line_is_seen_beyond_it() {
 
 /// Sensors see other objects where particles change to them, and only there.
 #[test]
-fn only_who_can_change_sees_across() {
+fn only_objects_with_transfers_see_across() {
     let Some(gpu) = gpu() else { return };
     let meshes = [("cube", [0.0; 3]), ("cube", [1.0, 0.3, 0.2])];
     for &strategy in Strategy::ALL {
@@ -192,11 +192,11 @@ fn what_is_seen_follows_changed_settings() {
 struct OnFloor {
     /// How far it is from the wall's front, as part of the sensors' offset; negative behind it.
     before_wall: f32,
-    /// How straight it goes to the wall: 1 head on, -1 away from it.
+    /// Cosine between its heading and the way to the wall: 1 head on, -1 away from it.
     to_wall: f32,
-    /// The same after a step.
+    /// `to_wall` after a step.
     to_wall_after: f32,
-    /// Has it another heading then?
+    /// Has its heading changed in the step?
     has_turned: bool,
 }
 
@@ -271,8 +271,8 @@ fn turned_to_wall(all: &[OnFloor]) -> (usize, usize) {
     (turned().count(), to_wall.count())
 }
 
-/// Particles that want up: on the floor there is no up, but behind the wall sensors are told how high on the wall they
-/// would be. So those near the wall turn to it, if they can change to it.
+/// Particles that want up: on the floor there is no up, but behind the wall sensors read the height on the wall at which
+/// they would be. So those near the wall turn to it, if they can change to it.
 #[test]
 fn gravity_pulls_up_a_wall_that_is_near() {
     let Some(gpu) = gpu() else { return };
@@ -286,7 +286,7 @@ fn gravity_pulls_up_a_wall_that_is_near() {
             assert_eq!(turned, 0, "a floor is level");
         } else {
             assert!(
-                // Some texels beside seams don't tell.
+                // Some texels beside seams have no place across.
                 turned > 20 && to_wall * 10 > turned * 9,
                 "{to_wall} of {turned} to the wall"
             );
@@ -315,7 +315,7 @@ fn trail_on_a_wall_draws_others_from_the_floor() {
             assert_eq!(turned, 0, "there is no trail on the floor");
         } else {
             assert!(
-                // Some texels beside seams don't tell.
+                // Some texels beside seams have no place across.
                 turned > 100 && to_wall * 10 > turned * 9,
                 "{strategy:?}: {to_wall} of {turned} to the wall"
             );
@@ -342,10 +342,10 @@ fn a_crowd_on_a_wall_keeps_others_on_the_floor() {
         });
         let (turned, to_wall) = turned_to_wall(&all);
         if strategy == Strategy::None || crowd == 0 {
-            assert_eq!(turned, 0, "nobody is on the floor's texels");
+            assert_eq!(turned, 0, "no particle is on the floor's texels");
         } else {
             assert!(
-                // Nobody is told of in gutters.
+                // Counts on gutter texels are not read.
                 turned > 100 && to_wall * 4 < turned,
                 "{strategy:?}: {to_wall} of {turned} to the wall"
             );

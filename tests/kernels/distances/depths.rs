@@ -1,4 +1,4 @@
-//! The four mappings of distances to depths: order, range, and how many depths they tell apart.
+//! The four mappings of distances to depths: order, range, and how many different depths they have.
 
 use crate::common::gpu;
 use myxo::scene::settings::DepthMapping;
@@ -128,7 +128,7 @@ fn depths_are_those_of_the_named_functions() {
 
 /// How many depths 65,536 distances become, as the table in `src/sim/raster.rs` says it.
 #[test]
-fn how_many_distances_each_mapping_tells_apart() {
+fn how_many_distances_each_mapping_distinguishes() {
     let (reach, all) = (1.0, 65_536);
     let lists = [
         (

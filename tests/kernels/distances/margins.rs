@@ -5,7 +5,7 @@ use myxo::sim::{Setup, Simulation, twin};
 
 use crate::common::{TRIO, gpu, scene_of_several};
 
-/// Objects that come and go: in every step the distances are those of somebody who remembers nothing.
+/// Objects that come and go: in every step the distances are those of a run without remembered margins.
 #[test]
 fn tiles_remember_how_far_they_are_and_nothing_changes() {
     let Some(gpu) = gpu() else { return };

@@ -99,7 +99,7 @@ fn both(gpu: &Gpu, scene: &Scene) -> (Fields, Fields) {
     (kernel, (distances.to_vec(), nearest.to_vec()))
 }
 
-/// The same bits for every texel.
+/// Asserts equal bits for every texel.
 fn assert_equal(name: &str, kernel: &Fields, twin: &Fields) {
     assert_eq!(kernel.0.len(), twin.0.len());
     for texel in 0..kernel.0.len() {
@@ -180,7 +180,7 @@ fn distances_are_taken_only_where_something_has_moved() {
     setup.poses = poses(&moved(&scene, 1, [-0.2, 0.0, 0.0]));
     assert_eq!(take(&setup, settings, 5), (0, 0));
     assert_eq!(take(&setup, settings, 8), (2, 2));
-    // The second leaves, so that both are taken once more, with nobody near.
+    // The second leaves, so that both are taken once more, with no object near.
     setup.poses = poses(&moved(&scene, 1, [3.0, 0.0, 0.0]));
     assert_eq!(take(&setup, settings, 12), (2, 0));
     assert_eq!(take(&setup, settings, 16), (0, 0));
@@ -241,7 +241,7 @@ fn distances_follow_objects_that_move() {
     gpu.finish();
 }
 
-/// Objects may be told which others count.
+/// `distance_to` names the other objects that count.
 #[test]
 fn only_those_count_that_distance_to_names() {
     let Some(gpu) = gpu() else { return };
@@ -281,7 +281,7 @@ fn only_those_count_that_distance_to_names() {
     assert!(refused(&["a", "b"]).contains("object.1.distance_to names the object itself"));
 }
 
-/// By every rule of signs, the two methods and the twins tell the same.
+/// By every rule of signs, the two methods and the twins agree.
 #[test]
 fn rules_of_signs_are_those_of_the_twins() {
     let Some(gpu) = gpu() else { return };
@@ -295,7 +295,7 @@ fn rules_of_signs_are_those_of_the_twins() {
     gpu.finish();
 }
 
-/// Two objects in one place: nobody covers the other.
+/// Two objects in one place: neither covers the other.
 #[test]
 fn objects_in_one_place_do_not_cover_each_other() {
     let Some(gpu) = gpu() else { return };
@@ -313,7 +313,7 @@ fn objects_in_one_place_do_not_cover_each_other() {
     gpu.finish();
 }
 
-/// Sensors take the distance in, by kernel and twin alike, and particles stay away from what they are told to.
+/// Sensors add the weighted distance, by kernel and twin alike, and with a negative weight particles stay away from other objects.
 #[test]
 fn particles_mind_distances() {
     let Some(gpu) = gpu() else { return };
@@ -331,7 +331,7 @@ fn particles_mind_distances() {
                 s.physarum.sensor_offset = 0.1;
                 s.physarum.speed = 0.02;
                 s.physarum.distance_weight = weight;
-                // Everybody keeps its slot.
+                // Every particle keeps its slot.
                 s.transfer.strategy = Strategy::None;
             },
         );

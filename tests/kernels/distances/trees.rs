@@ -214,13 +214,13 @@ fn distances_are_right_on_closed_meshes() {
             assert_eq!(wrong, 0, "{}, {rule:?}: wrong signs", mesh.name);
         }
     }
-    // The places are such as the nearest face alone would tell wrongly.
+    // The places are such that the nearest face alone would give wrong signs.
     assert!(most_by_faces > 0.1, "{most_by_faces}");
     gpu.finish();
 }
 
 /// Near the centre of a fine ball all faces are about as near, so a search looks at most of them, for longer than some
-/// devices let a loop run. The answers are right all the same, whoever is asked about beside them.
+/// devices let a loop run. The answers are right all the same, whichever other places share the subgroup.
 #[test]
 fn distances_are_right_in_the_middle_of_fine_meshes() {
     let Some(gpu) = gpu() else { return };
@@ -282,7 +282,7 @@ fn facing_is_wrong_in_creases_and_winding_right_beside_holes() {
     // A ball without one of its triangles.
     let ball = Mesh::builtin("icosphere?subdivisions=3").unwrap();
     let holed = suite::mesh("holed", &ball.positions, &ball.corners[1..]);
-    // In the hole nobody can say what is inside.
+    // In the hole, inside and outside are undefined.
     assert_eq!(wrong_signs(&holed, &ball, SignRule::Winding, 0.06), 0);
     gpu.finish();
 }

@@ -1,4 +1,4 @@
-//! Checkpoints that somebody has altered, and whose checksum was mended: each is refused with a reason, or steps can go on
+//! Altered checkpoints with a corrected checksum: each is refused with a reason, or steps can go on
 //! from it, and no particle is lost.
 
 mod kinds;
@@ -127,7 +127,7 @@ impl Trial {
         None
     }
 
-    /// The same; panics and long runs fail the test, and it says what was altered.
+    /// As [`refusal`](Self::refusal). Panics and long runs fail the test, with the name of the alteration.
     #[track_caller]
     fn tried(&mut self, what: &str, parts: &Parts) -> Option<String> {
         let begun = Instant::now();
@@ -368,8 +368,8 @@ fn alter_header(parts: &mut Parts, draws: &mut Draws) -> String {
     }
 }
 
-/// Catches what the checks of a checkpoint let through and steps cannot go on from: tests of the checks alone see only what
-/// they were told to look for.
+/// Finds states that pass the checks of a checkpoint although steps cannot go on from them. Tests of single checks cover only
+/// foreseen alterations.
 #[test]
 fn altered_checkpoints_are_refused_or_gone_on_from() {
     let Some(mut trial) = Trial::of("parallel") else {
@@ -399,7 +399,7 @@ fn altered_checkpoints_are_refused_or_gone_on_from() {
     trial.finish();
 }
 
-/// As above, with alterations that nobody has thought of, and with particles in any order and without any in flight.
+/// As above, with random alterations, and with particles in any order and without any in flight.
 #[test]
 #[ignore = "takes minutes; make long runs it"]
 fn many_altered_checkpoints_are_refused_or_gone_on_from() {

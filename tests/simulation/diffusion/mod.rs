@@ -22,7 +22,7 @@ const DIFFUSION: f32 = 0.5;
 /// Standard deviation of a spot at the end, texels.
 const SPOT: f64 = 12.0;
 
-/// The same of what it starts as; nothing for a single texel's deposit.
+/// Standard deviations of a spot at the start, texels; 0 for a single texel's deposit.
 const STARTS: [f64; 2] = [5.0, 0.0];
 
 /// The root mean square error of an iso-line's radius, relative, that is allowed on surfaces that charts can keep the
@@ -397,7 +397,7 @@ fn constants_stay_constant_to_the_last_bit() {
 
 /// At the strongest diffusion of one step no value becomes negative: it would be cut off, and mass would appear.
 #[test]
-fn nobody_gives_away_more_than_it_has() {
+fn no_texel_gives_away_more_than_it_has() {
     let Some(gpu) = gpu() else { return };
     for case in cases() {
         let start = case.trail(|p| f64::from(u8::from((p.dot(DVec3::splat(1e4))).sin() > 0.9)));
@@ -530,7 +530,7 @@ fn blobs_spread_as_finite_elements_say() {
         // Irregular ones: remeshed, and a model.
         (builtin("trefoil"), &[0, 1], 3, SCATTER, BIAS),
         (builtin("suzanne"), &[1], 4, 0.01, 0.005),
-        // Triangles of a coarse, bumpy surface cannot keep their angles in a chart, and the stencil knows no stretch.
+        // Triangles of a coarse, bumpy surface cannot keep their angles in a chart, and the stencil ignores stretch.
         (suite::potato(), &[0, 1], 12, 0.015, 0.01),
     ] {
         for &turn in turns {

@@ -17,7 +17,7 @@ fn options() -> AtlasOptions {
     }
 }
 
-/// Each triangle in a cell of its own, two a chart.
+/// Each triangle in a cell of its own, two per chart.
 fn placement(triangles: usize) -> Placement {
     let map = |t: usize| AtlasMap {
         origin: Vec2::new(16.0 * (t % 4) as f32 + 4.0, 16.0 * (t / 4) as f32 + 2.5),

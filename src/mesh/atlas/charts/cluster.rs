@@ -91,8 +91,8 @@ impl Graph {
         }
     }
 
-    /// Which of two far ends each triangle is nearer to; the parts are connected where the triangles are. More parts
-    /// where they are not.
+    /// For each triangle the nearer one of two far ends. The halves of connected triangles are connected; unconnected triangles give
+    /// more parts.
     pub fn halves(&self) -> Vec<u32> {
         let n = self.triangles.len();
         let farthest = |distances: &[f64]| {

@@ -28,8 +28,8 @@ const WORTH_A_LOOK: usize = 300;
 /// Rounds of the rough solver at the most.
 const ROUGH_ROUNDS: usize = 400;
 
-/// Where each vertex of a disc lies in the plane, or `None` where numbers fail, or where `hopeful` says that growing
-/// areas by about these factors, one a triangle, is not worth going on.
+/// The position of each vertex of a disc in the plane. `None` if the numerics fail, or if `hopeful` rejects the estimated growth of
+/// areas, one factor per triangle.
 pub(super) fn flatten(
     patch: &Patch,
     metric: &Metric,

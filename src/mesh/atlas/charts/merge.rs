@@ -35,7 +35,7 @@ impl Pool {
     }
 }
 
-/// Pieces of the whole surface, and who is where.
+/// Pieces of the whole surface, and the piece of each triangle.
 pub(super) struct Merger<'a> {
     pub surface: &'a Surface,
     pub metric: &'a Metric,
@@ -91,7 +91,7 @@ impl<'a> Merger<'a> {
     pub fn run(
         &mut self,
         bounds: &Bounds,
-        mut told: impl FnMut(usize) -> Result<(), AtlasError>,
+        mut report: impl FnMut(usize) -> Result<(), AtlasError>,
     ) -> Result<(), AtlasError> {
         loop {
             let chosen = self.choose();
@@ -124,7 +124,7 @@ impl<'a> Merger<'a> {
                     self.refused.insert((pair.a, pair.b), area);
                 }
             }
-            told(self.pieces.iter().flatten().count())?;
+            report(self.pieces.iter().flatten().count())?;
         }
     }
 

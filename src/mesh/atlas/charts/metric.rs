@@ -13,7 +13,7 @@ pub(super) struct Shape {
     pub ab: f64,
     pub cp: f64,
     pub ch: f64,
-    /// Of the edge that starts at each corner.
+    /// Length of the edge that starts at each corner.
     pub lengths: [f64; 3],
     /// At each corner.
     pub angles: [f64; 3],
@@ -42,7 +42,7 @@ impl Shape {
     }
 }
 
-/// What cutting and flattening ask of every triangle.
+/// Data of every triangle for cutting and flattening.
 pub(super) struct Metric {
     pub shapes: Vec<Shape>,
     pub centroids: Vec<DVec3>,

@@ -32,8 +32,8 @@ use smooth::Smoothing;
 
 /// Connected parts up to this size are coarse: built from single triangles, and borders judged without their teeth.
 const SMALL: usize = 1500;
-/// What a piece to begin with may be like: flatter than a chart, so that two of them have room to be joined; and of
-/// any shape, because the shape is that of its triangles.
+/// Bounds on first pieces: flatter than a chart, so that two of them can be joined; and of
+/// any shape, because the shape follows the triangles.
 const FIRST: Bounds = Bounds {
     share: 0.02,
     wild: 0.001,
@@ -52,7 +52,7 @@ const SMOOTHING: Smoothing = Smoothing {
     blur: 6,
 };
 
-/// How far the charts are; never goes back.
+/// Progress of the charts; never decreases.
 struct Progress<'a> {
     control: &'a Control<'a>,
     done: Cell<f32>,
@@ -66,15 +66,15 @@ impl<'a> Progress<'a> {
         }
     }
 
-    /// This share of the charts' work is done.
-    fn tell(&self, done: f32) -> Result<(), AtlasError> {
+    /// Reports that this share of the charts' work is done.
+    fn report(&self, done: f32) -> Result<(), AtlasError> {
         self.done.set(self.done.get().max(done.min(1.0)));
         self.control
             .step("cutting into charts", DONE * self.done.get())
     }
 
     fn advance(&self, by: f32) -> Result<(), AtlasError> {
-        self.tell(self.done.get() + by)
+        self.report(self.done.get() + by)
     }
 }
 
@@ -84,7 +84,7 @@ pub(super) fn flat_charts(
     control: &Control<'_>,
 ) -> Result<Vec<FlatChart>, AtlasError> {
     let progress = Progress::new(control);
-    progress.tell(0.0)?;
+    progress.report(0.0)?;
     let mut metric = Metric::new(surface);
     let pool = Pool::default();
     let parts = connected_parts(surface);
@@ -94,7 +94,7 @@ pub(super) fn flat_charts(
         }
     }
     let pieces = first_pieces(surface, &metric, &parts, &pool, control)?;
-    progress.tell(0.15)?;
+    progress.report(0.15)?;
     let all: Vec<u32> = (0..surface.corners.len() as u32).collect();
     let graph =
         pool.with(|places| Graph::new(surface, &all, places, |a, b| metric.step(a, b, 0.0)));
@@ -105,7 +105,7 @@ pub(super) fn flat_charts(
             let before = merger.pieces.iter().flatten().count();
             merger.run(bounds, |count| {
                 let joined = 1.0 - ln(count as f64) / ln(first_count).max(1.0);
-                progress.tell(0.15 + 0.55 * joined.clamp(0.0, 1.0) as f32)
+                progress.report(0.15 + 0.55 * joined.clamp(0.0, 1.0) as f32)
             })?;
             merger.smooth(&graph, &SMOOTHING, &STRICT)?;
             progress.advance(0.05)?;

@@ -24,7 +24,7 @@ pub(super) struct Patch {
     pub border: Vec<u32>,
 }
 
-/// Where each triangle of the surface stands in the patch that is being made: one number a triangle, all [`NONE`]
+/// The index of each triangle of the surface in the patch that is being made; all [`NONE`]
 /// between uses.
 pub(super) type Places = Vec<u32>;
 
@@ -88,7 +88,7 @@ impl Patch {
             .map(|&h| position(h).distance(middle))
             .sum::<f64>()
             / hole.len() as f64;
-        // Where an edge points at the middle, that is lifted a little, so that every triangle has an area.
+        // If an edge points at the middle, the middle is lifted a little, so that every triangle has an area.
         let made_with = |lift: f64| {
             let shape_of = |&h: &u32| {
                 let (start, end) = (position(next(h)), position(h));
@@ -134,7 +134,7 @@ impl Patch {
     }
 }
 
-/// Where a half-edge of the surface starts.
+/// The start of a half-edge of the surface.
 fn position(surface: &Surface, halfedge: u32) -> DVec3 {
     let vertex = surface.corners[halfedge as usize / 3][halfedge as usize % 3];
     surface.positions[vertex as usize].as_dvec3()

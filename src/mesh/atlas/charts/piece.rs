@@ -12,7 +12,7 @@ use crate::mesh::surface::{NONE, Surface};
 pub(super) struct Piece {
     /// Ascending.
     pub triangles: Vec<u32>,
-    /// Where their corners lie; the area is that on the surface.
+    /// Positions of their corners; the area is that on the surface.
     pub corners: Vec<[DVec2; 3]>,
     /// Half-edges of the surface at its border, open ones too.
     pub border: Vec<u32>,
@@ -43,8 +43,8 @@ pub(super) struct Quality {
     pub bent: f64,
 }
 
-/// What a piece may be like. The first is what the whole atlas shall have between its 5 % and 95 % percentiles; where
-/// every chart has it, the atlas does.
+/// Bounds on a piece. The first is the range that the whole atlas shall have between its 5 % and 95 % percentiles; if
+/// every chart has it, the atlas has it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     /// Share of the area that may shrink, grow or skew too much, each.
@@ -56,7 +56,7 @@ pub(super) struct Bounds {
     pub part: f64,
 }
 
-/// What all charts together are kept to. Roundness was tried out at 1024 x 1024: with 1.75 the texture is filled to 0.65 -
+/// Bounds on all charts together. Roundness was tried out at 1024 x 1024: with 1.75 the texture is filled to 0.65 -
 /// 0.72, with 2.2 to 0.58 - 0.69 by half as many charts; with 1.5 hardly anything may be joined.
 pub(super) const STRICT: Bounds = Bounds {
     share: 0.045,
@@ -66,7 +66,7 @@ pub(super) const STRICT: Bounds = Bounds {
     part: 0.1,
 };
 
-/// What a single chart may be like as long as all together are within the strict bounds.
+/// Bounds on a single chart, as long as all together are within the strict bounds.
 pub(super) const LOOSE: Bounds = Bounds {
     share: 0.2,
     wild: 0.005,
@@ -89,9 +89,9 @@ const WILD_SKEW: f64 = 1.6;
 /// Why some triangles make no piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Refusal {
-    /// They are no disc.
+    /// The triangles form no disc.
     Shape,
-    /// They fold, overlap or distort too much.
+    /// The flattened triangles fold, overlap or distort too much.
     Distortion,
 }
 
@@ -290,8 +290,8 @@ const BORDER_PARTS: usize = 64;
 const EDGES_A_PART: f64 = 2.5;
 const FEWEST_PARTS: usize = 12;
 
-/// The perimeter of a border without its teeth, which are as fine as the triangles and matter to nobody: of the polygon
-/// of the means over equal parts of it.
+/// The perimeter of a border without its teeth, which are as fine as the triangles and do not matter: that of the polygon of the
+/// means over equal parts of the border.
 fn smooth_perimeter(curve: &[DVec2], is_coarse: bool) -> f64 {
     let parts = if is_coarse {
         ((curve.len() as f64 / EDGES_A_PART) as usize).clamp(FEWEST_PARTS, BORDER_PARTS)

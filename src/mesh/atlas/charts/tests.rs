@@ -18,7 +18,7 @@ fn charts(surface: &Surface) -> Vec<FlatChart> {
     flat_charts(surface, &Control::default()).unwrap()
 }
 
-/// By how much a flattened triangle's area grows, and its larger stretch over the smaller one.
+/// The growth of a flattened triangle's area, and its larger stretch over the smaller one.
 fn distortion(metric: &Metric, triangle: u32, corners: &[DVec2; 3]) -> (f64, f64) {
     let shape = &metric.shapes[triangle as usize];
     let p = (corners[1] - corners[0]) / shape.ab;

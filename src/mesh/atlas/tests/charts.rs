@@ -132,7 +132,7 @@ fn turned_charts_are_sound_and_lie_otherwise() {
 }
 
 /// Triangles that touch nothing, on a line and far smaller than a texel or far longer than wide.
-fn crumbs(count: u32, shape: [[f32; 2]; 3]) -> Surface {
+fn scattered_triangles(count: u32, shape: [[f32; 2]; 3]) -> Surface {
     let mut positions = Vec::new();
     let mut triangles = Vec::new();
     for k in 0..count {
@@ -142,7 +142,7 @@ fn crumbs(count: u32, shape: [[f32; 2]; 3]) -> Surface {
         positions.extend(shape.map(|[x, y]| place + size * Vec3::new(x, y, 0.0)));
         triangles.push([3 * k, 3 * k + 1, 3 * k + 2]);
     }
-    Surface::build(&[(&suite::mesh("crumbs", &positions, &triangles), 1.0)])
+    Surface::build(&[(&suite::mesh("scattered", &positions, &triangles), 1.0)])
 }
 
 #[test]
@@ -150,9 +150,12 @@ fn thousands_of_parts_and_slivers_have_a_place() {
     let round = [[0.0, 0.0], [1.0, 0.0], [0.4, 0.8]];
     let sliver = [[0.0, 0.0], [1.0, 0.0], [0.6, 1e-4]];
     for (name, surface) in [
-        ("parts", crumbs(2000, round)),
-        ("slivers", crumbs(300, sliver)),
-        ("both", crumbs(40, [[0.0, 0.0], [1.0, 0.0], [0.9, 3e-6]])),
+        ("parts", scattered_triangles(2000, round)),
+        ("slivers", scattered_triangles(300, sliver)),
+        (
+            "both",
+            scattered_triangles(40, [[0.0, 0.0], [1.0, 0.0], [0.9, 3e-6]]),
+        ),
     ] {
         for (size, gutter) in [(64, 1), (300, 2), (640, 1)] {
             let atlas = sound(name, &surface, &with_charts(size, gutter));

@@ -63,7 +63,7 @@ fn clear_lines_stay_in_their_chart() {
                 clearance == 0.0 || nearest > clearance + 0.7,
                 "{clearance} of {nearest} from {centre}"
             );
-            // Beside the border, where it decides who has to walk, it is as much as there is; farther in nearly so.
+            // Beside the border, where it decides which sensors must walk, it is nearly exact; farther in a little less so.
             let lost = if nearest < 7.9 { 0.71 } else { 2.3 };
             assert!(
                 clearance + CLEARANCE_UNIT > nearest - lost,

@@ -1,19 +1,19 @@
-//! What is told while an atlas is made, and that it can be stopped whenever something is told.
+//! Progress reports while an atlas is made; the work can be stopped at each of them.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::*;
 
-/// Makes the atlas of a model and stops when `last` is told for the first time; everything that was told.
-fn told(
+/// Makes the atlas of three models and cancels at the first report equal to `last`. Returns all reports, too.
+fn reports_until(
     options: &AtlasOptions,
     last: Option<(&'static str, f32)>,
 ) -> (Result<Atlas, AtlasError>, Vec<(&'static str, f32)>) {
-    let told = Mutex::new(Vec::new());
+    let reports = Mutex::new(Vec::new());
     let cancelled = AtomicBool::new(false);
     let progress = |doing: &'static str, done: f32| {
-        told.lock().unwrap().push((doing, done));
+        reports.lock().unwrap().push((doing, done));
         if last == Some((doing, done)) {
             cancelled.store(true, Ordering::Relaxed);
         }
@@ -32,7 +32,7 @@ fn told(
         options,
         &control,
     );
-    (atlas, told.into_inner().unwrap())
+    (atlas, reports.into_inner().unwrap())
 }
 
 #[test]
@@ -49,7 +49,7 @@ fn every_part_is_named_and_can_be_stopped() {
             method,
             ..options(128, 1)
         };
-        let (atlas, all) = told(&options, None);
+        let (atlas, all) = reports_until(&options, None);
         assert!(atlas.is_ok());
         assert!(all.is_sorted_by_key(|(_, done)| *done), "{all:?}");
         assert_eq!(all.last(), Some(&("joining seams", 1.0)));
@@ -57,20 +57,20 @@ fn every_part_is_named_and_can_be_stopped() {
         names.dedup();
         assert_eq!(names, [first, &common].concat());
         for (k, &last) in all.iter().enumerate() {
-            // Where pieces are cut in parallel, the same may be told more than once.
+            // Where pieces are cut in parallel, a report may come more than once.
             if all[..k].contains(&last) {
                 continue;
             }
-            let (atlas, heard) = told(&options, Some(last));
+            let (atlas, reported) = reports_until(&options, Some(last));
             assert_eq!(atlas.err(), Some(AtlasError::Cancelled), "{last:?}");
-            let end = heard.iter().position(|one| *one == last);
-            assert!(end.is_some(), "{last:?} in {heard:?}");
+            let end = reported.iter().position(|one| *one == last);
+            assert!(end.is_some(), "{last:?} in {reported:?}");
             assert!(
-                heard
+                reported
                     .iter()
                     .all(|(doing, _)| names.iter().position(|name| name == doing)
                         <= names.iter().position(|name| *name == last.0)),
-                "after {last:?}: {heard:?}"
+                "after {last:?}: {reported:?}"
             );
         }
     }

@@ -1,4 +1,4 @@
-//! What texels exchange when the trail spreads.
+//! Exchanges of texels when the trail spreads.
 
 use std::collections::HashMap;
 
@@ -55,7 +55,7 @@ fn check(what: &str, atlas: &Atlas) {
             share <= 0.950_01,
             "{what}: texel {texel} gives away {share}"
         );
-        // Nobody is left alone.
+        // No owned texel is isolated.
         assert_eq!(
             given > 0.0,
             atlas.owner[texel] != NONE,
@@ -65,7 +65,7 @@ fn check(what: &str, atlas: &Atlas) {
 }
 
 #[test]
-fn pairs_exchange_alike_and_nobody_gives_more_than_it_has() {
+fn pairs_exchange_symmetrically_and_no_texel_gives_more_than_it_has() {
     let crooked = build(&crooked_plane(), 300, 1);
     check("crooked plane", &crooked);
     for (name, size, distance) in [
@@ -112,7 +112,7 @@ fn a_seam_exchanges_what_both_sides_would_read() {
         .map(|&t| if t == NONE { 0.0 } else { 1.0 })
         .collect();
     let deposited = vec![true; seams.len()];
-    // Nobody knows how the charts lie to each other, so all stays as it is read.
+    // How the charts lie to each other is unknown, so all stays as it was read.
     let unknown = Way {
         position: Vec2::ZERO,
         chart: NONE,
@@ -148,8 +148,8 @@ fn a_seam_exchanges_what_both_sides_would_read() {
         .iter()
         .map(|pair| (pair.texel, 9.0 * pair.weight))
         .collect();
-    // (x, y) reads a quarter of each of the nearest and three quarters of the next, and is read by them likewise;
-    // by the next column it is not read, for that has no gutter texel beside it.
+    // (x, y) reads a quarter of each of the nearest texels and three quarters of the next, and they read as much of it;
+    // the next column does not read it, for that has no gutter texel beside it.
     for y in 1..4 {
         assert!((pairs[&texel(7, y)] - 0.25).abs() < 1e-6, "{pairs:?}");
         assert!((pairs[&texel(8, y)] - 0.375).abs() < 1e-6, "{pairs:?}");

@@ -1,4 +1,4 @@
-//! What packing makes of the built-in meshes: a table and pictures. Run by hand.
+//! Results of packing the built-in meshes: a table and pictures. Run by hand.
 
 use std::time::Instant;
 

@@ -50,7 +50,7 @@ fn what_is_in_the_outlook_is_reached_straight() {
             (atlas.owner[texel] != NONE).then(|| atlas.chart[atlas.owner[texel] as usize])
         };
         let (pitch, side) = (atlas.pitch as i32, size as i32);
-        let (mut reached, mut told) = (0_u32, 0_u32);
+        let (mut reached, mut in_outlook) = (0_u32, 0_u32);
         for (texel, (&hue, &distance)) in hues.iter().zip(&distances).enumerate() {
             let Some(chart) = chart_of(texel) else {
                 assert_eq!((hue, distance), (0, 0));
@@ -90,14 +90,14 @@ fn what_is_in_the_outlook_is_reached_straight() {
                     }
                     if is_same && way <= 8.0 && far < 0.8 {
                         reached += 1;
-                        told += u32::from(
+                        in_outlook += u32::from(
                             way <= outlook.max(atlas.outlook_unit() * f32::from(distances[other])),
                         );
                     }
                 }
             }
         }
-        let share = f64::from(told) / f64::from(reached);
+        let share = f64::from(in_outlook) / f64::from(reached);
         println!("{names:?} {size}: {share:.3} of what lines of 8 texels get to is in an outlook");
         assert!(share > 0.85, "{names:?}: {share}");
     }

@@ -1,4 +1,4 @@
-//! What bilinear reads see next to seams.
+//! Bilinear reads next to seams.
 
 use std::collections::HashSet;
 

@@ -1,4 +1,4 @@
-//! Surfaces of which one knows how they flatten.
+//! Surfaces with a known exact flattening.
 
 use glam::Vec3;
 
@@ -21,7 +21,7 @@ fn deviation(surface: &Surface, charts: &[FlatChart]) -> f64 {
     most
 }
 
-/// What can be unrolled is, to a dozen digits: planes, the faces of a cube, cones beside their tip, tubes.
+/// Developable surfaces are unrolled to a dozen digits: planes, the faces of a cube, cones beside their tip, tubes.
 #[test]
 fn developable_surfaces_are_unrolled() {
     let whole = suite::fan(60);

@@ -1,4 +1,4 @@
-//! What holds for the charts of any mesh.
+//! Properties of the charts of any mesh.
 
 use std::collections::HashMap;
 use std::sync::Mutex;
@@ -8,7 +8,7 @@ use super::*;
 use crate::mesh::atlas::tests::crooked_plane;
 use crate::mesh::suite;
 
-/// What a chart promises, or what is wrong.
+/// Checks the properties of charts.
 fn check(surface: &Surface, charts: &[FlatChart]) -> Result<(), String> {
     let mut chart_of = vec![NONE; surface.corners.len()];
     for (c, chart) in charts.iter().enumerate() {
@@ -323,7 +323,7 @@ fn coarse_balls_are_cut_into_few_charts() {
 }
 
 #[test]
-fn it_stops_when_told_to() {
+fn it_stops_when_cancelled() {
     let surface = builtin("suzanne");
     let cancelled = AtomicBool::new(true);
     let control = Control {
@@ -331,7 +331,7 @@ fn it_stops_when_told_to() {
         ..Control::default()
     };
     assert_eq!(flat_charts(&surface, &control), Err(AtlasError::Cancelled));
-    // In the middle, as soon as the second thing has been told.
+    // In the middle, at the second progress report.
     cancelled.store(false, Ordering::Relaxed);
     let count = AtomicU32::new(0);
     let progress = |_: &'static str, _: f32| {
@@ -350,15 +350,15 @@ fn it_stops_when_told_to() {
 
 #[test]
 fn progress_goes_forward() {
-    let told = Mutex::new(Vec::new());
-    let progress = |_: &'static str, done: f32| told.lock().unwrap().push(done);
+    let shares = Mutex::new(Vec::new());
+    let progress = |_: &'static str, done: f32| shares.lock().unwrap().push(done);
     let control = Control {
         progress: Some(&progress),
         ..Control::default()
     };
     flat_charts(&builtin("suzanne"), &control).unwrap();
-    let told = told.into_inner().unwrap();
-    assert!(told.len() > 5);
-    assert!(told.is_sorted(), "{told:?}");
-    assert!(*told.last().unwrap() <= DONE);
+    let shares = shares.into_inner().unwrap();
+    assert!(shares.len() > 5);
+    assert!(shares.is_sorted(), "{shares:?}");
+    assert!(*shares.last().unwrap() <= DONE);
 }

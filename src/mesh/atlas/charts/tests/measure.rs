@@ -111,7 +111,7 @@ fn potato(subdivisions: u32) -> Mesh {
     mesh
 }
 
-/// What this process has used, of all processors together: the machine may be busy with other things.
+/// CPU time of this process on all processors, which does not depend on other processes.
 fn processor_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
     let fields: Vec<&str> = stat

@@ -1,7 +1,7 @@
-// summon: some particles, by chance from all over an object, are taken to places on it that a brush has touched.
+// teleport: moves randomly chosen particles of an object to places on it that a brush has touched.
 // Reads   places, place_ranges, triangles.
 // Writes  particles and motions in place.
-// One invocation a particle; those whose object the brush has not touched return.
+// One invocation per particle; those whose object the brush has not touched return.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -18,13 +18,13 @@ layout(local_size_x = 64) in;
 layout(push_constant) uniform Params {
     uint particle_count;
     uint seed;
-    uint dab;     // number of the dab, which keys who comes
-    float share;  // of the particles of an object: how many come
+    uint dab;     // number of the dab; keys the choice of particles
+    float share;  // share of an object's particles that are moved
 } params;
 
-// Where they come to, object by object; the ids are not used.
+// The destinations, object by object; the ids are not used.
 layout(std430, set = 0, binding = 0) readonly buffer Places { Particle places[]; };
-// One an object: its first place, and how many it has.
+// One per object: its first place, and its number of places.
 layout(std430, set = 0, binding = 1) readonly buffer PlaceRanges { uvec2 place_ranges[]; };
 READS(uvec4, 2) triangles;
 PAGED_CHANGES(uvec4, 3) particles;  // one an invocation

@@ -1,16 +1,16 @@
-//! Twin of `shaders/summon.comp`.
+//! Twin of `shaders/teleport.comp`.
 
 use glam::UVec2;
 
 use crate::mesh::surface::Triangle;
 use crate::rng::{Purpose, random, unit};
-use crate::sim::kernels::SummonParams;
+use crate::sim::kernels::TeleportParams;
 use crate::sim::types::{Motion, Particle};
 use crate::strict::turn_of;
 
 /// Takes some particles to places that a brush has touched, each on its own object.
-pub fn summon(
-    params: &SummonParams,
+pub fn teleport(
+    params: &TeleportParams,
     places: &[Particle],
     place_ranges: &[UVec2],
     triangles: &[Triangle],

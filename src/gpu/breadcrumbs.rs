@@ -1,7 +1,7 @@
-//! Breadcrumbs: which work the device has begun, for the error that ends a hang or a lost device.
+//! Breadcrumbs: which work the device has begun, for the error message after a hang or a lost device.
 //!
-//! Every dispatch, draw and copy writes its number to host-visible memory right before it. The memory survives the
-//! loss of the device, unlike everything that would have to be asked of it.
+//! Every dispatch, draw and copy writes a mark to host-visible memory right before it. The memory survives the
+//! loss of the device, when no call to the device returns anything any more.
 
 use std::sync::Arc;
 
@@ -11,22 +11,22 @@ use gpu_allocator::vulkan::Allocation;
 
 use super::allocation::allocate;
 use super::context::Context;
+use super::deletion_queue::Deletion;
 use super::error::{GpuError, GpuResult};
-use super::graveyard::Corpse;
 
-/// Works of one frame that have their own crumb; later ones are known by the last of these.
+/// Works of one frame that have their own breadcrumb. Errors name the last of these for later works.
 const CAPACITY: u32 = 4096;
 const BEGUN: u32 = 0x6d79_786f;
 
-/// The crumbs of one frame.
-pub(crate) struct Crumbs {
+/// The breadcrumbs of one frame.
+pub(crate) struct Breadcrumbs {
     ctx: Arc<Context>,
     raw: vk::Buffer,
     /// Taken by `drop` only.
     allocation: Option<Allocation>,
 }
 
-impl Crumbs {
+impl Breadcrumbs {
     pub(crate) fn new(ctx: &Arc<Context>) -> GpuResult<Self> {
         let size = u64::from(CAPACITY) * 4;
         let usage = vk::BufferUsageFlags::TRANSFER_DST;
@@ -54,7 +54,7 @@ impl Crumbs {
     /// Records that the work number `index` begins.
     pub(crate) fn leave(&self, cmd: vk::CommandBuffer, index: u32) {
         if index < CAPACITY {
-            // Each crumb has a place of its own, so they need no barriers among them.
+            // Each breadcrumb has its own address, so they need no barriers between them.
             // SAFETY: `cmd` is being recorded, outside of a pass; the range lies in the buffer.
             unsafe {
                 self.ctx
@@ -65,7 +65,7 @@ impl Crumbs {
         }
     }
 
-    /// How many works the device has begun.
+    /// Number of works that the device has begun.
     pub(crate) fn begun(&self) -> usize {
         let bytes = self
             .allocation
@@ -74,20 +74,22 @@ impl Crumbs {
             .unwrap_or_default();
         bytes
             .chunks_exact(4)
-            .take_while(|crumb| **crumb == BEGUN.to_ne_bytes())
+            .take_while(|breadcrumb| **breadcrumb == BEGUN.to_ne_bytes())
             .count()
     }
 }
 
-impl Drop for Crumbs {
+impl Drop for Breadcrumbs {
     fn drop(&mut self) {
         if let Some(allocation) = self.allocation.take() {
-            self.ctx.graveyard.add(Corpse::Buffer(self.raw, allocation));
+            self.ctx
+                .deletion_queue
+                .add(Deletion::Buffer(self.raw, allocation));
         }
     }
 }
 
-/// Adds to a timeout or a lost device what the device was last seen to begin.
+/// Adds the last work that the device began to a timeout or lost-device error.
 pub(crate) fn blame(error: GpuError, begun: usize, works: &[String]) -> GpuError {
     let kernel = begun.checked_sub(1).and_then(|i| works.get(i));
     let text = match kernel {

@@ -1,8 +1,8 @@
-// tell: tells the host three values an invocation.
+// debug_values: writes three debug values per invocation.
 // Reads   nothing.
 // Writes  the debug list.
 // One invocation per element.
-// Overflow: told values are counted and dropped.
+// Overflow: values that do not fit are counted and dropped.
 #version 460
 #include "debug.glsl"
 

@@ -1,7 +1,7 @@
-//! Objects that were dropped while the device may still use them.
+//! The deletion queue: Vulkan objects that were dropped while the device may still use them.
 //!
-//! Every recording takes a ticket. A dropped object waits until every recording that was begun before is over, whether
-//! it finished on the device or was thrown away.
+//! Every recording takes a ticket. A dropped object is destroyed once all recordings begun before the drop are over, whether
+//! they finished on the device or were discarded.
 
 use std::collections::BTreeSet;
 use std::sync::{Mutex, MutexGuard};
@@ -9,8 +9,8 @@ use std::sync::{Mutex, MutexGuard};
 use ash::{khr, vk};
 use gpu_allocator::vulkan::Allocation;
 
-/// Something to destroy.
-pub(crate) enum Corpse {
+/// A Vulkan object to destroy.
+pub(crate) enum Deletion {
     Buffer(vk::Buffer, Allocation),
     BufferView(vk::BufferView),
     Sampler(vk::Sampler),
@@ -26,25 +26,25 @@ pub(crate) enum Corpse {
     },
 }
 
-/// The dropped objects and the recordings that are not over.
+/// Dropped objects, and the recordings that are not over.
 #[derive(Default)]
-pub(crate) struct Graveyard(Mutex<Inner>);
+pub(crate) struct DeletionQueue(Mutex<Inner>);
 
 #[derive(Default)]
 struct Inner {
     newest: u64,
     pending: BTreeSet<u64>,
-    /// Those of `pending` that are not submitted yet.
+    /// Recordings among `pending` that are not submitted yet.
     open: BTreeSet<u64>,
-    /// Recordings that were thrown away instead of submitted.
+    /// Recordings that were discarded instead of submitted.
     discarded: BTreeSet<u64>,
-    /// Submitted recordings whose owner is gone; their fences are asked instead.
-    orphans: Vec<(u64, vk::Fence)>,
-    /// The newest ticket when it was dropped, and the object.
-    corpses: Vec<(u64, Corpse)>,
+    /// Submitted recordings that nothing waits for: their fences are polled.
+    watched: Vec<(u64, vk::Fence)>,
+    /// The newest ticket at the time of the drop, and the object.
+    deletions: Vec<(u64, Deletion)>,
 }
 
-impl Graveyard {
+impl DeletionQueue {
     /// A new recording begins; returns its ticket.
     pub(crate) fn begin(&self) -> u64 {
         let mut inner = self.lock();
@@ -67,20 +67,20 @@ impl Graveyard {
         inner.open.remove(&ticket);
     }
 
-    /// A recording was thrown away.
+    /// A recording was discarded.
     pub(crate) fn discard(&self, ticket: u64) {
         self.end(ticket);
         self.lock().discarded.insert(ticket);
     }
 
-    /// Was this recording thrown away?
+    /// Was this recording discarded?
     pub(crate) fn was_discarded(&self, ticket: u64) -> bool {
         self.lock().discarded.contains(&ticket)
     }
 
-    /// Nobody will wait for this recording: from now on its fence is asked.
-    pub(crate) fn adopt(&self, ticket: u64, fence: vk::Fence) {
-        self.lock().orphans.push((ticket, fence));
+    /// From now on polls the recording's fence, since nothing will wait for it.
+    pub(crate) fn watch(&self, ticket: u64, fence: vk::Fence) {
+        self.lock().watched.push((ticket, fence));
     }
 
     /// Is this recording not over yet?
@@ -93,22 +93,24 @@ impl Graveyard {
         self.lock().open.contains(&ticket)
     }
 
-    pub(crate) fn add(&self, corpse: Corpse) {
+    /// Queues an object until no recording can use it any more.
+    pub(crate) fn add(&self, deletion: Deletion) {
         let mut inner = self.lock();
         let newest = inner.newest;
-        inner.corpses.push((newest, corpse));
+        inner.deletions.push((newest, deletion));
     }
 
-    pub(crate) fn take_unused(&self, device: &ash::Device) -> Vec<Corpse> {
+    /// The objects that no recording can use any more.
+    pub(crate) fn take_unused(&self, device: &ash::Device) -> Vec<Deletion> {
         let mut inner = self.lock();
         let Inner {
             pending,
-            orphans,
-            corpses,
+            watched,
+            deletions,
             ..
         } = &mut *inner;
-        orphans.retain(|&(ticket, fence)| {
-            // SAFETY: the fence lies in the graveyard itself, under a ticket at least as new.
+        watched.retain(|&(ticket, fence)| {
+            // SAFETY: the fence waits in this queue itself, under a ticket at least as new.
             let running = matches!(unsafe { device.get_fence_status(fence) }, Ok(false));
             if !running {
                 pending.remove(&ticket);
@@ -116,18 +118,19 @@ impl Graveyard {
             running
         });
         let oldest = pending.first().copied().unwrap_or(u64::MAX);
-        let (unused, used) = std::mem::take(corpses)
+        let (unused, used) = std::mem::take(deletions)
             .into_iter()
             .partition(|&(newest, _)| newest < oldest);
-        *corpses = used;
-        let unused: Vec<(u64, Corpse)> = unused;
-        unused.into_iter().map(|(_, corpse)| corpse).collect()
+        *deletions = used;
+        let unused: Vec<(u64, Deletion)> = unused;
+        unused.into_iter().map(|(_, deletion)| deletion).collect()
     }
 
-    pub(crate) fn take_all(&self) -> Vec<Corpse> {
-        std::mem::take(&mut self.lock().corpses)
+    /// All objects, at the end of the device.
+    pub(crate) fn take_all(&self) -> Vec<Deletion> {
+        std::mem::take(&mut self.lock().deletions)
             .into_iter()
-            .map(|(_, corpse)| corpse)
+            .map(|(_, deletion)| deletion)
             .collect()
     }
 
