@@ -246,5 +246,5 @@ impl Document {
 /// What of the look a scene file holds.
 pub fn put_look(view: &View, center: Vec3, settings: &mut Settings) {
     settings.camera = view.camera.to_settings(center);
-    view.tell(&mut settings.picture);
+    view.write_to(&mut settings.picture);
 }

@@ -99,7 +99,7 @@ const KERNELS: &[(&str, &str)] = &[
     ("digest", "Takes away the food that was eaten"),
     ("scent", "The field by which food and markers attract"),
     ("paint", "A dab of a brush"),
-    ("summon", "A dab of the brush that brings particles"),
+    ("teleport", "A dab of the brush that brings particles"),
     ("update", "Numbers that the host writes for the step"),
     ("fill", "Counters that begin at zero"),
     ("copy_words", "A copy within the device"),
