@@ -47,7 +47,7 @@ pub enum Groups {
     Threads(Threads),
     /// The number that an earlier kernel has counted on the device.
     Counted(Counter),
-    /// The counted number, of which the host knows an upper bound.
+    /// The counted number, with an upper bound from the host.
     AtMost(Threads, Counter),
 }
 
