@@ -13,8 +13,6 @@ use crate::lab::places::{Marked as _, note_value};
 use crate::lab::theme;
 use crate::lab::widgets::{parse_number, parse_whole, reader, refuse, wide_slider};
 
-/// Where it is kept that a number was beyond its range, until it is told.
-
 /// The key of the object that all particles begin on, and what is shown where there is none.
 const START_OBJECT: &str = "particles.start_object";
 const ALL: &str = "all objects";

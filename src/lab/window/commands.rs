@@ -54,7 +54,7 @@ impl Lab {
                         document,
                         ..
                     } = &mut self.interface;
-                    navigation.fly_to(hit.position, &mut document.view);
+                    navigation.fly_to(hit.position, &document.view);
                 }
             }
             Command::Copy => self.copy(context),
