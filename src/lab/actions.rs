@@ -224,7 +224,7 @@ const ROWS: &[Row] = &[
         NONE,
         &[Key::Space],
         "Space",
-        "run or pause",
+        "run or pause the simulation",
     ),
     row(
         Action::SingleStep,
@@ -240,7 +240,7 @@ const ROWS: &[Row] = &[
         NONE,
         &[Key::R],
         "R",
-        "restart from step 0",
+        "reset: restart from step 0",
     ),
     row(
         Action::Split,
@@ -304,7 +304,7 @@ const ROWS: &[Row] = &[
         NONE,
         &[Key::Home],
         "Home",
-        "the camera as the scene's file has it",
+        "home: the camera as the scene's file has it",
     ),
     row(
         Action::Fit,
@@ -376,7 +376,7 @@ const ROWS: &[Row] = &[
         CTRL,
         &[Key::Y],
         "Ctrl Y",
-        "redo, too",
+        "redo by another key",
     ),
     row(
         Action::Undo,
@@ -392,7 +392,7 @@ const ROWS: &[Row] = &[
         NONE,
         &[Key::G],
         "G",
-        "show scenes and presets",
+        "gallery: scenes and presets",
     ),
     row(
         Action::Panel,
@@ -456,7 +456,7 @@ const ROWS: &[Row] = &[
         CTRL,
         &[Key::D],
         "Ctrl D",
-        "copy the selected object",
+        "duplicate the selected object",
     ),
     row(
         Action::Remove,
@@ -472,7 +472,7 @@ const ROWS: &[Row] = &[
         NONE,
         &[Key::H, Key::F1],
         "H, F1",
-        "show this list",
+        "help: keys and mouse",
     ),
     row(
         Action::Back,
@@ -480,7 +480,7 @@ const ROWS: &[Row] = &[
         NONE,
         &[Key::Escape],
         "Esc",
-        "leave what lies on top",
+        "back: leave what lies on top",
     ),
     row(
         Action::Quit,
@@ -488,7 +488,7 @@ const ROWS: &[Row] = &[
         CTRL,
         &[Key::Q],
         "Ctrl Q",
-        "close the window",
+        "quit: close the window",
     ),
 ];
 

@@ -52,6 +52,7 @@ impl Clocks {
             steps: 0,
             facts: Facts {
                 device: format!("{}, {} {}", info.name, info.driver, info.driver_version),
+                has_timestamps: info.has_timestamps(),
                 ..Facts::default()
             },
         }
@@ -103,6 +104,12 @@ impl Clocks {
         self.facts.flow = stage.flow;
         if let Some(spans) = frames.timings().frames().last() {
             self.facts.times.history.push(spans);
+            // Of frames without steps only the newest is kept, so the mean runs along.
+            if let Some(ms) = draw_ms(spans) {
+                let times = &mut self.facts.times;
+                let before = times.draw_ms.unwrap_or(ms);
+                times.draw_ms = Some(before + NEW_FRAME * (ms - before));
+            }
         }
         if let Some(step) = latest_step(frames) {
             pacer.measured(step);
@@ -153,7 +160,6 @@ impl Clocks {
         times.step_ms = Some(report.step.mean_ms);
         let kernels: f64 = report.rows.iter().map(|row| row.time.mean_ms).sum();
         times.between_ms = (report.step.mean_ms - kernels).max(0.0);
-        times.draw_ms = draw_ms(frames);
         times.host_ms = times.draw_ms.map(|draw| {
             let steps = self.facts.steps_per_second * self.frame_seconds;
             (1e3 * self.frame_seconds - draw - steps * report.step.mean_ms).max(0.0)
@@ -184,16 +190,12 @@ fn latest_step(frames: &Frames) -> Option<Duration> {
     (mean > 0.0).then(|| Duration::from_secs_f64(1e-3 * mean))
 }
 
-/// The mean GPU time of the frames that draw, without their steps.
-fn draw_ms(frames: &Frames) -> Option<f64> {
-    let drawn = frames.timings().frames().filter_map(|spans| {
-        let is_drawn = spans.iter().any(|span| span.kind == SpanKind::Draw);
-        let is_step = |span: &&Span| span.kind == SpanKind::Scope && span.name == "step";
-        let steps: f64 = spans.iter().filter(is_step).map(Span::ms).sum();
-        (is_drawn).then(|| (spans[0].ms() - steps).max(0.0))
-    });
-    let (count, sum) = drawn.fold((0, 0.0), |(count, sum), ms| (count + 1, sum + ms));
-    (count > 0).then(|| sum / f64::from(count))
+/// The GPU time of a frame without its steps, milliseconds; none if it draws nothing.
+fn draw_ms(spans: &[Span]) -> Option<f64> {
+    let is_step = |span: &&Span| span.kind == SpanKind::Scope && span.name == "step";
+    let steps: f64 = spans.iter().filter(is_step).map(Span::ms).sum();
+    let draws = spans.iter().any(|span| span.kind == SpanKind::Draw);
+    draws.then(|| (spans[0].ms() - steps).max(0.0))
 }
 
 /// Bytes of device memory in use by this program.

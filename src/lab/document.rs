@@ -122,7 +122,7 @@ impl Document {
         let renewed = std::mem::take(&mut self.renews);
         if renewed {
             take_back(&mut self.edited, &self.running);
-            self.note();
+            self.undo.note(&self.edited, &self.view);
         }
         renewed
     }

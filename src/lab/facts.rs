@@ -81,6 +81,8 @@ pub struct Facts {
     pub times: Times,
     /// The device's name and driver.
     pub device: String,
+    /// Does the device measure GPU times?
+    pub has_timestamps: bool,
     /// Device memory that the program has taken, bytes.
     pub memory: u64,
     /// Particles that the picture shows, in the view of particles.

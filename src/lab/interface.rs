@@ -102,6 +102,7 @@ impl Interface {
         self.document.open(scene);
         self.see_as(scene);
         self.hands.leave_scene();
+        self.panel.open_scene();
         self.document.morph = None;
         self.restarted(scene);
         self.hands.newcomer.clear();
@@ -211,14 +212,15 @@ impl Interface {
         if !desk.layout.alone {
             status_line(ui, desk.document, facts);
         }
+        let mut panel_rect = None;
         if desk.layout.panel && !desk.layout.alone {
             let shown = egui::Panel::left("panel")
-                .exact_size(desk.layout.panel_width)
+                .exact_size(desk.layout.panel_fits(ui.available_width()))
                 .resizable(false)
                 .show_separator_line(false)
                 .frame(theme::panel_frame(ui))
                 .show(ui, |ui| panel.show(ui, looks, hands, navigation, &mut desk));
-            desk.layout.drag_edge(ui, shown.response.rect);
+            panel_rect = Some(shown.response.rect);
         }
         if let Some(text) = take_refused(&ctx) {
             desk.notices.say(&ctx, text, false);
@@ -236,6 +238,12 @@ impl Interface {
         let response = ui
             .allocate_rect(picture, Sense::click_and_drag())
             .marked("picture");
+        // Keys are for the whole window there.
+        response.surrender_focus();
+        // After the picture, so that it lies over its edge.
+        if let Some(panel) = panel_rect {
+            desk.layout.drag_edge(ui, panel);
+        }
         let used = hands.use_hands(ui, &response, &mut desk);
         // The first click has picked what it met, and handles may now lie under the second; it still asks for a new centre.
         let refocuses = response.double_clicked() && hands.tool == Tool::Look;
@@ -459,6 +467,7 @@ impl Interface {
 
     /// Brings back what was taken back.
     pub(super) fn redo(&mut self, commands: &mut Vec<Command>) {
+        self.note_changes();
         self.undo_in_turn(true, commands);
     }
 
@@ -480,7 +489,9 @@ impl Interface {
         };
         self.hands.let_food_go();
         self.document.fit_again(fits);
-        if self.document.preset.is_none() {
+        let preset = self.document.preset.as_deref();
+        let is_there = preset.is_some_and(|name| self.looks.preset_text(name).is_some());
+        if !is_there {
             self.looks.find_preset(&mut self.document);
         }
         if change.begins_renewal {

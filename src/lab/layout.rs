@@ -17,6 +17,9 @@ pub const PANEL_WIDTHS: Rangef = Rangef {
     max: 640.0,
 };
 
+/// What the panel leaves of the window's width, points.
+const LEAST_PICTURE: f32 = 160.0;
+
 /// Half of what counts as the panel's edge, points.
 const GRIP: f32 = 3.0;
 
@@ -98,6 +101,13 @@ impl Layout {
         theme::apply(ctx, light);
     }
 
+    /// Its width where the window is so wide: the picture keeps a part of it.
+    pub fn panel_fits(&self, window: f32) -> f32 {
+        self.panel_width
+            .min(window - LEAST_PICTURE)
+            .max(PANEL_WIDTHS.min)
+    }
+
     /// The right edge of the panel, which covers `panel`, can be dragged. What stands in the panel does not change its width.
     pub fn drag_edge(&mut self, ui: &Ui, panel: Rect) {
         let edge =
@@ -143,6 +153,7 @@ pub fn move_beside(ui: &mut Ui, rect: Rect, navigation: &mut Navigation, view: &
     let response = ui
         .allocate_rect(rect, Sense::click_and_drag())
         .marked("beside");
+    response.surrender_focus();
     let mut atlas = *view;
     atlas.show = Show::Atlas;
     let moved = navigation.apply(ui, &response, Drags::of(&response), &mut atlas);

@@ -96,6 +96,7 @@ impl Opening {
 
     /// Another scene comes: nobody was asked where to save that one.
     pub fn leave_scene(&mut self) {
+        self.mesh = None;
         if self.purpose == Purpose::Save {
             self.purpose = Purpose::Open;
             self.dialog = None;
@@ -232,7 +233,7 @@ impl Opening {
             .to_string_lossy();
         let mut command = None;
         let mut gives_up = ctx.input(|input| input.key_pressed(egui::Key::Escape));
-        egui::Area::new("mesh".into())
+        let shown = egui::Area::new("mesh".into())
             .order(egui::Order::Foreground)
             .pivot(Align2::CENTER_CENTER)
             .fixed_pos(picture.center())
@@ -258,6 +259,8 @@ impl Opening {
                         });
                     });
             });
+        // Nothing else is pressed meanwhile.
+        ctx.memory_mut(|memory| memory.set_modal_layer(shown.response.layer_id));
         if gives_up || command.is_some() {
             self.mesh = None;
         }

@@ -1,4 +1,4 @@
-//! The panel beside the picture: run and reset, what the picture shows, every parameter, kernel times.
+//! The panel beside the picture: run and reset, what the picture shows, every parameter, times.
 
 use std::sync::LazyLock;
 
@@ -65,6 +65,11 @@ impl ParameterPanel {
             self.filter.clear();
         }
         leaves
+    }
+
+    /// Another scene: times that were kept are not its own.
+    pub fn open_scene(&mut self) {
+        self.profiling = Profiling::default();
     }
 
     /// Fills the panel.

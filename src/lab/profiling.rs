@@ -17,12 +17,12 @@ const KERNELS: &[(&str, &str)] = &[
     ),
     (
         "walk_sensors",
-        "The same for particles whose sensors cannot go straight ahead in the atlas",
+        "Advances particles whose sensors cannot go straight ahead in the atlas",
     ),
-    ("advance_near", "The same for particles near other objects"),
+    ("advance_near", "Advances particles near other objects"),
     (
         "walk_near",
-        "The same for particles near other objects whose sensors must walk",
+        "Advances particles near other objects whose sensors must walk",
     ),
     (
         "diffuse",
@@ -30,7 +30,7 @@ const KERNELS: &[(&str, &str)] = &[
     ),
     (
         "diffuse_seams",
-        "The same for texels beside seams of the atlas",
+        "The trail spreads over the seams of the atlas",
     ),
     (
         "exchange_seams",
@@ -76,13 +76,16 @@ const KERNELS: &[(&str, &str)] = &[
         "limit_count",
         "Counts the particles that wish to change objects, where the transfer buffer is too small",
     ),
-    ("limit_pick", "Finds which of them may"),
-    ("limit_list", "Lists those that may"),
+    ("limit_pick", "Finds which particles may change objects"),
+    ("limit_list", "Lists the particles that may change objects"),
     (
         "transfer_out",
         "Particles that change objects find their places on the other object",
     ),
-    ("transfer_in", "They begin there"),
+    (
+        "transfer_in",
+        "Particles that change objects begin on the other object",
+    ),
     (
         "move_borders",
         "Moves the borders between the objects' parts of the buffer",
@@ -91,7 +94,10 @@ const KERNELS: &[(&str, &str)] = &[
         "defragment_scan",
         "Finds particles that lie in another object's part of the buffer",
     ),
-    ("defragment_swap", "Brings them to their object's part"),
+    (
+        "defragment_swap",
+        "Brings particles to their object's part of the buffer",
+    ),
     (
         "respawn",
         "Particles that went into another object begin anew",
@@ -122,16 +128,17 @@ impl Profiling {
     /// Plot, sums, table, and what can be done with them.
     pub fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let facts = desk.facts;
-        if facts.times.kernels.is_empty() && self.frozen.is_none() {
-            let reason = if facts.times.step_ms.is_none() && facts.step > 0 {
-                "unavailable on this device"
-            } else {
-                "measured while it runs"
-            };
-            ui.label(RichText::new(reason).color(theme::weak(ui)));
+        if !facts.has_timestamps {
+            let reason = RichText::new("unavailable on this device");
+            ui.label(reason.color(theme::weak(ui)));
             return;
         }
         self.controls(ui, desk);
+        if facts.times.kernels.is_empty() && self.frozen.is_none() {
+            let reason = RichText::new("measured while it runs");
+            ui.label(reason.color(theme::weak(ui)));
+            return;
+        }
         note_value(ui.ctx(), "times.frozen", || {
             self.frozen.is_some().to_string()
         });

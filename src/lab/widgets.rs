@@ -1,4 +1,4 @@
-//! Parts of the panel that egui does not have: the choice of colours and the table of kernel times.
+//! Parts of panels that egui does not have: wide sliders, the choice of colours, sections, hints beside tools.
 
 use egui::{Color32, Id, Rect, RectAlign, Response, RichText, Sense, Slider, Tooltip, Ui, vec2};
 use myxo::render::colormap::srgb_from_linear;
@@ -52,7 +52,10 @@ pub fn take_refused(ctx: &egui::Context) -> Option<String> {
 }
 
 /// Reads what is typed into a field of numbers. What is none is said, and the number stays what it was.
-pub fn reader(ui: &Ui, parse: Parser) -> impl Fn(&str) -> Option<f64> + 'static {
+pub fn reader(
+    ui: &Ui,
+    parse: impl Fn(&str) -> Option<f64> + 'static,
+) -> impl Fn(&str) -> Option<f64> + 'static {
     let ctx = ui.ctx().clone();
     move |text| {
         let number = parse(text);

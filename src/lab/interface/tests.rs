@@ -396,6 +396,7 @@ fn every_strategy_is_live() {
 #[test]
 fn keys_count_while_something_new_finds_its_size() {
     let mut harness = Harness::new();
+    harness.facts.has_timestamps = true;
     harness.facts.times.kernels = vec![KernelTime {
         name: "walk".to_owned(),
         per_step: 1.0,

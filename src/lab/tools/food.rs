@@ -17,7 +17,7 @@ use crate::lab::theme;
 use crate::lab::tools::Hands;
 use crate::lab::tools::Held;
 use crate::lab::tools::grips::FoodDrag;
-use crate::lab::widgets::parse_number;
+use crate::lab::widgets::{parse_number, reader};
 
 /// A click picks food that is so far from it for its size.
 const NEAR: f32 = 1.5;
@@ -44,7 +44,7 @@ const CONTROLS: [Control; 4] = [
     (
         "size",
         "size",
-        "How far along the surface it is eaten, scene radii; 0 makes it a marker, which nobody eats",
+        "How far along the surface it is eaten, scene radii; 0 makes it a marker, which is not eaten",
         (0.0, 0.3),
     ),
     (
@@ -138,7 +138,6 @@ impl Hands {
 
     /// This food is picked, and lies where the pointer is.
     fn put_food(&mut self, food: usize, under: Option<&Under>, desk: &mut Desk<'_>) {
-        let _facts = desk.facts;
         let place = under.and_then(|under| self.place_under(under, desk));
         // It may have been taken away, or back, since it was picked up.
         let (Some((object, at)), Some(held)) = (place, desk.document.edited.foods.get_mut(food))
@@ -279,10 +278,10 @@ impl Hands {
                 .smallest_positive(if is_whole { 1.0 } else { 0.001 })
                 .max_decimals(if is_whole { 0 } else { 3 })
                 .clamping(SliderClamping::Never)
-                .custom_parser(|text| match text.trim() {
+                .custom_parser(reader(ui, |text| match text.trim() {
                     ENDLESS => Some(0.0),
                     text => parse_number(text),
-                })
+                }))
                 .update_while_editing(false);
             let slider = match is_whole {
                 true => slider.custom_formatter(|value, _| meals(value)),

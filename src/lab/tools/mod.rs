@@ -237,7 +237,7 @@ impl Hands {
 }
 
 impl Hands {
-    /// The pointer as the hands use it. Did they, so that nobody else may?
+    /// Lets the tool in use take the pointer's events. Returns true if it consumed them.
     pub(super) fn use_hands(&mut self, ui: &Ui, response: &Response, desk: &mut Desk<'_>) -> bool {
         let facts = desk.facts;
         let used = self.reach_out(ui, response, desk);

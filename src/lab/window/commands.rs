@@ -70,7 +70,12 @@ impl Lab {
                 self.open_as(left.name, left.file);
             }
             Command::TakeFile(path) => self.drop_file(path),
-            Command::OpenAlone(path) => self.open_file(path),
+            Command::OpenAlone(path) => {
+                if let Some(folder) = path.parent() {
+                    self.interface.opening.begin_in(folder);
+                }
+                self.open_file(path);
+            }
             Command::CancelLoading => {
                 if let Some(loading) = &self.loading {
                     loading.cancel();

@@ -634,7 +634,7 @@ fn commands_are_found_by_what_they_do() {
     for _ in 0..3 {
         harness.frame(vec![]);
     }
-    let at = harness.places_of("copy the selected object")[0];
+    let at = harness.places_of("duplicate the selected object")[0];
     assert_eq!(harness.click(at), []);
     harness.interface.panel.filter = "relief".to_owned();
     for _ in 0..3 {
