@@ -27,6 +27,8 @@ fn subtracting(built: &str) -> Vec<u8> {
 }
 
 /// Twenty steps of every scene by every strategy, device and twins: equal to the bit, and to what the repository keeps.
+///
+/// Takes long: it alone compares all scenes and strategies with the table of hashes.
 #[test]
 fn every_scene_ends_in_the_states_of_the_table_by_both_engines() {
     if no_device() {

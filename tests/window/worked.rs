@@ -24,8 +24,8 @@ const PATIENCE: Duration = Duration::from_secs(3600);
 
 /// Of which there are as many as there are scenes, looks, files, maps or words: one of them stands for all. Of others, such as
 /// tools and views, each is a control of its own.
-const ANY: [&str; 7] = [
-    "card", "preset", "recent", "left", "remove", "colors", "section",
+const ANY: [&str; 8] = [
+    "card", "do", "preset", "recent", "left", "remove", "colors", "section",
 ];
 
 /// The beginnings of names whose words after `=` are controls of their own, though a dot is in them.
@@ -255,6 +255,7 @@ fn controls_of_a_kind_are_one() {
         ("remove=mine:yes", "remove yes"),
         ("out.kind=GIF", "out.kind=GIF"),
         ("tool=erase", "tool=erase"),
+        ("do=take one step", "do "),
     ] {
         assert_eq!(kind_of(name), is);
     }
