@@ -53,8 +53,6 @@ pub fn kernel_plot(ui: &mut Ui, times: &Times) {
         .include_y(0.0)
         .include_x(0.0)
         .include_x(len as f64 - 1.0)
-        .include_y(1.1 * times.history.usual())
-        .auto_bounds(egui::Vec2b::new(true, false))
         .y_axis_min_width(28.0)
         .y_axis_formatter(|mark, _| format!("{}", mark.value))
         .label_formatter(|hovered| match hovered {
@@ -65,7 +63,9 @@ pub fn kernel_plot(ui: &mut Ui, times: &Times) {
             } => Some(format!("{plot_name}\n{:.2} ms", position.y)),
             HoverPosition::Elsewhere { .. } => None,
         });
+    let highest = 1.1 * times.history.usual().max(1e-3);
     plot.show(ui, |plot| {
+        plot.set_plot_bounds_y(0.0..=highest);
         // Each area reaches down to zero, so the uppermost comes first.
         for top in (0..=ranked.len().min(SHOWN)).rev() {
             let below = |name: &str| rank(name) <= top;
