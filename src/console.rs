@@ -39,7 +39,7 @@ fn write_all(bytes: &[u8]) -> Result<()> {
         })
 }
 
-/// Tells people something, in a line of its own. Nobody listening is no reason to stop.
+/// Writes a line to the terminal. A closed terminal is no reason to stop.
 pub fn message(text: &str) {
     let _ = tell(&mut std::io::stderr().lock(), text);
 }

@@ -34,7 +34,7 @@ pub struct Edits {
 
 /// An object that comes or goes.
 pub struct Coming {
-    /// How it is told of.
+    /// Its name in messages.
     pub what: String,
     /// What asks for it again, if anything may.
     pub again: Option<Left>,
@@ -80,7 +80,7 @@ impl Probe {
     pub fn record(&mut self, rec: &mut Recorder, stage: &Stage, texel: usize) {
         let state = stage.simulation.state();
         let mut sources = vec![&state.trail.front];
-        // Where there is one object, nobody reads its distance.
+        // With one object there are no distances, and this value is not read.
         let has_distances = state.near.distances.len() > texel;
         sources.push(if has_distances {
             &state.near.distances

@@ -130,9 +130,9 @@ pub struct Under {
     pub normal: Vec3,
     /// The trail at the texel, when it has come from the device.
     pub trail: Option<f32>,
-    /// Signed distance to the other objects, scene radii, likewise; none with one object.
+    /// Signed distance to the other objects, scene radii, when it has come from the device; none with one object.
     pub distance: Option<f32>,
-    /// What sensors read more there, once something was painted, likewise.
+    /// What sensors read more there, once something was painted, when it has come from the device.
     pub bias: Option<f32>,
 }
 
@@ -204,7 +204,7 @@ pub struct OutFacts {
     pub ends: bool,
 }
 
-/// What is told of a recording.
+/// The progress of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Recorded {
     /// Its length.

@@ -79,7 +79,7 @@ impl App {
         let seen = if seen.is_empty() { "null" } else { seen };
         let clipboard = serde_json::Value::from(host.clipboard.as_str());
         let mut out = std::io::stdout().lock();
-        // Nobody listening is no reason to stop: the next line will not come.
+        // A closed output is no reason to stop: the next line will not come.
         let _ = writeln!(out, "{{\"clipboard\":{clipboard},\"seen\":{seen}}}");
         let _ = out.flush();
     }
@@ -119,7 +119,7 @@ impl App {
             if !self.draw() {
                 return false;
             }
-            // Where there is no size nothing is told.
+            // A window without a size has no places to write.
             let is_hidden = self
                 .lab
                 .as_ref()

@@ -31,7 +31,7 @@ pub fn without_object(settings: &Settings, object: usize) -> Settings {
     let mut settings = settings.clone();
     let gone = settings.objects.remove(object);
     for other in &mut settings.objects {
-        // Whose distances were taken to nobody else now has them taken to all.
+        // An empty list means distances to all other objects.
         other.distance_to.retain(|name| *name != gone.name);
     }
     if settings.particles.start_object == gone.name {
@@ -139,7 +139,7 @@ pub fn places_of(stage: &Stage) -> Vec<Vec<Vec3>> {
         .collect()
 }
 
-/// What a mesh is called where it is told of.
+/// The name of a mesh in messages.
 pub fn short_name(mesh: &str) -> &str {
     let builtin = mesh.strip_prefix("builtin:");
     let file = || Path::new(mesh).file_name().and_then(|name| name.to_str());

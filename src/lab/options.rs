@@ -17,7 +17,7 @@ pub struct LabOptions {
     pub preferences: Option<PathBuf>,
     /// Where layouts are kept that take long to make.
     pub atlases: Option<PathBuf>,
-    /// The file that tells tests where controls are.
+    /// The file that gives tests the places of controls.
     pub places: Option<PathBuf>,
     /// No window is opened: what would come from it comes as lines of the standard input, for tests.
     pub windowless: bool,

@@ -303,7 +303,7 @@ mod tests {
     use super::*;
     use crate::lab::facts::KernelTime;
 
-    /// A kernel of a step that nobody has described would have no tooltip.
+    /// A kernel of a step without a description would have no tooltip.
     #[test]
     fn every_kernel_of_a_step_is_described() {
         let without = ["arithmetic", "draw_order", "expose", "trail_histogram"];

@@ -65,7 +65,7 @@ impl Hands {
             true => sign.to_owned(),
             false => format!("{sign} {word}"),
         };
-        let told = |word: &str, hint: &str| match is_narrow {
+        let in_full = |word: &str, hint: &str| match is_narrow {
             true => format!("{word}: {hint}"),
             false => hint.to_owned(),
         };
@@ -73,7 +73,7 @@ impl Hands {
             let is_taken = self.tool == tool;
             let word = tool.word();
             let button = egui::Button::selectable(is_taken, text(sign(tool), word)).min_size(size);
-            let button = hint_beside(ui.add(button), &told(word, tool.hint()), "");
+            let button = hint_beside(ui.add(button), &in_full(word, tool.hint()), "");
             if button.marked(&format!("tool={}", tool.word())).clicked() {
                 self.take(tool);
             }
@@ -82,7 +82,7 @@ impl Hands {
         let probe = text("🔍", "probe");
         let probe = egui::Button::selectable(self.probe, probe).min_size(size);
         let hint = "Shows triangle, uv, texel, trail and the distance to other objects under the pointer (I)";
-        let probe = hint_beside(ui.add(probe), &told("probe", hint), "");
+        let probe = hint_beside(ui.add(probe), &in_full("probe", hint), "");
         if probe.marked("probe").clicked() {
             self.toggle_probe();
         }
