@@ -4,7 +4,6 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use egui::{Button, Response, RichText, Ui};
 use myxo::Result;
 use myxo::mesh::Mesh;
 use myxo::render::View;
@@ -15,18 +14,13 @@ use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::types::{Motion, Particle};
 
 use crate::lab::document::put_look;
-use crate::lab::facts::Before;
 use crate::lab::loading::Opened;
 use crate::lab::objects::begin_on_food_that_is;
-use crate::lab::places::Marked as _;
-use crate::lab::rows::grouped;
 use crate::lab::saving::SceneFile;
 use crate::lab::stage::Stage;
 
-/// Who leaves a simulation before this step has grown nothing that would be missed.
-pub const GROWN_AT: u64 = 100;
-/// A button with the step's number takes so much room, points.
-const HAS_ROOM: f32 = 96.0;
+/// Before this step nothing has grown that would be missed.
+const GROWN_AT: u64 = 100;
 
 /// How the scene was shown when it was left.
 #[derive(Clone)]
@@ -101,6 +95,12 @@ impl Grown {
         })
     }
 
+    /// What a copy of this stage's state takes, bytes.
+    pub fn bytes_of(stage: &Stage) -> u64 {
+        let setup = stage.simulation.setup();
+        bytes_of(setup.particles.len(), setup.atlas.texel_count())
+    }
+
     /// The scene that goes on from there; as another one, it brings its view along.
     pub fn opened(&self, is_another: bool) -> Result<Opened> {
         let state = &self.state;
@@ -118,7 +118,7 @@ impl Grown {
 }
 
 /// Of a copy of a state on the host: particles and what they do, and trail, deposits and areas.
-pub fn bytes_of(particles: usize, texels: usize) -> u64 {
+fn bytes_of(particles: usize, texels: usize) -> u64 {
     let particle = size_of::<Particle>() + size_of::<Motion>();
     let texel = 3 * size_of::<f32>();
     (particles * particle + texels * texel) as u64
@@ -135,6 +135,11 @@ pub struct Back {
 }
 
 impl Back {
+    /// Is the state of this stage kept when it is left? One that has hardly grown is only if it is left to go back.
+    pub fn is_kept(&self, left: &Stage, goes_back: bool) -> bool {
+        goes_back || left.simulation.step() >= GROWN_AT
+    }
+
     /// Something else is on its way.
     pub fn stays(&mut self) {
         self.coming = None;
@@ -153,48 +158,6 @@ impl Back {
             shown.file = file.cloned();
         }
     }
-}
-
-impl Before {
-    /// As the panel has it, where the room may be short.
-    pub fn button(&self, ui: &mut Ui) -> Response {
-        let button = match ui.available_width() < HAS_ROOM {
-            true => Button::new(sign()),
-            false => Button::new((sign(), RichText::new(self.at()).small())),
-        };
-        let button = ui.add(button.small()).on_hover_text(self.hint());
-        button.marked("back")
-    }
-
-    /// As the gallery lists it.
-    pub fn entry(&self, ui: &mut Ui) -> Response {
-        let button = ui
-            .button((sign(), self.listed()))
-            .on_hover_text(self.hint());
-        button.marked("left.grown")
-    }
-
-    fn listed(&self) -> String {
-        format!("{} · {}", self.name, self.at())
-    }
-
-    /// What a click does.
-    fn hint(&self) -> String {
-        format!(
-            "Back to what had grown: {} at {}. What runs now is kept in its place",
-            self.name,
-            self.at()
-        )
-    }
-
-    fn at(&self) -> String {
-        format!("step {}", grouped(self.step as f64))
-    }
-}
-
-/// The letters of other texts have no such sign.
-fn sign() -> RichText {
-    RichText::new("↶").monospace().size(16.0)
 }
 
 #[cfg(test)]
@@ -310,15 +273,5 @@ mod tests {
         let setup = Simulation::set_up(ctx.info(), &scene, &Control::default()).unwrap();
         assert!(grown.state.checkpoint.check(&scene, &setup).is_err());
         assert_eq!(ctx.messages(), [""; 0]);
-    }
-
-    #[test]
-    fn it_is_told_of_by_its_step() {
-        let before = Before {
-            name: "cube".to_owned(),
-            step: 12_345,
-        };
-        assert_eq!(before.listed(), "cube · step 12,345");
-        assert!(before.hint().contains("cube at step 12,345"));
     }
 }

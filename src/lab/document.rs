@@ -1,6 +1,8 @@
 //! What is being worked on: the settings of the scene as they were loaded, as they run and as they are edited, its look, and what
 //! undo and redo lead to. Plain data, without a window and without a device.
 
+use std::path::PathBuf;
+
 use glam::{Vec2, Vec3};
 use myxo::render::exposure::Exposure;
 use myxo::render::view;
@@ -12,11 +14,18 @@ use myxo::scene::settings::{Settings, Show};
 
 use crate::lab::presets::Morph;
 use crate::lab::renewal::{are_built_alike, place_among, take_back, with_changes_since};
+use crate::lab::saving::SceneFile;
 use crate::lab::undo::{Entry, Undo};
 
 /// A scene with its settings and its look.
 #[derive(Clone, Debug)]
 pub struct Document {
+    /// What the scene is called, or, before there is one, the first that is loaded.
+    pub name: String,
+    /// Where its paths begin.
+    pub folder: PathBuf,
+    /// The file that it was opened from or saved in, if there is one.
+    pub file: Option<SceneFile>,
     /// As it was loaded; resets of single values return to it.
     pub loaded: Settings,
     /// What the simulation runs with.
@@ -62,6 +71,9 @@ impl Document {
         let settings = &scene.settings;
         let view = View::of(scene, Vec2::ONE);
         Self {
+            name: scene.name.clone(),
+            folder: scene.folder.clone(),
+            file: None,
             loaded: settings.clone(),
             running: settings.clone(),
             edited: settings.clone(),

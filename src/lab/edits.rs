@@ -3,7 +3,7 @@
 use crate::lab::command::Ticket;
 use crate::lab::stage::Stage;
 use crate::lab::strokes::Strokes;
-use crate::lab::under_way::Left;
+use crate::lab::waiting::Waiting;
 use myxo::Result;
 use myxo::gpu::{Buffer, Context, Readback, Recorder};
 use myxo::sim::paint::Dab;
@@ -37,7 +37,7 @@ pub struct Coming {
     /// Its name in messages.
     pub what: String,
     /// What asks for it again, if anything may.
-    pub again: Option<Left>,
+    pub again: Option<Waiting>,
     /// One that comes was asked for by this.
     pub ticket: Option<Ticket>,
 }

@@ -7,18 +7,15 @@ use myxo::scene::motion::Origins;
 use myxo::sim::types::Flow;
 
 use crate::lab::history::History;
+use crate::lab::job::Progress;
 
-/// A scene that is on its way.
+/// A scene that is being loaded.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Waiting {
+pub struct LoadingFacts {
     /// What the user calls it.
     pub name: String,
-    /// What is being done.
-    pub doing: &'static str,
-    /// The share of all that is done, 0 to 1.
-    pub done: f32,
-    /// The user does not want it any more; it ends as soon as it can.
-    pub is_cancelled: bool,
+    /// How far it is.
+    pub progress: Progress,
 }
 
 /// One kernel's time.
@@ -102,7 +99,7 @@ pub struct Facts {
     /// What was left and can come back, if anything.
     pub before: Option<Before>,
     /// What is being loaded, if anything is.
-    pub loading: Option<Waiting>,
+    pub loading: Option<LoadingFacts>,
     /// What the hands need to know.
     pub hand: HandFacts,
     /// What is being taken out.

@@ -1,49 +1,33 @@
 //! Food that the hand has changed, measured by another thread. Until it is ready what there was stays; the newest change
 //! wins.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{self, JoinHandle};
-
-use myxo::mesh::atlas::Control;
+use myxo::Error;
 use myxo::scene::settings::Settings;
 use myxo::sim::{FoodOrder, PreparedFood, Simulation};
-use myxo::{Error, Result};
 
-use crate::lab::worker::joined;
+use crate::lab::job::Job;
 
-/// At work; it can be told to stop, as soon as it looks.
-struct Worker {
+/// Distances that are being measured.
+struct Measuring {
+    /// The settings that ask for them.
     asked: Settings,
-    stopped: Arc<AtomicBool>,
-    thread: JoinHandle<Result<PreparedFood>>,
+    job: Job<PreparedFood>,
 }
 
-impl Worker {
+impl Measuring {
     fn begin(asked: &Settings, order: FoodOrder) -> Self {
-        let stopped = Arc::new(AtomicBool::new(false));
-        let stop = Arc::clone(&stopped);
-        let thread = thread::spawn(move || {
-            order.prepare(&Control {
-                cancelled: Some(&stop),
-                ..Control::default()
-            })
-        });
         Self {
             asked: asked.clone(),
-            stopped,
-            thread,
+            job: Job::begin("measuring food", move |handle| {
+                Ok(handle.control(None, |control| order.prepare(control))?)
+            }),
         }
-    }
-
-    fn stop(&self) {
-        self.stopped.store(true, Ordering::Relaxed);
     }
 
     /// Does it measure what these settings ask for, to the end?
     fn is_for(&self, wanted: &Settings) -> bool {
         let asked = &self.asked;
-        !self.stopped.load(Ordering::Relaxed)
+        !self.job.is_cancelled()
             && (&wanted.foods, &wanted.feeding) == (&asked.foods, &asked.feeding)
     }
 }
@@ -51,11 +35,11 @@ impl Worker {
 /// What is being measured, and what is wanted.
 #[derive(Default)]
 pub struct Feeder {
-    worker: Option<Worker>,
+    measuring: Option<Measuring>,
     /// What the hand has set last, if it is not there yet.
     wanted: Option<Settings>,
     /// At work for a stage that was left.
-    left: Vec<JoinHandle<Result<PreparedFood>>>,
+    left: Vec<Job<PreparedFood>>,
 }
 
 /// What came of it.
@@ -72,13 +56,11 @@ impl Feeder {
         let runs = simulation.settings();
         let is_there = (&runs.foods, &runs.feeding) == (&settings.foods, &settings.feeding);
         self.wanted = (!is_there).then(|| settings.clone());
-        if let Some(worker) = &self.worker
-            && !self
-                .wanted
-                .as_ref()
-                .is_some_and(|wanted| worker.is_for(wanted))
-        {
-            worker.stop();
+        let is_for = |measuring: &Measuring| {
+            (self.wanted.as_ref()).is_some_and(|wanted| measuring.is_for(wanted))
+        };
+        if let Some(measuring) = self.measuring.as_ref().filter(|m| !is_for(m)) {
+            measuring.job.cancel();
         }
         self.begin(simulation);
     }
@@ -86,33 +68,33 @@ impl Feeder {
     /// The stage that it worked for is left: nothing is wanted any more.
     pub fn leave(&mut self) {
         self.wanted = None;
-        self.left.retain(|worker| !worker.is_finished());
-        self.left.extend(self.worker.take().map(|worker| {
-            worker.stop();
-            worker.thread
+        self.left.retain(|job| !job.has_ended());
+        self.left.extend(self.measuring.take().map(|measuring| {
+            measuring.job.cancel();
+            measuring.job
         }));
     }
 
     /// Waits for what is at work, which has the device.
     pub fn close(&mut self) {
         self.leave();
-        for worker in self.left.drain(..) {
-            // Nobody wants what came of it.
-            drop(worker.join());
+        for job in self.left.drain(..) {
+            // The result is not wanted any more.
+            drop(job.wait());
         }
     }
 
     /// Is something on its way?
     pub fn is_busy(&self) -> bool {
-        self.wanted.is_some() || self.worker.is_some()
+        self.wanted.is_some() || self.measuring.is_some()
     }
 
     /// What came of what is wanted, once. What nobody wants any more is dropped.
     pub fn take(&mut self, simulation: &Simulation) -> Option<Fed> {
-        let worker = self.worker.take_if(|worker| worker.thread.is_finished())?;
-        let is_wanted = (self.wanted.as_ref()).is_some_and(|wanted| worker.is_for(wanted));
-        let Worker { asked, thread, .. } = worker;
-        let measured = joined("measuring food", thread);
+        let measuring = self.measuring.as_mut()?;
+        let is_wanted = (self.wanted.as_ref()).is_some_and(|wanted| measuring.is_for(wanted));
+        let measured = measuring.job.take()?;
+        let Measuring { asked, .. } = self.measuring.take()?;
         if !is_wanted {
             self.begin(simulation);
             return None;
@@ -126,13 +108,13 @@ impl Feeder {
 
     /// One at a time: a slider that is dragged would ask for hundreds.
     fn begin(&mut self, simulation: &Simulation) {
-        if self.worker.is_some() {
+        if self.measuring.is_some() {
             return;
         }
         let Some(wanted) = &self.wanted else {
             return;
         };
         let order = simulation.order_food(wanted);
-        self.worker = order.map(|order| Worker::begin(wanted, order));
+        self.measuring = order.map(|order| Measuring::begin(wanted, order));
     }
 }

@@ -1,13 +1,10 @@
 //! A scene that is made ready on another thread, while the window goes on.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::{self, JoinHandle};
-
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use myxo::gpu::{DeviceInfo, DeviceKind};
-use myxo::mesh::atlas::{AtlasError, Control};
+use myxo::mesh::atlas::AtlasError;
 use myxo::plain_text::Shown as _;
 use myxo::render::Prepared;
 use myxo::scene::{Overrides, Scene};
@@ -15,9 +12,9 @@ use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::{Setup, Simulation};
 use myxo::{Error, Result};
 
-use crate::lab::facts::Waiting;
+use crate::lab::facts::LoadingFacts;
+use crate::lab::job::{Handle, Job};
 use crate::lab::saving::SceneFile;
-use crate::lab::worker::joined;
 use crate::room;
 
 /// What is to be shown.
@@ -77,16 +74,13 @@ pub enum Origin {
     NoFile,
 }
 
-/// A scene on its way. Dropping it lets the thread end by itself, as soon as it looks.
+/// A scene on its way. Dropping it lets its thread end as soon as it looks.
 pub struct Loading {
     /// What the user calls it.
     pub name: String,
     /// Where it comes from.
     pub origin: Origin,
-    /// What is being done, and the share of all that is done, 0 to 1.
-    told: Arc<Mutex<(&'static str, f32)>>,
-    cancelled: Arc<AtomicBool>,
-    worker: Option<JoinHandle<Result<Loaded>>>,
+    job: Job<Loaded>,
 }
 
 impl Loading {
@@ -98,88 +92,81 @@ impl Loading {
         atlases: Option<PathBuf>,
         load: impl FnOnce() -> Result<T> + Send + 'static,
     ) -> Self {
-        let told = Arc::new(Mutex::new(("reading", 0.0)));
-        let cancelled = Arc::new(AtomicBool::new(false));
-        let (tell, stop, info) = (Arc::clone(&told), Arc::clone(&cancelled), info.clone());
-        let worker = thread::spawn(move || {
-            let Opened { scene, from, file } = load()?.into();
-            room::check(&info, &scene)?;
-            let control = Control {
-                progress: Some(&|doing, done| {
-                    *tell.lock().unwrap_or_else(PoisonError::into_inner) = (doing, done);
-                }),
-                cancelled: Some(&stop),
-                cache: atlases.as_deref(),
-            };
-            let setup = Simulation::set_up(&info, &scene, &control)?;
-            if stop.load(Ordering::Relaxed) {
-                return Err(AtlasError::Cancelled.into());
-            }
-            let from = from.map(|(path, checkpoint)| {
-                let fits = checkpoint.check(&scene, &setup);
-                let changes = fits.map_err(|problem| {
-                    Error::Invalid(format!("cannot resume from {}: {problem}", path.shown()))
-                })?;
-                Ok::<_, Error>((checkpoint, changes))
-            });
-            let from = from.transpose()?;
-            *tell.lock().unwrap_or_else(PoisonError::into_inner) = ("light", 1.0);
-            let prepared = match info.kind {
-                DeviceKind::Cpu => Prepared::for_quick(&setup),
-                _ => Prepared::new(&setup),
-            };
-            Ok(Loaded {
-                scene,
-                setup,
-                prepared,
-                from,
-                file,
-            })
+        let info = info.clone();
+        let job = Job::begin(format!("loading {name}"), move |handle| {
+            handle.report("reading", 0.0);
+            let opened = load()?.into();
+            set_up(opened, &info, atlases.as_deref(), handle)
         });
-        Self {
-            name,
-            origin,
-            told,
-            cancelled,
-            worker: Some(worker),
-        }
+        Self { name, origin, job }
     }
 
     /// How far it is, for the interface.
-    pub fn told(&self) -> Waiting {
-        let (doing, done) = *self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        Waiting {
+    pub fn facts(&self) -> LoadingFacts {
+        LoadingFacts {
             name: self.name.clone(),
-            doing,
-            done,
-            is_cancelled: self.cancelled.load(Ordering::Relaxed),
+            progress: self.job.progress(),
         }
+    }
+
+    /// Was it cancelled?
+    pub fn is_cancelled(&self) -> bool {
+        self.job.is_cancelled()
     }
 
     /// Asks the thread to end; it does with [`AtlasError::Cancelled`].
     pub fn cancel(&self) {
-        self.cancelled.store(true, Ordering::Relaxed);
+        self.job.cancel();
     }
 
     /// What came of it, once, when it has ended.
     pub fn take(&mut self) -> Option<Result<Loaded>> {
-        let worker = self.worker.take_if(|worker| worker.is_finished())?;
-        Some(joined(&format!("loading {}", self.name), worker))
+        self.job.take()
     }
 }
 
-impl Drop for Loading {
-    fn drop(&mut self) {
-        self.cancel();
+/// Makes all that a scene needs on the device.
+fn set_up(
+    opened: Opened,
+    info: &DeviceInfo,
+    atlases: Option<&Path>,
+    handle: &Handle,
+) -> Result<Loaded> {
+    let Opened { scene, from, file } = opened;
+    room::check(info, &scene)?;
+    let setup = handle.control(atlases, |control| Simulation::set_up(info, &scene, control))?;
+    if handle.is_cancelled() {
+        return Err(AtlasError::Cancelled.into());
     }
+    let from = from.map(|(path, checkpoint)| {
+        let fits = checkpoint.check(&scene, &setup);
+        let changes = fits.map_err(|problem| {
+            Error::Invalid(format!("cannot resume from {}: {problem}", path.shown()))
+        })?;
+        Ok::<_, Error>((checkpoint, changes))
+    });
+    let from = from.transpose()?;
+    handle.report("light", 1.0);
+    let prepared = match info.kind {
+        DeviceKind::Cpu => Prepared::for_quick(&setup),
+        _ => Prepared::new(&setup),
+    };
+    Ok(Loaded {
+        scene,
+        setup,
+        prepared,
+        from,
+        file,
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use myxo::gpu::{Context, ContextOptions, Frames};
-    use std::path::Path;
+    use myxo::mesh::atlas::Control;
     use std::sync::mpsc;
+    use std::thread;
     use std::time::{Duration, Instant};
 
     fn ended(loading: &mut Loading) -> Result<Loaded> {
@@ -288,9 +275,9 @@ mod tests {
             wait.recv().expect("it is let go");
             load()
         }));
-        assert!(loading.take().is_none() && !loading.told().is_cancelled);
+        assert!(loading.take().is_none() && !loading.is_cancelled());
         loading.cancel();
-        assert!(loading.told().is_cancelled);
+        assert!(loading.facts().progress.is_cancelled);
         go.send(()).expect("it waits");
         assert!(matches!(
             ended(&mut loading),

@@ -1,8 +1,10 @@
 //! The lab: a window in which slime mold grows, with every parameter beside it.
 
 mod actions;
+mod answers;
 mod app;
 mod back;
+mod back_button;
 mod checks;
 mod clocks;
 mod command;
@@ -19,6 +21,8 @@ mod gallery;
 mod history;
 mod host;
 mod interface;
+mod job;
+mod jobs;
 
 mod layout;
 mod left;
@@ -48,6 +52,7 @@ mod profiling;
 mod recent;
 mod renewal;
 mod rows;
+mod runner;
 mod saving;
 mod screen;
 mod show;
@@ -56,17 +61,16 @@ mod stage;
 mod strokes;
 mod theme;
 mod tools;
-mod under_way;
 mod undo;
 mod view_rows;
 mod views;
+mod waiting;
 #[cfg(target_os = "linux")]
 mod wayland;
 mod wheel;
 mod widgets;
 mod window;
 mod windowless;
-mod worker;
 
 use myxo::{Error, Result};
 use winit::event_loop::EventLoop;

@@ -6,7 +6,8 @@ use crate::lab::actions::{self, Group, MOUSE};
 use crate::lab::command::Command;
 use crate::lab::document::Document;
 use crate::lab::facts::OutFacts;
-use crate::lab::facts::{Facts, Waiting};
+use crate::lab::facts::{Facts, LoadingFacts};
+use crate::lab::job::Progress;
 use crate::lab::layout::{self, Card};
 use crate::lab::places::{Marked as _, mark_cross, note_value};
 use crate::lab::rows::grouped;
@@ -158,7 +159,7 @@ pub(super) fn show_ending(ctx: &egui::Context, picture: Rect, out: &OutFacts) {
 pub(super) fn show_loading(
     ctx: &egui::Context,
     picture: Rect,
-    loading: &Waiting,
+    loading: &LoadingFacts,
     commands: &mut Vec<Command>,
 ) {
     egui::Area::new("loading".into())
@@ -170,23 +171,24 @@ pub(super) fn show_loading(
                 .show(ui, |ui| {
                     ui.set_width(300.0_f32.min(picture.width() - 64.0));
                     ui.label(RichText::new(&loading.name).heading());
-                    let doing = if loading.is_cancelled {
-                        "ending"
-                    } else {
-                        loading.doing
-                    };
+                    let Progress {
+                        doing,
+                        done,
+                        is_cancelled,
+                    } = loading.progress;
+                    let doing = if is_cancelled { "ending" } else { doing };
                     ui.label(RichText::new(doing).color(theme::weak(ui)));
                     ui.add(
-                        egui::ProgressBar::new(loading.done)
+                        egui::ProgressBar::new(done)
                             // What comes after the atlas has no measure.
-                            .animate(loading.done >= 1.0)
+                            .animate(done >= 1.0)
                             .fill(theme::accent(ui))
                             .desired_height(4.0),
                     );
                     ui.add_space(4.0);
                     let cancel = egui::Button::new("Cancel");
                     if ui
-                        .add_enabled(!loading.is_cancelled, cancel)
+                        .add_enabled(!is_cancelled, cancel)
                         .on_hover_text("What runs goes on (Esc)")
                         .marked("cancel")
                         .clicked()

@@ -3,7 +3,6 @@
 use std::collections::VecDeque;
 use std::path::Path;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::{self, JoinHandle};
 
 use image::RgbaImage;
 use image::imageops::{self, FilterType};
@@ -11,8 +10,8 @@ use myxo::Result;
 use myxo::render::offscreen::unmultiply;
 use myxo::render::output::{Output, OutputError, Written};
 
+use crate::lab::job::Job;
 use crate::lab::names::Reserved;
-use crate::lab::worker::joined;
 
 /// Pictures that wait take no more than this, but for the first few.
 const MOST_WAITING: usize = 256 << 20;
@@ -84,10 +83,9 @@ impl Shared {
 }
 
 /// A film on its way to a file. Dropped before its end, it leaves nothing.
-#[derive(Debug)]
 pub struct Encoder {
     shared: Arc<Shared>,
-    worker: Option<JoinHandle<Result<Written, OutputError>>>,
+    job: Option<Job<Written>>,
     /// It is somebody else's when the film is written.
     name: Reserved,
 }
@@ -97,10 +95,12 @@ impl Encoder {
     pub fn begin(output: Output, size: [u32; 2], name: Reserved) -> Self {
         let shared = Arc::new(Shared::default());
         let theirs = Arc::clone(&shared);
-        let worker = thread::spawn(move || write(output, size, &theirs));
+        let job = Job::begin("writing the film", move |_| {
+            Ok(write(output, size, &theirs)?)
+        });
         Self {
             shared,
-            worker: Some(worker),
+            job: Some(job),
             name,
         }
     }
@@ -153,23 +153,21 @@ impl Encoder {
 
     /// What came of it, once, when it has ended: nothing where it was cancelled.
     pub fn take(&mut self) -> Option<Result<Written>> {
-        let worker = self.worker.take_if(|worker| worker.is_finished())?;
-        Some(joined("writing the film", worker))
+        self.job.as_mut()?.take()
     }
 
     /// Waits for it.
     pub fn wait(mut self) -> Option<Result<Written>> {
-        let worker = self.worker.take()?;
-        Some(joined("writing the film", worker))
+        self.job.take()?.wait()
     }
 }
 
 impl Drop for Encoder {
     fn drop(&mut self) {
-        if let Some(worker) = self.worker.take() {
+        if let Some(job) = self.job.take() {
             self.cancel();
             // Its unfinished file is gone when it ends.
-            let _ = worker.join();
+            drop(job.wait());
         }
     }
 }
@@ -252,6 +250,7 @@ fn fitted(picture: RgbaImage, size: [u32; 2]) -> RgbaImage {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::thread;
     use std::time::{Duration, Instant};
 
     fn frame(number: u64, size: [u32; 2], red: u8) -> Frame {

@@ -2,7 +2,7 @@
 //! runs.
 
 mod encoder;
-pub mod job;
+pub mod export;
 pub mod recording;
 pub mod shot;
 
@@ -11,13 +11,14 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use myxo::render::View;
+use myxo::render::output::Written;
 use myxo::scene::settings::Settings;
 use myxo::{Error, Result};
 
 use crate::lab::document::put_look;
 use crate::lab::facts::OutFacts;
 use crate::lab::stage::Stage;
-use job::Job;
+use export::Export;
 use recording::Recording;
 pub use shot::Shot;
 
@@ -28,7 +29,7 @@ pub const LARGEST_FILM: u32 = 4096;
 #[derive(Default)]
 pub struct TakeOut {
     pub recording: Option<Recording>,
-    pub job: Option<Job>,
+    pub job: Option<Export>,
     /// Since when all of it is only finished, because the window is to close then.
     pub ends: Option<Instant>,
     /// The window waits for none of it.
@@ -50,15 +51,27 @@ impl TakeOut {
     pub fn told(&self) -> OutFacts {
         OutFacts {
             recording: self.recording.as_ref().map(Recording::told),
-            making: self.job.as_ref().map(Job::told),
-            filmed: self.job.as_ref().and_then(Job::filmed),
+            making: self.job.as_ref().map(Export::told),
+            filmed: self.job.as_ref().and_then(Export::filmed),
             ends: self.ends.is_some(),
         }
     }
 
+    /// The export that has ended, and what came of it.
+    pub fn take_export(&mut self) -> Option<(Export, Result<Written>)> {
+        let written = self.job.as_mut()?.take()?;
+        Some((self.job.take()?, written))
+    }
+
+    /// The recording that has ended, and what came of it.
+    pub fn take_recording(&mut self) -> Option<(Recording, Result<Written>)> {
+        let written = self.recording.as_mut()?.take()?;
+        Some((self.recording.take()?, written))
+    }
+
     /// Does the simulation stand as it is, or go on only when a film asks for it?
     pub fn holds(&self) -> bool {
-        self.job.as_ref().is_some_and(Job::holds)
+        self.job.as_ref().is_some_and(Export::holds)
     }
 
     /// Is there something to be done, or to be shown as it goes on?
@@ -70,9 +83,9 @@ impl TakeOut {
     /// state yet.
     pub fn leave_stage(&mut self) {
         match &mut self.job {
-            Some(Job::Film(film)) => film.stop(),
-            Some(job @ Job::Picture(_)) if job.draws() => job.cancel(),
-            Some(Job::Export(export)) => {
+            Some(Export::Film(film)) => film.stop(),
+            Some(job @ Export::Picture(_)) if job.draws() => job.cancel(),
+            Some(Export::File(export)) => {
                 // What its file has is nothing of the next scene's.
                 export.saves = None;
                 if export.is_asked() {

@@ -68,7 +68,7 @@ pub struct CarriedOver {
 impl Lab {
     /// Would what was painted be gone with this stage, because it brings another map?
     pub(crate) fn loses_areas_to(&self, next: &Stage) -> bool {
-        self.stage.as_ref().is_some_and(|left| {
+        self.runner.stage.as_ref().is_some_and(|left| {
             let (here, there) = (Areas::of(left), Areas::of(next));
             // What cannot be read is lost in any case.
             let bias = left.simulation.areas().unwrap_or_default();
@@ -84,7 +84,7 @@ impl Lab {
     pub(crate) fn carry_over(&mut self, next: &mut Stage) -> Result<CarriedOver> {
         let carry = self.edits.carry.take();
         let mut carried_over = CarriedOver::default();
-        let Some(left) = &self.stage else {
+        let Some(left) = &self.runner.stage else {
             return Ok(carried_over);
         };
         let (here, there) = (Areas::of(left), Areas::of(next));
@@ -144,11 +144,15 @@ impl Lab {
         }
         self.paint_now(context)?;
         let folder = self.folder_out();
-        let Some(stage) = &mut self.stage else {
+        let Some(stage) = &mut self.runner.stage else {
             return Ok(());
         };
         let bias = stage.simulation.areas()?;
-        let name = Reserved::next(&folder, &format!("{}_start", self.name), "png")?;
+        let name = Reserved::next(
+            &folder,
+            &format!("{}_start", self.interface.document.name),
+            "png",
+        )?;
         let atlas = &stage.simulation.setup().atlas;
         let Some(texels) = write_mask(name.path(), &bias, atlas)? else {
             self.interface.notices.say(context, NOTHING_ATTRACTS, false);

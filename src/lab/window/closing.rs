@@ -13,9 +13,9 @@ use crate::lab::command::Out;
 use crate::lab::command::Work;
 use crate::lab::loading::Origin;
 use crate::lab::out::TakeOut;
-use crate::lab::out::job::Job;
+use crate::lab::out::export::Export;
 use crate::lab::saving::whole;
-use crate::lab::under_way::Left;
+use crate::lab::waiting::Waiting;
 use crate::lab::window::Lab;
 
 /// A window that closes waits no longer for a picture to be drawn.
@@ -28,19 +28,19 @@ impl Lab {
     /// Somebody wants to leave. May the window close at once? Else it goes on until what is being made is whole; whoever asks once
     /// more gives up what is not being recorded.
     pub(in super::super) fn ask_to_close(&mut self) -> bool {
-        match self.out.ends {
+        match self.jobs.exports.ends {
             Some(since) if since.elapsed() < ASKED_TWICE => return self.has_closed(),
             Some(_) => {
-                if let Some(job) = &mut self.out.job {
+                if let Some(job) = &mut self.jobs.exports.job {
                     job.cancel();
                 }
-                self.out.gives_up = true;
+                self.jobs.exports.gives_up = true;
             }
             None => {
                 self.closing = true;
                 self.begin_to_end();
                 // Nobody sees how far it is, and hidden windows may not be drawn any more.
-                self.out.gives_up |= self.is_hidden();
+                self.jobs.exports.gives_up |= self.is_hidden();
             }
         }
         self.has_closed()
@@ -52,26 +52,26 @@ impl Lab {
 
     /// Has somebody wanted to leave, and does nothing hold the window any more?
     pub(in super::super) fn has_closed(&self) -> bool {
-        self.closing && (self.out.gives_up || !self.out.is_busy())
+        self.closing && (self.jobs.exports.gives_up || !self.jobs.exports.is_busy())
     }
 
     /// From now on the window only finishes what is being made: recordings and films have the pictures that they have.
     pub(in super::super) fn begin_to_end(&mut self) {
-        if self.out.ends.is_some() {
+        if self.jobs.exports.ends.is_some() {
             return;
         }
-        self.out.ends = Some(Instant::now());
-        if let Some(recording) = &mut self.out.recording {
+        self.jobs.exports.ends = Some(Instant::now());
+        if let Some(recording) = &mut self.jobs.exports.recording {
             say(&finishing(recording.path()));
             if !recording.is_ending() {
                 // Where that fails, the next frame says so.
-                let _ = self.frames.wait_idle();
+                let _ = self.runner.frames.wait_idle();
                 recording.stop();
             }
         }
-        if let Some(job) = &mut self.out.job {
+        if let Some(job) = &mut self.jobs.exports.job {
             say(&finishing(job.path()));
-            if let Job::Film(film) = job {
+            if let Export::Film(film) = job {
                 film.stop();
             }
         }
@@ -80,7 +80,7 @@ impl Lab {
     /// The window closes: what is being recorded, filmed or written becomes whole files, and so does a picture that does not
     /// take long. What became of each is said on the terminal.
     pub(in super::super) fn end_taking_out(&mut self) {
-        self.out.end_recording();
+        self.jobs.exports.end_recording();
         self.finish_job();
     }
 
@@ -90,10 +90,10 @@ impl Lab {
         if let Some(text) = self.was_on_its_way() {
             say(&text);
         }
-        let left = std::mem::take(&mut self.left);
+        let left = std::mem::take(&mut self.waiting);
         let left: Vec<_> = (left.into_iter().map(|left| (end_of(&left), left))).collect();
         let any_writes = (left.iter()).any(|(end, _)| *end == AtTheEnd::Writes);
-        if any_writes && self.under_way.is_some() {
+        if any_writes && self.runner.is_within_steps() {
             say("finishing the steps that are under way ...");
             if let Err(error) = self.finish_steps() {
                 say(&error.to_string());
@@ -112,7 +112,7 @@ impl Lab {
                 // One thing at a time.
                 AtTheEnd::Writes => self.finish_job(),
             }
-            let Left::Command(command, size) = left else {
+            let Waiting::Command(command, size) = left else {
                 continue;
             };
             self.interface.notices = Default::default();
@@ -127,7 +127,7 @@ impl Lab {
 
     /// What is said where nothing that waits is obeyed: of all that does not come any more.
     pub(in super::super) fn what_does_not_come(&self) -> Vec<String> {
-        let waits = self.left.iter().filter_map(|left| match end_of(left) {
+        let waits = self.waiting.iter().filter_map(|left| match end_of(left) {
             AtTheEnd::GivenUp(text) => Some(text),
             _ => None,
         });
@@ -138,30 +138,30 @@ impl Lab {
     fn was_on_its_way(&self) -> Option<String> {
         let coming = self.edits.coming.as_ref();
         let coming = coming.map(|coming| coming.what.clone());
-        let loading = self.loading.as_ref();
+        let loading = self.jobs.loading.as_ref();
         // Before there is a scene, nothing but the first one can be.
         let loading = loading.filter(|loading| {
             let is_other = loading.origin != Origin::Shown;
-            self.scene().is_some() && is_other && !loading.told().is_cancelled
+            self.runner.scene().is_some() && is_other && !loading.is_cancelled()
         });
         let what = coming.or_else(|| loading.map(|loading| loading.name.clone()));
-        let what = what.filter(|_| self.loading.is_some())?;
+        let what = what.filter(|_| self.jobs.loading.is_some())?;
         Some(format!("{what} was on its way, and was given up"))
     }
 
     fn finish_job(&mut self) {
-        let Some(job) = &self.out.job else {
+        let Some(job) = &self.jobs.exports.job else {
             return;
         };
-        if self.out.ends.is_none() {
+        if self.jobs.exports.ends.is_none() {
             say(&finishing(job.path()));
         }
         let ready = self.make_ready();
-        let saves = match &mut self.out.job {
-            Some(Job::Export(export)) => export.saves.take(),
+        let saves = match &mut self.jobs.exports.job {
+            Some(Export::File(export)) => export.saves.take(),
             _ => None,
         };
-        let is_whole = self.out.end_job(ready);
+        let is_whole = self.jobs.exports.end_job(ready);
         if saves.is_some() && is_whole {
             self.interface.document.saved(saves);
         }
@@ -169,25 +169,25 @@ impl Lab {
 
     /// Does what needs the device.
     fn make_ready(&mut self) -> Result<()> {
-        let needs_state = |job: &Job| match job {
-            Job::Export(export) => export.is_asked(),
+        let needs_state = |job: &Export| match job {
+            Export::File(export) => export.is_asked(),
             job => job.draws(),
         };
-        if self.out.job.as_ref().is_some_and(needs_state) {
+        if self.jobs.exports.job.as_ref().is_some_and(needs_state) {
             let context = self.host.context().clone();
-            let mut rec = self.frames.begin()?;
+            let mut rec = self.runner.frames.begin()?;
             // What was painted before is seen in it.
             self.record_hands(&mut rec, &context)?;
             self.record_asked(&mut rec)?;
-            self.frames.submit(rec)?;
-            self.frames.wait_idle()?;
+            self.runner.frames.submit(rec)?;
+            self.runner.frames.wait_idle()?;
         }
-        let (Some(job), Some(stage)) = (&mut self.out.job, &mut self.stage) else {
+        let (Some(job), Some(stage)) = (&mut self.jobs.exports.job, &mut self.runner.stage) else {
             return Ok(());
         };
         let begun = Instant::now();
         while job.draws() && begun.elapsed() < LAST_PICTURE {
-            job.advance(&mut self.frames, stage, false)?;
+            job.advance(&mut self.runner.frames, stage, false)?;
         }
         Ok(())
     }
@@ -259,15 +259,15 @@ enum AtTheEnd {
     Forgotten,
 }
 
-fn end_of(left: &Left) -> AtTheEnd {
-    match left {
-        Left::Command(command, _) => at_the_end(command),
-        Left::File(path) => not_opened(path),
-        Left::Copy(object, _) => AtTheEnd::GivenUp(format!(
+fn end_of(waiting: &Waiting) -> AtTheEnd {
+    match waiting {
+        Waiting::Command(command, _) => at_the_end(command),
+        Waiting::File(path) => not_opened(path),
+        Waiting::Copy(object, _) => AtTheEnd::GivenUp(format!(
             "{} was not duplicated: the window closed before its turn",
             object.name
         )),
-        Left::Removal(object) => AtTheEnd::GivenUp(format!(
+        Waiting::Removal(object) => AtTheEnd::GivenUp(format!(
             "{} was not taken out of the scene: the window closed before its turn",
             object.name
         )),
@@ -405,31 +405,40 @@ mod tests {
             since: SystemTime::UNIX_EPOCH,
         });
         for (left, told) in [
-            (Left::File("a/tip.obj".into()), "a/tip.obj was not opened"),
             (
-                Left::Command(Command::TakeFile("b.toml".into()), [1, 1]),
+                Waiting::File("a/tip.obj".into()),
+                "a/tip.obj was not opened",
+            ),
+            (
+                Waiting::Command(Command::TakeFile("b.toml".into()), [1, 1]),
                 "b.toml was not opened",
             ),
-            (Left::Command(add, [1, 1]), "builtin:cube was not added"),
+            (Waiting::Command(add, [1, 1]), "builtin:cube was not added"),
             (
-                Left::Command(duplicate, [1, 1]),
+                Waiting::Command(duplicate, [1, 1]),
                 "an object was not duplicated",
             ),
-            (Left::Command(remove, [1, 1]), "an object was not taken out"),
             (
-                Left::Command(Command::Open("torus"), [1, 1]),
+                Waiting::Command(remove, [1, 1]),
+                "an object was not taken out",
+            ),
+            (
+                Waiting::Command(Command::Open("torus"), [1, 1]),
                 "torus was not opened",
             ),
             (
-                Left::Command(Command::OpenWithLook("torus"), [1, 1]),
+                Waiting::Command(Command::OpenWithLook("torus"), [1, 1]),
                 "torus was not opened",
             ),
-            (Left::Command(as_left, [1, 1]), "knot was not opened"),
+            (Waiting::Command(as_left, [1, 1]), "knot was not opened"),
             (
-                Left::Copy(object.clone(), ticket),
+                Waiting::Copy(object.clone(), ticket),
                 "ball was not duplicated",
             ),
-            (Left::Removal(object), "ball was not taken out of the scene"),
+            (
+                Waiting::Removal(object),
+                "ball was not taken out of the scene",
+            ),
         ] {
             let AtTheEnd::GivenUp(text) = end_of(&left) else {
                 panic!("{told}")

@@ -3,27 +3,21 @@
 use std::path::{Path, PathBuf};
 
 use glam::Vec2;
-use myxo::mesh::atlas::AtlasError;
+use myxo::Result;
 use myxo::plain_text::Shown as _;
 use myxo::scene::presets::is_preset;
 use myxo::scene::{Overrides, Scene, Settings};
 use myxo::sim::checkpoint::Checkpoint;
-use myxo::{Error, Result};
 
 use crate::console;
 use crate::lab::command::Command;
-use crate::lab::command::Work;
-use crate::lab::edits::Coming;
 use crate::lab::interface::Interface;
 use crate::lab::left::LeftScenes;
-use crate::lab::loading::{Loaded, Loading, Opened, Origin};
-use crate::lab::lost::is_loss;
+use crate::lab::loading::{Opened, Origin};
 use crate::lab::names::unnumbered;
 use crate::lab::saving::left_name;
 use crate::lab::saving::{SceneFile, chosen, save_scene, whole, write_scene};
 use crate::lab::stage::Stage;
-use crate::lab::under_way::Left;
-use crate::lab::window::areas::CarriedOver;
 use crate::lab::window::{Lab, title};
 
 impl Lab {
@@ -40,14 +34,18 @@ impl Lab {
             }
             Command::Restart => self.restart(),
             Command::GoBack => self.go_back(),
-            Command::Step => self.single_steps += u32::from(self.stage.is_some()),
-            Command::ClearTimes => self.clocks.clear_times(&mut self.frames),
+            Command::Step => self.runner.single_steps += u32::from(self.runner.stage.is_some()),
+            Command::ClearTimes => self.clocks.clear_times(&mut self.runner.frames),
             Command::Screenshot => self.picture(context, picture_size),
             Command::TakeOut(out) => self.take_out(context, out, picture_size),
             Command::Refocus(pixel) => {
                 let size = Vec2::new(picture_size[0] as f32, picture_size[1] as f32);
                 let view = &self.interface.document.view;
-                let hit = self.stage.as_ref().and_then(|s| s.pick(view, pixel, size));
+                let hit = self
+                    .runner
+                    .stage
+                    .as_ref()
+                    .and_then(|s| s.pick(view, pixel, size));
                 if let Some(hit) = hit {
                     let Interface {
                         navigation,
@@ -77,7 +75,7 @@ impl Lab {
                 self.open_file(path);
             }
             Command::CancelLoading => {
-                if let Some(loading) = &self.loading {
+                if let Some(loading) = &self.jobs.loading {
                     loading.cancel();
                 }
             }
@@ -102,19 +100,11 @@ impl Lab {
 
     /// Lets the running simulation take over what can change while it runs. Where it cannot, that is said, and false.
     pub(super) fn apply(&mut self, context: &egui::Context) -> bool {
-        let Some(stage) = &mut self.stage else {
-            return false;
-        };
         let wanted = self.interface.document.live_settings();
-        let mut live = wanted.clone();
-        // To measure how far texels are from food takes longer than a picture.
-        let runs = stage.simulation.settings();
-        live.foods.clone_from(&runs.foods);
-        live.feeding = runs.feeding.clone();
-        let is_taken = match stage.simulation.apply(&live) {
-            Ok(()) => {
+        let is_taken = match self.runner.apply(&wanted) {
+            Ok(None) => return false,
+            Ok(Some(live)) => {
                 self.interface.document.running = live;
-                stage.forget_picture();
                 true
             }
             Err(error) => {
@@ -122,7 +112,9 @@ impl Lab {
                 false
             }
         };
-        self.feeder.want(&stage.simulation, &wanted);
+        if let Some(stage) = &self.runner.stage {
+            self.jobs.food.want(&stage.simulation, &wanted);
+        }
         is_taken
     }
 
@@ -134,7 +126,10 @@ impl Lab {
 
     /// The same with other settings.
     pub(super) fn restart_as(&mut self, settings: Settings) {
-        let (name, folder) = (self.name.clone(), self.folder.clone());
+        let (name, folder) = (
+            self.interface.document.name.clone(),
+            self.interface.document.folder.clone(),
+        );
         let meshes = self.meshes_for(&settings);
         self.load(name.clone(), Origin::Shown, move || {
             Ok(match meshes {
@@ -149,11 +144,11 @@ impl Lab {
         let has_areas = |stage: &Stage| stage.simulation.state().bias.is_some();
         let has_map = |stage: &Stage| !stage.simulation.setup().bias.is_empty();
         let has_strokes = self.interface.document.undo.strokes() > 0;
-        (self.stage.as_ref()).is_some_and(|s| has_areas(s) && (!has_map(s) || has_strokes))
+        (self.runner.stage.as_ref()).is_some_and(|s| has_areas(s) && (!has_map(s) || has_strokes))
     }
 
     fn copy(&mut self, context: &egui::Context) {
-        let (Some(scene), Some(stage)) = (self.scene_text(), &self.stage) else {
+        let (Some(scene), Some(stage)) = (self.scene_text(), &self.runner.stage) else {
             return;
         };
         let as_it_runs = scene.lacking();
@@ -171,11 +166,17 @@ impl Lab {
 
     /// Into the file that the scene was saved in before, or else into a numbered one.
     fn save(&mut self, context: &egui::Context) {
-        let saved = match self.file.clone().filter(|file| file.may_be_replaced) {
+        let saved = match self
+            .interface
+            .document
+            .file
+            .clone()
+            .filter(|file| file.may_be_replaced)
+        {
             Some(file) => self.save_by(context, |text| write_scene(&file.path, text)),
             None => {
                 let folder = self.folder_out();
-                let name = unnumbered(&self.name).to_owned();
+                let name = unnumbered(&self.interface.document.name).to_owned();
                 self.save_by(context, |text| save_scene(&folder, &name, text))
             }
         };
@@ -185,13 +186,18 @@ impl Lab {
     }
 
     fn ask_where_to_save(&mut self, context: &egui::Context) {
-        if self.scene().is_none() {
+        if self.runner.scene().is_none() {
             return;
         }
-        let file = self.file.as_ref().map(|file| file.path.as_path());
+        let file = self
+            .interface
+            .document
+            .file
+            .as_ref()
+            .map(|file| file.path.as_path());
         let name = file.and_then(Path::file_name);
         let name = name.map_or_else(
-            || format!("{}.toml", unnumbered(&self.name)),
+            || format!("{}.toml", unnumbered(&self.interface.document.name)),
             |name| name.to_string_lossy().into_owned(),
         );
         let folder = file.and_then(Path::parent).map(Path::to_owned);
@@ -206,10 +212,10 @@ impl Lab {
         };
         if let Some(file) = self.save_by(context, |text| write_scene(&file, text)) {
             let name = file.file_stem().unwrap_or(file.as_os_str());
-            self.name = name.to_string_lossy().into_owned();
+            self.interface.document.name = name.to_string_lossy().into_owned();
             self.is_saved_in(&file);
-            self.clocks.facts.scene = self.name.clone();
-            self.host.set_title(&title(&self.name));
+            self.clocks.facts.scene = self.interface.document.name.clone();
+            self.host.set_title(&title(&self.interface.document.name));
         }
     }
 
@@ -217,8 +223,10 @@ impl Lab {
     fn is_saved_in(&mut self, file: &Path) {
         let file = SceneFile::saved(file);
         self.interface.gallery.recent.note(&file.path);
-        self.file = Some(file);
-        self.back.saved(self.file.as_ref());
+        self.interface.document.file = Some(file);
+        self.runner
+            .back
+            .saved(self.interface.document.file.as_ref());
     }
 
     /// Writes the scene, and says so or why not. Gives where it did.
@@ -227,7 +235,7 @@ impl Lab {
         context: &egui::Context,
         write: impl FnOnce(&mut dyn FnMut(&Path) -> Result<String>) -> Result<PathBuf>,
     ) -> Option<PathBuf> {
-        self.scene()?;
+        self.runner.scene()?;
         let (mut told, mut has_all) = (String::new(), false);
         let saved = write(&mut |file| {
             let scene = self.scene_text_at(file)?;
@@ -277,8 +285,8 @@ impl Lab {
     }
 
     /// Keeps the scene that is about to be left, if something of it has no file. Gives its file, and what it lacks.
-    fn keep_left(&mut self) -> Option<Result<(PathBuf, String)>> {
-        if !self.interface.document.is_unsaved() || self.scene().is_none() {
+    pub(super) fn keep_left(&mut self) -> Option<Result<(PathBuf, String)>> {
+        if !self.interface.document.is_unsaved() || self.runner.scene().is_none() {
             return None;
         }
         Some(self.keep_as_left())
@@ -288,7 +296,7 @@ impl Lab {
     pub(super) fn keep_as_left(&mut self) -> Result<(PathBuf, String)> {
         let mut lacks = String::new();
         let mut left = std::mem::take(&mut self.interface.gallery.left);
-        let kept = left.keep(&self.name, |file| {
+        let kept = left.keep(&self.interface.document.name, |file| {
             let scene = self.scene_text_at(file)?;
             lacks = scene.lacking();
             Ok(scene.text)
@@ -303,211 +311,11 @@ impl Lab {
             None => return,
             Some(Ok((file, lacks))) => format!(
                 "{} as you left it is kept: `myxo lab {}` opens it, and so does the gallery{lacks}",
-                self.name,
+                self.interface.document.name,
                 file.shown(),
             ),
             Some(Err(error)) => error.to_string(),
         };
         console::message(&text);
-    }
-
-    /// Begins to load a scene; one that is on its way is given up for it.
-    pub(super) fn load<T: Into<Opened>>(
-        &mut self,
-        name: String,
-        origin: Origin,
-        load: impl FnOnce() -> Result<T> + Send + 'static,
-    ) {
-        self.make_room(&name, origin);
-        self.edits.carry = None;
-        self.back.stays();
-        let asked = (origin == Origin::Shown).then(|| self.interface.document.edited.clone());
-        self.interface.document.asked = asked;
-        let (info, atlases) = (self.ctx.info(), self.atlases.clone());
-        self.loading = Some(Loading::begin(name, origin, info, atlases, load));
-        self.host.request_redraw();
-    }
-
-    /// What is on its way is given up. An object that was to come or to go does so afterwards, if it is the same scene; what
-    /// is lost is said.
-    fn make_room(&mut self, name: &str, origin: Origin) {
-        let is_same = origin == Origin::Shown;
-        if !is_same {
-            self.left.retain(|left| {
-                let is_of_an_object = match left {
-                    Left::Copy(..) | Left::Removal(_) => true,
-                    Left::Command(Command::Hand(work), _) => {
-                        matches!(work, Work::Duplicate(..) | Work::Remove(_))
-                    }
-                    _ => false,
-                };
-                !is_of_an_object
-            });
-        }
-        let coming = self.edits.coming.take();
-        let loading = self.loading.as_ref();
-        let Some(loading) = loading.filter(|loading| !loading.told().is_cancelled) else {
-            return;
-        };
-        let lost = match coming {
-            Some(Coming {
-                again: Some(again), ..
-            }) if is_same => {
-                self.left.insert(0, again);
-                return;
-            }
-            Some(coming) => {
-                if let Some(ticket) = coming.ticket {
-                    self.interface.hands.answer(ticket, None);
-                }
-                coming.what
-            }
-            None if is_same && loading.origin != Origin::Shown && loading.name != name => {
-                loading.name.clone()
-            }
-            None => return,
-        };
-        let context = self.host.context().clone();
-        let text = format!("{lost} was on its way, and was given up");
-        self.interface.notices.say(&context, text, false);
-    }
-
-    /// Shows the scene that was loaded, if it is ready. If something was wrong with it, what runs goes on.
-    pub(super) fn take_loaded(&mut self) -> Result<()> {
-        let Some(result) = self.loading.as_mut().and_then(Loading::take) else {
-            return Ok(());
-        };
-        let Some(loading) = self.loading.take() else {
-            return Ok(());
-        };
-        let shown = result.and_then(|loaded| self.show(loaded, loading.origin));
-        let context = self.host.context().clone();
-        if shown.is_err() {
-            self.interface.not_shown();
-        }
-        if !matches!(&shown, Err(error) if is_loss(error)) {
-            self.has_come(shown.is_ok());
-        }
-        match shown {
-            Ok(()) => {}
-            Err(Error::Atlas(AtlasError::Cancelled)) => {
-                let text = format!("{} was not loaded", loading.name);
-                self.interface.notices.say(&context, text, false);
-            }
-            Err(error) if is_loss(&error) => {
-                // It is given up like any that is on its way then. An object is not asked for again: it may be what the device
-                // was lost by.
-                self.loading = Some(loading);
-                if let Some(coming) = &mut self.edits.coming {
-                    coming.again = None;
-                }
-                return Err(error);
-            }
-            Err(error) => self
-                .interface
-                .notices
-                .say(&context, error.to_string(), true),
-        }
-        Ok(())
-    }
-
-    fn show(&mut self, loaded: Loaded, origin: Origin) -> Result<()> {
-        self.out.leave_stage();
-        let file = loaded.file.clone();
-        // What runs makes room only when the next one is there.
-        let mut stage = Stage::new(&self.ctx, loaded, self.format)?;
-        let is_new_scene = origin != Origin::Shown;
-        if is_new_scene {
-            self.interface.opening.leave_scene();
-        } else {
-            // It may have got another name meanwhile.
-            stage.scene.name.clone_from(&self.name);
-        }
-        let left = if is_new_scene {
-            self.keep_left()
-        } else {
-            (self.loses_areas_to(&stage)).then(|| self.keep_as_left())
-        };
-        let carried_over = match is_new_scene {
-            true => CarriedOver::default(),
-            false => self.carry_over(&mut stage)?,
-        };
-        let mut is_error = false;
-        let mut texts: Vec<String> = left
-            .map(|left| match left {
-                Ok((_, lacks)) if is_new_scene => {
-                    format!("{} as you left it is in the gallery{lacks}", self.name)
-                }
-                Ok((_, lacks)) => format!(
-                    "Another map of areas has taken the place of those that were painted: {} with these is in the gallery{lacks}",
-                    self.name
-                ),
-                Err(error) => {
-                    is_error = true;
-                    error.to_string()
-                }
-            })
-            .into_iter()
-            .collect();
-        // What was told of these meshes is not told again.
-        let told = self.stage.as_ref().map(|stage| &stage.remarks);
-        let told = told.or_else(|| Some(&self.lost.as_ref()?.remarks));
-        let told = told.map_or(&[][..], Vec::as_slice);
-        let new = stage.remarks.iter().filter(|text| !told.contains(text));
-        texts.extend(new.cloned());
-        texts.extend(stage.resumed.take());
-        let back = self.back.take_coming();
-        if !carried_over.state {
-            match self.keep_grown(back.is_some()) {
-                Ok(()) => {}
-                Err(error) if is_loss(&error) => return Err(error),
-                Err(error) => {
-                    is_error = true;
-                    texts.push(format!("There is no way back to what had grown: {error}"));
-                }
-            }
-        }
-        if !texts.is_empty() {
-            let context = self.host.context().clone();
-            self.interface
-                .notices
-                .say(&context, texts.join("\n"), is_error);
-        }
-        self.feeder.leave();
-        stage.take_canvas(self.stage.take());
-        let scene = &stage.scene;
-        self.name.clone_from(&scene.name);
-        self.folder.clone_from(&scene.folder);
-        self.interface.opening.count_from(&self.folder);
-        self.host.set_title(&title(&scene.name));
-        if is_new_scene {
-            if let Some(file) = &file {
-                self.interface.gallery.recent.note(&file.path);
-            }
-            self.file = file;
-            self.edits.leave_scene();
-            self.interface.open(scene);
-            if origin == Origin::NoFile {
-                self.interface.document.saved(None);
-            }
-            self.shows_another(back.as_ref());
-        } else {
-            self.interface.restarted(scene);
-        }
-        self.clocks.restart(&mut self.frames, &stage);
-        self.stage = Some(stage);
-        if !carried_over.strokes {
-            self.forget_strokes();
-        }
-        self.runs_again();
-        if let Some(checks) = &mut self.checks {
-            checks.restart();
-        }
-        self.pacer.restart();
-        self.moved = self.host.now();
-        if self.interface.document.edited != self.interface.document.running {
-            self.apply(&self.host.context().clone());
-        }
-        Ok(())
     }
 }

@@ -5,11 +5,11 @@ use crate::lab::document::Document;
 use crate::lab::exports::Kind;
 use crate::lab::names::Reserved;
 use crate::lab::names::unnumbered;
-use crate::lab::out::job::{ExportJob, Film, Job, Picture};
+use crate::lab::out::export::{Export, FileExport, Film, Picture};
 use crate::lab::out::recording::Recording;
 use crate::lab::out::*;
 use crate::lab::window::Lab;
-use crate::lab::window::closing::{found_again, say, told_of, told_of_recording};
+use crate::lab::window::closing::found_again;
 use myxo::render::output::{Output, Written};
 use myxo::{Error, Result};
 use std::path::PathBuf;
@@ -29,13 +29,13 @@ impl Lab {
             Out::Film => self.film(picture),
             Out::Export(model) => self.export(model),
             Out::Cancel => {
-                if let Some(job) = &mut self.out.job {
+                if let Some(job) = &mut self.jobs.exports.job {
                     job.cancel();
                 }
                 Ok(())
             }
             Out::Finish => {
-                if let Some(Job::Film(film)) = &mut self.out.job
+                if let Some(Export::Film(film)) = &mut self.jobs.exports.job
                     && film.told().can_finish
                 {
                     film.stop();
@@ -58,25 +58,27 @@ impl Lab {
     }
 
     fn begin_picture(&mut self, picture: [u32; 2]) -> Result<()> {
-        if self.stage.is_none() {
+        if self.runner.stage.is_none() {
             return Ok(());
         }
         self.is_free()?;
         let panel = &self.interface.out;
         let size = panel.size.pixels(picture, panel.custom);
-        let most = self.ctx.info().max_image_side;
+        let most = self.runner.ctx.info().max_image_side;
         check_size(size, most)?;
         let name = Reserved::next(&self.folder_out(), "screenshot", "png")?;
         let mut view = scaled(&self.interface.document.view, picture, size);
         view.is_transparent = panel.transparent;
-        let made = Picture::begin(&self.ctx, size, self.format, view, name);
-        self.out.job = Some(Job::Picture(made.map_err(|error| too_large(size, error))?));
+        let made = Picture::begin(&self.runner.ctx, size, self.runner.format, view, name);
+        self.jobs.exports.job = Some(Export::Picture(
+            made.map_err(|error| too_large(size, error))?,
+        ));
         Ok(())
     }
 
     /// One thing at a time, or files would be made of different states.
     fn is_free(&self) -> Result<()> {
-        match &self.out.job {
+        match &self.jobs.exports.job {
             None => Ok(()),
             Some(job) => Err(Error::Invalid(format!(
                 "{} is being made: wait for it, or cancel it",
@@ -86,22 +88,22 @@ impl Lab {
     }
 
     fn record(&mut self, context: &egui::Context, picture: [u32; 2]) -> Result<()> {
-        if let Some(recording) = &mut self.out.recording {
+        if let Some(recording) = &mut self.jobs.exports.recording {
             if !recording.is_ending() {
-                self.frames.wait_idle()?;
+                self.runner.frames.wait_idle()?;
                 recording.stop();
             }
             return Ok(());
         }
-        if self.stage.is_none() || picture.contains(&0) {
+        if self.runner.stage.is_none() || picture.contains(&0) {
             return Ok(());
         }
         let panel = &self.interface.out;
         let (kind, fps) = (panel.kind, panel.fps);
         let (name, output) = self.output("recording", kind, picture, fps)?;
-        let (ctx, format) = (&self.ctx, self.format);
+        let (ctx, format) = (&self.runner.ctx, self.runner.format);
         let recording = Recording::begin(ctx, output, picture, name, fps, format);
-        self.out.recording = Some(recording);
+        self.jobs.exports.recording = Some(recording);
         self.interface
             .notices
             .say(context, "Recording: F9 ends it", false);
@@ -109,7 +111,7 @@ impl Lab {
     }
 
     fn film(&mut self, picture: [u32; 2]) -> Result<()> {
-        let Some(stage) = &self.stage else {
+        let Some(stage) = &self.runner.stage else {
             return Ok(());
         };
         let first_step = stage.simulation.step();
@@ -124,16 +126,16 @@ impl Lab {
             self.interface.document.stand_back(&mut view.camera, size);
         }
         let film = Film::begin(
-            &self.ctx,
+            &self.runner.ctx,
             output,
             size,
-            self.format,
+            self.runner.format,
             view,
             name,
             &panel,
             first_step,
         );
-        self.out.job = Some(Job::Film(film.map_err(|error| too_large(size, error))?));
+        self.jobs.exports.job = Some(Export::Film(film.map_err(|error| too_large(size, error))?));
         Ok(())
     }
 
@@ -150,7 +152,7 @@ impl Lab {
             Kind::Mp4 | Kind::Gif => name.path().to_owned(),
         };
         let mut output = Output::create(&path, size.into(), f64::from(fps))?;
-        if let Some(flag) = self.out.interrupt {
+        if let Some(flag) = self.jobs.exports.interrupt {
             output.set_interrupt(flag);
         }
         Ok((name, output))
@@ -158,26 +160,28 @@ impl Lab {
 
     fn export(&mut self, model: Model) -> Result<()> {
         self.is_free()?;
-        if self.stage.is_none() {
+        if self.runner.stage.is_none() {
             return Ok(());
         }
-        let stem = unnumbered(&self.name).replace(std::path::is_separator, "_");
+        let stem = unnumbered(&self.interface.document.name).replace(std::path::is_separator, "_");
         let name = Reserved::next(&self.folder_out(), &stem, model.ending())?;
         let colors = self.interface.out.colors;
-        self.out.job = Some(Job::Export(ExportJob::ask(model, colors, name)));
+        self.jobs.exports.job = Some(Export::File(FileExport::ask(model, colors, name)));
         Ok(())
     }
 
     /// Records what an export takes of the state, if one is asked for; no memory for it is said.
     pub(super) fn record_export(&mut self, rec: &mut myxo::gpu::Recorder, context: &egui::Context) {
         if let Err(error) = self.record_asked(rec) {
-            self.out.job = None;
+            self.jobs.exports.job = None;
             self.interface.notices.say(context, error.to_string(), true);
         }
     }
 
     pub(super) fn record_asked(&mut self, rec: &mut myxo::gpu::Recorder) -> Result<()> {
-        let (Some(Job::Export(job)), Some(stage)) = (&mut self.out.job, &self.stage) else {
+        let (Some(Export::File(job)), Some(stage)) =
+            (&mut self.jobs.exports.job, &self.runner.stage)
+        else {
             return Ok(());
         };
         if job.is_asked_for(Model::Scene) && !self.interface.document.is_pending() {
@@ -187,64 +191,14 @@ impl Lab {
         job.record(rec, stage, view, edited)
     }
 
-    /// Goes on with what is being made, for a moment, and tells what has come of it.
-    pub(super) fn make(&mut self, context: &egui::Context) -> Result<()> {
-        if let Some(job) = &mut self.out.job
-            && let Some(stage) = &mut self.stage
-        {
-            // Where that fails, what there is of it is still kept.
-            job.advance(
-                &mut self.frames,
-                stage,
-                self.interface.document.morph.is_some(),
-            )?;
-        }
-        let ended = self.out.job.as_mut().and_then(Job::take);
-        if let Some(ended) = ended {
-            let job = self.out.job.take();
-            let was = job
-                .as_ref()
-                .map(|job| (job.path().to_owned(), job.is_cancelled()));
-            if let (true, Some((path, is_cancelled))) = (self.out.ends.is_some(), was) {
-                say(&told_of(&path, &ended, is_cancelled));
-            }
-            match job.as_ref().map(Job::told) {
-                Some(making) if making.is_cancelled => {
-                    let text = format!("{} was given up", making.name);
-                    self.interface.notices.say(context, text, false);
-                }
-                _ => {
-                    if let (Some(Job::Export(export)), Ok(_)) = (job, &ended)
-                        && export.saves.is_some()
-                    {
-                        self.interface.document.saved(export.saves);
-                        self.back.saved(self.file.as_ref());
-                    }
-                    self.tell_written(context, ended, "");
-                }
-            }
-        }
-        let recording = self.out.recording.as_mut();
-        if let Some(ended) = recording.and_then(Recording::take) {
-            let recording = self.out.recording.take();
-            let told = recording.as_ref().map(Recording::told);
-            let remarks = told.unwrap_or_default().remarks();
-            if let (true, Some(recording)) = (self.out.ends.is_some(), recording) {
-                say(&told_of_recording(recording.path(), &ended, &remarks));
-            }
-            self.tell_written(context, ended, &remarks);
-        }
-        Ok(())
-    }
-
-    fn tell_written(&mut self, context: &egui::Context, ended: Result<Written>, remarks: &str) {
-        match ended {
-            Ok(written) => {
-                let text = format!("Saved {}{remarks}", found_again(&written));
-                self.interface.notices.say(context, text, false);
-            }
-            Err(error) => self.interface.notices.say(context, error.to_string(), true),
-        }
+    /// Says what has become of a file.
+    pub(super) fn tell_written(&mut self, ended: Result<Written>, remarks: &str) {
+        let (text, is_error) = match ended {
+            Ok(written) => (format!("Saved {}{remarks}", found_again(&written)), false),
+            Err(error) => (error.to_string(), true),
+        };
+        let context = self.host.context().clone();
+        self.interface.notices.say(&context, text, is_error);
     }
 
     /// Copies the picture of this frame, if one is being recorded; `drawn` tells it from others.

@@ -19,7 +19,11 @@ const PICTURE: [u32; 2] = [300, 200];
 impl Lab {
     /// Puts the look alone into the clipboard.
     pub(crate) fn copy_look(&mut self, context: &egui::Context) {
-        context.copy_text(self.interface.document.look_text(&self.name));
+        context.copy_text(
+            self.interface
+                .document
+                .look_text(&self.interface.document.name),
+        );
         self.interface
             .notices
             .say(context, "The look is in the clipboard", false);
@@ -28,7 +32,10 @@ impl Lab {
     /// Begins to load a scene that comes with the program, with the look that is here.
     pub(crate) fn open_with_look(&mut self, name: &'static str) {
         self.interface.document.end_morph();
-        let look = self.interface.document.look_text(&self.name);
+        let look = self
+            .interface
+            .document
+            .look_text(&self.interface.document.name);
         self.load(name.to_owned(), Origin::File, move || {
             let (name, settings, folder) = Scene::read(Path::new(name), &Overrides::default())?;
             let settings = with_preset(&settings, "of the window", &look)?;
@@ -38,7 +45,7 @@ impl Lab {
 
     /// Takes over a look that came as text; `name` is what it is called in the gallery, should it be kept.
     pub(crate) fn take_look(&mut self, context: &egui::Context, name: &str, text: &str) {
-        if self.stage.is_none() {
+        if self.runner.stage.is_none() {
             let text = "Nothing grows yet that could take the look: wait for the scene";
             return self.interface.notices.say(context, text, true);
         }
@@ -66,7 +73,7 @@ impl Lab {
 
     fn try_to_save_preset(&mut self, name: &str) -> Result<String> {
         let name = check_name(name).map_err(Error::Invalid)?.to_owned();
-        let Some(stage) = &mut self.stage else {
+        let Some(stage) = &mut self.runner.stage else {
             return Err(Error::Invalid(
                 "nothing grows yet whose look could be kept: wait for the scene".to_owned(),
             ));
@@ -76,10 +83,13 @@ impl Lab {
         if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
             *adaptation = 0.0;
         }
-        let mut shot = Shot::new(&self.ctx, PICTURE, self.format)?;
-        while !shot.advance(&mut self.frames, stage, &view)? {}
+        let mut shot = Shot::new(&self.runner.ctx, PICTURE, self.runner.format)?;
+        while !shot.advance(&mut self.runner.frames, stage, &view)? {}
         let picture = shot.take(0, &view).into_picture();
-        let text = self.interface.document.look_text(&self.name);
+        let text = self
+            .interface
+            .document
+            .look_text(&self.interface.document.name);
         let path = self.interface.looks.own.save(&name, &text, &picture)?;
         self.interface.document.preset = Some(name);
         Ok(format!("Saved {}", path.shown()))

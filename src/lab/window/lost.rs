@@ -4,6 +4,7 @@ use crate::lab::clocks::Clocks;
 use crate::lab::lost::*;
 use crate::lab::names::unnumbered;
 use crate::lab::options::LabOptions;
+use crate::lab::runner::Runner;
 use crate::lab::saving::{save_scene, whole};
 use crate::lab::screen::Screen;
 use crate::lab::window::closing::say;
@@ -12,44 +13,21 @@ use egui::TextureId;
 use egui::epaint::{ImageDelta, TextureAtlas};
 use myxo::gpu::{Context, GpuError};
 use myxo::plain_text::Shown as _;
-use myxo::scene::Scene;
 use myxo::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// A device that is lost again before the scene has run for so long is not replaced, or it would go on for ever.
-const RUNS_FOR: Duration = Duration::from_secs(10);
 /// Other threads let go of a lost device as soon as they look; one that does not within this time has failed.
 const LET_GO_WITHIN: Duration = Duration::from_secs(20);
 /// What helps where a scene is too much for the device.
 const ADVICE: &str = "if it happens again, take fewer particles or a smaller atlas";
 
 impl Lab {
-    /// The scene that runs, or that ran on a device that was lost and does not run again yet.
-    pub(super) fn scene(&self) -> Option<&Scene> {
-        let runs = self.stage.as_ref().map(|stage| &stage.scene);
-        runs.or_else(|| self.lost.as_ref()?.scene.as_ref())
-    }
-
-    /// A scene runs, so what was lost is over.
-    pub(super) fn runs_again(&mut self) {
-        if let Some(lost) = &mut self.lost {
-            lost.scene = None;
-            lost.remarks.clear();
-            lost.runs_since.get_or_insert_with(Instant::now);
-        }
-    }
-
-    /// Can the lab go on with another device after this? Not where there is no scene yet, nor where a device was lost a
-    /// moment before.
+    /// Can the lab go on with another device after this error?
     pub fn can_begin_anew(&self, error: &Error) -> bool {
-        let is_first = || match &self.lost {
-            None => true,
-            Some(lost) => lost.runs_since.is_some_and(|t| t.elapsed() >= RUNS_FOR),
-        };
-        is_loss(error) && self.scene().is_some() && is_first()
+        self.runner.can_begin_anew(error)
     }
 
     /// What ended the lab, with what was kept of it: the scene as it was set, for what had grown lies on the device.
@@ -76,13 +54,15 @@ impl Lab {
         let scene = self.scene_text()?;
         let has_all = scene.has_all();
         let text = scene.text;
-        let kept = self.lost.as_ref().and_then(|lost| lost.kept.clone());
+        let kept = self.runner.lost.as_ref().and_then(|lost| lost.kept.clone());
         if let Some((_, path)) = kept.filter(|(kept, path)| *kept == text && path.exists()) {
             return Some(Ok(path));
         }
-        let saved = save_scene(&self.folder_out(), unnumbered(&self.name), |file| {
-            Ok(self.scene_text_at(file)?.text)
-        });
+        let saved = save_scene(
+            &self.folder_out(),
+            unnumbered(&self.interface.document.name),
+            |file| Ok(self.scene_text_at(file)?.text),
+        );
         let saved = saved.or_else(|error| Ok(self.keep_as_left().or(Err(error))?.0));
         Some(saved.map(|path| {
             if has_all {
@@ -91,7 +71,7 @@ impl Lab {
                     .saved(Some(self.interface.document.state_to_save()));
             }
             let path = whole(&path);
-            self.lost.get_or_insert_default().kept = Some((text, path.clone()));
+            self.runner.lost.get_or_insert_default().kept = Some((text, path.clone()));
             path
         }))
     }
@@ -103,19 +83,15 @@ impl Lab {
         let ended = self.rescue(error);
         self.keep_preferences();
         let was_painted = self.has_painted();
-        let was_on = self.ctx.info().name.clone();
+        let was_on = self.runner.ctx.info().name.clone();
         let untold = self.what_does_not_come();
         self.leave_device();
         let Self {
-            gui,
-            front,
-            frames,
-            answers,
-            ctx,
-            ..
+            gui, front, runner, ..
         } = self;
-        drop((gui, front, frames, answers));
-        let (told, screen) = match end(ctx) {
+        drop((gui, front));
+        let (device, lost) = runner.end();
+        let (told, screen) = match end(device) {
             Ok(told) => (told, Screen::open(&self.host, options)),
             Err(held) => (Vec::new(), Err(held)),
         };
@@ -126,7 +102,7 @@ impl Lab {
                 for text in &untold {
                     say(text);
                 }
-                self.out.close();
+                self.jobs.exports.close();
                 return Err(Error::Invalid(format!(
                     "{ended}; no device takes its place: {refused}"
                 )));
@@ -145,24 +121,23 @@ impl Lab {
         let scene = self.clocks.facts.scene;
         let mut clocks = Clocks::new(&ctx, &mut frames);
         clocks.facts.scene = scene;
+        let mut runner = Runner::new(ctx, format, [frames, answers], options.validation);
+        runner.lost = lost;
         let mut lab = Self {
             gui,
             front,
-            frames,
-            answers,
-            format,
-            ctx,
+            runner,
             clocks,
             ..self
         };
         if was_painted {
             // They are gone, and the file may have them.
-            lab.file = None;
+            lab.interface.document.file = None;
         }
         lab.tell_messages(&told);
-        let kept = lab.lost.as_ref().and_then(|lost| lost.kept.as_ref());
+        let kept = lab.runner.lost.as_ref().and_then(|lost| lost.kept.as_ref());
         let kept = kept.map(|(_, path)| path.as_path());
-        let on = &lab.ctx.info().name;
+        let on = &lab.runner.ctx.info().name;
         let text = notice(error, was_painted, (*on != was_on).then_some(on), kept);
         let context = lab.host.context().clone();
         lab.interface.notices.say(&context, text, true);
@@ -178,27 +153,13 @@ impl Lab {
 
     /// Drops what is on the device but what the window itself is drawn with. Recordings and films end with what they have.
     fn leave_device(&mut self) {
-        // Where other calls failed than those that notice, whoever waits for the device learns it here.
-        self.ctx.pretend_lost();
-        self.under_way = None;
-        self.out.leave_device();
-        // What is at work ends by itself, and nobody waits for what it measures.
-        self.feeder = Default::default();
+        self.runner.leave_device();
+        self.jobs.exports.leave_device();
+        // Measurements end when they look next, and their results are not waited for.
+        self.jobs.food = Default::default();
         self.edits.leave_device();
-        self.forget_grown();
+        self.clocks.facts.before = None;
         self.report_messages();
-        let lost = self.lost.get_or_insert_default();
-        lost.runs_since = None;
-        if let Some(stage) = self.stage.take() {
-            lost.remarks = stage.remarks;
-            lost.scene = Some(stage.scene);
-        }
-        self.single_steps = 0;
-        self.pacer = Default::default();
-        self.order = Default::default();
-        if let Some(checks) = &mut self.checks {
-            checks.restart();
-        }
         self.renew_textures();
     }
 

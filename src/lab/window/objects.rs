@@ -14,7 +14,7 @@ use crate::lab::loading::Origin;
 use crate::lab::objects::NEW_OBJECT;
 use crate::lab::renewal::place_among;
 use crate::lab::renewal::renewed;
-use crate::lab::under_way::Left;
+use crate::lab::waiting::Waiting;
 use crate::lab::window::Lab;
 
 impl Lab {
@@ -39,7 +39,7 @@ impl Lab {
 
     /// One mesh more, at the right side of the others as the camera sees them.
     pub(crate) fn add_object(&mut self, mesh: String, ticket: Ticket) {
-        let Some(stage) = &self.stage else {
+        let Some(stage) = &self.runner.stage else {
             self.interface.hands.answer(ticket, None);
             return;
         };
@@ -53,7 +53,10 @@ impl Lab {
         );
         let settings = self.interface.document.live_settings();
         let asked = settings.clone();
-        let (name, folder) = (self.name.clone(), self.folder.clone());
+        let (name, folder) = (
+            self.interface.document.name.clone(),
+            self.interface.document.folder.clone(),
+        );
         let mut from = self.where_they_run(&settings.objects);
         let what = short_name(&mesh).to_owned();
         let again = Command::Hand(Work::Add(mesh.clone(), ticket));
@@ -87,7 +90,7 @@ impl Lab {
         self.edits.carry = Some(from);
         self.edits.coming = Some(Coming {
             what,
-            again: Some(Left::Command(again, [0; 2])),
+            again: Some(Waiting::Command(again, [0; 2])),
             ticket: Some(ticket),
         });
     }
@@ -111,7 +114,11 @@ impl Lab {
         };
         let coming = self.edits.coming.as_ref();
         let is_coming = coming.is_some_and(|coming| coming.ticket == Some(ticket));
-        is_coming || self.left.iter().any(|left| left.ticket() == Some(ticket))
+        is_coming
+            || self
+                .waiting
+                .iter()
+                .any(|left| left.ticket() == Some(ticket))
     }
 
     /// The scene on its way is shown, or not: what is to be done with the object that came with it can be done now.
@@ -138,9 +145,9 @@ impl Lab {
 
     /// Once more an object that runs, beside it. Objects that are on their way come first; with another scene it goes.
     pub(crate) fn duplicate_object(&mut self, object: Box<ObjectSettings>, ticket: Ticket) {
-        if let Some(loading) = &self.loading {
+        if let Some(loading) = &self.jobs.loading {
             if loading.origin == Origin::Shown {
-                self.left.push(Left::Copy(object, ticket));
+                self.waiting.push(Waiting::Copy(object, ticket));
             } else {
                 let text = format!(
                     "{} was not duplicated: another scene is on its way",
@@ -154,7 +161,8 @@ impl Lab {
             return;
         }
         let asked = self.interface.document.live_settings();
-        let (Some(stage), Some(place)) = (&self.stage, place_among(&asked.objects, &object)) else {
+        let (Some(stage), Some(place)) = (&self.runner.stage, place_among(&asked.objects, &object))
+        else {
             self.interface.hands.answer(ticket, None);
             return;
         };
@@ -167,7 +175,10 @@ impl Lab {
         // Of the same meshes, whatever has become of their files.
         let mut meshes = stage.scene.meshes.clone();
         meshes.push(meshes[place].clone());
-        let (name, folder) = (self.name.clone(), self.folder.clone());
+        let (name, folder) = (
+            self.interface.document.name.clone(),
+            self.interface.document.folder.clone(),
+        );
         self.load(name.clone(), Origin::Shown, move || {
             Ok(Scene::from_meshes(name, settings, meshes, folder)?)
         });
@@ -176,16 +187,16 @@ impl Lab {
         let what = format!("the copy of {}", object.name);
         self.edits.coming = Some(Coming {
             what,
-            again: Some(Left::Copy(object, ticket)),
+            again: Some(Waiting::Copy(object, ticket)),
             ticket: Some(ticket),
         });
     }
 
     /// An object goes. Those that come or go already do so first.
     pub(crate) fn remove_object(&mut self, object: Box<ObjectSettings>) {
-        let loading = self.loading.as_ref();
+        let loading = self.jobs.loading.as_ref();
         if loading.is_some_and(|loading| loading.origin == Origin::Shown) {
-            self.left.push(Left::Removal(object));
+            self.waiting.push(Waiting::Removal(object));
             return;
         }
         let asked = self.interface.document.live_settings();
@@ -201,7 +212,10 @@ impl Lab {
         }
         let settings = without_object(settings, place);
         let from = self.where_they_run(&settings.objects);
-        let (name, folder) = (self.name.clone(), self.folder.clone());
+        let (name, folder) = (
+            self.interface.document.name.clone(),
+            self.interface.document.folder.clone(),
+        );
         self.load(name.clone(), Origin::Shown, move || {
             Ok(Scene::from_settings(name, settings, folder)?)
         });
@@ -210,7 +224,7 @@ impl Lab {
         let what = format!("the removal of {}", object.name);
         self.edits.coming = Some(Coming {
             what,
-            again: Some(Left::Removal(object)),
+            again: Some(Waiting::Removal(object)),
             ticket: None,
         });
     }

@@ -22,10 +22,14 @@ impl Lab {
             Err(error) => return self.interface.notices.say(context, error.to_string(), true),
         };
         // What is on its way is not there to be compared with.
-        let stage = self.stage.as_ref().filter(|_| self.loading.is_none());
+        let stage = self
+            .runner
+            .stage
+            .as_ref()
+            .filter(|_| self.jobs.loading.is_none());
         let live = stage.and_then(|stage| {
             let runs = stage.simulation.settings();
-            let settings = as_it_runs(runs, &settings, &self.folder)?;
+            let settings = as_it_runs(runs, &settings, &self.interface.document.folder)?;
             Some(Scene {
                 settings,
                 ..stage.scene.clone()
@@ -36,19 +40,25 @@ impl Lab {
             self.interface.go_on_as(&scene);
             if self.apply(context) {
                 // It is another scene, and the one before has its file.
-                self.file = None;
-                let text = format!("{} goes on as pasted (R begins anew)", self.name);
+                self.interface.document.file = None;
+                let text = format!(
+                    "{} goes on as pasted (R begins anew)",
+                    self.interface.document.name
+                );
                 self.interface.notices.say(context, text, false);
             } else {
                 self.interface.put_back(before);
                 let wanted = self.interface.document.live_settings();
-                if let Some(stage) = &self.stage {
-                    self.feeder.want(&stage.simulation, &wanted);
+                if let Some(stage) = &self.runner.stage {
+                    self.jobs.food.want(&stage.simulation, &wanted);
                 }
             }
             return;
         }
-        let (name, folder) = (self.name.clone(), self.folder.clone());
+        let (name, folder) = (
+            self.interface.document.name.clone(),
+            self.interface.document.folder.clone(),
+        );
         self.load(name.clone(), Origin::NoFile, move || {
             Ok(Scene::from_settings(name, settings, folder)?)
         });

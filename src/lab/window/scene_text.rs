@@ -69,7 +69,7 @@ impl Lab {
             text: self.text_of(settings, None).unwrap_or_default(),
             ..SceneText::default()
         };
-        let Some(stage) = &self.stage else {
+        let Some(stage) = &self.runner.stage else {
             let text = only(settings);
             return Ok(SceneText { waits, ..text });
         };
@@ -98,7 +98,7 @@ impl Lab {
     }
 
     fn text_of(&self, settings: Settings, areas: Option<&AreaSettings>) -> Option<String> {
-        let mut scene = self.scene()?.clone();
+        let mut scene = self.runner.scene()?.clone();
         scene.settings = settings;
         put_look(
             &self.interface.document.view,
@@ -131,7 +131,10 @@ impl Lab {
 
     /// Does what a scene needs to begin with these settings, short of the layout of its texture, which may take minutes.
     fn try_to_begin(&self, settings: Settings) -> Result<()> {
-        let (name, folder) = (self.name.clone(), self.folder.clone());
+        let (name, folder) = (
+            self.interface.document.name.clone(),
+            self.interface.document.folder.clone(),
+        );
         let map = settings.areas.map.clone();
         let strength = settings.areas.strength;
         let scene = match self.meshes_for(&settings) {
@@ -139,7 +142,7 @@ impl Lab {
             None => Scene::from_settings(name, settings, folder),
         }?;
         // What runs has begun, so its pictures are right.
-        let runs = self.scene().map(|scene| &scene.settings);
+        let runs = self.runner.scene().map(|scene| &scene.settings);
         if runs.is_none_or(|runs| runs.starts() != scene.settings.starts()) {
             Masks::open(&scene)?;
         }
@@ -147,7 +150,7 @@ impl Lab {
             return Ok(());
         }
         let map = AreaMap::open(scene.settings.areas.map.as_ref(), scene.settings.atlas.size)?;
-        let stage = self.stage.as_ref();
+        let stage = self.runner.stage.as_ref();
         if let Some(stage) =
             stage.filter(|stage| stage.scene.settings.atlas == scene.settings.atlas)
         {
@@ -158,7 +161,7 @@ impl Lab {
 
     /// The meshes that are there already, where these settings ask for no others.
     pub(crate) fn meshes_for(&self, settings: &Settings) -> Option<Vec<Mesh>> {
-        let scene = self.scene()?;
+        let scene = self.runner.scene()?;
         let there = scene.settings.objects.iter().map(|object| &object.mesh);
         let wanted = settings.objects.iter().map(|object| &object.mesh);
         there.eq(wanted).then(|| scene.meshes.clone())

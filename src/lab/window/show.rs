@@ -53,19 +53,19 @@ impl Lab {
         let target = self.front.image(&image);
         let place = &shot.picture;
         let mut is_covered = false;
-        if let Some(stage) = self.stage.as_mut().filter(|_| !place.is_empty()) {
-            let can_wait = self.out.holds() || shot.answers;
+        if let Some(stage) = self.runner.stage.as_mut().filter(|_| !place.is_empty()) {
+            let can_wait = self.jobs.exports.holds() || shot.answers;
             if shot.is_between {
                 // It stays as it is.
             } else if can_wait && stage.shows(&shot.view, shot.sizes()) {
                 if shot.answers {
-                    self.order.owe_picture();
+                    self.runner.order.owe_picture();
                 }
             } else {
                 stage.draw(&mut rec, &shot.view, shot.sizes(), shot.is_moving)?;
             }
             let (picture, atlas) = stage.picture();
-            Self::look_on(&mut self.out, &mut rec, picture, stage.pictures)?;
+            Self::look_on(&mut self.jobs.exports, &mut rec, picture, stage.pictures)?;
             rec.copy_image_to(picture, target, place.corner);
             if let (Some(atlas), Some(place)) = (atlas, &shot.beside) {
                 rec.copy_image_to(atlas, target, place.corner);
@@ -84,9 +84,9 @@ impl Lab {
             gui.draw(pass, target.size(), shot.pixels_per_point, shot.primitives)
         })?;
         let ring = if shot.is_between {
-            &mut self.answers
+            &mut self.runner.answers
         } else {
-            &mut self.frames
+            &mut self.runner.frames
         };
         self.front.present(ring, rec, image)?;
         self.clocks.presented();

@@ -12,7 +12,8 @@ impl Lab {
         let pending_ends = &mut self.interface.hands.pending_ends;
         *pending_ends = pending_ends.saturating_sub(1);
         self.paint_now(context)?;
-        let (Some(open), Some(stage)) = (self.edits.strokes.open.take(), &mut self.stage) else {
+        let (Some(open), Some(stage)) = (self.edits.strokes.open.take(), &mut self.runner.stage)
+        else {
             return Ok(());
         };
         let Some(before) = open.before else {
@@ -50,12 +51,12 @@ impl Lab {
 
     /// Takes these texels' areas away: one more thing to undo.
     pub(crate) fn take_away(&mut self, texels: Vec<Repainted>) -> Result<()> {
-        let Some(stage) = &mut self.stage else {
+        let Some(stage) = &mut self.runner.stage else {
             return Ok(());
         };
-        let mut rec = self.frames.begin()?;
+        let mut rec = self.runner.frames.begin()?;
         stage.simulation.put_areas(&mut rec, &texels, true)?;
-        self.frames.submit(rec)?;
+        self.runner.frames.submit(rec)?;
         stage.forget_picture();
         self.interface.note_changes();
         let undo = &mut self.interface.document.undo;
@@ -66,11 +67,11 @@ impl Lab {
     /// Paints what the next frame would, and waits for it.
     pub(crate) fn paint_now(&mut self, context: &egui::Context) -> Result<()> {
         if self.edits.has_dabs() {
-            let mut rec = self.frames.begin()?;
+            let mut rec = self.runner.frames.begin()?;
             self.record_dabs(&mut rec, context)?;
-            self.frames.submit(rec)?;
+            self.runner.frames.submit(rec)?;
         }
-        Ok(self.frames.wait_idle()?)
+        Ok(self.runner.frames.wait_idle()?)
     }
 
     /// Strokes go back, or come again, until this is the last one that there is.
@@ -78,7 +79,7 @@ impl Lab {
         self.paint_now(context)?;
         // What has no end yet would count what changes here as its own.
         self.edits.strokes.open = None;
-        let Some(stage) = &mut self.stage else {
+        let Some(stage) = &mut self.runner.stage else {
             return Ok(());
         };
         let strokes = &mut self.edits.strokes;
@@ -87,10 +88,10 @@ impl Lab {
             let taken = if is_back && stroke.is_first {
                 stage.simulation.forget_areas()
             } else {
-                let mut rec = self.frames.begin()?;
+                let mut rec = self.runner.frames.begin()?;
                 let put = (stage.simulation).put_areas(&mut rec, &stroke.changed, !is_back);
                 if put.is_ok() {
-                    self.frames.submit(rec)?;
+                    self.runner.frames.submit(rec)?;
                 }
                 put
             };

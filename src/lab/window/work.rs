@@ -21,7 +21,7 @@ use crate::lab::saving::{is_mesh, mesh_name};
 use crate::lab::tools::food::placed;
 use crate::lab::tools::handles::keep_in_place;
 use crate::lab::tools::overlay::normal_towards;
-use crate::lab::under_way::Left;
+use crate::lab::waiting::Waiting;
 use crate::lab::window::Lab;
 use crate::lab::window::depths::dabs_seen;
 use crate::own_presets::preset_in;
@@ -56,11 +56,13 @@ impl Lab {
             Work::ToStroke(last) => self.take_strokes(context, last)?,
             Work::StartOnPainted => self.start_on_painted(context)?,
             // The first would take the place of what is on its way, and the others are about an object that is.
-            Work::Add(..) if self.loading.is_some() => {
-                self.left.push(Left::Command(Command::Hand(work), size));
+            Work::Add(..) if self.jobs.loading.is_some() => {
+                self.waiting
+                    .push(Waiting::Command(Command::Hand(work), size));
             }
             Work::Remove(which) | Work::Duplicate(which, _) if self.is_to_come(which) => {
-                self.left.push(Left::Command(Command::Hand(work), size));
+                self.waiting
+                    .push(Waiting::Command(Command::Hand(work), size));
             }
             Work::Add(mesh, ticket) => self.add_object(mesh, ticket),
             Work::Remove(which) => {
@@ -100,7 +102,7 @@ impl Lab {
             self.interface.opening.begin_in(folder);
         }
         self.host.request_redraw();
-        let before = self.loading.as_ref().and_then(|loading| {
+        let before = self.jobs.loading.as_ref().and_then(|loading| {
             let coming = self.edits.coming.as_ref().map(|coming| &coming.what);
             // The scene that is shown is there already.
             let other = (loading.origin != Origin::Shown).then_some(&loading.name);
@@ -117,11 +119,11 @@ impl Lab {
 
     /// A mesh that was dropped joins the scene, a preset gives it its look; everything else is opened.
     pub(crate) fn take_file(&mut self, path: PathBuf) {
-        let has_to_wait = self.under_way.is_some() || self.loading.is_some();
-        if has_to_wait || !self.left.is_empty() {
-            self.left.push(Left::File(path));
+        let has_to_wait = self.runner.is_within_steps() || self.jobs.loading.is_some();
+        if has_to_wait || !self.waiting.is_empty() {
+            self.waiting.push(Waiting::File(path));
             self.host.request_redraw();
-        } else if is_mesh(&path) && self.stage.is_some() {
+        } else if is_mesh(&path) && self.runner.stage.is_some() {
             let ticket = self.interface.hands.ask();
             self.add_object(mesh_name(&path), ticket);
         } else if let Some(text) = preset_in(&path) {
@@ -134,7 +136,7 @@ impl Lab {
 
     /// Lists the dabs between two pixels of the picture, from where the surface is seen there.
     fn stroke(&mut self, [from, to]: [Vec2; 2], brush: Brush, radius: f32, size: [u32; 2]) {
-        let Some(stage) = &self.stage else {
+        let Some(stage) = &self.runner.stage else {
             return;
         };
         let size = Vec2::new(size[0] as f32, size[1] as f32);
@@ -173,7 +175,7 @@ impl Lab {
         context: &egui::Context,
     ) -> Result<()> {
         let dabs = std::mem::take(&mut self.edits.dabs);
-        let Some(stage) = &mut self.stage else {
+        let Some(stage) = &mut self.runner.stage else {
             return Ok(());
         };
         for dab in dabs {
@@ -207,7 +209,7 @@ impl Lab {
         context: &egui::Context,
     ) -> Result<()> {
         self.record_dabs(rec, context)?;
-        let Some(stage) = &self.stage else {
+        let Some(stage) = &self.runner.stage else {
             return Ok(());
         };
         let Some(under) = self.clocks.facts.hand.under.as_ref() else {
@@ -215,7 +217,7 @@ impl Lab {
         };
         if self.interface.hands.probe {
             if self.edits.probe.is_none() {
-                match Probe::new(&self.ctx) {
+                match Probe::new(&self.runner.ctx) {
                     Ok(probe) => self.edits.probe = Some(probe),
                     Err(error) => {
                         self.interface.hands.probe = false;
@@ -234,7 +236,7 @@ impl Lab {
 
     /// Tells the interface what lies under the pointer and where objects are.
     pub(crate) fn look_under_hand(&mut self, size: [u32; 2]) {
-        let Some(stage) = &self.stage else {
+        let Some(stage) = &self.runner.stage else {
             self.clocks.facts.hand = HandFacts::default();
             return;
         };

@@ -3,7 +3,8 @@
 use myxo::sim::types::Flow;
 
 use super::*;
-use crate::lab::facts::Waiting;
+use crate::lab::facts::LoadingFacts;
+use crate::lab::job::Progress;
 use crate::lab::tools::Tool;
 use crate::own_presets::OwnPresets;
 use crate::own_presets::with_preset;
@@ -348,13 +349,16 @@ fn the_picture_can_be_alone() {
 #[test]
 fn what_is_loading_is_told_and_can_be_given_up() {
     let mut harness = Harness::new();
-    let waiting = Waiting {
-        name: "gears".to_owned(),
+    let progress = Progress {
         doing: "packing charts",
         done: 0.4,
         is_cancelled: false,
     };
-    harness.facts.loading = Some(waiting.clone());
+    let loading = |progress| {
+        let name = "gears".to_owned();
+        Some(LoadingFacts { name, progress })
+    };
+    harness.facts.loading = loading(progress);
     for _ in 0..2 {
         harness.frame(vec![]);
     }
@@ -364,9 +368,9 @@ fn what_is_loading_is_told_and_can_be_given_up() {
         panic!("{:?}", harness.places_of("Cancel"));
     };
     assert_eq!(harness.click(cancel), [Command::CancelLoading]);
-    harness.facts.loading = Some(Waiting {
+    harness.facts.loading = loading(Progress {
         is_cancelled: true,
-        ..waiting
+        ..progress
     });
     harness.frame(vec![]);
     assert_eq!(harness.click(cancel), [], "once is enough");

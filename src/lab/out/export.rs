@@ -3,7 +3,6 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use myxo::Result;
@@ -18,13 +17,13 @@ use myxo::scene::settings::Settings;
 use crate::lab::command::Model;
 use crate::lab::exports::OutPanel;
 use crate::lab::facts::Making;
+use crate::lab::job::Job;
 use crate::lab::names::Reserved;
 use crate::lab::objects::begin_on_food_that_is;
 use crate::lab::out::encoder::{Encoder, Frame};
 use crate::lab::out::shot::Shot;
 use crate::lab::stage::Stage;
 use crate::lab::undo::Entry;
-use crate::lab::worker::joined;
 
 /// What of a window's frame is spent on it.
 const MOMENT: Duration = Duration::from_millis(45);
@@ -32,16 +31,16 @@ const MOMENT: Duration = Duration::from_millis(45);
 const SLOWEST_ADAPTATION: f32 = 0.12;
 
 /// What is being made.
-pub enum Job {
+pub enum Export {
     /// One picture.
     Picture(Picture),
     /// A film at a fixed step.
     Film(Film),
     /// A file of the state.
-    Export(ExportJob),
+    File(FileExport),
 }
 
-impl Job {
+impl Export {
     /// Goes on for a moment. While the look changes, every picture of a film has one of its own.
     pub fn advance(
         &mut self,
@@ -52,16 +51,16 @@ impl Job {
         match self {
             Self::Picture(picture) => picture.advance(frames, stage),
             Self::Film(film) => film.advance(frames, stage, look_changes),
-            Self::Export(_) => Ok(()),
+            Self::File(_) => Ok(()),
         }
     }
 
     /// What came of it, once, when it has ended.
     pub fn take(&mut self) -> Option<Result<Written>> {
         match self {
-            Self::Picture(Picture { writer, .. }) => writer.take(),
+            Self::Picture(picture) => picture.writer.as_mut()?.take(),
             Self::Film(film) => film.encoder.take(),
-            Self::Export(export) => export.writer.take(),
+            Self::File(export) => export.writer.as_mut()?.take(),
         }
     }
 
@@ -72,21 +71,21 @@ impl Job {
                 picture.is_cancelled = true;
                 picture.shot = None;
                 // What is being written already is done in a moment.
-                if matches!(picture.writer, Writer::NotYet) {
-                    picture.writer = Writer::nothing();
+                if picture.writer.is_none() {
+                    picture.writer = nothing();
                 }
             }
             Self::Film(film) => film.encoder.cancel(),
-            Self::Export(export) => export.cancel(),
+            Self::File(export) => export.cancel(),
         }
     }
 
     /// Does the simulation stand as it is, or go on only by it?
     pub fn holds(&self) -> bool {
         match self {
-            Self::Picture(picture) => matches!(picture.writer, Writer::NotYet),
+            Self::Picture(picture) => picture.writer.is_none(),
             Self::Film(film) => !film.is_filmed(),
-            Self::Export(_) => false,
+            Self::File(_) => false,
         }
     }
 
@@ -96,15 +95,15 @@ impl Job {
             Self::Picture(picture) => Making {
                 name: name_of(picture.name.path()),
                 doing: match picture.writer {
-                    Writer::NotYet => "drawing".to_owned(),
-                    _ => "writing".to_owned(),
+                    None => "drawing".to_owned(),
+                    Some(_) => "writing".to_owned(),
                 },
                 can_finish: false,
                 done: Some(0.8 * picture.shot.as_ref().map_or(1.0, Shot::share)),
                 is_cancelled: picture.is_cancelled,
             },
             Self::Film(film) => film.told(),
-            Self::Export(export) => export.told(),
+            Self::File(export) => export.told(),
         }
     }
 
@@ -121,7 +120,7 @@ impl Job {
         match self {
             Self::Picture(picture) => picture.name.path(),
             Self::Film(film) => &film.path,
-            Self::Export(export) => &export.path,
+            Self::File(export) => &export.path,
         }
     }
 
@@ -130,25 +129,25 @@ impl Job {
         match self {
             Self::Picture(picture) => picture.is_cancelled,
             Self::Film(film) => film.encoder.is_cancelled(),
-            Self::Export(export) => export.watch.is_cancelled(),
+            Self::File(export) => export.watch.is_cancelled(),
         }
     }
 
     /// Is there a picture whose parts are still to be drawn?
     pub fn draws(&self) -> bool {
-        matches!(self, Self::Picture(picture) if matches!(picture.writer, Writer::NotYet))
+        matches!(self, Self::Picture(picture) if picture.writer.is_none())
     }
 
     /// Ends it with the window, and waits until its file is whole: a film has the pictures that it has. Nothing where there
     /// is nothing to be written yet.
     pub fn close(self) -> Option<Result<Written>> {
         match self {
-            Self::Picture(picture) => picture.writer.wait(),
+            Self::Picture(picture) => picture.writer?.wait(),
             Self::Film(mut film) => {
                 film.stop();
                 film.encoder.wait()
             }
-            Self::Export(export) => export.writer.wait(),
+            Self::File(export) => export.writer?.wait(),
         }
     }
 }
@@ -160,42 +159,21 @@ fn name_of(path: &Path) -> String {
         .into_owned()
 }
 
-/// A thread that writes a file, once there is something to be written.
-pub enum Writer {
-    /// There is nothing yet.
-    NotYet,
-    /// It is at work; `None` when it was asked for its result.
-    Thread(Option<JoinHandle<Result<Written>>>),
+/// A file on its way: nothing to write yet, or a job that writes it.
+type Writer = Option<Job<Written>>;
+
+fn writing(write: impl FnOnce() -> Result<Written> + Send + 'static) -> Writer {
+    Some(Job::begin("writing the file", move |_| write()))
 }
 
-impl Writer {
-    fn begin(write: impl FnOnce() -> Result<Written> + Send + 'static) -> Self {
-        Self::Thread(Some(thread::spawn(write)))
-    }
-
-    fn nothing() -> Self {
-        Self::begin(|| {
-            Ok(Written {
-                files: Vec::new(),
-                frames: 0,
-            })
+/// The end of something that was cancelled before there was anything to write.
+fn nothing() -> Writer {
+    writing(|| {
+        Ok(Written {
+            files: Vec::new(),
+            frames: 0,
         })
-    }
-
-    fn take(&mut self) -> Option<Result<Written>> {
-        let Self::Thread(thread) = self else {
-            return None;
-        };
-        let thread = thread.take_if(|thread| thread.is_finished())?;
-        Some(joined("writing the file", thread))
-    }
-
-    fn wait(self) -> Option<Result<Written>> {
-        let Self::Thread(Some(thread)) = self else {
-            return None;
-        };
-        Some(joined("writing the file", thread))
-    }
+    })
 }
 
 /// A picture of any size.
@@ -225,7 +203,7 @@ impl Picture {
             shot: Some(Shot::new(ctx, size, format)?),
             view,
             name: Arc::new(name),
-            writer: Writer::NotYet,
+            writer: None,
             is_cancelled: false,
         })
     }
@@ -239,7 +217,7 @@ impl Picture {
                 let frame = shot.take(0, &self.view);
                 self.shot = None;
                 let name = Arc::clone(&self.name);
-                self.writer = Writer::begin(move || write(frame, &name));
+                self.writer = writing(move || write(frame, &name));
             }
         }
         Ok(())
@@ -382,7 +360,7 @@ impl Film {
 }
 
 /// A file of the state, which another thread writes.
-pub struct ExportJob {
+pub struct FileExport {
     watch: Arc<Watch>,
     writer: Writer,
     path: PathBuf,
@@ -392,12 +370,12 @@ pub struct ExportJob {
     pub saves: Option<Entry>,
 }
 
-impl ExportJob {
+impl FileExport {
     /// The state is copied in the next frame.
     pub fn ask(model: Model, colors: Colors, name: Reserved) -> Self {
         Self {
             watch: Arc::default(),
-            writer: Writer::NotYet,
+            writer: None,
             path: name.path().to_owned(),
             asked: Some((model, colors, name)),
             saves: None,
@@ -447,7 +425,7 @@ impl ExportJob {
             export.view.exposure = view.exposure;
         }
         let watch = Arc::clone(&self.watch);
-        self.writer = Writer::begin(move || {
+        self.writer = writing(move || {
             let export = coming.wait(&watch)?;
             match model {
                 Model::Checkpoint => export::write_checkpoint(export, name.path(), &watch),
@@ -461,7 +439,7 @@ impl ExportJob {
     pub fn cancel(&mut self) {
         self.watch.cancel();
         if self.asked.take().is_some() {
-            self.writer = Writer::nothing();
+            self.writer = nothing();
         }
     }
 
@@ -477,27 +455,5 @@ impl ExportJob {
             can_finish: false,
             is_cancelled: self.watch.is_cancelled(),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_panic_of_a_writer_is_an_error() {
-        let writer = Writer::begin(|| panic!("out of ink"));
-        let error = writer.wait().expect("it has begun").unwrap_err();
-        assert!(error.to_string().contains("out of ink"), "{error}");
-        let mut writer = Writer::begin(|| panic!("out of ink"));
-        let begun = Instant::now();
-        let ended = loop {
-            if let Some(ended) = writer.take() {
-                break ended;
-            }
-            assert!(begun.elapsed() < Duration::from_secs(60), "it hangs");
-            thread::sleep(Duration::from_millis(2));
-        };
-        assert!(ended.is_err());
     }
 }

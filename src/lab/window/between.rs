@@ -1,0 +1,125 @@
+//! Frames while steps are under way in slices, and what has to wait for their end.
+
+use crate::lab::answers::Answers;
+use crate::lab::command::Command;
+use crate::lab::show::{Seen, Shot};
+use crate::lab::stage::Stage;
+use crate::lab::waiting::Waiting;
+use crate::lab::window::Lab;
+use myxo::Result;
+use myxo::gpu::Recorder;
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+/// The system's events are taken in as often, or a slice later.
+const LONGEST_SLICES: Duration = Duration::from_millis(25);
+
+impl Lab {
+    /// Steps have been recorded in slices; they begin. The window does not show what was seen.
+    pub(super) fn begin_slices(&mut self, rec: Recorder, steps: u32, seen: &Seen) {
+        self.runner.begin_slices(rec, steps);
+        self.answers = Answers::begin(seen.is_asked, seen.repaint);
+        self.forget_places();
+    }
+
+    /// Goes on with the steps that are under way, and answers if something was asked. False where there are none.
+    pub(super) fn go_on(&mut self) -> Result<bool> {
+        if !self.runner.is_within_steps() {
+            return Ok(false);
+        }
+        if self.answers.is_due(self.host.has_input()) {
+            let begun = Instant::now();
+            let repaint = self.answer()?;
+            self.answers.given(begun, repaint);
+        }
+        let is_checked = (self.runner).run_slices(LONGEST_SLICES, &mut self.clocks)?;
+        self.slices_have_run(is_checked);
+        Ok(true)
+    }
+
+    /// Does the rest of the steps at once.
+    pub(super) fn finish_steps(&mut self) -> Result<()> {
+        let is_checked = (self.runner).run_slices(Duration::MAX, &mut self.clocks)?;
+        self.slices_have_run(is_checked);
+        Ok(())
+    }
+
+    fn slices_have_run(&mut self, is_checked: bool) {
+        if is_checked {
+            self.host.request_redraw();
+        }
+        if !self.runner.is_within_steps() {
+            self.report_messages();
+        }
+    }
+
+    /// Does what had to wait. Where something fails the rest goes on waiting.
+    pub(super) fn do_what_waits(&mut self) -> Result<()> {
+        let mut all = VecDeque::from(std::mem::take(&mut self.waiting));
+        while let Some(next) = all.pop_front() {
+            let done = match next {
+                Waiting::Command(command, size) => {
+                    let context = self.host.context().clone();
+                    self.obey(&context, command, size)
+                }
+                Waiting::File(path) => {
+                    self.take_file(path);
+                    Ok(())
+                }
+                Waiting::Copy(object, ticket) => {
+                    self.duplicate_object(object, ticket);
+                    Ok(())
+                }
+                Waiting::Removal(object) => {
+                    self.remove_object(object);
+                    Ok(())
+                }
+            };
+            if let Err(error) = done {
+                self.waiting.extend(all);
+                return Err(error);
+            }
+        }
+        Ok(())
+    }
+
+    /// The interface as it is now, over the picture that is there. What it asks for has to wait.
+    /// Says when the interface wants to be shown again.
+    fn answer(&mut self) -> Result<Option<Duration>> {
+        let seen = self.run_interface()?;
+        let size = seen.picture.size;
+        self.closing |= seen.shown.commands.contains(&Command::Quit);
+        let commands = seen.shown.commands.iter().cloned();
+        self.waiting
+            .extend(commands.map(|command| Waiting::Command(command, size)));
+        self.look_under_hand(size);
+        let shot = Shot {
+            view: self.interface.document.view,
+            answers: true,
+            is_between: true,
+            picture: seen.picture,
+            beside: seen.beside,
+            is_moving: false,
+            primitives: &seen.primitives,
+            pixels_per_point: seen.pixels_per_point,
+        };
+        let is_there = |stage: &Stage| stage.has_drawn(&shot.view, shot.sizes());
+        // Another picture cannot be drawn now; the next frame does.
+        if !self.runner.stage.as_ref().is_some_and(is_there) {
+            self.forget_places();
+            return Ok(seen.repaint);
+        }
+        let Some(image) = self.front.acquire()? else {
+            self.forget_places();
+            return Ok(seen.repaint);
+        };
+        self.runner.order.has_been_answered();
+        let rec = self.runner.answers.begin()?;
+        self.clocks.catch_up();
+        self.draw(rec, image, &shot)?;
+        self.runner.answers.wait_idle()?;
+        self.clocks.facts.answers_within_steps += 1;
+        self.tell_places(&seen.context, seen.pixels_per_point, false)?;
+        Ok(seen.repaint)
+    }
+}

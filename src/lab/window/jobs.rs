@@ -1,0 +1,98 @@
+//! What goes on beside the frames, polled once a frame: the only place that asks other threads for what they have made.
+
+use crate::lab::feeding::Fed;
+use crate::lab::out::export::Export;
+use crate::lab::out::recording::Recording;
+use crate::lab::window::Lab;
+use crate::lab::window::closing::{say, told_of, told_of_recording};
+use myxo::Result;
+use myxo::render::output::Written;
+
+impl Lab {
+    /// Goes on with everything that is on its way, and takes what has ended. A window that closes only ends what is being
+    /// written.
+    pub(super) fn poll_jobs(&mut self) -> Result<()> {
+        if self.closing {
+            self.begin_to_end();
+        } else {
+            self.do_what_waits()?;
+            if let Some((loading, result)) = self.jobs.take_loaded() {
+                self.has_loaded(loading, result)?;
+                // At once, for nothing else may come before it.
+                self.do_what_waits()?;
+            }
+        }
+        if let Some(stage) = &self.runner.stage
+            && let Some(fed) = self.jobs.food.take(&stage.simulation)
+        {
+            self.has_measured(fed)?;
+        }
+        if let Some(export) = &mut self.jobs.exports.job
+            && let Some(stage) = &mut self.runner.stage
+        {
+            let look_changes = self.interface.document.morph.is_some();
+            // Where that fails, what there is of it is still kept.
+            export.advance(&mut self.runner.frames, stage, look_changes)?;
+        }
+        if let Some((export, written)) = self.jobs.exports.take_export() {
+            self.has_exported(export, written);
+        }
+        if let Some((recording, written)) = self.jobs.exports.take_recording() {
+            self.has_recorded(&recording, written);
+        }
+        let facts = &mut self.clocks.facts;
+        facts.loading = (self.jobs.loading.as_ref()).map(|loading| loading.facts());
+        facts.out = self.jobs.exports.told();
+        Ok(())
+    }
+
+    /// Lets the food be there that was measured. What was refused goes back to what there is, and is said.
+    fn has_measured(&mut self, fed: Fed) -> Result<()> {
+        let refused = self.runner.feed(fed)?;
+        if let Some(stage) = &self.runner.stage {
+            let runs = stage.simulation.settings();
+            let running = &mut self.interface.document.running;
+            running.foods.clone_from(&runs.foods);
+            running.feeding = runs.feeding.clone();
+        }
+        if let Some((refused, error)) = refused {
+            self.interface.food_is_refused(&refused);
+            let context = self.host.context().clone();
+            self.interface
+                .notices
+                .say(&context, error.to_string(), true);
+        }
+        self.host.request_redraw();
+        Ok(())
+    }
+
+    /// An export has ended.
+    fn has_exported(&mut self, export: Export, written: Result<Written>) {
+        if self.jobs.exports.ends.is_some() {
+            say(&told_of(export.path(), &written, export.is_cancelled()));
+        }
+        if export.is_cancelled() {
+            let context = self.host.context().clone();
+            let text = format!("{} was given up", export.told().name);
+            return self.interface.notices.say(&context, text, false);
+        }
+        if let (Export::File(file), Ok(_)) = (export, &written)
+            && file.saves.is_some()
+        {
+            self.interface.document.saved(file.saves);
+            self.runner
+                .back
+                .saved(self.interface.document.file.as_ref());
+        }
+        self.tell_written(written, "");
+    }
+
+    /// A recording has ended.
+    fn has_recorded(&mut self, recording: &Recording, written: Result<Written>) {
+        let remarks = recording.told().remarks();
+        if self.jobs.exports.ends.is_some() {
+            say(&told_of_recording(recording.path(), &written, &remarks));
+        }
+        self.tell_written(written, &remarks);
+    }
+}

@@ -1,0 +1,202 @@
+//! Scenes that are loaded, and shown when they are there.
+
+use myxo::mesh::atlas::AtlasError;
+use myxo::{Error, Result};
+
+use crate::lab::command::{Command, Work};
+use crate::lab::edits::Coming;
+use crate::lab::loading::{Loaded, Loading, Opened, Origin};
+use crate::lab::lost::is_loss;
+use crate::lab::stage::Stage;
+use crate::lab::waiting::Waiting;
+use crate::lab::window::areas::CarriedOver;
+use crate::lab::window::{Lab, title};
+
+impl Lab {
+    /// Begins to load a scene; one that is on its way is given up for it.
+    pub(super) fn load<T: Into<Opened>>(
+        &mut self,
+        name: String,
+        origin: Origin,
+        load: impl FnOnce() -> Result<T> + Send + 'static,
+    ) {
+        self.make_room(&name, origin);
+        self.edits.carry = None;
+        self.runner.back.stays();
+        let asked = (origin == Origin::Shown).then(|| self.interface.document.edited.clone());
+        self.interface.document.asked = asked;
+        let (info, atlases) = (self.runner.ctx.info(), self.atlases.clone());
+        self.jobs.loading = Some(Loading::begin(name, origin, info, atlases, load));
+        self.host.request_redraw();
+    }
+
+    /// What is on its way is given up. An object that was to come or to go does so afterwards, if it is the same scene; what
+    /// is lost is said.
+    fn make_room(&mut self, name: &str, origin: Origin) {
+        let is_same = origin == Origin::Shown;
+        if !is_same {
+            self.waiting.retain(|left| {
+                let is_of_an_object = match left {
+                    Waiting::Copy(..) | Waiting::Removal(_) => true,
+                    Waiting::Command(Command::Hand(work), _) => {
+                        matches!(work, Work::Duplicate(..) | Work::Remove(_))
+                    }
+                    _ => false,
+                };
+                !is_of_an_object
+            });
+        }
+        let coming = self.edits.coming.take();
+        let loading = self.jobs.loading.as_ref();
+        let Some(loading) = loading.filter(|loading| !loading.is_cancelled()) else {
+            return;
+        };
+        let lost = match coming {
+            Some(Coming {
+                again: Some(again), ..
+            }) if is_same => {
+                self.waiting.insert(0, again);
+                return;
+            }
+            Some(coming) => {
+                if let Some(ticket) = coming.ticket {
+                    self.interface.hands.answer(ticket, None);
+                }
+                coming.what
+            }
+            None if is_same && loading.origin != Origin::Shown && loading.name != name => {
+                loading.name.clone()
+            }
+            None => return,
+        };
+        let context = self.host.context().clone();
+        let text = format!("{lost} was on its way, and was given up");
+        self.interface.notices.say(&context, text, false);
+    }
+
+    /// Shows the scene that was loaded. If something was wrong with it, what runs goes on.
+    pub(super) fn has_loaded(&mut self, loading: Loading, result: Result<Loaded>) -> Result<()> {
+        let shown = result.and_then(|loaded| self.show(loaded, loading.origin));
+        let context = self.host.context().clone();
+        if shown.is_err() {
+            self.interface.not_shown();
+        }
+        if !matches!(&shown, Err(error) if is_loss(error)) {
+            self.has_come(shown.is_ok());
+        }
+        match shown {
+            Ok(()) => {}
+            Err(Error::Atlas(AtlasError::Cancelled)) => {
+                let text = format!("{} was not loaded", loading.name);
+                self.interface.notices.say(&context, text, false);
+            }
+            Err(error) if is_loss(&error) => {
+                // It is given up like any that is on its way then. An object is not asked for again: it may be what the device
+                // was lost by.
+                self.jobs.loading = Some(loading);
+                if let Some(coming) = &mut self.edits.coming {
+                    coming.again = None;
+                }
+                return Err(error);
+            }
+            Err(error) => self
+                .interface
+                .notices
+                .say(&context, error.to_string(), true),
+        }
+        Ok(())
+    }
+
+    fn show(&mut self, loaded: Loaded, origin: Origin) -> Result<()> {
+        self.jobs.exports.leave_stage();
+        let file = loaded.file.clone();
+        // What runs makes room only when the next one is there.
+        let mut stage = Stage::new(&self.runner.ctx, loaded, self.runner.format)?;
+        let is_new_scene = origin != Origin::Shown;
+        if is_new_scene {
+            self.interface.opening.leave_scene();
+        } else {
+            // It may have got another name meanwhile.
+            stage.scene.name.clone_from(&self.interface.document.name);
+        }
+        let left = if is_new_scene {
+            self.keep_left()
+        } else {
+            (self.loses_areas_to(&stage)).then(|| self.keep_as_left())
+        };
+        let carried_over = match is_new_scene {
+            true => CarriedOver::default(),
+            false => self.carry_over(&mut stage)?,
+        };
+        let mut is_error = false;
+        let mut texts: Vec<String> = left
+            .map(|left| match left {
+                Ok((_, lacks)) if is_new_scene => {
+                    format!("{} as you left it is in the gallery{lacks}", self.interface.document.name)
+                }
+                Ok((_, lacks)) => format!(
+                    "Another map of areas has taken the place of those that were painted: {} with these is in the gallery{lacks}",
+                    self.interface.document.name
+                ),
+                Err(error) => {
+                    is_error = true;
+                    error.to_string()
+                }
+            })
+            .into_iter()
+            .collect();
+        // Remarks on the same meshes are shown once.
+        let known = self.runner.remarks();
+        let new = stage.remarks.iter().filter(|text| !known.contains(text));
+        texts.extend(new.cloned());
+        texts.extend(stage.resumed.take());
+        let back = self.runner.back.take_coming();
+        if !carried_over.state {
+            match self.keep_grown(back.is_some()) {
+                Ok(()) => {}
+                Err(error) if is_loss(&error) => return Err(error),
+                Err(error) => {
+                    is_error = true;
+                    texts.push(format!("There is no way back to what had grown: {error}"));
+                }
+            }
+        }
+        if !texts.is_empty() {
+            let context = self.host.context().clone();
+            self.interface
+                .notices
+                .say(&context, texts.join("\n"), is_error);
+        }
+        self.jobs.food.leave();
+        let scene = &stage.scene;
+        self.interface.document.name.clone_from(&scene.name);
+        self.interface.document.folder.clone_from(&scene.folder);
+        self.interface
+            .opening
+            .count_from(&self.interface.document.folder);
+        self.host.set_title(&title(&scene.name));
+        if is_new_scene {
+            if let Some(file) = &file {
+                self.interface.gallery.recent.note(&file.path);
+            }
+            self.interface.document.file = file;
+            self.edits.leave_scene();
+            self.interface.open(scene);
+            if origin == Origin::NoFile {
+                self.interface.document.saved(None);
+            }
+            self.shows_another(back.as_ref());
+        } else {
+            self.interface.restarted(scene);
+        }
+        self.runner.take_stage(stage, &mut self.clocks);
+        if !carried_over.strokes {
+            self.forget_strokes();
+        }
+        self.moved = self.host.now();
+        if self.interface.document.edited != self.interface.document.running {
+            self.apply(&self.host.context().clone());
+        }
+        Ok(())
+    }
+}
