@@ -25,3 +25,19 @@ pub struct Desk<'a> {
     /// What the window must do, in order.
     pub commands: &'a mut Vec<Command>,
 }
+
+/// The desk of an interface: its document, layout, notices and dialog, beside its panels and tools.
+macro_rules! desk {
+    ($interface:expr, $facts:expr, $actions:expr, $commands:expr) => {
+        $crate::lab::desk::Desk {
+            document: &mut $interface.document,
+            layout: &mut $interface.layout,
+            facts: $facts,
+            notices: &mut $interface.notices,
+            opening: &mut $interface.opening,
+            actions: $actions,
+            commands: $commands,
+        }
+    };
+}
+pub(super) use desk;

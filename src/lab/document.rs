@@ -144,6 +144,17 @@ impl Document {
         self.renews
     }
 
+    /// How many times as large an object will be when what is on its way is there; 1 where nothing is.
+    pub fn pending_scale(&self, object: usize) -> f32 {
+        let (running, edited) = (&self.running.objects, &self.edited.objects);
+        match (running.get(object), edited.get(object)) {
+            (Some(running), Some(edited)) if self.renews && running.mesh == edited.mesh => {
+                edited.scale / running.scale
+            }
+            _ => 1.0,
+        }
+    }
+
     /// The objects that are edited are on their way.
     pub fn begin_renewal(&mut self) {
         self.renews = true;
@@ -198,12 +209,22 @@ impl Document {
         live
     }
 
-    /// Are there edits that wait for a restart?
+    /// Are there edits that the running simulation does not have, because they wait for a restart or are on their way?
     pub fn is_pending(&self) -> bool {
-        PARAMETERS
-            .iter()
-            .any(|p| p.restarts(&self.running, &self.edited))
-            || self.running.objects != self.edited.objects
+        self.has_parameters_that_wait() || self.running.objects != self.edited.objects
+    }
+
+    /// Are there edits that wait for the user to restart? Objects that are on their way come by themselves.
+    pub fn waits_for_restart(&self) -> bool {
+        match self.renews {
+            true => self.has_parameters_that_wait(),
+            false => self.is_pending(),
+        }
+    }
+
+    fn has_parameters_that_wait(&self) -> bool {
+        let mut parameters = PARAMETERS.iter();
+        parameters.any(|p| p.restarts(&self.running, &self.edited))
     }
 
     /// Does something differ from the file that it was saved in last, or from what was loaded if it was not?

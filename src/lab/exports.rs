@@ -7,6 +7,7 @@ use myxo::export::Colors;
 use myxo::plain_text::Shown as _;
 use serde::{Deserialize, Serialize};
 
+use crate::lab::actions::Action;
 use crate::lab::command::Command;
 use crate::lab::command::{Model, Out};
 use crate::lab::desk::Desk;
@@ -295,7 +296,7 @@ impl OutPanel {
         ui.horizontal(|ui| {
             if ui
                 .add_enabled(is_free, egui::Button::new("📷 Save picture"))
-                .on_hover_text("Writes it (F12)")
+                .on_hover_text(Action::Screenshot.hint("Writes it"))
                 .on_disabled_hover_text("One thing at a time")
                 .marked("out.picture")
                 .clicked()
@@ -329,7 +330,7 @@ impl OutPanel {
             let label = if is_on { "■ Stop" } else { "⏺ Record" };
             if ui
                 .button(label)
-                .on_hover_text("Begins to record the picture as it is shown, without the atlas beside it, or ends it (F9)")
+                .on_hover_text(Action::Record.hint("Begins to record the picture as it is shown, without the atlas beside it, or ends it"))
                 .marked("out.record")
                 .clicked()
             {

@@ -16,6 +16,8 @@ pub struct LoadingFacts {
     pub name: String,
     /// How far it is.
     pub progress: Progress,
+    /// It is the scene that is shown, with other settings or objects.
+    pub is_shown: bool,
 }
 
 /// One kernel's time.

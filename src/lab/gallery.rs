@@ -11,7 +11,7 @@ use crate::lab::desk::Desk;
 use crate::lab::layout::Card;
 use crate::lab::left::LeftScenes;
 use crate::lab::looks::Looks;
-use crate::lab::opening::{EVERYTHING, OPEN};
+use crate::lab::opening::{EVERYTHING, open_hint};
 use crate::lab::places::{Marked as _, mark_cross, note_value};
 use crate::lab::recent::Recent;
 use crate::lab::theme;
@@ -133,7 +133,7 @@ impl Gallery {
                     self.left_scenes(ui, desk);
                     ui.horizontal(|ui| {
                         ui.label(RichText::new("Scenes").strong());
-                        let open = ui.button("Open…").on_hover_text(OPEN);
+                        let open = ui.button("Open…").on_hover_text(open_hint());
                         if open.marked("open").clicked() {
                             desk.opening.begin(ui.ctx(), EVERYTHING);
                         }

@@ -12,7 +12,7 @@ use crate::lab::actions::{Action, FLAT};
 use crate::lab::command::Command;
 use crate::lab::command::Out;
 use crate::lab::command::Work;
-use crate::lab::desk::Desk;
+use crate::lab::desk::{Desk, desk};
 use crate::lab::document::Document;
 use crate::lab::exports::OutPanel;
 use crate::lab::facts::Facts;
@@ -181,34 +181,13 @@ impl Interface {
         if !self.opening.is_open() {
             self.navigation.keep_keys(&ctx);
             for action in pressed(&ctx) {
-                self.perform(&ctx, action, facts, &mut commands);
+                self.perform(&ctx, action, facts, (&mut actions, &mut commands));
             }
         }
         self.handle_clipboard(&ctx, &mut commands);
-        let Self {
-            document,
-            layout,
-            navigation,
-            hands,
-            looks,
-            panel,
-            gallery,
-            opening,
-            out,
-            notices,
-            ..
-        } = self;
-        let mut desk = Desk {
-            document,
-            layout,
-            facts,
-            notices,
-            opening,
-            actions: &mut actions,
-            commands: &mut commands,
-        };
-        looks.advance(&ctx, &mut desk);
-        note_view(&ctx, desk.document, navigation);
+        let mut desk = desk!(self, facts, &mut actions, &mut commands);
+        self.looks.advance(&ctx, &mut desk);
+        note_view(&ctx, desk.document, &mut self.navigation);
         if !desk.layout.alone {
             status_line(ui, desk.document, facts);
         }
@@ -219,7 +198,15 @@ impl Interface {
                 .resizable(false)
                 .show_separator_line(false)
                 .frame(theme::panel_frame(ui))
-                .show(ui, |ui| panel.show(ui, looks, hands, navigation, &mut desk));
+                .show(ui, |ui| {
+                    self.panel.show(
+                        ui,
+                        &mut self.looks,
+                        &mut self.hands,
+                        &mut self.navigation,
+                        &mut desk,
+                    )
+                });
             panel_rect = Some(shown.response.rect);
         }
         if let Some(text) = take_refused(&ctx) {
@@ -231,10 +218,8 @@ impl Interface {
         let whole = ui.available_rect_before_wrap();
         let (picture, beside) = desk.layout.parts(&ctx, whole, desk.document.view.show);
         let size = Vec2::new(picture.width(), picture.height());
-        let newcomer = std::mem::take(&mut hands.newcomer);
-        (desk.document).keep_fitting(size, newcomer, navigation.is_flying());
-        let framed = std::mem::take(&mut hands.framed);
-        desk.document.frame(framed, size);
+        self.keep_in_picture(size);
+        let mut desk = desk!(self, facts, &mut actions, &mut commands);
         let response = ui
             .allocate_rect(picture, Sense::click_and_drag())
             .marked("picture");
@@ -244,13 +229,14 @@ impl Interface {
         if let Some(panel) = panel_rect {
             desk.layout.drag_edge(ui, panel);
         }
-        let used = hands.use_hands(ui, &response, &mut desk);
+        let used = self.hands.use_hands(ui, &response, &mut desk);
         // The first click has picked what it met, and handles may now lie under the second; it still asks for a new centre.
-        let refocuses = response.double_clicked() && hands.tool == Tool::Look;
+        let refocuses = response.double_clicked() && self.hands.tool == Tool::Look;
         let moved = if desk.opening.is_open() || used && !refocuses {
             Moved::default()
         } else {
-            navigation.apply(ui, &response, hands.drags, &mut desk.document.view)
+            self.navigation
+                .apply(ui, &response, self.hands.drags, &mut desk.document.view)
         };
         let beside_touched = beside.is_some_and(|rect| {
             move_beside(ui, rect, &mut desk.layout.beside, &mut desk.document.view)
@@ -258,14 +244,14 @@ impl Interface {
         if let Some(pixel) = moved.refocus {
             desk.commands.push(Command::Refocus(pixel));
         }
-        hands.show(ui, picture, &desk);
+        self.hands.show(ui, picture, &desk);
         let mut bar = None;
         if !desk.layout.alone {
-            bar = hands.show_tools(&ctx, picture, &mut desk);
+            bar = self.hands.show_tools(&ctx, picture, &mut desk);
         }
         show_help(&ctx, picture, desk.layout);
-        gallery.show(&ctx, picture, looks, &mut desk);
-        out.show(&ctx, picture, bar, &mut desk);
+        self.gallery.show(&ctx, picture, &mut self.looks, &mut desk);
+        self.out.show(&ctx, picture, bar, &mut desk);
         if let Some(loading) = &facts.loading {
             show_loading(&ctx, picture, loading, desk.commands);
         }
@@ -277,7 +263,7 @@ impl Interface {
         if let Some(folder) = desk
             .opening
             .show(&ctx, &mut desk.document.edited, desk.commands)
-            && let Err(refusal) = out.take_folder(&folder)
+            && let Err(refusal) = self.out.take_folder(&folder)
         {
             desk.notices.say(&ctx, refusal, true);
         }
@@ -285,8 +271,14 @@ impl Interface {
         if desk.opening.is_open() {
             desk.layout.close(Card::Gallery);
         }
-        for action in actions {
-            self.perform(&ctx, action, facts, &mut commands);
+        let mut next = 0;
+        while let Some(action) = actions.get(next).copied() {
+            next += 1;
+            self.perform(&ctx, action, facts, (&mut actions, &mut commands));
+        }
+        if next > 0 {
+            // What they have done to the camera is in the picture of this frame.
+            self.keep_in_picture(size);
         }
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
         if !is_busy && !self.hands.has_food_in_hand() {
@@ -300,27 +292,27 @@ impl Interface {
         }
     }
 
-    /// Does what a key, a button or the search asks for.
+    /// Turns the camera to what it is to show, in a picture of this size.
+    fn keep_in_picture(&mut self, size: Vec2) {
+        let newcomer = std::mem::take(&mut self.hands.newcomer);
+        let is_flying = self.navigation.is_flying();
+        self.document.keep_fitting(size, newcomer, is_flying);
+        let framed = std::mem::take(&mut self.hands.framed);
+        self.document.frame(framed, size);
+    }
+
+    /// Does what a key, a button or the search asks for; what it leads to is done in the same frame.
     fn perform(
         &mut self,
         ctx: &egui::Context,
         action: Action,
         facts: &Facts,
-        commands: &mut Vec<Command>,
+        (actions, commands): (&mut Vec<Action>, &mut Vec<Command>),
     ) {
         if action.keeps_the_scene() {
             take_what_is_typed(ctx);
         }
-        let mut actions = Vec::new();
-        let mut desk = Desk {
-            document: &mut self.document,
-            layout: &mut self.layout,
-            facts,
-            notices: &mut self.notices,
-            opening: &mut self.opening,
-            actions: &mut actions,
-            commands: &mut *commands,
-        };
+        let mut desk = desk!(self, facts, &mut *actions, &mut *commands);
         match action {
             Action::Pause => desk.document.playing = !desk.document.playing,
             Action::SingleStep => {
@@ -369,23 +361,19 @@ impl Interface {
             Action::Probe => self.hands.toggle_probe(),
             Action::Duplicate => self.hands.duplicate_selected(ctx, &mut desk),
             Action::Remove => self.hands.remove_selected(ctx, &mut desk),
-            Action::Back => self.back(ctx, facts, commands),
+            Action::Back => self.back(ctx, facts, (actions, commands)),
             Action::Quit => desk.commands.push(Command::Quit),
         }
     }
 
     /// Leaves what lies on top: a list, the search, a card, the picture alone, a tool, a scene that is awaited.
-    fn back(&mut self, ctx: &egui::Context, facts: &Facts, commands: &mut Vec<Command>) {
-        let mut actions = Vec::new();
-        let mut desk = Desk {
-            document: &mut self.document,
-            layout: &mut self.layout,
-            facts,
-            notices: &mut self.notices,
-            opening: &mut self.opening,
-            actions: &mut actions,
-            commands,
-        };
+    fn back(
+        &mut self,
+        ctx: &egui::Context,
+        facts: &Facts,
+        (actions, commands): (&mut Vec<Action>, &mut Vec<Command>),
+    ) {
+        let mut desk = desk!(self, facts, &mut *actions, &mut *commands);
         if egui::Popup::is_any_open(ctx) {
             egui::Popup::close_all(ctx);
         } else if self.panel.leave_search() {
@@ -415,6 +403,23 @@ impl Interface {
         }
     }
 
+    /// How many times as large as it runs each object is drawn: a handle that is held, and a layout that is on its way. Empty where
+    /// all are as they run.
+    pub fn scales(&self) -> Vec<f32> {
+        let held = |object| match self.hands.selected == Some(object) {
+            true => self.hands.scaled(),
+            false => 1.0,
+        };
+        let objects = 0..self.document.running.objects.len();
+        let scales: Vec<f32> = objects
+            .map(|object| held(object) * self.document.pending_scale(object))
+            .collect();
+        match scales.iter().all(|scale| *scale == 1.0) {
+            true => Vec::new(),
+            false => scales,
+        }
+    }
+
     /// Food that was asked for cannot be there; what there was stays.
     pub fn food_is_refused(&mut self, refused: &Settings) {
         self.hands.take_food_back(refused, &mut self.document);
@@ -428,15 +433,8 @@ impl Interface {
         facts: &Facts,
         commands: &mut Vec<Command>,
     ) -> bool {
-        let mut desk = Desk {
-            document: &mut self.document,
-            layout: &mut self.layout,
-            facts,
-            notices: &mut self.notices,
-            opening: &mut self.opening,
-            actions: &mut Vec::new(),
-            commands,
-        };
+        let mut actions = Vec::new();
+        let mut desk = desk!(self, facts, &mut actions, commands);
         self.looks.take_preset(ctx, name, text, &mut desk)
     }
 

@@ -106,6 +106,7 @@ impl Loading {
         LoadingFacts {
             name: self.name.clone(),
             progress: self.job.progress(),
+            is_shown: self.origin == Origin::Shown,
         }
     }
 

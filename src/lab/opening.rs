@@ -13,6 +13,7 @@ use egui::{Align2, Color32, Rect, RichText, Shape, Vec2, vec2};
 use egui_file_dialog::{DialogState, FileDialog, Filter, OpeningMode};
 use myxo::scene::settings::Settings;
 
+use crate::lab::actions::Action;
 use crate::lab::command::Command;
 use crate::lab::places::Marked as _;
 use crate::lab::saving::whole;
@@ -20,7 +21,10 @@ use crate::lab::saving::{MESHES, ends_so, is_mesh};
 use crate::lab::theme;
 
 /// What a control says that leads to it.
-pub const OPEN: &str = "Opens a file: scene, preset, mesh or checkpoint (Ctrl O). Files can be dropped onto the window, too";
+pub fn open_hint() -> String {
+    let hint = "Opens a file: scene, preset, mesh or checkpoint. Files can be dropped onto the window, too";
+    Action::Open.hint(hint)
+}
 
 /// The same where an object is wanted.
 pub const OPEN_MESH: &str = "Adds the mesh of a file: .obj, .stl, .ply, .glb or .gltf. Files can be dropped onto the window, too";

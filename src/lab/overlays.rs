@@ -2,6 +2,7 @@
 
 use egui::{Align, Align2, Layout, Rect, RichText, Ui, vec2};
 
+use crate::lab::actions::Action;
 use crate::lab::actions::{self, Group, MOUSE};
 use crate::lab::command::Command;
 use crate::lab::document::Document;
@@ -155,46 +156,62 @@ pub(super) fn show_ending(ctx: &egui::Context, picture: Rect, out: &OutFacts) {
     note_value(ctx, "ending", || name.to_owned());
 }
 
-/// A card over the picture: what is being loaded, how far it is, and a way out.
+/// What is being loaded, how far it is, and a way out: a card over the picture, or a line at its top where the scene is the one that
+/// is shown.
 pub(super) fn show_loading(
     ctx: &egui::Context,
     picture: Rect,
     loading: &LoadingFacts,
     commands: &mut Vec<Command>,
 ) {
-    egui::Area::new("loading".into())
-        .pivot(Align2::CENTER_CENTER)
-        .fixed_pos(picture.center())
-        .show(ctx, |ui| {
-            egui::Frame::popup(ui.style())
-                .inner_margin(16.0)
-                .show(ui, |ui| {
-                    ui.set_width(300.0_f32.min(picture.width() - 64.0));
-                    ui.label(RichText::new(&loading.name).heading());
-                    let Progress {
-                        doing,
-                        done,
-                        is_cancelled,
-                    } = loading.progress;
-                    let doing = if is_cancelled { "ending" } else { doing };
+    let Progress {
+        doing,
+        done,
+        is_cancelled,
+    } = loading.progress;
+    let doing = if is_cancelled { "ending" } else { doing };
+    let bar = |ui: &egui::Ui| {
+        egui::ProgressBar::new(done)
+            .fill(theme::accent(ui))
+            .desired_height(4.0)
+    };
+    let mut cancel = |ui: &mut egui::Ui, button: egui::Button<'_>| {
+        let clicked = ui
+            .add_enabled(!is_cancelled, button)
+            .on_hover_text(Action::Back.hint("What runs goes on"))
+            .marked("cancel")
+            .clicked();
+        if clicked {
+            commands.push(Command::CancelLoading);
+        }
+    };
+    let (pivot, place) = match loading.is_shown {
+        true => (Align2::CENTER_TOP, picture.center_top() + vec2(0.0, 8.0)),
+        false => (Align2::CENTER_CENTER, picture.center()),
+    };
+    let area = egui::Area::new("loading".into())
+        .pivot(pivot)
+        .fixed_pos(place);
+    area.show(ctx, |ui| {
+        let frame = egui::Frame::popup(ui.style());
+        if loading.is_shown {
+            frame.show(ui, |ui| {
+                ui.horizontal(|ui| {
+                    ui.add(bar(ui).desired_width(90.0));
                     ui.label(RichText::new(doing).color(theme::weak(ui)));
-                    ui.add(
-                        egui::ProgressBar::new(done)
-                            // What comes after the atlas has no measure.
-                            .animate(done >= 1.0)
-                            .fill(theme::accent(ui))
-                            .desired_height(4.0),
-                    );
-                    ui.add_space(4.0);
-                    let cancel = egui::Button::new("Cancel");
-                    if ui
-                        .add_enabled(!is_cancelled, cancel)
-                        .on_hover_text("What runs goes on (Esc)")
-                        .marked("cancel")
-                        .clicked()
-                    {
-                        commands.push(Command::CancelLoading);
-                    }
+                    let cross = RichText::new("×").size(16.0);
+                    cancel(ui, egui::Button::new(cross).frame(false));
                 });
+            });
+            return;
+        }
+        frame.inner_margin(16.0).show(ui, |ui| {
+            ui.set_width(300.0_f32.min(picture.width() - 64.0));
+            ui.label(RichText::new(&loading.name).heading());
+            ui.label(RichText::new(doing).color(theme::weak(ui)));
+            ui.add(bar(ui));
+            ui.add_space(4.0);
+            cancel(ui, egui::Button::new("Cancel"));
         });
+    });
 }

@@ -360,7 +360,7 @@ fn transport(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
         }
         if ui
             .add(wide("⟲ Reset"))
-            .on_hover_text("Begin again at step 0 (R)")
+            .on_hover_text(Action::Restart.hint("Begin again at step 0"))
             .marked("reset")
             .clicked()
         {
@@ -368,7 +368,7 @@ fn transport(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
         }
         if ui
             .add(egui::Button::new("📷").min_size(vec2(30.0, 26.0)))
-            .on_hover_text("Save a screenshot (F12)")
+            .on_hover_text(Action::Screenshot.hint("Save a screenshot"))
             .marked("screenshot")
             .clicked()
         {
@@ -380,7 +380,7 @@ fn transport(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
             .selected(desk.layout.shows(Card::Exports));
         if ui
             .add(out)
-            .on_hover_text("Export: pictures, recordings, films, models, data (Ctrl E)")
+            .on_hover_text(Action::Export.hint("Export: pictures, recordings, films, models, data"))
             .marked("out")
             .clicked()
         {
@@ -418,7 +418,7 @@ fn conditions(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
     if let Some(check) = &facts.check {
         invariants(ui, check);
     }
-    if desk.document.is_pending() {
+    if desk.document.waits_for_restart() {
         ui.horizontal(|ui| {
             let button =
                 egui::Button::new(RichText::new("⟲ Restart to apply").color(theme::on_fill(ui)))
@@ -426,7 +426,8 @@ fn conditions(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
             if ui
                 .add(button)
                 .on_hover_text(
-                    "Parameters in orange take effect when the simulation begins again (R).",
+                    Action::Restart
+                        .hint("Parameters in orange take effect when the simulation begins again"),
                 )
                 .marked("restart")
                 .clicked()
@@ -496,7 +497,7 @@ fn looks_row(ui: &mut Ui, looks: &mut Looks, desk: &mut Desk<'_>) {
         }
         if ui
             .button("🎲")
-            .on_hover_text("A look by chance (D)")
+            .on_hover_text(Action::ByChance.hint("A look by chance"))
             .marked("chance")
             .clicked()
         {

@@ -42,6 +42,8 @@ pub struct Stage {
     pub resumed: Option<String>,
     /// What is odd about the scene and was done about it, one sentence each.
     pub remarks: Vec<String>,
+    /// How many times as large as it is each object is drawn, while a layout for that is on its way; empty where none is.
+    pub scales: Vec<f32>,
     renderer: Renderer,
     format: Format,
     canvas: Option<(Quality, Canvas)>,
@@ -88,6 +90,7 @@ impl Stage {
                 .chain(warnings.into_iter().flatten())
                 .collect(),
             renderer: Renderer::from_prepared(ctx, simulation.setup(), &prepared, format)?,
+            scales: Vec::new(),
             ctx: Arc::clone(ctx),
             scene,
             simulation,
@@ -149,14 +152,26 @@ impl Stage {
         let beside_canvas = self.beside.as_ref().map(|(_, canvas)| canvas);
         let step = self.simulation.step();
         self.simulation.record_poses(rec);
-        let now = Some((view, step, self.simulation.poses().to_vec(), beside));
+        let true_poses = self.simulation.poses().to_vec();
+        let mut poses = true_poses.clone();
+        for (pose, factor) in poses.iter_mut().zip(&self.scales) {
+            *pose = pose.scaled(*factor);
+        }
+        let is_scaled = poses != true_poses;
+        let now = Some((view, step, poses, beside));
         if self.drawn != now {
+            if let Some((_, _, poses, _)) = now.as_ref().filter(|_| is_scaled) {
+                self.simulation.record_shown_poses(rec, poses);
+            }
             let mut atlas = view;
             atlas.show = Show::Atlas;
             let pictures = std::iter::once((view, canvas));
             let pictures: Vec<_> = pictures.chain(beside_canvas.map(|c| (atlas, c))).collect();
             self.renderer
                 .draw_beside(rec, self.simulation.state(), &pictures);
+            if is_scaled {
+                self.simulation.record_shown_poses(rec, &true_poses);
+            }
             (self.renderer).record_brightest(rec, &mut self.exposure, step);
             self.drawn = now;
             self.pictures += 1;
@@ -246,22 +261,21 @@ fn oddities(scene: &Scene) -> impl Iterator<Item = String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use myxo::gpu::{ContextOptions, Frames};
+    use myxo::gpu::{Buffer, ContextOptions, Domain, Frames};
     use myxo::mesh::atlas::Control;
     use myxo::render::Prepared;
     use myxo::scene::Overrides;
     use std::path::Path;
 
-    /// Through all strategies and back, between frames that are under way, as the panel does it.
-    #[test]
-    fn strategies_change_while_it_is_drawn() {
+    fn stage() -> Option<(Arc<Context>, Stage)> {
         let ctx = match Context::new(&ContextOptions {
             validation: true,
             ..ContextOptions::default()
         }) {
             Ok(ctx) => ctx,
             Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
-                return eprintln!("skipped: {error}");
+                eprintln!("skipped: {error}");
+                return None;
             }
             Err(error) => panic!("{error}"),
         };
@@ -275,7 +289,6 @@ mod tests {
             ..Overrides::default()
         };
         let scene = Scene::load(Path::new("trio"), &overrides).unwrap();
-        let view = View::of(&scene, Vec2::new(64.0, 48.0));
         let setup = Simulation::set_up(ctx.info(), &scene, &Control::default()).unwrap();
         let prepared = Prepared::for_quick(&setup);
         let loaded = Loaded {
@@ -285,7 +298,17 @@ mod tests {
             from: None,
             file: None,
         };
-        let mut stage = Stage::new(&ctx, loaded, Format::Rgba8Srgb).unwrap();
+        let stage = Stage::new(&ctx, loaded, Format::Rgba8Srgb).unwrap();
+        Some((ctx, stage))
+    }
+
+    /// Through all strategies and back, between frames that are under way, as the panel does it.
+    #[test]
+    fn strategies_change_while_it_is_drawn() {
+        let Some((ctx, mut stage)) = stage() else {
+            return;
+        };
+        let view = View::of(&stage.scene, Vec2::new(64.0, 48.0));
         let mut frames = Frames::new(&ctx, 2).unwrap();
         let all = Strategy::ALL.iter();
         for &strategy in all.clone().chain(all.rev()) {
@@ -305,5 +328,45 @@ mod tests {
         assert_eq!(state.step, 48);
         assert!(stage.flow.arrived > 0, "the panel hears of them");
         assert_eq!(ctx.messages(), [""; 0]);
+    }
+
+    /// Would catch: a picture with larger objects whose poses stay for the next step.
+    #[test]
+    fn larger_objects_are_drawn_and_the_state_goes_on_as_without() {
+        let pixels = |ctx: &Arc<Context>, stage: &mut Stage, frames: &mut Frames| {
+            let view = View::of(&stage.scene, Vec2::new(64.0, 48.0));
+            let count = 64 * 48;
+            let read = Buffer::<[u8; 4]>::new(ctx, "pixels", count, Domain::Readback).unwrap();
+            let mut rec = frames.begin().unwrap();
+            let (image, _) = stage.draw(&mut rec, &view, ([64, 48], None), true).unwrap();
+            rec.copy_image(image, &read);
+            frames.submit(rec).unwrap();
+            frames.wait_idle().unwrap();
+            read.as_slice().to_vec()
+        };
+        let mut pictures = Vec::new();
+        let states = [false, true].map(|is_scaled| {
+            let (ctx, mut stage) = stage()?;
+            let mut frames = Frames::new(&ctx, 1).unwrap();
+            for _ in 0..3 {
+                let mut rec = frames.begin().unwrap();
+                stage.simulation.record_step(&mut rec);
+                frames.submit(rec).unwrap();
+                if is_scaled {
+                    stage.scales = vec![1.0, 1.5, 1.0];
+                }
+                pictures.push(pixels(&ctx, &mut stage, &mut frames));
+            }
+            // As large as they are again, the picture is the one without.
+            stage.scales.clear();
+            pictures.push(pixels(&ctx, &mut stage, &mut frames));
+            assert_eq!(ctx.messages(), [""; 0]);
+            Some(stage.simulation.snapshot().unwrap().hash())
+        });
+        if let [Some(as_it_is), Some(scaled)] = &states {
+            assert_eq!(as_it_is, scaled, "pictures changed the state");
+            assert!((0..3).all(|i| pictures[i] != pictures[4 + i]));
+            assert!(pictures[3] == pictures[7]);
+        }
     }
 }

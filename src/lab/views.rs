@@ -62,7 +62,7 @@ pub(super) fn views_list(ui: &mut Ui, desk: &mut Desk<'_>) {
         let split = egui::Button::selectable(desk.layout.split, "Atlas beside");
         let split = ui
             .add_enabled(can_split, split)
-            .on_hover_text("The texture, unwrapped, beside the picture (U)")
+            .on_hover_text(Action::Split.hint("The texture, unwrapped, beside the picture"))
             .on_disabled_hover_text("The picture is the atlas already.")
             .marked("split");
         if split.clicked() {
@@ -197,8 +197,8 @@ pub(super) fn camera_section(ui: &mut Ui, navigation: &Navigation, desk: &mut De
     });
     ui.horizontal(|ui| {
         let mut flies = navigation.is_flying();
-        let hint =
-            "Fly: W A S D, E up, Q down, Shift faster, drag to look, wheel for the speed (V)";
+        let hint = "Fly: W A S D, E up, Q down, Shift faster, drag to look, wheel for the speed";
+        let hint = Action::Fly.hint(hint);
         let toggle = ui.toggle_value(&mut flies, "✈ Fly");
         if toggle.on_hover_text(hint).marked("fly").clicked() {
             desk.actions.push(Action::Fly);

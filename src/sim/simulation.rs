@@ -147,6 +147,17 @@ impl Simulation {
         }
     }
 
+    /// Records these poses for pictures alone, one an object, which may scale. [`Self::poses`] must be recorded by the same
+    /// before the next step.
+    ///
+    /// # Panics
+    /// Where there is another number of poses than of objects.
+    pub fn record_shown_poses(&mut self, rec: &mut Recorder, poses: &[Pose]) {
+        assert_eq!(poses.len(), self.poses().len(), "one pose an object");
+        rec.update_long(&self.state.objects.poses, poses);
+        self.state.follow(poses);
+    }
+
     /// Sets where an object is from the next step on, whatever the scene says about it; `None` gives it back to the
     /// scene. The pose takes scaled object coordinates to world coordinates, as files have them. Does not wait for the
     /// device.

@@ -302,6 +302,14 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// The same place and direction for an object that is `factor` times as large about its own origin.
+    #[must_use]
+    pub fn scaled(self, factor: f32) -> Self {
+        let scaled = |row: Vec4| (factor * row.truncate()).extend(row.w);
+        let Self { x, y, z } = self;
+        Self::of_rows([x, y, z].map(scaled))
+    }
+
     /// A pose from rows, with numbers that some devices would flush to zero set to zero.
     pub(super) fn of_rows(rows: [Vec4; 3]) -> Self {
         let [x, y, z] = rows.map(|row| row.map(settled));

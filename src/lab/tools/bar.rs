@@ -3,6 +3,7 @@
 use egui::{Align2, Rect, RichText, Slider, Ui, vec2};
 use myxo::mesh::builtin::BUILTINS;
 
+use crate::lab::actions::Action;
 use crate::lab::actions::PICK_FIRST;
 use crate::lab::command::Command;
 use crate::lab::command::Work;
@@ -81,8 +82,10 @@ impl Hands {
         note_value(ui.ctx(), "tool", || self.tool.word().to_owned());
         let probe = text("🔍", "probe");
         let probe = egui::Button::selectable(self.probe, probe).min_size(size);
-        let hint = "Shows triangle, uv, texel, trail and the distance to other objects under the pointer (I)";
-        let probe = hint_beside(ui.add(probe), &in_full("probe", hint), "");
+        let hint =
+            "Shows triangle, uv, texel, trail and the distance to other objects under the pointer";
+        let hint = Action::Probe.hint(hint);
+        let probe = hint_beside(ui.add(probe), &in_full("probe", &hint), "");
         if probe.marked("probe").clicked() {
             self.toggle_probe();
         }
@@ -162,10 +165,10 @@ impl Hands {
         hint_beside(menu.response, hint, "").marked("add");
         let has_picked = self.picked().is_some();
         let duplicate = egui::Button::new(duplicate);
-        let hint =
-            "A copy of the picked object beside it, with its parameters and its motion (Ctrl D)";
+        let hint = "A copy of the picked object beside it, with its parameters and its motion";
+        let hint = Action::Duplicate.hint(hint);
         let duplicate = ui.add_enabled(has_picked, duplicate);
-        let duplicate = hint_beside(duplicate, hint, PICK_FIRST).marked("duplicate");
+        let duplicate = hint_beside(duplicate, &hint, PICK_FIRST).marked("duplicate");
         if duplicate.clicked() {
             let ctx = ui.ctx().clone();
             self.duplicate_selected(&ctx, desk);

@@ -8,6 +8,7 @@ use myxo::scene::settings::{FoodSettings, MOST_FOODS, Settings};
 use myxo::sim::types::Mark;
 
 use super::super::objects::remove_food;
+use crate::lab::actions::Action;
 use crate::lab::command::Command;
 use crate::lab::desk::Desk;
 use crate::lab::document::Document;
@@ -306,7 +307,7 @@ impl Hands {
         let remove = egui::Button::new("− food");
         let remove = ui
             .add_enabled(self.food.is_some(), remove)
-            .on_hover_text("Takes the picked food away (Delete)")
+            .on_hover_text(Action::Remove.hint("Takes the picked food away"))
             .on_disabled_hover_text("Pick food first: click on it")
             .marked("food.remove");
         if remove.clicked() {

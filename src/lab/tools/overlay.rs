@@ -109,7 +109,7 @@ impl Hands {
         else {
             return;
         };
-        let scale = self.scaled();
+        let scale = self.scaled() * desk.document.pending_scale(object);
         let seen = vertices.iter().filter_map(|vertex| {
             let place = pose.transform_point3(scale * *vertex);
             screen.point(&desk.document.view.camera, place)
@@ -210,8 +210,8 @@ impl Hands {
 }
 
 impl super::Hands {
-    /// How much larger the picked object shall become, while a hand makes it so.
-    fn scaled(&self) -> f32 {
+    /// How many times as large the selected object becomes by the handle that is held.
+    pub fn scaled(&self) -> f32 {
         self.grab.as_ref().map_or(1.0, |grab| grab.scaled)
     }
 }

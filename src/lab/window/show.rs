@@ -54,6 +54,7 @@ impl Lab {
         let place = &shot.picture;
         let mut is_covered = false;
         if let Some(stage) = self.runner.stage.as_mut().filter(|_| !place.is_empty()) {
+            stage.scales = self.interface.scales();
             let can_wait = self.jobs.exports.holds() || shot.answers;
             if shot.is_between {
                 // It stays as it is.

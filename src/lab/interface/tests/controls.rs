@@ -356,7 +356,11 @@ fn what_is_loading_is_told_and_can_be_given_up() {
     };
     let loading = |progress| {
         let name = "gears".to_owned();
-        Some(LoadingFacts { name, progress })
+        Some(LoadingFacts {
+            name,
+            progress,
+            is_shown: false,
+        })
     };
     harness.facts.loading = loading(progress);
     for _ in 0..2 {

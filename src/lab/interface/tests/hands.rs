@@ -391,6 +391,32 @@ fn the_box_beside_the_middle_scales() {
     assert!((factor - 0.5_f32.exp()).abs() < 1e-3, "{factor}");
 }
 
+/// From the first move of the handle until the layout for it is there.
+#[test]
+fn a_scaled_object_is_drawn_as_large_at_once() {
+    let mut harness = harness();
+    harness.interface.hands.selected = Some(0);
+    let from = middle(&mut harness) + vec2(30.0, -30.0);
+    let to = from + vec2(40.0, -10.0);
+    harness.frame(vec![Event::PointerMoved(from)]);
+    harness.frame(vec![button(from, true)]);
+    assert_eq!(harness.interface.scales(), [0.0; 0]);
+    harness.frame(vec![Event::PointerMoved(to)]);
+    let held = harness.interface.scales();
+    assert_eq!(held.len(), harness.interface.document.running.objects.len());
+    assert!(held[0] > 1.5 && held[1] == 1.0, "{held:?}");
+    harness.frame(vec![button(to, false)]);
+    // The window asks for the layout.
+    harness.interface.document.edited.objects[0].scale *= held[0];
+    harness.interface.document.begin_renewal();
+    let coming = harness.interface.scales();
+    assert!((coming[0] / held[0] - 1.0).abs() < 1e-5, "{coming:?}");
+    let document = &mut harness.interface.document;
+    assert!(!document.waits_for_restart() && document.is_pending());
+    document.running.objects = document.edited.objects.clone();
+    assert_eq!(harness.interface.scales(), [0.0; 0]);
+}
+
 #[test]
 fn objects_that_undo_brings_back_run_at_once_and_what_waits_goes_on_waiting() {
     let mut harness = harness();

@@ -225,3 +225,18 @@ fn the_camera_looks_from_sides_and_goes_home() {
     assert!((back.vertical_fov - home.vertical_fov).abs() < 1e-5);
     assert!((back.distance - home.distance).abs() < 1e-3);
 }
+
+#[test]
+fn the_button_fits_the_scene_in_the_picture_of_its_own_frame() {
+    let mut harness = Harness::new();
+    harness.frame(vec![]);
+    harness.interface.document.view.camera.distance *= 3.0;
+    harness.frame(vec![]);
+    let far = harness.interface.document.view.camera;
+    let fit = *harness.places_of("Fit").first().expect("it is shown");
+    harness.click(fit);
+    let fitted = harness.interface.document.view.camera;
+    assert!(fitted.distance < 0.5 * far.distance, "{fitted:?}");
+    harness.frame(vec![]);
+    assert_eq!(harness.interface.document.view.camera, fitted);
+}
