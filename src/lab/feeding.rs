@@ -78,7 +78,7 @@ impl Feeder {
     /// Waits for what is at work, which has the device.
     pub fn close(&mut self) {
         self.leave();
-        for job in self.left.drain(..) {
+        for mut job in self.left.drain(..) {
             // The result is not wanted any more.
             drop(job.wait());
         }

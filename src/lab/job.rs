@@ -109,8 +109,8 @@ impl<T> Job<T> {
         Some(joined(&self.name, thread))
     }
 
-    /// Waits for the result; none where it was taken before.
-    pub fn wait(mut self) -> Option<Result<T>> {
+    /// Waits for the result, which is given once; none where it was taken before.
+    pub fn wait(&mut self) -> Option<Result<T>> {
         let thread = self.thread.take()?;
         Some(joined(&self.name, thread))
     }
@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn a_panic_is_an_error_that_names_the_job() {
-        let refused = Job::<u32>::begin("the work", |_| Err(Error::Invalid("no".to_owned())));
+        let mut refused = Job::<u32>::begin("the work", |_| Err(Error::Invalid("no".to_owned())));
         assert_eq!(refused.wait().unwrap().unwrap_err().to_string(), "no");
         for work in [(|| panic!("no room")) as fn() -> u32, || {
             panic!("{} room", "no")
@@ -207,7 +207,7 @@ mod tests {
             let said = ended(&mut job).unwrap_err().to_string();
             assert!(said.contains("the work has failed: no room;"), "{said}");
         }
-        let job = Job::<u32>::begin("the work", |_| std::panic::panic_any(7));
+        let mut job = Job::<u32>::begin("the work", |_| std::panic::panic_any(7));
         let said = job.wait().unwrap().unwrap_err().to_string();
         assert!(said.contains("does not say why"), "{said}");
     }

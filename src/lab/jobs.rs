@@ -1,7 +1,7 @@
 //! Everything that goes on beside the frames: a scene that loads, food that is measured, files that are written.
 
 use crate::lab::feeding::Feeder;
-use crate::lab::loading::{Loaded, Loading};
+use crate::lab::loading::{Loading, Ready};
 use crate::lab::out::TakeOut;
 use myxo::Result;
 
@@ -31,7 +31,7 @@ impl Jobs {
     }
 
     /// The scene that has loaded, or why it has not.
-    pub fn take_loaded(&mut self) -> Option<(Loading, Result<Loaded>)> {
+    pub fn take_loaded(&mut self) -> Option<(Loading, Result<Ready>)> {
         let result = self.loading.as_mut()?.take()?;
         Some((self.loading.take()?, result))
     }

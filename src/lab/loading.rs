@@ -1,20 +1,21 @@
 //! A scene that is made ready on another thread, while the window goes on.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use myxo::gpu::{DeviceInfo, DeviceKind};
+use myxo::gpu::{Context, DeviceInfo, DeviceKind, Format};
 use myxo::mesh::atlas::AtlasError;
 use myxo::plain_text::Shown as _;
 use myxo::render::Prepared;
 use myxo::scene::{Overrides, Scene};
+use myxo::sim::Simulation;
 use myxo::sim::checkpoint::Checkpoint;
-use myxo::sim::{Setup, Simulation};
 use myxo::{Error, Result};
 
 use crate::lab::facts::LoadingFacts;
 use crate::lab::job::{Handle, Job};
 use crate::lab::saving::SceneFile;
+use crate::lab::stage::{Loaded, Stage};
 use crate::room;
 
 /// What is to be shown.
@@ -49,16 +50,9 @@ impl Opened {
     }
 }
 
-/// What a device needs to begin.
-pub struct Loaded {
-    /// With its meshes.
-    pub scene: Scene,
-    /// Atlas, particles, tables.
-    pub setup: Setup,
-    /// What pictures need of it.
-    pub prepared: Prepared,
-    /// The state that it goes on from, and what differs since.
-    pub from: Option<(Arc<Checkpoint>, Vec<String>)>,
+/// A scene on the device, which has not run yet.
+pub struct Ready {
+    pub stage: Stage,
     /// The scene file that it was read from.
     pub file: Option<SceneFile>,
 }
@@ -74,31 +68,49 @@ pub enum Origin {
     NoFile,
 }
 
+/// The device for a scene on its way. The thread takes it when everything else is ready, and keeps this locked while it uses it.
+type Device = Arc<Mutex<Option<Weak<Context>>>>;
+
 /// A scene on its way. Dropping it lets its thread end as soon as it looks.
 pub struct Loading {
     /// What the user calls it.
     pub name: String,
     /// Where it comes from.
     pub origin: Origin,
-    job: Job<Loaded>,
+    device: Device,
+    job: Job<Ready>,
 }
 
 impl Loading {
-    /// Begins to load; `load` reads the scene's files. Layouts that take long to make are kept in `atlases`.
+    /// Begins to load a scene and to put it on a device, with pictures of this format; `load` reads the scene's files. Layouts that
+    /// take long to make are kept in `atlases`.
     pub fn begin<T: Into<Opened>>(
-        name: String,
-        origin: Origin,
-        info: &DeviceInfo,
+        (name, origin): (String, Origin),
+        (ctx, format): (&Arc<Context>, Format),
         atlases: Option<PathBuf>,
         load: impl FnOnce() -> Result<T> + Send + 'static,
     ) -> Self {
-        let info = info.clone();
+        let info = ctx.info().clone();
+        let device: Device = Arc::new(Mutex::new(Some(Arc::downgrade(ctx))));
+        let taken = Arc::clone(&device);
         let job = Job::begin(format!("loading {name}"), move |handle| {
             handle.report("reading", 0.0);
-            let opened = load()?.into();
-            set_up(opened, &info, atlases.as_deref(), handle)
+            let Opened { scene, from, file } = load()?.into();
+            let loaded = set_up(scene, from, &info, atlases.as_deref(), handle)?;
+            let mut device = taken.lock().unwrap_or_else(PoisonError::into_inner);
+            let ctx = device.take().and_then(|ctx| ctx.upgrade());
+            let Some(ctx) = ctx.filter(|_| !handle.is_cancelled()) else {
+                return Err(AtlasError::Cancelled.into());
+            };
+            let stage = Stage::new(&ctx, loaded, format)?;
+            Ok(Ready { stage, file })
         });
-        Self { name, origin, job }
+        Self {
+            name,
+            origin,
+            device,
+            job,
+        }
     }
 
     /// How far it is, for the interface.
@@ -121,19 +133,28 @@ impl Loading {
     }
 
     /// What came of it, once, when it has ended.
-    pub fn take(&mut self) -> Option<Result<Loaded>> {
+    pub fn take(&mut self) -> Option<Result<Ready>> {
         self.job.take()
+    }
+
+    /// From then on the thread has nothing of the device; one that was using it is waited for. No scene comes of it any more.
+    pub fn leave_device(&mut self) {
+        let mut device = self.device.lock().unwrap_or_else(PoisonError::into_inner);
+        if device.take().is_none() {
+            drop(device);
+            drop(self.job.wait());
+        }
     }
 }
 
-/// Makes all that a scene needs on the device.
+/// Makes all of a scene that is made without a device.
 fn set_up(
-    opened: Opened,
+    scene: Scene,
+    from: Option<(PathBuf, Arc<Checkpoint>)>,
     info: &DeviceInfo,
     atlases: Option<&Path>,
     handle: &Handle,
 ) -> Result<Loaded> {
-    let Opened { scene, from, file } = opened;
     room::check(info, &scene)?;
     let setup = handle.control(atlases, |control| Simulation::set_up(info, &scene, control))?;
     if handle.is_cancelled() {
@@ -152,25 +173,25 @@ fn set_up(
         DeviceKind::Cpu => Prepared::for_quick(&setup),
         _ => Prepared::new(&setup),
     };
+    handle.report("building pipelines", 1.0);
     Ok(Loaded {
         scene,
         setup,
         prepared,
         from,
-        file,
     })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use myxo::gpu::{Context, ContextOptions, Frames};
+    use myxo::gpu::{ContextOptions, Frames};
     use myxo::mesh::atlas::Control;
     use std::sync::mpsc;
     use std::thread;
     use std::time::{Duration, Instant};
 
-    fn ended(loading: &mut Loading) -> Result<Loaded> {
+    fn ended(loading: &mut Loading) -> Result<Ready> {
         let begun = Instant::now();
         loop {
             if let Some(result) = loading.take() {
@@ -197,7 +218,8 @@ mod tests {
         let Some(ctx) = context() else { return };
         let name = "knot".to_owned();
         let load = || -> Result<Scene> { panic!("there is a knot in it") };
-        let mut loading = Loading::begin(name, Origin::File, ctx.info(), None, load);
+        let mut loading =
+            Loading::begin((name, Origin::File), (&ctx, Format::Rgba8Srgb), None, load);
         let error = ended(&mut loading).err().expect("it has failed");
         let error = error.to_string();
         assert!(
@@ -234,19 +256,18 @@ mod tests {
             let name = opened.scene.name.clone();
             let load = move || Ok(opened);
             ended(&mut Loading::begin(
-                name,
-                Origin::File,
-                ctx.info(),
+                (name, Origin::File),
+                (&ctx, Format::Rgba8Srgb),
                 None,
                 load,
             ))
         };
-        let loaded = opened(&["trail.decay=0.5"]).unwrap();
-        assert_eq!(loaded.scene.settings.particles.count, 500);
-        let (checkpoint, changes) = loaded.from.expect("it goes on");
-        assert_eq!(checkpoint.snapshot.step, 3);
-        assert_eq!(changes.len(), 1);
-        assert!(changes[0].starts_with("trail.decay = 0.5"), "{changes:?}");
+        let Ready { stage, .. } = opened(&["trail.decay=0.5"]).unwrap();
+        assert_eq!(stage.scene.settings.particles.count, 500);
+        assert_eq!(stage.simulation.step(), 3);
+        let resumed = stage.resumed.expect("it goes on");
+        let start = "Going on from step 3; trail.decay = 0.5";
+        assert!(resumed.starts_with(start), "{resumed}");
         let error = opened(&["atlas.size=128"]).err().expect("it is another");
         let error = error.to_string();
         assert!(
@@ -266,9 +287,12 @@ mod tests {
             };
             Ok(Scene::load(Path::new("cube"), &overrides)?)
         };
-        let begin = |load| Loading::begin("cube".to_owned(), Origin::File, ctx.info(), None, load);
+        let begin = |load| {
+            let name = "cube".to_owned();
+            Loading::begin((name, Origin::File), (&ctx, Format::Rgba8Srgb), None, load)
+        };
         let loaded = ended(&mut begin(Box::new(load) as Box<dyn FnOnce() -> _ + Send>)).unwrap();
-        assert_eq!(loaded.setup.particles.len(), 500);
+        assert_eq!(loaded.stage.simulation.setup().particles.len(), 500);
 
         // The thread is held until the wish to end is known.
         let (go, wait) = mpsc::channel::<()>();
@@ -284,5 +308,42 @@ mod tests {
             ended(&mut loading),
             Err(Error::Atlas(AtlasError::Cancelled))
         ));
+    }
+
+    #[test]
+    fn a_scene_that_is_given_up_leaves_the_device() {
+        let Some(ctx) = context() else { return };
+        let scene = || {
+            let set = ["particles.count=500", "atlas.size=64"].map(str::to_owned);
+            let overrides = Overrides {
+                set: set.into(),
+                ..Overrides::default()
+            };
+            Ok(Scene::load(Path::new("cube"), &overrides)?)
+        };
+        let begin = |load: Box<dyn FnOnce() -> Result<Scene> + Send>| {
+            let names = ("cube".to_owned(), Origin::File);
+            Loading::begin(names, (&ctx, Format::Rgba8Srgb), None, load)
+        };
+        // Before it has read anything: it is not waited for.
+        let (go, wait) = mpsc::channel::<()>();
+        let mut loading = begin(Box::new(move || {
+            wait.recv().expect("it is let go");
+            scene()
+        }));
+        loading.leave_device();
+        go.send(()).expect("it waits");
+        let none = ended(&mut loading).err().expect("it has no device");
+        assert!(matches!(none, Error::Atlas(AtlasError::Cancelled)));
+        // When it is on the device.
+        let mut loading = begin(Box::new(scene));
+        let begun = Instant::now();
+        while !loading.job.has_ended() {
+            assert!(begun.elapsed() < Duration::from_secs(120), "it hangs");
+            thread::sleep(Duration::from_millis(2));
+        }
+        assert!(Arc::strong_count(&ctx) > 1);
+        loading.leave_device();
+        assert_eq!(Arc::strong_count(&ctx), 1);
     }
 }

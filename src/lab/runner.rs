@@ -301,7 +301,7 @@ impl Runner {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lab::loading::Loaded;
+    use crate::lab::stage::Loaded;
     use glam::Vec2;
     use myxo::gpu::ContextOptions;
     use myxo::mesh::atlas::Control;
@@ -348,7 +348,6 @@ mod tests {
             setup,
             prepared,
             from: None,
-            file: None,
         };
         Stage::new(ctx, loaded, Format::Rgba8Srgb).unwrap()
     }

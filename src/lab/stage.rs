@@ -7,14 +7,13 @@ use std::time::{Duration, Instant};
 use glam::Vec2;
 use myxo::gpu::{Context, DeviceKind, Format, Image, Readback, Recorder};
 use myxo::render::pick::{self, Hit};
-use myxo::render::{Canvas, Quality, Renderer, View};
+use myxo::render::{Canvas, Prepared, Quality, Renderer, View};
 use myxo::scene::Scene;
 use myxo::scene::settings::{Show, Strategy};
-use myxo::sim::Simulation;
+use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::types::{Flow, Pose};
+use myxo::sim::{Setup, Simulation};
 use myxo::{Error, Result};
-
-use crate::lab::loading::Loaded;
 
 /// The most particles that a device which is a CPU draws while the simulation runs.
 const PARTICLES_ON_CPU: u32 = 60_000;
@@ -30,6 +29,18 @@ pub type Sizes = ([u32; 2], Option<[u32; 2]>);
 
 /// What pictures depend on: the view, the step, the poses, and the size of the atlas beside.
 type Drawn = (View, u64, Vec<Pose>, Option<[u32; 2]>);
+
+/// All of a scene that is made without a device.
+pub struct Loaded {
+    /// With its meshes.
+    pub scene: Scene,
+    /// Atlas, particles, tables.
+    pub setup: Setup,
+    /// What pictures need of it.
+    pub prepared: Prepared,
+    /// The state that it goes on from, and what differs since.
+    pub from: Option<(Arc<Checkpoint>, Vec<String>)>,
+}
 
 /// A scene that grows and is drawn.
 pub struct Stage {
@@ -72,7 +83,6 @@ impl Stage {
             setup,
             prepared,
             from,
-            file: _,
         } = loaded;
         let mut simulation = Simulation::from_setup(ctx, &scene, setup)?;
         let resumed = from.map(|(checkpoint, changes)| {
@@ -263,7 +273,6 @@ mod tests {
     use super::*;
     use myxo::gpu::{Buffer, ContextOptions, Domain, Frames};
     use myxo::mesh::atlas::Control;
-    use myxo::render::Prepared;
     use myxo::scene::Overrides;
     use std::path::Path;
 
@@ -296,7 +305,6 @@ mod tests {
             setup,
             prepared,
             from: None,
-            file: None,
         };
         let stage = Stage::new(&ctx, loaded, Format::Rgba8Srgb).unwrap();
         Some((ctx, stage))

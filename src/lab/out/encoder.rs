@@ -164,7 +164,7 @@ impl Encoder {
 
 impl Drop for Encoder {
     fn drop(&mut self) {
-        if let Some(job) = self.job.take() {
+        if let Some(mut job) = self.job.take() {
             self.cancel();
             // Its unfinished file is gone when it ends.
             drop(job.wait());

@@ -5,9 +5,8 @@ use myxo::{Error, Result};
 
 use crate::lab::command::{Command, Work};
 use crate::lab::edits::Coming;
-use crate::lab::loading::{Loaded, Loading, Opened, Origin};
+use crate::lab::loading::{Loading, Opened, Origin, Ready};
 use crate::lab::lost::is_loss;
-use crate::lab::stage::Stage;
 use crate::lab::waiting::Waiting;
 use crate::lab::window::areas::CarriedOver;
 use crate::lab::window::{Lab, title};
@@ -25,8 +24,9 @@ impl Lab {
         self.runner.back.stays();
         let asked = (origin == Origin::Shown).then(|| self.interface.document.edited.clone());
         self.interface.document.asked = asked;
-        let (info, atlases) = (self.runner.ctx.info(), self.atlases.clone());
-        self.jobs.loading = Some(Loading::begin(name, origin, info, atlases, load));
+        let device = (&self.runner.ctx, self.runner.format);
+        let loading = Loading::begin((name, origin), device, self.atlases.clone(), load);
+        self.jobs.loading = Some(loading);
         self.host.request_redraw();
     }
 
@@ -75,8 +75,8 @@ impl Lab {
     }
 
     /// Shows the scene that was loaded. If something was wrong with it, what runs goes on.
-    pub(super) fn has_loaded(&mut self, loading: Loading, result: Result<Loaded>) -> Result<()> {
-        let shown = result.and_then(|loaded| self.show(loaded, loading.origin));
+    pub(super) fn has_loaded(&mut self, loading: Loading, result: Result<Ready>) -> Result<()> {
+        let shown = result.and_then(|ready| self.show(ready, loading.origin));
         let context = self.host.context().clone();
         if shown.is_err() {
             self.interface.not_shown();
@@ -107,11 +107,9 @@ impl Lab {
         Ok(())
     }
 
-    fn show(&mut self, loaded: Loaded, origin: Origin) -> Result<()> {
+    fn show(&mut self, ready: Ready, origin: Origin) -> Result<()> {
         self.jobs.exports.leave_stage();
-        let file = loaded.file.clone();
-        // What runs makes room only when the next one is there.
-        let mut stage = Stage::new(&self.runner.ctx, loaded, self.runner.format)?;
+        let Ready { mut stage, file } = ready;
         let is_new_scene = origin != Origin::Shown;
         if is_new_scene {
             self.interface.opening.leave_scene();

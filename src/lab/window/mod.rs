@@ -416,6 +416,10 @@ impl Lab {
         let _ = self.runner.frames.wait_idle();
         self.end_taking_out();
         self.jobs.food.close();
+        if let Some(mut loading) = self.jobs.loading.take() {
+            loading.cancel();
+            loading.leave_device();
+        }
         self.report_messages();
         self.tell_left();
         self.keep_preferences();
