@@ -15,7 +15,7 @@ const WHAT: &str = "a slice of a frame";
 const LATELY: usize = 8;
 
 impl Recorder {
-    /// From now on every kernel ends a slice. [`Frames::run_slice`](super::Frames::run_slice) hands slices to the device one
+    /// From now on every kernel ends a slice, and so does every picture or band of one. [`Frames::run_slice`](super::Frames::run_slice) hands slices to the device one
     /// by one, and [`Frames::submit`](super::Frames::submit) takes whatever is left. What is submitted in between must not
     /// touch what this recording uses, and has to come from another ring.
     ///

@@ -136,7 +136,7 @@ impl App {
         let Host::Windowless(host) = &lab.host else {
             return true;
         };
-        let goes_on = lab.runs() || lab.jobs.exports.is_busy() || lab.runner.is_within_steps();
+        let goes_on = lab.runs() || lab.jobs.exports.is_busy() || lab.runner.is_within_slices();
         let is_due = self.wake.is_some_and(|wake| wake <= lab.host.now());
         let moves = host.needs_frame || host.has_input() || is_due && !goes_on;
         let most = match host.held.is_empty() {

@@ -25,10 +25,21 @@ const LONGEST_SLICE: Duration = Duration::from_millis(12);
 /// A device that is lost again before the scene has run for so long is not replaced, or that would never end.
 const RUNS_FOR: Duration = Duration::from_secs(10);
 
-/// Steps of which the device has been given a part. Until it has all of them nothing else may use the simulation.
+/// Steps, or a picture, of which the device has been given a part. Until it has all of it nothing else may use the simulation.
 struct Slices {
     rec: Recorder,
     steps: u32,
+    /// The stage's next picture is drawn by it.
+    draws: bool,
+}
+
+/// What came of some slices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sliced {
+    /// The stage has a new picture.
+    pub has_drawn: bool,
+    /// Invariants were checked, which is to be shown.
+    pub is_checked: bool,
 }
 
 /// What runs on one device. Fields are dropped in this order: what lies on the device before the device.
@@ -94,7 +105,7 @@ impl Runner {
 
     /// Runs another scene, or the same one from the beginning; it draws into the canvas of the one before.
     pub fn take_stage(&mut self, mut stage: Stage, clocks: &mut Clocks) {
-        stage.take_canvas(self.stage.take());
+        stage.take_canvases(self.stage.take());
         clocks.restart(&mut self.frames, &stage);
         self.stage = Some(stage);
         if let Some(lost) = &mut self.lost {
@@ -149,31 +160,37 @@ impl Runner {
         rec.slice(LONGEST_SLICE, self.frames.timings());
     }
 
-    /// Steps have been recorded in slices; [`Self::run_slices`] submits them.
-    pub fn begin_slices(&mut self, rec: Recorder, steps: u32) {
-        self.slices = Some(Slices { rec, steps });
+    /// Steps have been recorded in slices, or the stage's next picture; [`Self::run_slices`] submits them.
+    pub fn begin_slices(&mut self, rec: Recorder, steps: u32, draws: bool) {
+        self.slices = Some(Slices { rec, steps, draws });
     }
 
-    /// Is a part of some steps still to be submitted?
-    pub fn is_within_steps(&self) -> bool {
+    /// Is a part of some steps or of a picture still to be submitted?
+    pub fn is_within_slices(&self) -> bool {
         self.slices.is_some()
     }
 
     /// Submits slices until `at_most` has gone by, or all of them. Where something fails they are given up.
-    pub fn run_slices(&mut self, at_most: Duration, clocks: &mut Clocks) -> Result<bool> {
+    pub fn run_slices(&mut self, at_most: Duration, clocks: &mut Clocks) -> Result<Sliced> {
         let Some(mut slices) = self.slices.take() else {
-            return Ok(false);
+            return Ok(Sliced::default());
         };
         let began = Instant::now();
         while began.elapsed() < at_most {
             if !self.frames.run_slice(&mut slices.rec)? {
                 self.frames.submit(slices.rec)?;
                 self.frames.wait_idle()?;
-                return self.have_stepped(slices.steps, clocks);
+                if let Some(stage) = self.stage.as_mut().filter(|_| slices.draws) {
+                    stage.show_next();
+                }
+                return Ok(Sliced {
+                    has_drawn: slices.draws,
+                    is_checked: self.have_stepped(slices.steps, clocks)?,
+                });
             }
         }
         self.slices = Some(slices);
-        Ok(false)
+        Ok(Sliced::default())
     }
 
     /// What was not submitted of a step never is.
@@ -375,12 +392,12 @@ mod tests {
                 }
                 runner.record_steps(&mut rec, steps);
                 if in_slices {
-                    runner.begin_slices(rec, steps);
-                    assert!(runner.is_within_steps());
-                    while runner.is_within_steps() {
+                    runner.begin_slices(rec, steps, false);
+                    assert!(runner.is_within_slices());
+                    while runner.is_within_slices() {
                         // No time at all, and time for all.
                         runner.run_slices(Duration::ZERO, &mut clocks).unwrap();
-                        assert!(runner.is_within_steps(), "nothing was submitted");
+                        assert!(runner.is_within_slices(), "nothing was submitted");
                         runner.run_slices(Duration::MAX, &mut clocks).unwrap();
                     }
                 } else {
@@ -392,9 +409,9 @@ mod tests {
             assert_eq!(clocks.facts.step, 5);
             let check = clocks.facts.check.clone().expect("it was checked");
             assert_eq!(check.problem, None);
-            runner.stage.unwrap().simulation.snapshot().unwrap()
+            runner.stage.unwrap().simulation.snapshot().unwrap().hash()
         });
-        assert!(states[0] == states[1], "the state depends on the slices");
+        assert_eq!(states[0], states[1], "the state depends on the slices");
         assert_eq!(ctx.messages(), [""; 0]);
     }
 

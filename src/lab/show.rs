@@ -33,6 +33,15 @@ impl Shot<'_> {
     }
 }
 
+impl Seen {
+    pub fn sizes(&self) -> Sizes {
+        (
+            self.picture.size,
+            self.beside.as_ref().map(|place| place.size),
+        )
+    }
+}
+
 /// What the interface came to in a frame.
 pub struct Seen {
     pub shown: Shown,

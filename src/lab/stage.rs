@@ -21,6 +21,9 @@ const PARTICLES_ON_CPU: u32 = 60_000;
 /// While something is made that needs the device, the window's picture may be so old.
 const SHOWN_FOR: Duration = Duration::from_millis(500);
 
+/// Bands of a picture that is drawn in slices. More would be quicker each, and slower together: each goes over all triangles.
+const BANDS: u32 = 3;
+
 /// Copies of the counters that may be on their way to the host.
 const COUNTERS_UNDER_WAY: usize = 4;
 
@@ -57,15 +60,18 @@ pub struct Stage {
     pub scales: Vec<f32>,
     renderer: Renderer,
     format: Format,
-    canvas: Option<(Quality, Canvas)>,
-    /// For the atlas beside the picture.
-    beside: Option<(Quality, Canvas)>,
+    /// What the window shows.
+    shown: Canvases,
+    /// What the next picture is drawn into, where that is drawn in slices.
+    next: Canvases,
     /// Particles that the picture has, in the view of particles.
     pub particles_drawn: u32,
     /// How many pictures were drawn: two that are shown are of the same one only if this has not changed.
     pub pictures: u64,
-    /// What the canvas shows, if it is still worth showing.
+    /// What the canvases show, if it is still worth showing.
     drawn: Option<Drawn>,
+    /// What those of the next picture will show.
+    coming: Option<Drawn>,
     drawn_at: Instant,
     exposure: Readback<f32>,
     /// The trail that has the brightest colour, as of some frames ago; none before the first picture.
@@ -105,11 +111,12 @@ impl Stage {
             scene,
             simulation,
             format,
-            canvas: None,
-            beside: None,
+            shown: Canvases::default(),
+            next: Canvases::default(),
             particles_drawn: u32::MAX,
             pictures: 0,
             drawn: None,
+            coming: None,
             drawn_at: Instant::now(),
             exposure: Readback::new(ctx, "exposure", 1, COUNTERS_UNDER_WAY)?,
             brightest: None,
@@ -118,10 +125,10 @@ impl Stage {
         })
     }
 
-    /// Goes on with the canvas of the stage that is left.
-    pub fn take_canvas(&mut self, left: Option<Self>) {
+    /// Goes on with the canvases of the stage that is left.
+    pub fn take_canvases(&mut self, left: Option<Self>) {
         if let Some(left) = left {
-            (self.canvas, self.beside) = (left.canvas, left.beside);
+            (self.shown, self.next) = (left.shown, left.next);
             self.pictures = left.pictures;
         }
     }
@@ -132,73 +139,108 @@ impl Stage {
         &mut self,
         rec: &mut Recorder,
         view: &View,
-        (size, beside): Sizes,
+        sizes: Sizes,
         is_moving: bool,
     ) -> Result<(&Image, Option<&Image>)> {
-        let is_cpu = self.ctx.info().kind == DeviceKind::Cpu;
-        let quality = if is_cpu && is_moving {
-            Quality::Quick
-        } else {
-            Quality::Smooth
-        };
+        let (quality, now) = self.to_draw(view, sizes, is_moving);
+        if (self.shown).fit((&self.ctx, self.format), quality, sizes)? {
+            self.drawn = None;
+        }
+        if self.drawn.as_ref() != Some(&now) {
+            self.record(rec, &now, 1);
+            self.drawn = Some(now);
+            self.pictures += 1;
+            self.drawn_at = Instant::now();
+        }
+        self.read_back();
+        Ok(self.picture())
+    }
+
+    /// Do the canvases show this already?
+    pub fn has_picture(&mut self, view: &View, sizes: Sizes, is_moving: bool) -> bool {
+        let (quality, now) = self.to_draw(view, sizes, is_moving);
+        self.drawn.as_ref() == Some(&now) && self.shown.fits(quality, sizes)
+    }
+
+    /// Records the picture in slices of the recording, beside what is shown, which stays until [`Self::show_next`].
+    pub fn draw_in_slices(
+        &mut self,
+        rec: &mut Recorder,
+        view: &View,
+        sizes: Sizes,
+        is_moving: bool,
+    ) -> Result<()> {
+        let (quality, now) = self.to_draw(view, sizes, is_moving);
+        (self.next).fit((&self.ctx, self.format), quality, sizes)?;
+        std::mem::swap(&mut self.shown, &mut self.next);
+        self.record(rec, &now, BANDS);
+        std::mem::swap(&mut self.shown, &mut self.next);
+        self.coming = Some(now);
+        self.read_back();
+        Ok(())
+    }
+
+    /// What was drawn in slices is whole, and is shown from now on.
+    pub fn show_next(&mut self) {
+        std::mem::swap(&mut self.shown, &mut self.next);
+        self.drawn = self.coming.take();
+        self.pictures += 1;
+        self.drawn_at = Instant::now();
+    }
+
+    /// How well the next picture is drawn, and what it depends on.
+    fn to_draw(&mut self, view: &View, (_, beside): Sizes, is_moving: bool) -> (Quality, Drawn) {
+        let is_quick = is_moving && self.ctx.info().kind == DeviceKind::Cpu;
         let mut view = *view;
-        if is_cpu && is_moving {
+        let quality = match is_quick {
+            true => Quality::Quick,
+            false => Quality::Smooth,
+        };
+        if is_quick {
             view.most_particles = PARTICLES_ON_CPU;
         }
         self.particles_drawn = self.renderer.particles_drawn(&view);
-        for (canvas, size) in [(&mut self.canvas, Some(size)), (&mut self.beside, beside)] {
-            let has = canvas.as_ref().map(|(has, canvas)| (*has, canvas.size()));
-            if has == size.map(|size| (quality, size)) {
-                continue;
-            }
-            self.drawn = None;
-            *canvas = None;
-            if let Some(size) = size {
-                let new = Canvas::with_quality(&self.ctx, size, self.format, quality)?;
-                *canvas = Some((quality, new));
-            }
-        }
-        let (_, canvas) = self.canvas.as_ref().expect("made above");
-        let beside_canvas = self.beside.as_ref().map(|(_, canvas)| canvas);
-        let step = self.simulation.step();
-        self.simulation.record_poses(rec);
-        let true_poses = self.simulation.poses().to_vec();
-        let mut poses = true_poses.clone();
+        let mut poses = self.simulation.shown_poses();
         for (pose, factor) in poses.iter_mut().zip(&self.scales) {
             *pose = pose.scaled(*factor);
         }
-        let is_scaled = poses != true_poses;
-        let now = Some((view, step, poses, beside));
-        if self.drawn != now {
-            if let Some((_, _, poses, _)) = now.as_ref().filter(|_| is_scaled) {
-                self.simulation.record_shown_poses(rec, poses);
-            }
-            let mut atlas = view;
-            atlas.show = Show::Atlas;
-            let pictures = std::iter::once((view, canvas));
-            let pictures: Vec<_> = pictures.chain(beside_canvas.map(|c| (atlas, c))).collect();
-            self.renderer
-                .draw_beside(rec, self.simulation.state(), &pictures);
-            if is_scaled {
-                self.simulation.record_shown_poses(rec, &true_poses);
-            }
-            (self.renderer).record_brightest(rec, &mut self.exposure, step);
-            self.drawn = now;
-            self.pictures += 1;
-            self.drawn_at = Instant::now();
-            let settings = self.simulation.settings();
-            if settings.strategy() != Strategy::None {
-                let transfers = &self.simulation.state().transfers;
-                transfers.record_readback(rec, &mut self.counters, step);
-            }
+        (quality, (view, self.simulation.step(), poses, beside))
+    }
+
+    /// Records a picture into the canvases that are shown.
+    fn record(&mut self, rec: &mut Recorder, now: &Drawn, bands: u32) {
+        let (view, step, poses, _) = now;
+        self.simulation.record_poses(rec);
+        let true_poses = self.simulation.poses().to_vec();
+        let is_scaled = *poses != true_poses;
+        if is_scaled {
+            self.simulation.record_shown_poses(rec, poses);
         }
+        let mut atlas = *view;
+        atlas.show = Show::Atlas;
+        let (picture, beside) = self.shown.canvases();
+        let pictures = std::iter::once((*view, picture));
+        let pictures: Vec<_> = pictures.chain(beside.map(|c| (atlas, c))).collect();
+        let state = self.simulation.state();
+        self.renderer.draw_in_bands(rec, state, &pictures, bands);
+        if is_scaled {
+            self.simulation.record_shown_poses(rec, &true_poses);
+        }
+        (self.renderer).record_brightest(rec, &mut self.exposure, *step);
+        if self.simulation.settings().strategy() != Strategy::None {
+            let transfers = &self.simulation.state().transfers;
+            transfers.record_readback(rec, &mut self.counters, *step);
+        }
+    }
+
+    /// Takes what has arrived on the host.
+    fn read_back(&mut self) {
         while let Some((_, brightest)) = self.exposure.poll() {
             self.brightest = brightest.first().copied();
         }
         while let Some((_, counters)) = self.counters.poll() {
             self.flow = counters[0];
         }
-        Ok((canvas.image(), beside_canvas.map(Canvas::image)))
     }
 
     /// What the canvas shows has changed between steps.
@@ -212,7 +254,7 @@ impl Stage {
         let is_of = |(drawn, _, _, drawn_beside): &Drawn| {
             drawn.camera == view.camera && drawn.show == view.show && *drawn_beside == beside
         };
-        self.canvas.as_ref().is_some_and(fits) && self.drawn.as_ref().is_some_and(is_of)
+        self.shown.picture.as_ref().is_some_and(fits) && self.drawn.as_ref().is_some_and(is_of)
     }
 
     /// Does the canvas show nearly what it would if it were drawn again? So it does for a while, as long as the camera
@@ -223,9 +265,8 @@ impl Stage {
 
     /// What was drawn last; see [`Self::shows`].
     pub fn picture(&self) -> (&Image, Option<&Image>) {
-        let (_, canvas) = self.canvas.as_ref().expect("it was drawn");
-        let beside = self.beside.as_ref();
-        (canvas.image(), beside.map(|(_, canvas)| canvas.image()))
+        let (picture, beside) = self.shown.canvases();
+        (picture.image(), beside.map(Canvas::image))
     }
 
     /// Seconds of the objects' motion, if any moves.
@@ -255,6 +296,52 @@ impl Stage {
         self.simulation.record_poses(rec);
         self.renderer
             .draw_rows(rec, self.simulation.state(), view, canvas, rows);
+    }
+}
+
+/// Where the picture is drawn, and the atlas beside it if that is shown.
+#[derive(Default)]
+struct Canvases {
+    picture: Option<(Quality, Canvas)>,
+    beside: Option<(Quality, Canvas)>,
+}
+
+impl Canvases {
+    /// Are they of this quality and these sizes?
+    fn fits(&self, quality: Quality, (size, beside): Sizes) -> bool {
+        let has = |canvas: &Option<(Quality, Canvas)>| {
+            (canvas.as_ref()).map(|(quality, canvas)| (*quality, canvas.size()))
+        };
+        let wanted = [Some(size), beside].map(|size| size.map(|size| (quality, size)));
+        [has(&self.picture), has(&self.beside)] == wanted
+    }
+
+    /// Makes those anew that are not. True where one was.
+    fn fit(
+        &mut self,
+        (ctx, format): (&Arc<Context>, Format),
+        quality: Quality,
+        (size, beside): Sizes,
+    ) -> Result<bool> {
+        let mut is_new = false;
+        for (canvas, size) in [(&mut self.picture, Some(size)), (&mut self.beside, beside)] {
+            let has = canvas.as_ref().map(|(has, canvas)| (*has, canvas.size()));
+            if has == size.map(|size| (quality, size)) {
+                continue;
+            }
+            is_new = true;
+            *canvas = None;
+            if let Some(size) = size {
+                let new = Canvas::with_quality(ctx, size, format, quality)?;
+                *canvas = Some((quality, new));
+            }
+        }
+        Ok(is_new)
+    }
+
+    fn canvases(&self) -> (&Canvas, Option<&Canvas>) {
+        let (_, picture) = self.picture.as_ref().expect("it was drawn");
+        (picture, self.beside.as_ref().map(|(_, canvas)| canvas))
     }
 }
 
@@ -310,6 +397,70 @@ mod tests {
         Some((ctx, stage))
     }
 
+    const SIZES: Sizes = ([64, 48], None);
+
+    /// The pixels that a recording comes to.
+    fn pixels(
+        ctx: &Arc<Context>,
+        frames: &mut Frames,
+        stage: &mut Stage,
+        record: impl FnOnce(&mut Recorder, &mut Stage),
+    ) -> Vec<[u8; 4]> {
+        let [width, height] = SIZES.0.map(|side| side as usize);
+        let name = "pixels";
+        let read = Buffer::new(ctx, name, width * height, Domain::Readback).unwrap();
+        let mut rec = frames.begin().unwrap();
+        record(&mut rec, stage);
+        rec.copy_image(stage.picture().0, &read);
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+        read.as_slice().to_vec()
+    }
+
+    fn drawn(ctx: &Arc<Context>, stage: &mut Stage, frames: &mut Frames) -> Vec<[u8; 4]> {
+        let view = View::of(&stage.scene, Vec2::new(64.0, 48.0));
+        pixels(ctx, frames, stage, |rec, stage| {
+            stage.draw(rec, &view, SIZES, true).unwrap();
+        })
+    }
+
+    /// Would catch: bands that miss a row, and a picture that is shown in parts.
+    #[test]
+    fn a_picture_in_slices_is_the_same_and_shown_when_it_is_whole() {
+        let Some((ctx, mut stage)) = stage() else {
+            return;
+        };
+        let view = View::of(&stage.scene, Vec2::new(64.0, 48.0));
+        let mut frames = Frames::new(&ctx, 1).unwrap();
+        let mut answers = Frames::new(&ctx, 1).unwrap();
+        let before = drawn(&ctx, &mut stage, &mut frames);
+        let mut rec = frames.begin().unwrap();
+        (0..20).for_each(|_| stage.simulation.record_step(&mut rec));
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+
+        assert!(!stage.has_picture(&view, SIZES, true));
+        let mut rec = frames.begin().unwrap();
+        rec.slice(Duration::from_millis(12), frames.timings());
+        stage.draw_in_slices(&mut rec, &view, SIZES, true).unwrap();
+        let mut slices = 0;
+        while frames.run_slice(&mut rec).unwrap() {
+            slices += 1;
+            let between = pixels(&ctx, &mut answers, &mut stage, |_, _| {});
+            assert!(between == before, "after {slices} slices");
+        }
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+        assert!(slices > BANDS, "{slices}");
+        stage.show_next();
+        assert!(stage.has_picture(&view, SIZES, true));
+        let shown = pixels(&ctx, &mut answers, &mut stage, |_, _| {});
+        stage.forget_picture();
+        let whole = drawn(&ctx, &mut stage, &mut frames);
+        assert!(shown == whole && shown != before);
+        assert_eq!(ctx.messages(), [""; 0]);
+    }
+
     /// Through all strategies and back, between frames that are under way, as the panel does it.
     #[test]
     fn strategies_change_while_it_is_drawn() {
@@ -341,17 +492,6 @@ mod tests {
     /// Would catch: a picture with larger objects whose poses stay for the next step.
     #[test]
     fn larger_objects_are_drawn_and_the_state_goes_on_as_without() {
-        let pixels = |ctx: &Arc<Context>, stage: &mut Stage, frames: &mut Frames| {
-            let view = View::of(&stage.scene, Vec2::new(64.0, 48.0));
-            let count = 64 * 48;
-            let read = Buffer::<[u8; 4]>::new(ctx, "pixels", count, Domain::Readback).unwrap();
-            let mut rec = frames.begin().unwrap();
-            let (image, _) = stage.draw(&mut rec, &view, ([64, 48], None), true).unwrap();
-            rec.copy_image(image, &read);
-            frames.submit(rec).unwrap();
-            frames.wait_idle().unwrap();
-            read.as_slice().to_vec()
-        };
         let mut pictures = Vec::new();
         let states = [false, true].map(|is_scaled| {
             let (ctx, mut stage) = stage()?;
@@ -363,11 +503,11 @@ mod tests {
                 if is_scaled {
                     stage.scales = vec![1.0, 1.5, 1.0];
                 }
-                pictures.push(pixels(&ctx, &mut stage, &mut frames));
+                pictures.push(drawn(&ctx, &mut stage, &mut frames));
             }
             // As large as they are again, the picture is the one without.
             stage.scales.clear();
-            pictures.push(pixels(&ctx, &mut stage, &mut frames));
+            pictures.push(drawn(&ctx, &mut stage, &mut frames));
             assert_eq!(ctx.messages(), [""; 0]);
             Some(stage.simulation.snapshot().unwrap().hash())
         });

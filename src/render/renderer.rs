@@ -286,6 +286,25 @@ impl Renderer {
         self.draw_pictures(rec, state, &whole.collect::<Vec<_>>());
     }
 
+    /// The same in bands of rows, so many a picture. In a recording that is [in slices](Recorder::slice) each is one, so that other
+    /// frames may come in between; they must not use these canvases.
+    pub fn draw_in_bands(
+        &mut self,
+        rec: &mut Recorder,
+        state: &State,
+        pictures: &[(View, &Canvas)],
+        bands: u32,
+    ) {
+        let mut all = Vec::new();
+        for &(view, canvas) in pictures {
+            let [_, height] = canvas.size();
+            let edge = |band: u32| (u64::from(height) * u64::from(band) / u64::from(bands)) as u32;
+            all.extend((0..bands).map(|band| (view, canvas, edge(band)..edge(band + 1))));
+        }
+        all.retain(|(.., rows)| !rows.is_empty());
+        self.draw_pictures(rec, state, &all);
+    }
+
     fn draw_pictures(
         &mut self,
         rec: &mut Recorder,
@@ -300,6 +319,7 @@ impl Renderer {
             rec.make_visible(Access::Vertex, &self.read(state));
             for (view, canvas, rows) in pictures {
                 self.draw_one(rec, state, view, canvas, rows.clone());
+                rec.end_slice();
             }
         });
     }

@@ -132,6 +132,14 @@ impl Course {
         self.moved_at(self.last_step())
     }
 
+    /// The poses that the last step had, or those set since from outside.
+    pub fn shown_poses(&self) -> Vec<Pose> {
+        let step = self.last_step();
+        let (tracks, origins) = (&self.setup.tracks, &self.setup.origins);
+        let objects = &self.settings.objects;
+        self.movement.poses(objects, tracks, origins, step)
+    }
+
     /// Parameters of particles on each object, if they differ from those on the engine.
     fn changed_physarums(&mut self) -> Option<Vec<Physarum>> {
         let physarums = physarums(&self.settings, &self.setup);

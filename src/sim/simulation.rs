@@ -147,6 +147,12 @@ impl Simulation {
         }
     }
 
+    /// The poses of a picture that is drawn now: those of the last step, or those set since from outside.
+    #[must_use]
+    pub fn shown_poses(&self) -> Vec<Pose> {
+        self.course.shown_poses()
+    }
+
     /// Records these poses for pictures alone, one an object, which may scale. [`Self::poses`] must be recorded by the same
     /// before the next step.
     ///

@@ -1,7 +1,8 @@
-//! Frames while steps are under way in slices, and what has to wait for their end.
+//! Frames while steps or a picture are under way in slices, and what has to wait for their end.
 
 use crate::lab::answers::Answers;
 use crate::lab::command::Command;
+use crate::lab::runner::Sliced;
 use crate::lab::show::{Seen, Shot};
 use crate::lab::stage::Stage;
 use crate::lab::waiting::Waiting;
@@ -11,44 +12,49 @@ use myxo::gpu::Recorder;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// The system's events are taken in as often, or a slice later.
-const LONGEST_SLICES: Duration = Duration::from_millis(25);
+/// Slices that are shorter together are run before input is looked for again.
+const LONGEST_SLICES: Duration = Duration::from_millis(4);
 
 impl Lab {
-    /// Steps have been recorded in slices; they begin. The window does not show what was seen.
-    pub(super) fn begin_slices(&mut self, rec: Recorder, steps: u32, seen: &Seen) {
-        self.runner.begin_slices(rec, steps);
+    /// Steps or a picture have been recorded in slices; they begin. The window does not show what was seen.
+    pub(super) fn begin_slices(&mut self, rec: Recorder, steps: u32, draws: bool, seen: &Seen) {
+        self.runner.begin_slices(rec, steps, draws);
         self.answers = Answers::begin(seen.is_asked, seen.repaint);
         self.forget_places();
     }
 
-    /// Goes on with the steps that are under way, and answers if something was asked. False where there are none.
+    /// Goes on with the slices that are under way, and answers if something was asked. False where there are none.
     pub(super) fn go_on(&mut self) -> Result<bool> {
-        if !self.runner.is_within_steps() {
+        if !self.runner.is_within_slices() {
             return Ok(false);
         }
         if self.answers.is_due(self.host.has_input()) {
             let begun = Instant::now();
-            let repaint = self.answer()?;
+            let repaint = self.answer(false)?;
+            self.clocks.facts.answers_within_steps += 1;
             self.answers.given(begun, repaint);
         }
-        let is_checked = (self.runner).run_slices(LONGEST_SLICES, &mut self.clocks)?;
-        self.slices_have_run(is_checked);
+        let sliced = (self.runner).run_slices(LONGEST_SLICES, &mut self.clocks)?;
+        self.slices_have_run(sliced);
+        if sliced.has_drawn {
+            self.answer(true)?;
+            self.count_picture();
+        }
         Ok(true)
     }
 
-    /// Does the rest of the steps at once.
+    /// Does the rest of the slices at once.
     pub(super) fn finish_steps(&mut self) -> Result<()> {
-        let is_checked = (self.runner).run_slices(Duration::MAX, &mut self.clocks)?;
-        self.slices_have_run(is_checked);
+        let sliced = (self.runner).run_slices(Duration::MAX, &mut self.clocks)?;
+        self.slices_have_run(sliced);
         Ok(())
     }
 
-    fn slices_have_run(&mut self, is_checked: bool) {
-        if is_checked {
+    fn slices_have_run(&mut self, sliced: Sliced) {
+        if sliced.is_checked {
             self.host.request_redraw();
         }
-        if !self.runner.is_within_steps() {
+        if !self.runner.is_within_slices() {
             self.report_messages();
         }
     }
@@ -83,9 +89,10 @@ impl Lab {
         Ok(())
     }
 
-    /// The interface as it is now, over the picture that is there. What it asks for has to wait.
-    /// Says when the interface wants to be shown again.
-    fn answer(&mut self) -> Result<Option<Duration>> {
+    /// The interface as it is now, over the picture that is there; what it asks for has to wait. Where another picture would have
+    /// to be drawn for it, the next frame does that, unless the one that is there `is_new`. Says when the interface wants to be shown
+    /// again.
+    fn answer(&mut self, is_new: bool) -> Result<Option<Duration>> {
         let seen = self.run_interface()?;
         let size = seen.picture.size;
         self.closing |= seen.shown.commands.contains(&Command::Quit);
@@ -104,8 +111,7 @@ impl Lab {
             pixels_per_point: seen.pixels_per_point,
         };
         let is_there = |stage: &Stage| stage.has_drawn(&shot.view, shot.sizes());
-        // Another picture cannot be drawn now; the next frame does.
-        if !self.runner.stage.as_ref().is_some_and(is_there) {
+        if !is_new && !self.runner.stage.as_ref().is_some_and(is_there) {
             self.forget_places();
             return Ok(seen.repaint);
         }
@@ -118,7 +124,6 @@ impl Lab {
         self.clocks.catch_up();
         self.draw(rec, image, &shot)?;
         self.runner.answers.wait_idle()?;
-        self.clocks.facts.answers_within_steps += 1;
         self.tell_places(&seen.context, seen.pixels_per_point, false)?;
         Ok(seen.repaint)
     }

@@ -93,7 +93,7 @@ impl Lab {
         let left = std::mem::take(&mut self.waiting);
         let left: Vec<_> = (left.into_iter().map(|left| (end_of(&left), left))).collect();
         let any_writes = (left.iter()).any(|(end, _)| *end == AtTheEnd::Writes);
-        if any_writes && self.runner.is_within_steps() {
+        if any_writes && self.runner.is_within_slices() {
             say("finishing the steps that are under way ...");
             if let Err(error) = self.finish_steps() {
                 say(&error.to_string());

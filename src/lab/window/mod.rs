@@ -41,7 +41,7 @@ use crate::lab::jobs::Jobs;
 use crate::lab::left::LeftScenes;
 use crate::lab::loading::{Opened, Origin};
 use crate::lab::options::LabOptions;
-use crate::lab::order::Asked;
+use crate::lab::order::{Asked, Task};
 use crate::lab::out::TakeOut;
 use crate::lab::places::Places;
 use crate::lab::preferences::Preferences;
@@ -254,6 +254,11 @@ impl Lab {
         let (runs, holds) = (self.runs(), self.jobs.exports.holds());
         let can_split = is_cpu && !seen.picture.is_empty();
         let task = (self.runner).next_task((runs, holds), can_split, since_last, asked);
+        // While the camera is moved the picture is the answer, and comes whole.
+        let is_picture = task == Task::default() && !seen.shown.touched;
+        if runs && can_split && is_picture && self.draw_in_slices(seen, &view)? {
+            return Ok(Some(self.host.now()));
+        }
         let mut rec = self.runner.frames.begin()?;
         let image = match task.only_steps {
             true => None,
@@ -268,7 +273,7 @@ impl Lab {
         if task.steps > 0 || seen.shown.touched || holds {
             self.moved = self.host.now();
         }
-        let is_moving = self.host.now() < self.moved + SETTLES_AFTER;
+        let is_moving = self.is_moving();
         self.record_hands(&mut rec, &seen.context)?;
         self.record_export(&mut rec, &seen.context);
         // An export may wait for what this frame copies.
@@ -279,7 +284,7 @@ impl Lab {
         }
         self.runner.record_steps(&mut rec, task.steps);
         if in_slices {
-            self.begin_slices(rec, task.steps, seen);
+            self.begin_slices(rec, task.steps, false, seen);
             return Ok(Some(self.host.now()));
         }
         if let Some(image) = image {
@@ -318,8 +323,33 @@ impl Lab {
         Ok(next)
     }
 
+    /// Begins to draw the picture in slices, if another one is to be shown.
+    fn draw_in_slices(&mut self, seen: &Seen, view: &View) -> Result<bool> {
+        let is_moving = self.is_moving();
+        let Some(stage) = &mut self.runner.stage else {
+            return Ok(false);
+        };
+        stage.scales = self.interface.scales();
+        if self.jobs.exports.is_busy() || stage.has_picture(view, seen.sizes(), is_moving) {
+            return Ok(false);
+        }
+        let mut rec = self.runner.frames.begin()?;
+        self.runner.divide(&mut rec);
+        self.record_hands(&mut rec, &seen.context)?;
+        if let Some(stage) = &mut self.runner.stage {
+            stage.draw_in_slices(&mut rec, view, seen.sizes(), is_moving)?;
+        }
+        self.begin_slices(rec, 0, true, seen);
+        Ok(true)
+    }
+
+    /// Has something in the picture moved a moment ago?
+    fn is_moving(&self) -> bool {
+        self.host.now() < self.moved + SETTLES_AFTER
+    }
+
     /// Counts down to what was asked for after so many pictures.
-    fn count_picture(&mut self) {
+    pub(super) fn count_picture(&mut self) {
         if let Some(pictures) = &mut self.countdown.closes {
             *pictures = pictures.saturating_sub(1);
             self.closing |= *pictures == 0;

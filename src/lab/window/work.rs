@@ -119,7 +119,7 @@ impl Lab {
 
     /// A mesh that was dropped joins the scene, a preset gives it its look; everything else is opened.
     pub(crate) fn take_file(&mut self, path: PathBuf) {
-        let has_to_wait = self.runner.is_within_steps() || self.jobs.loading.is_some();
+        let has_to_wait = self.runner.is_within_slices() || self.jobs.loading.is_some();
         if has_to_wait || !self.waiting.is_empty() {
             self.waiting.push(Waiting::File(path));
             self.host.request_redraw();
