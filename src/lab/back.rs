@@ -164,12 +164,12 @@ impl Back {
 mod tests {
     use super::*;
     use crate::lab::loading::{Loading, Origin};
-    use crate::lab::stage::Loaded;
+    use crate::lab::on_device::{FORMAT, SMALL, context, run, stage};
+
     use glam::Vec2;
-    use myxo::gpu::{Context, ContextOptions, Format, Frames};
+    use myxo::gpu::Frames;
     use myxo::mesh::atlas::Control;
-    use myxo::render::Prepared;
-    use myxo::scene::Overrides;
+
     use myxo::scene::settings::Show;
     use myxo::sim::Simulation;
     use std::path::Path;
@@ -177,41 +177,14 @@ mod tests {
 
     #[test]
     fn what_had_grown_goes_on_as_it_was_left() {
-        let ctx = match Context::new(&ContextOptions {
-            validation: true,
-            ..ContextOptions::default()
-        }) {
-            Ok(ctx) => ctx,
-            Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
-                return eprintln!("skipped: {error}");
-            }
-            Err(error) => panic!("{error}"),
-        };
-        let overrides = Overrides {
-            set: ["particles.count=3000", "atlas.size=128"]
-                .map(str::to_owned)
-                .into(),
-            ..Overrides::default()
-        };
-        let scene = Scene::load(Path::new("pair"), &overrides).unwrap();
-        let setup = Simulation::set_up(ctx.info(), &scene, &Control::default()).unwrap();
-        let prepared = Prepared::for_quick(&setup);
-        let loaded = Loaded {
-            scene,
-            setup,
-            prepared,
-            from: None,
-        };
-        let mut stage = Stage::new(&ctx, loaded, Format::Rgba8Srgb).unwrap();
+        let Some(ctx) = context() else { return };
+        let mut stage = stage(&ctx, "pair", &SMALL);
         // What was changed on the way is part of it.
         let mut settings = stage.simulation.settings().clone();
         settings.trail.decay = 0.77;
         stage.simulation.apply(&settings).unwrap();
         let mut frames = Frames::new(&ctx, 1).unwrap();
-        let mut rec = frames.begin().unwrap();
-        (0..5).for_each(|_| stage.simulation.record_step(&mut rec));
-        frames.submit(rec).unwrap();
-        frames.wait_idle().unwrap();
+        run(&mut frames, &mut stage.simulation, 5);
         let mut bias = vec![0.0; stage.simulation.setup().atlas.texel_count()];
         bias[7] = 2.5;
         stage.simulation.set_areas(&bias).unwrap();
@@ -235,8 +208,7 @@ mod tests {
             assert_eq!(View::of(&opened.scene, Vec2::ONE).show, show);
             let load = move || Ok(opened);
             let name = "pair".to_owned();
-            let mut loading =
-                Loading::begin((name, Origin::Shown), (&ctx, Format::Rgba8Srgb), None, load);
+            let mut loading = Loading::begin((name, Origin::Shown), (&ctx, FORMAT), None, load);
             let begun = Instant::now();
             let ready = loop {
                 if let Some(ready) = loading.take() {

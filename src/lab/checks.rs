@@ -69,43 +69,22 @@ impl Checks {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use myxo::gpu::{Context, ContextOptions};
-    use myxo::scene::{Overrides, Scene};
-    use std::path::Path;
+    use crate::lab::on_device::{SMALL, context, run, scene};
 
     #[test]
     fn what_is_broken_is_found_and_stays_said() {
-        let ctx = match Context::new(&ContextOptions {
-            validation: true,
-            ..ContextOptions::default()
-        }) {
-            Ok(ctx) => ctx,
-            Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
-                return eprintln!("skipped: {error}");
-            }
-            Err(error) => panic!("{error}"),
-        };
-        let set = ["particles.count=3000", "atlas.size=128"].map(str::to_owned);
-        let overrides = Overrides {
-            set: set.into(),
-            ..Overrides::default()
-        };
-        let scene = Scene::load(Path::new("cube"), &overrides).unwrap();
+        let Some(ctx) = context() else { return };
+        let scene = scene("cube", &SMALL);
         let mut simulation = Simulation::new(&ctx, &scene).unwrap();
         let mut frames = Frames::new(&ctx, 2).unwrap();
-        let step = |simulation: &mut Simulation, frames: &mut Frames| {
-            let mut rec = frames.begin().unwrap();
-            simulation.record_step(&mut rec);
-            frames.submit(rec).unwrap();
-        };
         let mut checks = Checks::new();
         assert!(!checks.look(&mut frames, &simulation).unwrap(), "no step");
-        step(&mut simulation, &mut frames);
+        run(&mut frames, &mut simulation, 1);
         assert!(checks.look(&mut frames, &simulation).unwrap());
         let last = checks.last.clone().unwrap();
         assert_eq!((last.step, last.problem), (1, None));
         assert!(last.share > 0.0 && last.share <= MOST_TIME + 1e-9);
-        step(&mut simulation, &mut frames);
+        run(&mut frames, &mut simulation, 1);
         assert!(!checks.look(&mut frames, &simulation).unwrap(), "too soon");
         checks.due = Instant::now();
         assert!(checks.look(&mut frames, &simulation).unwrap());
@@ -118,7 +97,7 @@ mod tests {
         let state = simulation.state();
         ctx.upload(&state.particles, &particles).unwrap();
         for _ in 0..2 {
-            step(&mut simulation, &mut frames);
+            run(&mut frames, &mut simulation, 1);
             checks.due = Instant::now();
             checks.look(&mut frames, &simulation).unwrap();
             let problem = checks.problem().expect("something is wrong");

@@ -210,17 +210,11 @@ fn memory(ctx: &Context) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use myxo::gpu::ContextOptions;
+    use crate::lab::on_device::context;
 
     #[test]
     fn times_stay_while_the_simulation_is_held() {
-        let ctx = match Context::new(&ContextOptions::default()) {
-            Ok(ctx) => ctx,
-            Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
-                return eprintln!("skipped: {error}");
-            }
-            Err(error) => panic!("{error}"),
-        };
+        let Some(ctx) = context() else { return };
         let mut frames = Frames::new(&ctx, 2).unwrap();
         let mut clocks = Clocks::new(&ctx, &mut frames);
         let span = |name: &str, kind, parent, ms: f64| Span {

@@ -19,7 +19,7 @@ impl Measuring {
         Self {
             asked: asked.clone(),
             job: Job::begin("measuring food", move |handle| {
-                Ok(handle.control(None, |control| order.prepare(control))?)
+                handle.control(None, |control| order.prepare(control))
             }),
         }
     }

@@ -187,7 +187,7 @@ impl Interface {
         self.handle_clipboard(&ctx, &mut commands);
         let mut desk = desk!(self, facts, &mut actions, &mut commands);
         self.looks.advance(&ctx, &mut desk);
-        note_view(&ctx, desk.document, &mut self.navigation);
+        note_view(&ctx, desk.document, &self.navigation);
         if !desk.layout.alone {
             status_line(ui, desk.document, facts);
         }
@@ -203,7 +203,7 @@ impl Interface {
                         ui,
                         &mut self.looks,
                         &mut self.hands,
-                        &mut self.navigation,
+                        &self.navigation,
                         &mut desk,
                     )
                 });

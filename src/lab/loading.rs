@@ -185,11 +185,14 @@ fn set_up(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use myxo::gpu::{ContextOptions, Frames};
-    use myxo::mesh::atlas::Control;
+    use crate::lab::on_device::{FORMAT, context, run, scene};
+    use myxo::gpu::Frames;
+
     use std::sync::mpsc;
     use std::thread;
     use std::time::{Duration, Instant};
+
+    const TINY: [&str; 2] = ["particles.count=500", "atlas.size=64"];
 
     fn ended(loading: &mut Loading) -> Result<Ready> {
         let begun = Instant::now();
@@ -202,24 +205,12 @@ mod tests {
         }
     }
 
-    fn context() -> Option<Arc<Context>> {
-        match Context::new(&ContextOptions::default()) {
-            Ok(ctx) => Some(ctx),
-            Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
-                eprintln!("skipped: {error}");
-                None
-            }
-            Err(error) => panic!("{error}"),
-        }
-    }
-
     #[test]
     fn a_panic_on_the_way_is_an_error() {
         let Some(ctx) = context() else { return };
         let name = "knot".to_owned();
         let load = || -> Result<Scene> { panic!("there is a knot in it") };
-        let mut loading =
-            Loading::begin((name, Origin::File), (&ctx, Format::Rgba8Srgb), None, load);
+        let mut loading = Loading::begin((name, Origin::File), (&ctx, FORMAT), None, load);
         let error = ended(&mut loading).err().expect("it has failed");
         let error = error.to_string();
         assert!(
@@ -237,15 +228,10 @@ mod tests {
             set: set.iter().map(|text| (*text).to_owned()).collect(),
             ..Overrides::default()
         };
-        let small = overrides(&["particles.count=500", "atlas.size=64"]);
-        let scene = Scene::load(Path::new("cube"), &small).unwrap();
-        let control = Control::default();
-        let mut simulation = Simulation::with_control(&ctx, &scene, &control).unwrap();
+        let scene = scene("cube", &TINY);
+        let mut simulation = Simulation::new(&ctx, &scene).unwrap();
         let mut frames = Frames::new(&ctx, 1).unwrap();
-        let mut rec = frames.begin().unwrap();
-        (0..3).for_each(|_| simulation.record_step(&mut rec));
-        frames.submit(rec).unwrap();
-        frames.wait_idle().unwrap();
+        run(&mut frames, &mut simulation, 3);
         let snapshot = simulation.snapshot().unwrap();
         let checkpoint = Checkpoint::new(&scene, simulation.setup(), snapshot);
         checkpoint.write(&path).unwrap();
@@ -257,7 +243,7 @@ mod tests {
             let load = move || Ok(opened);
             ended(&mut Loading::begin(
                 (name, Origin::File),
-                (&ctx, Format::Rgba8Srgb),
+                (&ctx, FORMAT),
                 None,
                 load,
             ))
@@ -279,17 +265,10 @@ mod tests {
     #[test]
     fn scenes_arrive_or_are_cancelled() {
         let Some(ctx) = context() else { return };
-        let load = || {
-            let set = ["particles.count=500", "atlas.size=64"].map(str::to_owned);
-            let overrides = Overrides {
-                set: set.into(),
-                ..Overrides::default()
-            };
-            Ok(Scene::load(Path::new("cube"), &overrides)?)
-        };
+        let load = || Ok(scene("cube", &TINY));
         let begin = |load| {
             let name = "cube".to_owned();
-            Loading::begin((name, Origin::File), (&ctx, Format::Rgba8Srgb), None, load)
+            Loading::begin((name, Origin::File), (&ctx, FORMAT), None, load)
         };
         let loaded = ended(&mut begin(Box::new(load) as Box<dyn FnOnce() -> _ + Send>)).unwrap();
         assert_eq!(loaded.stage.simulation.setup().particles.len(), 500);
@@ -313,30 +292,23 @@ mod tests {
     #[test]
     fn a_scene_that_is_given_up_leaves_the_device() {
         let Some(ctx) = context() else { return };
-        let scene = || {
-            let set = ["particles.count=500", "atlas.size=64"].map(str::to_owned);
-            let overrides = Overrides {
-                set: set.into(),
-                ..Overrides::default()
-            };
-            Ok(Scene::load(Path::new("cube"), &overrides)?)
-        };
+        let tiny = || Ok(scene("cube", &TINY));
         let begin = |load: Box<dyn FnOnce() -> Result<Scene> + Send>| {
             let names = ("cube".to_owned(), Origin::File);
-            Loading::begin(names, (&ctx, Format::Rgba8Srgb), None, load)
+            Loading::begin(names, (&ctx, FORMAT), None, load)
         };
         // Before it has read anything: it is not waited for.
         let (go, wait) = mpsc::channel::<()>();
         let mut loading = begin(Box::new(move || {
             wait.recv().expect("it is let go");
-            scene()
+            tiny()
         }));
         loading.leave_device();
         go.send(()).expect("it waits");
         let none = ended(&mut loading).err().expect("it has no device");
         assert!(matches!(none, Error::Atlas(AtlasError::Cancelled)));
         // When it is on the device.
-        let mut loading = begin(Box::new(scene));
+        let mut loading = begin(Box::new(tiny));
         let begun = Instant::now();
         while !loading.job.has_ended() {
             assert!(begun.elapsed() < Duration::from_secs(120), "it hangs");

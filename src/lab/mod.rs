@@ -35,6 +35,8 @@ mod navigation;
 mod notices;
 mod objects;
 mod observed;
+#[cfg(test)]
+mod on_device;
 mod opening;
 mod options;
 mod order;

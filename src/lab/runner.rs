@@ -318,55 +318,18 @@ impl Runner {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lab::stage::Loaded;
-    use glam::Vec2;
-    use myxo::gpu::ContextOptions;
-    use myxo::mesh::atlas::Control;
-    use myxo::render::{Prepared, View};
-    use myxo::scene::Overrides;
-    use myxo::sim::Simulation;
-    use std::path::Path;
+    use crate::lab::on_device::{FORMAT, SMALL, context, stage};
 
-    fn context() -> Option<Arc<Context>> {
-        let options = ContextOptions {
-            validation: true,
-            ..ContextOptions::default()
-        };
-        match Context::new(&options) {
-            Ok(ctx) => Some(ctx),
-            Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
-                eprintln!("skipped: {error}");
-                None
-            }
-            Err(error) => panic!("{error}"),
-        }
-    }
+    use glam::Vec2;
+
+    use myxo::render::View;
 
     fn runner(ctx: &Arc<Context>) -> (Runner, Clocks) {
         let mut frames = Frames::new(ctx, 1).unwrap();
         let answers = Frames::new(ctx, 1).unwrap();
         let clocks = Clocks::new(ctx, &mut frames);
-        let format = Format::Rgba8Srgb;
-        let runner = Runner::new(Arc::clone(ctx), format, [frames, answers], true);
+        let runner = Runner::new(Arc::clone(ctx), FORMAT, [frames, answers], true);
         (runner, clocks)
-    }
-
-    fn stage(ctx: &Arc<Context>) -> Stage {
-        let set = ["particles.count=3000", "atlas.size=128"].map(str::to_owned);
-        let overrides = Overrides {
-            set: set.into(),
-            ..Overrides::default()
-        };
-        let scene = Scene::load(Path::new("pair"), &overrides).unwrap();
-        let setup = Simulation::set_up(ctx.info(), &scene, &Control::default()).unwrap();
-        let prepared = Prepared::for_quick(&setup);
-        let loaded = Loaded {
-            scene,
-            setup,
-            prepared,
-            from: None,
-        };
-        Stage::new(ctx, loaded, Format::Rgba8Srgb).unwrap()
     }
 
     fn shown(stage: &Stage) -> Shown {
@@ -384,7 +347,7 @@ mod tests {
         let Some(ctx) = context() else { return };
         let states = [false, true].map(|in_slices| {
             let (mut runner, mut clocks) = runner(&ctx);
-            runner.take_stage(stage(&ctx), &mut clocks);
+            runner.take_stage(stage(&ctx, "pair", &SMALL), &mut clocks);
             for steps in [1, 4] {
                 let mut rec = runner.frames.begin().unwrap();
                 if in_slices {
@@ -424,7 +387,7 @@ mod tests {
             runner.next_task((runs, held), false, frame, Asked::default())
         };
         assert_eq!(task(&mut runner, true, false).steps, 0, "there is no scene");
-        runner.take_stage(stage(&ctx), &mut clocks);
+        runner.take_stage(stage(&ctx, "pair", &SMALL), &mut clocks);
         runner.pacer.measured(Duration::from_millis(1));
         assert!(task(&mut runner, true, false).steps > 1);
         runner.single_steps = 3;
@@ -442,7 +405,7 @@ mod tests {
         });
         let (mut before, mut clocks) = runner(&ctx);
         assert!(!before.can_begin_anew(&lost), "there is no scene yet");
-        before.take_stage(stage(&ctx), &mut clocks);
+        before.take_stage(stage(&ctx, "pair", &SMALL), &mut clocks);
         let shown = shown(before.stage.as_ref().unwrap());
         assert!(before.can_begin_anew(&lost));
         assert!(!before.can_begin_anew(&Error::Invalid("no".to_owned())));
@@ -450,7 +413,7 @@ mod tests {
         assert!(before.keep_grown(shown.clone(), false).unwrap().is_none());
         let kept = before.keep_grown(shown, true).unwrap();
         assert_eq!(kept.map(|before| before.step), Some(0));
-        before.stage = Some(stage(&ctx));
+        before.stage = Some(stage(&ctx, "pair", &SMALL));
         before.single_steps = 2;
         before.leave_device();
         assert!(before.stage.is_none() && before.back.grown.is_none());
@@ -468,7 +431,7 @@ mod tests {
         runner.lost = left;
         assert!(runner.scene().is_some());
         assert!(!runner.can_begin_anew(&lost), "it does not run yet");
-        runner.take_stage(stage(&ctx), &mut clocks);
+        runner.take_stage(stage(&ctx, "pair", &SMALL), &mut clocks);
         assert!(!runner.can_begin_anew(&lost), "it has run for a moment");
         let since = Instant::now()
             .checked_sub(RUNS_FOR)

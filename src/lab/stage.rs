@@ -142,7 +142,7 @@ impl Stage {
         sizes: Sizes,
         is_moving: bool,
     ) -> Result<(&Image, Option<&Image>)> {
-        let (quality, now) = self.to_draw(view, sizes, is_moving);
+        let (quality, now) = self.next_picture(view, sizes, is_moving);
         if (self.shown).fit((&self.ctx, self.format), quality, sizes)? {
             self.drawn = None;
         }
@@ -157,8 +157,8 @@ impl Stage {
     }
 
     /// Do the canvases show this already?
-    pub fn has_picture(&mut self, view: &View, sizes: Sizes, is_moving: bool) -> bool {
-        let (quality, now) = self.to_draw(view, sizes, is_moving);
+    pub fn has_picture(&self, view: &View, sizes: Sizes, is_moving: bool) -> bool {
+        let (quality, now) = self.next_picture(view, sizes, is_moving);
         self.drawn.as_ref() == Some(&now) && self.shown.fits(quality, sizes)
     }
 
@@ -170,7 +170,7 @@ impl Stage {
         sizes: Sizes,
         is_moving: bool,
     ) -> Result<()> {
-        let (quality, now) = self.to_draw(view, sizes, is_moving);
+        let (quality, now) = self.next_picture(view, sizes, is_moving);
         (self.next).fit((&self.ctx, self.format), quality, sizes)?;
         std::mem::swap(&mut self.shown, &mut self.next);
         self.record(rec, &now, BANDS);
@@ -189,7 +189,7 @@ impl Stage {
     }
 
     /// How well the next picture is drawn, and what it depends on.
-    fn to_draw(&mut self, view: &View, (_, beside): Sizes, is_moving: bool) -> (Quality, Drawn) {
+    fn next_picture(&self, view: &View, (_, beside): Sizes, is_moving: bool) -> (Quality, Drawn) {
         let is_quick = is_moving && self.ctx.info().kind == DeviceKind::Cpu;
         let mut view = *view;
         let quality = match is_quick {
@@ -199,7 +199,6 @@ impl Stage {
         if is_quick {
             view.most_particles = PARTICLES_ON_CPU;
         }
-        self.particles_drawn = self.renderer.particles_drawn(&view);
         let mut poses = self.simulation.shown_poses();
         for (pose, factor) in poses.iter_mut().zip(&self.scales) {
             *pose = pose.scaled(*factor);
@@ -210,6 +209,7 @@ impl Stage {
     /// Records a picture into the canvases that are shown.
     fn record(&mut self, rec: &mut Recorder, now: &Drawn, bands: u32) {
         let (view, step, poses, _) = now;
+        self.particles_drawn = self.renderer.particles_drawn(view);
         self.simulation.record_poses(rec);
         let true_poses = self.simulation.poses().to_vec();
         let is_scaled = *poses != true_poses;
@@ -358,42 +358,13 @@ fn oddities(scene: &Scene) -> impl Iterator<Item = String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use myxo::gpu::{Buffer, ContextOptions, Domain, Frames};
-    use myxo::mesh::atlas::Control;
-    use myxo::scene::Overrides;
-    use std::path::Path;
+    use crate::lab::on_device::{self, SMALL, context, run};
+    use myxo::gpu::{Buffer, Domain, Frames};
 
-    fn stage() -> Option<(Arc<Context>, Stage)> {
-        let ctx = match Context::new(&ContextOptions {
-            validation: true,
-            ..ContextOptions::default()
-        }) {
-            Ok(ctx) => ctx,
-            Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
-                eprintln!("skipped: {error}");
-                return None;
-            }
-            Err(error) => panic!("{error}"),
-        };
-        let set = [
-            "particles.count=3000",
-            "atlas.size=128",
-            "transfer.threshold=0.01",
-        ];
-        let overrides = Overrides {
-            set: set.map(str::to_owned).into(),
-            ..Overrides::default()
-        };
-        let scene = Scene::load(Path::new("trio"), &overrides).unwrap();
-        let setup = Simulation::set_up(ctx.info(), &scene, &Control::default()).unwrap();
-        let prepared = Prepared::for_quick(&setup);
-        let loaded = Loaded {
-            scene,
-            setup,
-            prepared,
-            from: None,
-        };
-        let stage = Stage::new(&ctx, loaded, Format::Rgba8Srgb).unwrap();
+    fn trio() -> Option<(Arc<Context>, Stage)> {
+        let ctx = context()?;
+        let set = [&SMALL[..], &["transfer.threshold=0.01"]].concat();
+        let stage = on_device::stage(&ctx, "trio", &set);
         Some((ctx, stage))
     }
 
@@ -427,17 +398,14 @@ mod tests {
     /// Would catch: bands that miss a row, and a picture that is shown in parts.
     #[test]
     fn a_picture_in_slices_is_the_same_and_shown_when_it_is_whole() {
-        let Some((ctx, mut stage)) = stage() else {
+        let Some((ctx, mut stage)) = trio() else {
             return;
         };
         let view = View::of(&stage.scene, Vec2::new(64.0, 48.0));
         let mut frames = Frames::new(&ctx, 1).unwrap();
         let mut answers = Frames::new(&ctx, 1).unwrap();
         let before = drawn(&ctx, &mut stage, &mut frames);
-        let mut rec = frames.begin().unwrap();
-        (0..20).for_each(|_| stage.simulation.record_step(&mut rec));
-        frames.submit(rec).unwrap();
-        frames.wait_idle().unwrap();
+        run(&mut frames, &mut stage.simulation, 20);
 
         assert!(!stage.has_picture(&view, SIZES, true));
         let mut rec = frames.begin().unwrap();
@@ -464,7 +432,7 @@ mod tests {
     /// Through all strategies and back, between frames that are under way, as the panel does it.
     #[test]
     fn strategies_change_while_it_is_drawn() {
-        let Some((ctx, mut stage)) = stage() else {
+        let Some((ctx, mut stage)) = trio() else {
             return;
         };
         let view = View::of(&stage.scene, Vec2::new(64.0, 48.0));
@@ -494,7 +462,7 @@ mod tests {
     fn larger_objects_are_drawn_and_the_state_goes_on_as_without() {
         let mut pictures = Vec::new();
         let states = [false, true].map(|is_scaled| {
-            let (ctx, mut stage) = stage()?;
+            let (ctx, mut stage) = trio()?;
             let mut frames = Frames::new(&ctx, 1).unwrap();
             for _ in 0..3 {
                 let mut rec = frames.begin().unwrap();
