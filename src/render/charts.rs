@@ -335,24 +335,13 @@ fn with_kind([r, g, b]: Color, kind: u8) -> [u8; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::Mesh;
-    use crate::mesh::atlas::{AtlasMethod, AtlasOptions};
-
-    fn grid(mesh: &str, size: u32) -> (Surface, Atlas) {
-        let surface = Surface::build(&[(&Mesh::builtin(mesh).unwrap(), 1.0)]);
-        let options = AtlasOptions {
-            method: AtlasMethod::Grid,
-            size,
-            ..AtlasOptions::default()
-        };
-        let atlas = Atlas::build(&surface, &options).unwrap();
-        (surface, atlas)
-    }
+    
+    
 
     #[test]
     fn charts_that_touch_have_different_colours() {
         for (mesh, size) in [("cube", 61), ("torus?major=12&minor=8", 200)] {
-            let (surface, atlas) = grid(mesh, size);
+            let (surface, atlas) = Atlas::of_cells(mesh, size);
             let colors = chart_colors(&surface, &atlas);
             assert_eq!(colors.len(), atlas.chart_count as usize);
             let pairs = neighbours(&surface, &atlas);
@@ -368,7 +357,7 @@ mod tests {
 
     #[test]
     fn every_texel_is_what_the_atlas_says() {
-        let (surface, atlas) = grid("cube", 61);
+        let (surface, atlas) = Atlas::of_cells("cube", 61);
         let colors = chart_colors(&surface, &atlas);
         let words = texel_words(&surface, &atlas, &colors);
         assert_eq!(words.len(), atlas.texel_count());
@@ -388,7 +377,7 @@ mod tests {
 
     #[test]
     fn a_larger_picture_shows_the_same_texels() {
-        let (surface, atlas) = grid("cube", 61);
+        let (surface, atlas) = Atlas::of_cells("cube", 61);
         let (small, large) = (picture(&surface, &atlas, 1), picture(&surface, &atlas, 3));
         assert_eq!(large.dimensions(), (183, 183));
         let unused = |image: &RgbaImage, x, y| image.get_pixel(x, y).0[..3] == UNUSED;
@@ -404,7 +393,7 @@ mod tests {
 
     #[test]
     fn triangles_know_their_seams() {
-        let (surface, atlas) = grid("cube", 61);
+        let (surface, atlas) = Atlas::of_cells("cube", 61);
         let colors = chart_colors(&surface, &atlas);
         let words = triangle_words(&surface, &atlas, &colors);
         // Two triangles a cell: one edge of each lies inside of it.

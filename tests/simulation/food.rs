@@ -1,11 +1,12 @@
 //! Food and markers: the kernels against their twins, how far sensors read them along the surface, eating and its effects,
 //! and what is refused.
 
+use crate::advance;
 use std::sync::Arc;
 
 use crate::common::{Gpu, TRIO, awkward_sizes, gpu, scene, scene_of_several};
 use glam::{DVec2, UVec2, Vec3};
-use myxo::gpu::{Buffer, Context, DispatchGroups, Domain, Frames, Pipeline, Threads};
+use myxo::gpu::{Buffer, Context, DispatchGroups, Domain, Pipeline, Threads};
 use myxo::mesh::atlas::Control;
 use myxo::mesh::surface_distance::SurfaceDistance;
 use myxo::mesh::walk::{BorderRule, walk};
@@ -151,16 +152,6 @@ fn scent_agrees_with_its_twin() {
         }
     }
     gpu.finish();
-}
-
-fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
-    let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
-    for _ in 0..steps {
-        let mut rec = frames.begin().unwrap();
-        simulation.record_step(&mut rec);
-        frames.submit(rec).unwrap();
-    }
-    frames.wait_idle().unwrap();
 }
 
 /// Everything of a food_set with one place that kernels read: the smell of a food that is whole.

@@ -7,6 +7,10 @@ mod places;
 #[path = "../program/mod.rs"]
 mod program;
 
+use common::Gpu;
+use myxo::gpu::Frames;
+use myxo::sim::Simulation;
+
 mod altered;
 mod areas;
 mod diffusion;
@@ -24,3 +28,14 @@ mod sensing;
 mod starts;
 mod step;
 mod transfers;
+
+/// Runs so many steps.
+fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
+    let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
+    for _ in 0..steps {
+        let mut rec = frames.begin().unwrap();
+        simulation.record_step(&mut rec);
+        frames.submit(rec).unwrap();
+    }
+    frames.wait_idle().unwrap();
+}

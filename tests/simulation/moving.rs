@@ -1,11 +1,11 @@
 //! Objects that move while particles walk on them: on the GPU and by the twins, from scenes and from outside.
 
+use crate::advance;
 use std::path::Path;
 
 use crate::common::{Gpu, by_id, gpu, set_up};
 use crate::places::root;
 use glam::{Affine3A, DAffine3, DQuat, DVec3, Vec3};
-use myxo::gpu::Frames;
 use myxo::scene::settings::{ObjectSettings, Settings};
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
@@ -32,16 +32,6 @@ fn moving(change: impl FnOnce(&mut Settings)) -> Scene {
     settings.objects[1].motion.orbit = [0.0, 90.0, 250.0];
     change(&mut settings);
     Scene::from_settings("moving".to_owned(), settings, ".".into()).unwrap()
-}
-
-fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
-    let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
-    for _ in 0..steps {
-        let mut rec = frames.begin().unwrap();
-        simulation.record_step(&mut rec);
-        frames.submit(rec).unwrap();
-    }
-    frames.wait_idle().unwrap();
 }
 
 fn poses_on(gpu: &Gpu, simulation: &Simulation) -> Vec<Pose> {

@@ -1,8 +1,8 @@
 //! What must hold over many steps: on the GPU, and by the twins.
 
+use crate::advance;
 use crate::common::{self, Gpu, TRIO, by_id, gpu, scene, scene_of, scene_of_several};
 use glam::{DVec2, DVec3};
-use myxo::gpu::Frames;
 use myxo::mesh::suite;
 use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{BorderRule, SurfacePoint, walk};
@@ -14,16 +14,6 @@ use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::field::{atlas_position, texel_at};
 use myxo::sim::types::Pose;
 use myxo::sim::{Setup, Simulation, Snapshot, TINY_TRAIL, twin};
-
-fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
-    let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
-    for _ in 0..steps {
-        let mut rec = frames.begin().unwrap();
-        simulation.record_step(&mut rec);
-        frames.submit(rec).unwrap();
-    }
-    frames.wait_idle().unwrap();
-}
 
 fn run(gpu: &Gpu, scene: &Scene, steps: u32) -> Snapshot {
     let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();

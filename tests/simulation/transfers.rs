@@ -1,9 +1,10 @@
 //! Particles change objects: the same by every strategy, none lost, whatever happens.
 
+use crate::advance;
 use std::collections::BTreeMap;
 
 use crate::common::{Gpu, TRIO, awkward_sizes, by_id, gpu, scene_of_several};
-use myxo::gpu::{Buffer, Frames, Pipeline, Texels, Threads};
+use myxo::gpu::{Buffer, Pipeline, Texels, Threads};
 use myxo::scene::Scene;
 use myxo::scene::settings::{OwnPhysarum, Settings, Start, Strategy};
 use myxo::sim::checkpoint::Checkpoint;
@@ -29,16 +30,6 @@ fn trio(change: impl FnOnce(&mut Settings)) -> Scene {
 
 fn with(strategy: Strategy) -> impl FnOnce(&mut Settings) {
     move |settings| settings.transfer.strategy = strategy
-}
-
-fn advance(gpu: &Gpu, simulation: &mut Simulation, steps: u32) {
-    let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
-    for _ in 0..steps {
-        let mut rec = frames.begin().unwrap();
-        simulation.record_step(&mut rec);
-        frames.submit(rec).unwrap();
-    }
-    frames.wait_idle().unwrap();
 }
 
 /// Runs and checks every step.

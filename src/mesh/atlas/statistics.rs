@@ -223,25 +223,14 @@ impl fmt::Display for AtlasStatistics {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{AtlasMethod, AtlasOptions};
+    use super::super::AtlasOptions;
     use super::*;
-    use crate::mesh::Mesh;
+    
     use glam::Vec2;
-
-    fn grid(mesh: &str, size: u32) -> (Surface, Atlas) {
-        let surface = Surface::build(&[(&Mesh::builtin(mesh).unwrap(), 1.0)]);
-        let options = AtlasOptions {
-            method: AtlasMethod::Grid,
-            size,
-            ..AtlasOptions::default()
-        };
-        let atlas = Atlas::build(&surface, &options).unwrap();
-        (surface, atlas)
-    }
 
     #[test]
     fn a_cube_in_a_grid_is_measured_as_by_hand() {
-        let (surface, atlas) = grid("cube", 64);
+        let (surface, atlas) = Atlas::of_cells("cube", 64);
         let found = atlas.statistics(&surface);
         assert_eq!((found.triangles, found.charts), (12, 6));
         assert_eq!(
@@ -265,7 +254,7 @@ mod tests {
 
     #[test]
     fn stretched_and_shrunken_triangles_are_seen() {
-        let (surface, mut atlas) = grid("cube", 64);
+        let (surface, mut atlas) = Atlas::of_cells("cube", 64);
         for map in &mut atlas.maps[..6] {
             map.du.x *= 0.5;
             map.dv.x *= 0.5;
@@ -283,7 +272,7 @@ mod tests {
 
     #[test]
     fn triangles_without_a_texel_are_counted() {
-        let (surface, mut atlas) = grid("cube", 64);
+        let (surface, mut atlas) = Atlas::of_cells("cube", 64);
         for owner in &mut atlas.owner {
             if *owner == 5 || *owner == 7 {
                 *owner = 4;
@@ -315,7 +304,7 @@ mod tests {
             warning.contains("16384 texels of the atlas only 1 is on"),
             "{warning}"
         );
-        let (surface, atlas) = grid("cube", 64);
+        let (surface, atlas) = Atlas::of_cells("cube", 64);
         assert_eq!(atlas.statistics(&surface).flat_triangles, 0);
         assert_eq!(atlas.warning(), None);
     }
@@ -330,7 +319,7 @@ mod tests {
 
     #[test]
     fn every_open_border_is_a_seam() {
-        let (surface, atlas) = grid("plane?columns=3&rows=3", 64);
+        let (surface, atlas) = Atlas::of_cells("plane?columns=3&rows=3", 64);
         let borders = (0..surface.halfedges.len() as u32)
             .filter(|&h| surface.halfedges[h as usize].twin == NONE);
         for h in borders {

@@ -20,6 +20,20 @@ fn surface(names: &[&str]) -> Surface {
     Surface::build(&objects)
 }
 
+impl Atlas {
+    /// A built-in mesh, a cell a triangle.
+    pub(crate) fn of_cells(mesh: &str, size: u32) -> (Surface, Self) {
+        let surface = surface(&[mesh]);
+        let options = AtlasOptions {
+            method: AtlasMethod::Grid,
+            size,
+            ..AtlasOptions::default()
+        };
+        let atlas = Self::build(&surface, &options).unwrap();
+        (surface, atlas)
+    }
+}
+
 /// A flat plane whose inner vertices are moved about by up to a third of a quad.
 pub(super) fn crooked_plane() -> Surface {
     let quads = 12;
