@@ -20,6 +20,10 @@ use crate::lab::saving::SceneFile;
 use crate::lab::worker::joined;
 use crate::room;
 
+/// The shares of all work that are done when meshes are read, and when the scene is set up: as with `gears` on two cores.
+const READ: f32 = 0.02;
+const SET_UP: f32 = 0.82;
+
 /// What is to be shown.
 pub struct Opened {
     /// With its meshes.
@@ -98,7 +102,7 @@ impl Loading {
         atlases: Option<PathBuf>,
         load: impl FnOnce() -> Result<T> + Send + 'static,
     ) -> Self {
-        let told = Arc::new(Mutex::new(("reading", 0.0)));
+        let told = Arc::new(Mutex::new(("reading meshes", 0.0)));
         let cancelled = Arc::new(AtomicBool::new(false));
         let (tell, stop, info) = (Arc::clone(&told), Arc::clone(&cancelled), info.clone());
         let worker = thread::spawn(move || {
@@ -111,7 +115,9 @@ impl Loading {
                 cancelled: Some(&stop),
                 cache: atlases.as_deref(),
             };
-            let setup = Simulation::set_up(&info, &scene, &control)?;
+            let setup = control.part(READ..SET_UP, |control| {
+                Simulation::set_up(&info, &scene, control)
+            })?;
             if stop.load(Ordering::Relaxed) {
                 return Err(AtlasError::Cancelled.into());
             }
@@ -123,10 +129,12 @@ impl Loading {
                 Ok::<_, Error>((checkpoint, changes))
             });
             let from = from.transpose()?;
-            *tell.lock().unwrap_or_else(PoisonError::into_inner) = ("light", 1.0);
+            let prepared = control.part(SET_UP..1.0, |control| {
+                Prepared::with_control(&setup, control)
+            })?;
             let prepared = match info.kind {
-                DeviceKind::Cpu => Prepared::for_quick(&setup),
-                _ => Prepared::new(&setup),
+                DeviceKind::Cpu => prepared.quick(&setup),
+                _ => prepared,
             };
             Ok(Loaded {
                 scene,
@@ -184,8 +192,13 @@ mod tests {
 
     fn ended(loading: &mut Loading) -> Result<Loaded> {
         let begun = Instant::now();
+        let mut done = 0.0;
         loop {
+            let now = loading.told().done;
+            assert!(now >= done, "{done} is followed by {now}");
+            done = now;
             if let Some(result) = loading.take() {
+                assert!(result.is_err() || loading.told().done == 1.0);
                 return result;
             }
             assert!(begun.elapsed() < Duration::from_secs(120), "it hangs");

@@ -42,7 +42,7 @@ const FIRST: Bounds = Bounds {
     part: f64::INFINITY,
 };
 /// The share of the whole atlas's time that goes to charts.
-const DONE: f32 = 0.6;
+const DONE: f32 = 0.62;
 
 /// How often joining and smoothing take turns at the most, within each bounds: smoother pieces join better.
 const REPEATS: usize = 3;
