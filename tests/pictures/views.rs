@@ -3,6 +3,7 @@
 use crate::common::{self, Gpu, gpu, scene, scene_of_several};
 use glam::{DAffine3, Mat3, Vec2, Vec3, Vec3A};
 use image::{Rgba, RgbaImage};
+use myxo::render::colormap::linear_from_srgb;
 use myxo::render::exposure::Exposure;
 use myxo::render::hues::object_light;
 use myxo::render::view::Light;
@@ -185,6 +186,12 @@ fn distances_and_nearest_objects_have_the_colours_that_they_should() {
     gpu.finish();
 }
 
+/// Relative luminance of a colour in sRGB, 0 to 255 each.
+fn luminance(color: Vec3) -> f32 {
+    let linear = (color / 255.0).to_array().map(linear_from_srgb);
+    Vec3::from(linear).dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
 #[test]
 fn painted_areas_are_seen_unless_they_are_hidden() {
     let Some(gpu) = gpu() else { return };
@@ -202,6 +209,25 @@ fn painted_areas_are_seen_unless_they_are_hidden() {
         middle(&stage.picture(Show::Surface)) - middle(&bare)
     });
     let [attracts, repels, no_go] = tinted;
+    // Both are as bright, so that they stand out as much by their contrast; and neither is lost over bright trail.
+    for trail in [0.0, 0.1, 0.3, 1.0] {
+        snapshot.trail.fill(trail);
+        let [below, tinted @ ..] = [0.0, 200.0, -200.0].map(|bias| {
+            snapshot.bias.fill(bias);
+            stage.simulation.restore(&snapshot).unwrap();
+            mean(&stage.picture(Show::Surface), (0.45, 0.55), (0.45, 0.55))
+        });
+        let [green, violet] = tinted.map(|color| 0.05 + luminance(color));
+        assert!(
+            (green / violet - 1.0).abs() < 0.1,
+            "{trail}: {green} {violet}"
+        );
+        let apart = tinted.map(|color| color.distance(below));
+        assert!(
+            apart.iter().all(|apart| *apart > 40.0),
+            "{trail}: {apart:?}"
+        );
+    }
     assert!(attracts.y > attracts.x + 30.0 && attracts.y > attracts.z + 30.0);
     assert!(repels.z > repels.x + 10.0 && repels.x > repels.y + 10.0);
     assert!(no_go.x > no_go.y + 30.0 && no_go.x > no_go.z + 30.0);
