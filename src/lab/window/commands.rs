@@ -42,6 +42,7 @@ impl Lab {
             Command::GoBack => self.go_back(),
             Command::Step => self.single_steps += u32::from(self.stage.is_some()),
             Command::ClearTimes => self.clocks.clear_times(&mut self.frames),
+            Command::SaveTimes(times) => self.save_times(context, &times),
             Command::Screenshot => self.picture(context, picture_size),
             Command::TakeOut(out) => self.take_out(context, out, picture_size),
             Command::Refocus(pixel) => {
