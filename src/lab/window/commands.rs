@@ -295,7 +295,15 @@ impl Lab {
             Ok(scene.text)
         });
         self.interface.gallery.left = left;
-        Ok((kept?, lacks))
+        let file = kept?;
+        let pictured = self.small_picture().and_then(|picture| match picture {
+            Some(picture) => LeftScenes::keep_picture(&file, &picture),
+            None => Ok(()),
+        });
+        if let Err(error) = pictured {
+            log::warn!("{} has no picture: {error}", file.shown());
+        }
+        Ok((file, lacks))
     }
 
     /// At the end, on the terminal.
