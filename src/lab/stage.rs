@@ -15,6 +15,7 @@ use myxo::sim::types::{Flow, Pose};
 use myxo::{Error, Result};
 
 use crate::lab::loading::Loaded;
+use crate::lab::marks::RunningMarks;
 
 /// The most particles that a device which is a CPU draws while the simulation runs.
 const PARTICLES_ON_CPU: u32 = 60_000;
@@ -40,6 +41,8 @@ pub struct Stage {
     pub simulation: Simulation,
     /// What it goes on from, if not from the beginning.
     pub resumed: Option<String>,
+    /// Objects that are hidden or locked.
+    pub marks: RunningMarks,
     /// What is odd about the scene and was done about it, one sentence each.
     pub remarks: Vec<String>,
     renderer: Renderer,
@@ -98,6 +101,7 @@ impl Stage {
             pictures: 0,
             drawn: None,
             drawn_at: Instant::now(),
+            marks: RunningMarks::default(),
             exposure: Readback::new(ctx, "exposure", 1, COUNTERS_UNDER_WAY)?,
             brightest: None,
             counters: Readback::new(ctx, "flow", 1, COUNTERS_UNDER_WAY)?,
@@ -210,11 +214,25 @@ impl Stage {
         any_moves.then(|| self.simulation.time())
     }
 
+    /// Objects are hidden and locked like this from now on.
+    pub fn follow(&mut self, marks: RunningMarks) {
+        if self.marks == marks {
+            return;
+        }
+        self.renderer.hide(&marks.hidden);
+        let spared = marks.hidden.iter().zip(&marks.locked);
+        let spared: Vec<bool> = spared.map(|(hidden, locked)| *hidden || *locked).collect();
+        self.simulation.spare(&spared);
+        self.marks = marks;
+        self.forget_picture();
+    }
+
     /// The surface point under a pixel of a picture of `size`.
     pub fn pick(&self, view: &View, pixel: Vec2, size: Vec2) -> Option<Hit> {
-        pick::pick(
+        pick::pick_among(
             &self.scene.surface,
             &self.simulation.world_from_object(),
+            |object| !self.marks.is_hidden(object),
             &view.camera.ray(pixel, size),
         )
     }

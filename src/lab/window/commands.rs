@@ -112,6 +112,12 @@ impl Lab {
         let runs = stage.simulation.settings();
         live.foods.clone_from(&runs.foods);
         live.feeding = runs.feeding.clone();
+        // Names change nothing, and so they come first: what names objects need not restart.
+        let names: Vec<String> = { live.objects.iter() }
+            .map(|object| object.name.clone())
+            .collect();
+        stage.simulation.rename_objects(&names);
+        stage.scene.settings.rename_objects(&names);
         let is_taken = match stage.simulation.apply(&live) {
             Ok(()) => {
                 self.interface.document.running = live;
