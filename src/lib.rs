@@ -121,6 +121,7 @@
 mod choice;
 mod commit;
 pub mod error;
+mod kept_files;
 #[doc(hidden)]
 pub mod plain_text;
 #[doc(hidden)]

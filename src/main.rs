@@ -1,9 +1,11 @@
 //! The `myxo` executable: [`cli`] reads the command line, [`lab`] is the window, and the library does the work.
-//! Only `cli/lab.rs` uses the window; what both need stands beside them: [`console`], [`room`], [`own_presets`].
+//! Only `cli/lab.rs` uses the window; what both need stands beside them: [`console`], [`measured`], [`room`],
+//! [`own_presets`].
 
 mod cli;
 mod console;
 mod lab;
+mod measured;
 mod own_presets;
 mod room;
 

@@ -5,15 +5,12 @@
 mod atlas;
 mod bench;
 mod compare;
-mod counters;
 mod damaged;
 mod export;
 mod files;
-mod host;
 mod info;
 mod interrupt;
 mod lab;
-mod measures;
 mod options;
 mod outputs;
 mod profile;
@@ -21,14 +18,9 @@ mod progress;
 mod query;
 mod ratios;
 mod render;
-mod report;
 mod scenes;
 mod selftest;
 mod session;
-mod settings;
-mod table;
-mod times;
-mod work;
 
 use std::ffi::{OsStr, OsString};
 use std::io::Write as _;
@@ -105,6 +97,7 @@ macro_rules! commands {
 use commands;
 
 use crate::console;
+use crate::measured::{counters, host, measures, report, settings, table, times, tracing};
 
 commands! {
     Commands {

@@ -10,6 +10,7 @@ use myxo::gpu::default_cache_folder;
 use myxo::mesh::atlas::Control;
 use myxo::plain_text::escaped;
 use myxo::sim::food::MEASURING;
+use myxo::sim::{LOOKING, STARTING};
 
 use super::interrupt;
 use crate::console;
@@ -176,7 +177,7 @@ impl SettingUp {
             self.bar.set_length(WHOLE);
         }
         let doing = match doing {
-            MEASURING => doing.to_owned(),
+            MEASURING | STARTING | LOOKING => doing.to_owned(),
             part => format!("making the atlas, {part}"),
         };
         self.bar.set_message(format!("{}: {doing}", self.what));

@@ -1,7 +1,5 @@
 //! A scene that runs without a window: what `render` and `profile` have in common.
 
-mod tracing;
-
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -23,11 +21,11 @@ use super::measures::Measure;
 use super::options::{CommonOptions, DeviceOptions};
 use super::progress::{Progress, SettingUp, atlas_cache};
 use super::report::{
-    Bandwidth, FoodLeft, HostTimes, KeptBusy, KernelTime, Report, StateHash, Times, hash_text,
+    Bandwidth, FoodLeft, HostTimes, KeptBusy, KernelTime, Report, StateHash, hash_text,
 };
-use super::{damaged, settings, times};
+use super::tracing::{Tracing, spanned};
+use super::{damaged, times};
 use crate::{console, room};
-use tracing::{Tracing, spanned};
 
 /// What is said of a checkpoint whose scene names files by relative paths.
 const NOT_FOUND_FROM_ELSEWHERE: &str = "the models lie in a folder whose name is not Unicode, so the checkpoint names them relative to it: \
@@ -446,36 +444,23 @@ impl Session {
         let info = self.ctx.info();
         let times = self.frames.timings().report("step");
         Report {
-            device: info.name.clone(),
-            driver: format!("{} {}", info.driver, info.driver_version),
-            scene: self.scene.name.clone(),
-            seed: self.scene.settings.seed,
-            settings: settings::of(&self.scene),
             steps: ending.steps,
-            samples: Some(times.steps as u64),
-            particles: setup.particles.len() as u64,
-            atlas_size: setup.atlas.size,
-            triangles: setup.surface.triangles.len() as u64,
             state_hash: hash_text(ending.snapshot.hash()),
             // Distances that are drawn are rounded as the device likes.
             hash_is_portable: (self.is_as_everywhere)
                 .map(|is| is && !self.simulation.settings().uses_raster()),
-            arithmetic: Some(arithmetic::VERSION),
             hashes: self.hashes.clone(),
             measures: self.measures.clone(),
-            gpu_ms_per_step: (!times.is_empty()).then_some(times.step.mean_ms),
-            gpu_step: if times.is_empty() {
-                Times::default()
-            } else {
-                Times::from(&times.step)
-            },
-            gpu_ms_between_kernels: (!times.is_empty()).then(|| times::between_kernels(&times)),
             copy_bandwidth: self.bandwidth,
             kept_busy: self.kept_busy,
             host_step: self.host_ms.as_deref().and_then(HostTimes::of),
             wall_ms_per_step: Some(ending.wall.as_secs_f64() * 1e3 / ending.steps.max(1) as f64),
             kernels: self.kernel_times(),
-            counters: Counters::of(&ending.snapshot, setup, &self.scene.settings.objects),
+            counters: Some(Counters::of(
+                &ending.snapshot,
+                setup,
+                &self.scene.settings.objects,
+            )),
             foods: FoodLeft::all(
                 &ending.snapshot,
                 setup,
@@ -485,7 +470,7 @@ impl Session {
             validation: self.options.device.validate,
             interrupted,
             host_load: Some(self.watch.load()),
-            ..Report::of_this_host()
+            ..Report::of(info, &self.scene, &self.scene.settings, setup, &times).on_this_host()
         }
     }
 

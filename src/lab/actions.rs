@@ -78,6 +78,10 @@ pub enum Action {
     Duplicate,
     /// Takes the selected object or food out of the scene.
     Remove,
+    /// Hides the selected object in the picture.
+    Hide,
+    /// Shows all hidden objects again.
+    ShowAll,
     /// Leaves what lies on top.
     Back,
     /// Closes the window.
@@ -108,7 +112,8 @@ impl Action {
             Self::Redo if !document.undo.can_redo() => "Nothing was undone",
             Self::Split if view.is_flat() => "The picture is the atlas already",
             Self::Brush | Self::Food | Self::Probe if view.is_flat() => FLAT,
-            Self::Duplicate | Self::Remove if !has_picked => PICK_FIRST,
+            Self::Duplicate | Self::Remove | Self::Hide if !has_picked => PICK_FIRST,
+            Self::ShowAll if !document.marks.any_is_hidden() => "No object is hidden",
             _ => return None,
         };
         Some(why.to_owned())
@@ -465,6 +470,22 @@ const ROWS: &[Row] = &[
         &[Key::Delete],
         "Delete",
         "remove the selected object or food",
+    ),
+    row(
+        Action::ShowAll,
+        Group::Scene,
+        CTRL_SHIFT,
+        &[Key::H],
+        "Ctrl Shift H",
+        "show all hidden objects",
+    ),
+    row(
+        Action::Hide,
+        Group::Scene,
+        CTRL,
+        &[Key::H],
+        "Ctrl H",
+        "hide the selected object in the picture",
     ),
     row(
         Action::Help,

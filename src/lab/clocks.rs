@@ -1,5 +1,6 @@
 //! What is measured while the lab runs: frames and steps a second, GPU times, memory; made into [`Facts`].
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myxo::gpu::{Context, Frames, Span, SpanKind};
@@ -7,6 +8,7 @@ use myxo::gpu::{Context, Frames, Span, SpanKind};
 use crate::lab::facts::{Facts, KernelTime, Times};
 use crate::lab::pacing::Pacer;
 use crate::lab::stage::Stage;
+use crate::measured::lately::Lately;
 
 /// How often figures change: often enough to follow, seldom enough to read.
 const INTERVAL: Duration = Duration::from_millis(500);
@@ -126,7 +128,12 @@ impl Clocks {
                 self.steps_began = Instant::now();
             }
             self.interval_began = Instant::now();
-            self.read_timers(frames);
+            if self.read_timers(frames) {
+                let timings = frames.timings();
+                let pace = self.facts.steps_per_second;
+                let lately = Lately::new(ctx, &stage.scene, &stage.simulation, timings, pace);
+                self.facts.times.measured = lately.map(Arc::new);
+            }
             self.facts.memory = memory(ctx);
         }
     }
@@ -151,10 +158,11 @@ impl Clocks {
         self.facts.times = Times::default();
     }
 
-    fn read_timers(&mut self, frames: &Frames) {
+    /// Are there times of steps?
+    fn read_timers(&mut self, frames: &Frames) -> bool {
         let report = frames.timings().report("step");
         if report.steps == 0 {
-            return;
+            return false;
         }
         let times = &mut self.facts.times;
         times.step_ms = Some(report.step.mean_ms);
@@ -175,6 +183,7 @@ impl Clocks {
                 share: row.share,
             })
             .collect();
+        true
     }
 }
 

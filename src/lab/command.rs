@@ -1,11 +1,13 @@
 //! What the interface asks the window for.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::Vec2;
 use myxo::sim::paint::Brush;
 
 use crate::lab::left::LeftScene;
+use crate::measured::lately::Lately;
 
 /// Something that the window must do.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +22,8 @@ pub enum Command {
     Step,
     /// Measure times anew.
     ClearTimes,
+    /// Write these times to files.
+    SaveTimes(Arc<Lately>),
     /// Write the picture to a file.
     Screenshot,
     /// Put the surface point that this pixel of the picture shows in its middle.

@@ -12,6 +12,7 @@ use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::presets;
 use myxo::scene::settings::{Settings, Show};
 
+use crate::lab::marks::Marks;
 use crate::lab::presets::Morph;
 use crate::lab::renewal::{are_built_alike, place_among, take_back, with_changes_since};
 use crate::lab::saving::SceneFile;
@@ -42,6 +43,8 @@ pub struct Document {
     pub preset: Option<String>,
     /// What was changed, to go back to.
     pub undo: Undo,
+    /// Objects that are hidden or locked.
+    pub marks: Marks,
     /// What was edited when this scene was sent for once more, while it is on its way.
     pub asked: Option<Settings>,
     /// Objects that come, go or grow are on their way.
@@ -83,6 +86,7 @@ impl Document {
             preset: None,
             undo: Undo::new(settings, &view),
             asked: None,
+            marks: Marks::default(),
             renews: false,
             outline: (Vec3::ZERO, Vec::new()),
             fitted: None,
@@ -206,7 +210,17 @@ impl Document {
             }
         }
         live.foods.clone_from(&self.edited.foods);
+        // While others are on their way those that run keep their names.
+        if !self.renews && are_built_alike(&live.objects, &self.edited.objects) {
+            live.rename_objects(&self.names());
+        }
         live
+    }
+
+    /// The names of the objects as they are edited.
+    pub fn names(&self) -> Vec<String> {
+        let objects = self.edited.objects.iter();
+        objects.map(|object| object.name.clone()).collect()
     }
 
     /// Are there edits that the running simulation does not have, because they wait for a restart or are on their way?

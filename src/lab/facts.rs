@@ -1,5 +1,6 @@
 //! What the interface shows and cannot change.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use glam::{Affine3A, Vec2, Vec3};
@@ -8,6 +9,7 @@ use myxo::sim::types::Flow;
 
 use crate::lab::history::History;
 use crate::lab::job::Progress;
+use crate::measured::lately::Lately;
 
 /// A scene that is being loaded.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +52,8 @@ pub struct Times {
     pub kernels: Vec<KernelTime>,
     /// The same for the last frames with steps, one by one.
     pub history: History,
+    /// The same, to be written to files.
+    pub measured: Option<Arc<Lately>>,
 }
 
 /// What had grown, and can come back.

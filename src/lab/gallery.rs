@@ -1,6 +1,7 @@
 //! The gallery: scenes and presets that come with the program, and presets of one's own, each with a small picture.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use egui::{ColorImage, Rect, Response, RichText, Sense, TextureHandle, TextureOptions, Ui, vec2};
 use indicatif::HumanDuration;
@@ -9,7 +10,7 @@ use myxo::scene::builtin::{Builtin, PRESETS, SCENES};
 use crate::lab::command::Command;
 use crate::lab::desk::Desk;
 use crate::lab::layout::Card;
-use crate::lab::left::LeftScenes;
+use crate::lab::left::{LeftScenes, picture_beside};
 use crate::lab::looks::Looks;
 use crate::lab::opening::{EVERYTHING, open_hint};
 use crate::lab::places::{Marked as _, mark_cross, note_value};
@@ -22,6 +23,9 @@ use crate::own_presets::summary;
 const LEAST: f32 = 150.0;
 /// Between cards.
 const BETWEEN: egui::Vec2 = vec2(10.0, 8.0);
+
+/// In the place of a picture that there is not.
+const NO_PICTURE: &str = "no picture";
 
 macro_rules! pictures {
     ($($name:literal),+ $(,)?) => {
@@ -44,6 +48,8 @@ pub struct Gallery {
     pictures: Vec<(&'static str, TextureHandle)>,
     /// Of the user's presets, by name; some have none.
     own_pictures: BTreeMap<String, Option<TextureHandle>>,
+    /// Of scenes as they were left, by their files; some have none.
+    left_pictures: BTreeMap<PathBuf, Option<TextureHandle>>,
     /// What the look will be called, if it is kept.
     pub name: String,
     /// The preset of which it is asked whether it may be removed.
@@ -68,6 +74,7 @@ impl Gallery {
     /// Those of the user's presets are read anew.
     pub fn forget_pictures(&mut self) {
         self.own_pictures.clear();
+        self.left_pictures.clear();
         self.removing = None;
     }
 
@@ -188,7 +195,8 @@ impl Gallery {
                 let texture = texture.map(TextureHandle::id);
                 let is_chosen = is_chosen(builtin);
                 let hint = builtin.summary();
-                if card(ui, size, builtin.name, hint, texture, is_chosen).clicked() {
+                let card = card(ui, size, builtin.name, hint, texture, is_chosen);
+                if card.marked(&format!("card={}", builtin.name)).clicked() {
                     clicked = Some(builtin);
                 }
             }
@@ -197,7 +205,7 @@ impl Gallery {
     }
 
     /// Scenes as they were left, the last one first; before them what had grown and can go on.
-    fn left_scenes(&self, ui: &mut Ui, desk: &mut Desk<'_>) {
+    fn left_scenes(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let before = desk.facts.before.as_ref();
         if self.left.all().is_empty() && before.is_none() {
             return;
@@ -207,18 +215,33 @@ impl Gallery {
                 "Scenes that you left with changes that you had not saved; the oldest go first. ↶ is what had grown before the \
                  last reset or scene, until the window closes or the device is lost",
             );
+        if before.is_some_and(|before| before.entry(ui).clicked()) {
+            desk.commands.push(Command::GoBack);
+            desk.layout.close(Card::Gallery);
+        }
+        let size = card_size(ui.available_width());
         ui.horizontal_wrapped(|ui| {
-            if before.is_some_and(|before| before.entry(ui).clicked()) {
-                desk.commands.push(Command::GoBack);
-                desk.layout.close(Card::Gallery);
-            }
+            ui.spacing_mut().item_spacing = BETWEEN;
             for (i, left) in self.left.all().iter().enumerate() {
                 let age = left.since.elapsed().unwrap_or_default();
                 let label = format!("{} · {} ago", left.name, HumanDuration(age));
-                let button = ui
-                    .button(label)
-                    .on_hover_text(left.file.display().to_string());
-                if button.marked(&format!("left={i}")).clicked() {
+                let pictures = &mut self.left_pictures;
+                let texture = pictures
+                    .entry(left.file.clone())
+                    .or_insert_with(|| read_picture(ui.ctx(), &picture_beside(&left.file)));
+                let texture = texture.as_ref().map(TextureHandle::id);
+                let hint = left.file.display().to_string();
+                let card = card(ui, size, &label, &hint, texture, false);
+                if texture.is_none() {
+                    ui.painter().text(
+                        card.rect.center() - vec2(0.0, 10.0),
+                        egui::Align2::CENTER_CENTER,
+                        NO_PICTURE,
+                        egui::TextStyle::Small.resolve(ui.style()),
+                        theme::weak(ui),
+                    );
+                }
+                if card.marked(&format!("left={i}")).clicked() {
                     desk.commands.push(Command::OpenLeft(left.clone()));
                     desk.layout.close(Card::Gallery);
                 }
@@ -275,16 +298,9 @@ impl Gallery {
             for own in looks.own.all() {
                 let name = own.name.as_str();
                 let pictures = &mut self.own_pictures;
-                let texture = pictures.entry(own.name.clone()).or_insert_with(|| {
-                    let image = image::open(looks.own.picture(name)?).ok()?.into_rgb8();
-                    let size = [image.width() as usize, image.height() as usize];
-                    let image = ColorImage::from_rgb(size, image.as_raw());
-                    let texture = format!("own {name}");
-                    Some(
-                        ui.ctx()
-                            .load_texture(texture, image, TextureOptions::LINEAR),
-                    )
-                });
+                let texture = pictures
+                    .entry(own.name.clone())
+                    .or_insert_with(|| read_picture(ui.ctx(), &looks.own.picture(name)?));
                 let texture = texture.as_ref().map(TextureHandle::id);
                 let hint = match &own.problem {
                     Some(problem) => format!("⚠ {problem}"),
@@ -292,6 +308,7 @@ impl Gallery {
                 };
                 let is_chosen = desk.document.preset.as_deref() == Some(name);
                 let card = card(ui, size, name, &hint, texture, is_chosen);
+                let card = card.marked(&format!("card={name}"));
                 if own.problem.is_some() {
                     ui.painter().text(
                         card.rect.center(),
@@ -370,6 +387,15 @@ fn card_size(room: f32) -> egui::Vec2 {
     vec2(width, (width / 1.5).round())
 }
 
+/// A small picture from a file, if it can be read.
+fn read_picture(ctx: &egui::Context, file: &Path) -> Option<TextureHandle> {
+    let image = image::open(file).ok()?.into_rgb8();
+    let size = [image.width() as usize, image.height() as usize];
+    let image = ColorImage::from_rgb(size, image.as_raw());
+    let name = file.display().to_string();
+    Some(ctx.load_texture(name, image, TextureOptions::LINEAR))
+}
+
 /// A picture with a name below.
 fn card(
     ui: &mut Ui,
@@ -380,7 +406,7 @@ fn card(
     is_chosen: bool,
 ) -> Response {
     let (rect, response) = ui.allocate_exact_size(size + vec2(0.0, 20.0), Sense::click());
-    let response = response.on_hover_text(hint).marked(&format!("card={name}"));
+    let response = response.on_hover_text(hint);
     response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, name));
     let image = Rect::from_min_size(rect.min, size);
     let painter = ui.painter();

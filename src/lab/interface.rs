@@ -20,6 +20,7 @@ use crate::lab::gallery::Gallery;
 use crate::lab::layout::move_beside;
 use crate::lab::layout::{Card, Layout};
 use crate::lab::looks::Looks;
+use crate::lab::marks::Marks;
 use crate::lab::navigation::{Moved, Navigation};
 use crate::lab::notices::HOW_BACK;
 use crate::lab::notices::Notices;
@@ -102,6 +103,7 @@ impl Interface {
         self.document.open(scene);
         self.see_as(scene);
         self.hands.leave_scene();
+        self.document.marks = Marks::default();
         self.panel.open_scene();
         self.document.morph = None;
         self.restarted(scene);
@@ -174,6 +176,8 @@ impl Interface {
     fn show(&mut self, ui: &mut Ui, facts: &Facts) -> Shown {
         let ctx = ui.ctx().clone();
         let (mut actions, mut commands) = (Vec::new(), Vec::new());
+        let document = &mut self.document;
+        document.marks.follow(&document.edited.objects);
         self.looks.tick(ui.input(|i| i.time), facts.out.filmed);
         // A press that closes a list does nothing else.
         self.hands.is_covered = self.opening.is_open() || egui::Popup::is_any_open(&ctx);
@@ -361,6 +365,8 @@ impl Interface {
             Action::Probe => self.hands.toggle_probe(),
             Action::Duplicate => self.hands.duplicate_selected(ctx, &mut desk),
             Action::Remove => self.hands.remove_selected(ctx, &mut desk),
+            Action::Hide => self.hands.hide_selected(ctx, &mut desk),
+            Action::ShowAll => desk.document.marks.show_all(),
             Action::Back => self.back(ctx, facts, (actions, commands)),
             Action::Quit => desk.commands.push(Command::Quit),
         }

@@ -1,12 +1,15 @@
 //! Scenes that were left with changes that no file has: the last few of them, in the user's folder for data.
 
 use std::fs;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use myxo::{Error, Result};
-
+use image::RgbaImage;
+use image::codecs::png::PngEncoder;
 use myxo::sim::areas::map_beside;
+use myxo::whole_file::WholeFile;
+use myxo::{Error, Result};
 
 use crate::lab::saving::{name_in, save_scene};
 
@@ -69,9 +72,28 @@ impl LeftScenes {
         for old in self.all.drain(MOST.min(self.all.len())..) {
             // Another window may have removed them.
             let _ = fs::remove_file(map_beside(&old.file));
+            let _ = fs::remove_file(picture_beside(&old.file));
             let _ = fs::remove_file(old.file);
         }
         Ok(file)
+    }
+
+    /// Keeps a small picture beside the file of a scene.
+    pub fn keep_picture(file: &Path, picture: &RgbaImage) -> Result<()> {
+        let file = picture_beside(file);
+        let mut bytes = Vec::new();
+        let encoded = picture.write_with_encoder(PngEncoder::new(&mut bytes));
+        let written = encoded.map_err(io::Error::other).and_then(|()| {
+            let mut whole = WholeFile::create(&file)?;
+            whole.write_all(&bytes)?;
+            whole.finish()
+        });
+        written.map_err(|source| Error::Io {
+            action: "write",
+            path: file,
+            source,
+        })?;
+        Ok(())
     }
 
     /// It is shown again, and so it is no longer the next one to go.
@@ -80,6 +102,11 @@ impl LeftScenes {
         // Without a right to do so it stays as old as it is.
         let _ = touched.and_then(|file| file.set_modified(SystemTime::now()));
     }
+}
+
+/// Where the small picture of a scene lies.
+pub fn picture_beside(file: &Path) -> PathBuf {
+    file.with_extension("png")
 }
 
 fn files(folder: &Path) -> Vec<LeftScene> {
@@ -112,6 +139,7 @@ mod tests {
                 Ok(format!("seed = {seed}\n"))
             });
             let file = file.unwrap();
+            LeftScenes::keep_picture(&file, &RgbaImage::new(3, 2)).unwrap();
             assert_eq!(left.all()[0].file, file, "the last one comes first");
             assert_eq!(left.all()[0].name, name);
             // The clock of files goes in steps: what comes next is later than this.
@@ -135,8 +163,12 @@ mod tests {
             .map(|left| fs::read_to_string(&left.file).unwrap());
         let wanted = (3..MOST + 3).rev().map(|seed| format!("seed = {seed}\n"));
         assert!(texts.eq(wanted));
-        // Each has its map.
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), 2 * MOST + 2);
+        // Each has its map and its picture.
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 3 * MOST + 2);
+        for left in left.all() {
+            let picture = image::open(picture_beside(&left.file)).unwrap();
+            assert_eq!((picture.width(), picture.height()), (3, 2));
+        }
 
         // The oldest is shown again and another one is left: it is not that one that goes.
         let oldest = left.all().last().unwrap().clone();

@@ -18,6 +18,7 @@ use crate::lab::foods::food_sections;
 use crate::lab::layout::Card;
 use crate::lab::looks::Looks;
 use crate::lab::navigation::Navigation;
+use crate::lab::outliner::Outliner;
 use crate::lab::places::{Marked as _, note_value};
 use crate::lab::profiling::Profiling;
 use crate::lab::rows::{RowContext, grouped, row};
@@ -39,6 +40,7 @@ static PICTURE_WORDS: LazyLock<String> = LazyLock::new(|| {
 const DETAIL_WORDS: &str = "points point size seams markers";
 const CAMERA_WORDS: &str = "camera home front back left right top bottom fly flight fov orbit";
 const TIMES_WORDS: &str = "times kernel kernels profiling gpu";
+const OBJECT_WORDS: &str = "objects outliner hide show lock isolate alone rename name list";
 const LIGHT_WORDS: &str = "light shadow";
 
 /// Is what is searched for among the words? Without a search, everything is.
@@ -55,6 +57,7 @@ pub struct ParameterPanel {
     /// The keyboard is in the field for it.
     is_searching: bool,
     profiling: Profiling,
+    outliner: Outliner,
 }
 
 impl ParameterPanel {
@@ -70,6 +73,7 @@ impl ParameterPanel {
     /// Another scene: times that were kept are not its own.
     pub fn open_scene(&mut self) {
         self.profiling = Profiling::default();
+        self.outliner = Outliner::default();
     }
 
     /// Fills the panel.
@@ -145,6 +149,12 @@ impl ParameterPanel {
                     self.found_actions(ui, has_picked, desk);
                 }
                 self.view_sections(ui, navigation, looks_for, desk);
+                if is_among(OBJECT_WORDS, &self.filter) {
+                    let outliner = &mut self.outliner;
+                    section(ui, "Objects", false, looks_for, |ui| {
+                        outliner.show(ui, hands, desk);
+                    });
+                }
                 self.parameter_sections(ui, hands, desk);
                 if is_among(TIMES_WORDS, &self.filter) {
                     let profiling = &mut self.profiling;

@@ -167,6 +167,18 @@ impl Profiling {
             let copy = ui
                 .button("Copy")
                 .on_hover_text("Puts the table into the clipboard, with tabs between columns");
+            let shown = self.frozen.as_ref().unwrap_or(&desk.facts.times);
+            let measured = shown.measured.clone();
+            let export = ui
+                .add_enabled(measured.is_some(), egui::Button::new("Export"))
+                .on_hover_text(
+                    "Writes the times as myxo profile does: a report, and a trace for ui.perfetto.dev, into the folder for exports",
+                )
+                .on_disabled_hover_text("There are no times yet: they come while it runs");
+            let is_asked_for = export.marked("times.export").clicked();
+            if let Some(measured) = measured.filter(|_| is_asked_for) {
+                desk.commands.push(Command::SaveTimes(measured));
+            }
             if copy.marked("times.copy").clicked() {
                 let times = self.frozen.as_ref().unwrap_or(&desk.facts.times);
                 ui.ctx()

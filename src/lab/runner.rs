@@ -227,6 +227,12 @@ impl Runner {
         let mut live = wanted.clone();
         live.foods.clone_from(&runs.foods);
         live.feeding = runs.feeding.clone();
+        // Names change nothing, and so they come first: what names objects need not restart.
+        let names: Vec<String> = (live.objects.iter())
+            .map(|object| object.name.clone())
+            .collect();
+        stage.simulation.rename_objects(&names);
+        stage.scene.settings.rename_objects(&names);
         stage.simulation.apply(&live)?;
         stage.forget_picture();
         Ok(Some(live))

@@ -15,6 +15,8 @@ use myxo::sim::types::{Flow, Pose};
 use myxo::sim::{Setup, Simulation};
 use myxo::{Error, Result};
 
+use crate::lab::marks::RunningMarks;
+
 /// The most particles that a device which is a CPU draws while the simulation runs.
 const PARTICLES_ON_CPU: u32 = 60_000;
 
@@ -54,6 +56,8 @@ pub struct Stage {
     pub simulation: Simulation,
     /// What it goes on from, if not from the beginning.
     pub resumed: Option<String>,
+    /// Objects that are hidden or locked.
+    pub marks: RunningMarks,
     /// What is odd about the scene and was done about it, one sentence each.
     pub remarks: Vec<String>,
     /// How many times as large as it is each object is drawn, while a layout for that is on its way; empty where none is.
@@ -118,6 +122,7 @@ impl Stage {
             drawn: None,
             coming: None,
             drawn_at: Instant::now(),
+            marks: RunningMarks::default(),
             exposure: Readback::new(ctx, "exposure", 1, COUNTERS_UNDER_WAY)?,
             brightest: None,
             counters: Readback::new(ctx, "flow", 1, COUNTERS_UNDER_WAY)?,
@@ -276,11 +281,25 @@ impl Stage {
         any_moves.then(|| self.simulation.time())
     }
 
+    /// Objects are hidden and locked like this from now on.
+    pub fn follow(&mut self, marks: RunningMarks) {
+        if self.marks == marks {
+            return;
+        }
+        self.renderer.hide(&marks.hidden);
+        let spared = marks.hidden.iter().zip(&marks.locked);
+        let spared: Vec<bool> = spared.map(|(hidden, locked)| *hidden || *locked).collect();
+        self.simulation.spare(&spared);
+        self.marks = marks;
+        self.forget_picture();
+    }
+
     /// The surface point under a pixel of a picture of `size`.
     pub fn pick(&self, view: &View, pixel: Vec2, size: Vec2) -> Option<Hit> {
-        pick::pick(
+        pick::pick_among(
             &self.scene.surface,
             &self.simulation.world_from_object(),
+            |object| !self.marks.is_hidden(object),
             &view.camera.ray(pixel, size),
         )
     }

@@ -5,6 +5,9 @@ use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::rays::Rays;
+use crate::kept_files::{Hash, KeptFile, OCCLUSION};
+use crate::mesh::atlas::{AtlasError, Control};
+use crate::mesh::surface::Surface;
 
 /// Triangles that rays begin at, about: of larger objects every second, third and so on.
 const SAMPLES: usize = 20_000;
@@ -13,8 +16,62 @@ const AWAY: usize = 2;
 /// Rays begin so far behind a triangle, in radii of the object.
 const OFF: f32 = 1e-5;
 
+/// Raised whenever the answer may be another one than before.
+const VERSION: u32 = 1;
+/// Name of this work in progress reports.
+pub(super) const DOING: &str = "testing back faces";
+
+/// For each object: are backs of its triangles seen from outside? Kept in the control's folder, if that has one, and read the next
+/// time.
+///
+/// # Errors
+/// [`AtlasError::Cancelled`] when the work was stopped.
+pub(super) fn seen_backs(
+    surface: &Surface,
+    control: &Control<'_>,
+) -> Result<Vec<bool>, AtlasError> {
+    control.step(DOING, 0.0)?;
+    let file = { control.cache }.map(|folder| KeptFile::new(folder, key(surface), &OCCLUSION));
+    let count = surface.objects.len();
+    let all = |content: &[u8]| {
+        let is_whole = content.len() == count && content.iter().all(|&seen| seen <= 1);
+        is_whole.then(|| content.iter().map(|&seen| seen == 1).collect())
+    };
+    if let Some(kept) = file.as_ref().and_then(|file| file.load(all)) {
+        return Ok(kept);
+    }
+    let mut found = Vec::with_capacity(count);
+    for (object, range) in surface.objects.iter().enumerate() {
+        let (first, end) = range.triangles;
+        let corners = &surface.corners[first as usize..end as usize];
+        found.push(!surface.is_closed(object) || are_seen(&surface.positions, corners));
+        control.step(DOING, found.len() as f32 / count as f32)?;
+    }
+    if let Some(file) = file {
+        let content: Vec<u8> = found.iter().map(|&seen| u8::from(seen)).collect();
+        file.store(&content);
+    }
+    Ok(found)
+}
+
+/// A hash of everything that the answer depends on.
+fn key(surface: &Surface) -> u128 {
+    let mut hash = Hash::new();
+    hash.slice(b"backs");
+    hash.slice(&[VERSION, SAMPLES as u32, AWAY as u32]);
+    hash.slice(&[OFF]);
+    hash.slice(&surface.positions);
+    hash.slice(&surface.corners);
+    // Whether it is closed.
+    hash.slice(&surface.halfedges);
+    for object in &surface.objects {
+        hash.slice(&[object.triangles.0, object.triangles.1]);
+    }
+    hash.finish()
+}
+
 /// Looks from the backs of triangles: from inside, no ray gets away.
-pub(super) fn are_seen(positions: &[Vec3], corners: &[[u32; 3]]) -> bool {
+fn are_seen(positions: &[Vec3], corners: &[[u32; 3]]) -> bool {
     let Some(rays) = Rays::new(positions, corners) else {
         return true;
     };
@@ -53,7 +110,8 @@ fn is_seen(rays: &Rays, triangle: usize) -> bool {
 mod tests {
     use super::*;
     use crate::scene::Scene;
-    use crate::scene::settings::Settings;
+    use crate::scene::settings::{ObjectSettings, Settings};
+    use std::sync::Mutex;
 
     fn mesh(name: &str) -> (Vec<Vec3>, Vec<[u32; 3]>) {
         let mut settings = Settings::default();
@@ -63,6 +121,43 @@ mod tests {
             scene.surface.positions.clone(),
             scene.surface.corners.clone(),
         )
+    }
+
+    #[test]
+    fn what_is_kept_equals_what_is_found_and_damage_is_mended() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut settings = Settings::default();
+        settings.objects = ["builtin:plane", "builtin:icosphere", "builtin:cube"]
+            .map(|mesh| ObjectSettings {
+                mesh: mesh.to_owned(),
+                ..ObjectSettings::default()
+            })
+            .to_vec();
+        let scene = Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap();
+        let reports = Mutex::new(0);
+        let count = |_: &'static str, _: f32| *reports.lock().unwrap() += 1;
+        let control = Control {
+            progress: Some(&count),
+            cache: Some(folder.path()),
+            ..Control::default()
+        };
+        let seen = || {
+            *reports.lock().unwrap() = 0;
+            let found = seen_backs(&scene.surface, &control).unwrap();
+            // There is but one report where nothing is looked for.
+            (found, *reports.lock().unwrap() > 1)
+        };
+        let plain = vec![true, false, false];
+        assert_eq!(seen(), (plain.clone(), true));
+        assert_eq!(seen(), (plain.clone(), false));
+        let kept = KeptFile::new(folder.path(), key(&scene.surface), &OCCLUSION);
+        for wrong in [&[1, 0][..], &[1, 0, 2]] {
+            kept.store(wrong);
+            assert_eq!(seen(), (plain.clone(), true), "{wrong:?}");
+        }
+        std::fs::write(kept.path(), "foreign").unwrap();
+        assert_eq!(seen(), (plain.clone(), true));
+        assert_eq!(seen(), (plain, false));
     }
 
     #[test]

@@ -335,8 +335,6 @@ fn with_kind([r, g, b]: Color, kind: u8) -> [u8; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    
-    
 
     #[test]
     fn charts_that_touch_have_different_colours() {

@@ -10,6 +10,8 @@ use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::rays::Rays;
+use crate::kept_files::{Hash, KeptFile, OCCLUSION};
+use crate::mesh::atlas::{AtlasError, Control};
 use crate::mesh::surface::Surface;
 
 /// Rays of a place; fewer where there are many places.
@@ -23,10 +25,64 @@ const REACH: f32 = 0.8;
 /// How far from the surface rays begin, in radii of the object.
 const OFF: f32 = 2e-3;
 
+/// Raised whenever corners are found to be open in another way than before.
+const VERSION: u32 = 1;
+/// Name of this work in progress reports.
+pub(super) const DOING: &str = "computing light";
+/// Rays between two progress reports, about.
+const BATCH: usize = 100_000;
+
+/// How open corners are; the number of places where there are too many.
+pub type Openness = Result<Vec<u8>, usize>;
+
 /// For each corner of each triangle, `3 * triangle + corner`, the share of the sky above it that is open, squared so that
 /// hollows can be seen at a glance: 0 to 255; the number of places where there are more than `most_places`. `normals` has one
-/// for each.
-pub fn openness(surface: &Surface, normals: &[Vec3], most_places: usize) -> Result<Vec<u8>, usize> {
+/// for each. It is kept in the control's folder, if that has one, and read the next time.
+///
+/// # Errors
+/// [`AtlasError::Cancelled`] when the work was stopped.
+pub fn openness(
+    surface: &Surface,
+    normals: &[Vec3],
+    most_places: usize,
+    control: &Control<'_>,
+) -> Result<Openness, AtlasError> {
+    control.step(DOING, 0.0)?;
+    let file = control
+        .cache
+        .map(|folder| KeptFile::new(folder, key(surface, normals), &OCCLUSION));
+    let all = |content: &[u8]| (content.len() == normals.len()).then(|| content.to_vec());
+    if let Some(kept) = file.as_ref().and_then(|file| file.load(all)) {
+        return Ok(Ok(kept));
+    }
+    let found = computed(surface, normals, most_places, control)?;
+    if let (Some(file), Ok(open)) = (file, &found) {
+        file.store(open);
+    }
+    Ok(found)
+}
+
+/// A hash of everything that the openness depends on, other than the greatest number of places.
+fn key(surface: &Surface, normals: &[Vec3]) -> u128 {
+    let mut hash = Hash::new();
+    hash.slice(&[VERSION, RAYS.0 as u32, RAYS.1 as u32, ALL_RAYS as u32]);
+    hash.slice(&[REACH, OFF]);
+    hash.slice(&surface.positions);
+    hash.slice(&surface.corners);
+    for object in &surface.objects {
+        hash.slice(&[object.triangles.0, object.triangles.1]);
+    }
+    hash.slice(normals);
+    hash.finish()
+}
+
+/// As [`openness`], by rays.
+fn computed(
+    surface: &Surface,
+    normals: &[Vec3],
+    most_places: usize,
+    control: &Control<'_>,
+) -> Result<Openness, AtlasError> {
     let mut open = vec![255; normals.len()];
     let mut places: Vec<Vec<(u32, Vec3)>> = Vec::new();
     let mut place_of = vec![0_u32; normals.len()];
@@ -46,17 +102,23 @@ pub fn openness(surface: &Surface, normals: &[Vec3], most_places: usize) -> Resu
     }
     let count: usize = places.iter().map(Vec::len).sum();
     if count > most_places {
-        return Err(count);
+        return Ok(Err(count));
     }
     let rays = (ALL_RAYS / count.max(1)).clamp(RAYS.0, RAYS.1);
+    let mut done = 0;
     for (object, own) in surface.objects.iter().zip(&places) {
         let (first, end) = object.triangles;
-        let found = of_object(surface, (first as usize, end as usize), own, rays);
+        let shares = [done, done + own.len()].map(|places| places as f32 / count as f32);
+        let triangles = (first as usize, end as usize);
+        let found = control.part(shares[0]..shares[1], |control| {
+            of_object(surface, triangles, own, rays, control)
+        })?;
+        done += own.len();
         for corner in 3 * first as usize..3 * end as usize {
             open[corner] = found[place_of[corner] as usize];
         }
     }
-    Ok(open)
+    Ok(Ok(open))
 }
 
 /// Openness of places on one object, each a vertex and a normal.
@@ -65,19 +127,22 @@ fn of_object(
     (first, end): (usize, usize),
     places: &[(u32, Vec3)],
     rays: usize,
-) -> Vec<u8> {
+    control: &Control<'_>,
+) -> Result<Vec<u8>, AtlasError> {
     let Some(object) = Rays::new(&surface.positions, &surface.corners[first..end]) else {
-        return vec![255; places.len()];
+        return Ok(vec![255; places.len()]);
     };
     let fan = fan(rays);
-    places
-        .par_iter()
-        .map(|&(vertex, normal)| {
+    let mut open = Vec::with_capacity(places.len());
+    for batch in places.chunks(BATCH / rays) {
+        open.par_extend(batch.par_iter().map(|&(vertex, normal)| {
             let corner = surface.positions[vertex as usize];
             let open = open_share(&object, corner.into(), normal.into(), &fan);
             (255.0 * open * open).round() as u8
-        })
-        .collect()
+        }));
+        control.step(DOING, open.len() as f32 / places.len() as f32)?;
+    }
+    Ok(open)
 }
 
 /// The share of the sky that one place sees.
@@ -113,6 +178,9 @@ fn fan(rays: usize) -> Vec<Vec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
+    use std::sync::Mutex;
+
     use crate::render::normals::{CREASE_ANGLE, corner_normals};
     use crate::scene::Scene;
     use crate::scene::settings::Settings;
@@ -122,8 +190,9 @@ mod tests {
         settings.objects[0].mesh = mesh.to_owned();
         let scene = Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap();
         let normals = corner_normals(&scene.surface, CREASE_ANGLE);
-        let open = openness(&scene.surface, &normals, MOST_PLACES).unwrap();
-        (scene, open)
+        let control = Control::default();
+        let open = openness(&scene.surface, &normals, MOST_PLACES, &control).unwrap();
+        (scene, open.unwrap())
     }
 
     #[test]
@@ -132,8 +201,53 @@ mod tests {
         settings.objects[0].mesh = "builtin:torus?major=700&minor=300".to_owned();
         let scene = Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap();
         let normals = corner_normals(&scene.surface, CREASE_ANGLE);
-        let found = openness(&scene.surface, &normals, MOST_PLACES);
-        assert_eq!(found, Err(210_000));
+        let control = Control::default();
+        let found = openness(&scene.surface, &normals, MOST_PLACES, &control);
+        assert_eq!(found, Ok(Err(210_000)));
+    }
+
+    #[test]
+    fn what_is_kept_equals_what_is_computed_and_damage_is_mended() {
+        let folder = tempfile::tempdir().unwrap();
+        let (scene, plain) = open_of("builtin:torus?major=48&minor=24&tube=0.7");
+        let surface = &scene.surface;
+        let reports = Mutex::new(0);
+        let count = |doing: &'static str, _: f32| {
+            assert_eq!(doing, DOING);
+            *reports.lock().unwrap() += 1;
+        };
+        let control = Control {
+            progress: Some(&count),
+            cache: Some(folder.path()),
+            ..Control::default()
+        };
+        let normals = corner_normals(surface, CREASE_ANGLE);
+        let open = |normals: &[Vec3]| {
+            *reports.lock().unwrap() = 0;
+            let found = openness(surface, normals, MOST_PLACES, &control).unwrap();
+            // There is but one report where nothing is computed.
+            (found.unwrap(), *reports.lock().unwrap() > 1)
+        };
+        assert_eq!(open(&normals), (plain.clone(), true));
+        assert_eq!(open(&normals), (plain.clone(), false));
+        let files = || fs::read_dir(folder.path()).unwrap().map(Result::unwrap);
+        let file = files().next().unwrap().path();
+        let whole = fs::read(&file).unwrap();
+        let mut flipped = whole.clone();
+        *flipped.last_mut().unwrap() ^= 1;
+        for broken in [&flipped[..], &whole[..whole.len() - 1], b"", b"foreign"] {
+            fs::write(&file, broken).unwrap();
+            assert_eq!(open(&normals), (plain.clone(), true));
+            assert_eq!(open(&normals), (plain.clone(), false));
+        }
+        // A whole file of too few corners is none.
+        let kept = KeptFile::new(folder.path(), key(surface, &normals), &OCCLUSION);
+        kept.store(&plain[1..]);
+        assert_eq!(open(&normals), (plain.clone(), true));
+        // Other normals are another case.
+        let flat = corner_normals(surface, 0.0);
+        assert!(open(&flat).1);
+        assert_eq!(files().count(), 2);
     }
 
     #[test]

@@ -25,8 +25,20 @@ pub struct Hit {
 /// Every triangle is tried: a million take a few milliseconds, which is fast enough for clicks.
 #[must_use]
 pub fn pick(surface: &Surface, world_from_object: &[Affine3A], ray: &Ray) -> Option<Hit> {
+    pick_among(surface, world_from_object, |_| true, ray)
+}
+
+/// As [`pick`], among those objects that are seen.
+#[must_use]
+pub fn pick_among(
+    surface: &Surface,
+    world_from_object: &[Affine3A],
+    is_seen: impl Fn(usize) -> bool,
+    ray: &Ray,
+) -> Option<Hit> {
     let mut nearest = None;
-    for (range, pose) in surface.objects.iter().zip(world_from_object) {
+    let objects = surface.objects.iter().zip(world_from_object).enumerate();
+    for (_, (range, pose)) in objects.filter(|(object, _)| is_seen(*object)) {
         let in_object = ray.seen_from(pose);
         for triangle in range.triangles.0..range.triangles.1 {
             let corners =
@@ -38,17 +50,19 @@ pub fn pick(surface: &Surface, world_from_object: &[Affine3A], ray: &Ray) -> Opt
 }
 
 /// As [`pick`], for bundles of rays; the rays of a bundle have one origin and are close to each other. One pass over the triangles
-/// serves all bundles, and most triangles are far from a bundle.
+/// serves all bundles, and most triangles are far from a bundle. Only objects that are seen count.
 #[must_use]
 pub fn pick_bundles(
     surface: &Surface,
     world_from_object: &[Affine3A],
+    is_seen: impl Fn(usize) -> bool,
     bundles: &[Vec<Ray>],
 ) -> Vec<Vec<Option<Hit>>> {
     let mut hits: Vec<Vec<Option<Hit>>> =
         bundles.iter().map(|rays| vec![None; rays.len()]).collect();
     let cones: Vec<Cone> = bundles.iter().map(|rays| Cone::round(rays)).collect();
-    for (range, pose) in surface.objects.iter().zip(world_from_object) {
+    let objects = surface.objects.iter().zip(world_from_object).enumerate();
+    for (_, (range, pose)) in objects.filter(|(object, _)| is_seen(*object)) {
         let in_object: Vec<(Cone, Vec<Ray>)> = (cones.iter().zip(bundles))
             .map(|(cone, rays)| {
                 let rays = rays.iter().map(|ray| ray.seen_from(pose)).collect();
@@ -247,15 +261,27 @@ mod tests {
                     places.map(|pixel| camera.ray(pixel, size)).collect()
                 })
                 .collect();
-            let hits = pick_bundles(&surface, &poses, &bundles);
+            let hits = pick_bundles(&surface, &poses, |_| true, &bundles);
             let one_by_one: Vec<Vec<Option<Hit>>> = (bundles.iter())
                 .map(|rays| rays.iter().map(|ray| pick(&surface, &poses, ray)).collect())
                 .collect();
             assert_eq!(hits, one_by_one);
+            // Of those that are seen only.
+            let is_seen = |object: usize| object != 1;
+            let seen = pick_bundles(&surface, &poses, is_seen, &bundles);
+            let all_rays = bundles.iter().flatten();
+            let one_by_one = all_rays.map(|ray| pick_among(&surface, &poses, is_seen, ray));
+            assert!(one_by_one.eq(seen.iter().flatten().copied()));
+            let objects = seen.iter().flatten().flatten();
+            let mut objects = objects.map(|hit| surface.triangles[hit.triangle as usize].object);
+            assert!(objects.all(|object| object != 1));
             let count = hits.iter().flatten().flatten().count();
             assert!(count > 50, "{count}");
         }
-        assert_eq!(pick_bundles(&surface, &poses, &[Vec::new()]), [Vec::new()]);
+        assert_eq!(
+            pick_bundles(&surface, &poses, |_| true, &[Vec::new()]),
+            [Vec::new()]
+        );
     }
 
     #[test]

@@ -41,6 +41,7 @@ use crate::sim::kernels::{
 use crate::sim::memory;
 use crate::sim::texel_paths::TexelPaths;
 use crate::sim::texture::Texture;
+use crate::sim::types::Pose;
 use crate::sim::{Setup, State};
 use fields::Field;
 use sides::Sides;
@@ -149,6 +150,8 @@ pub struct Renderer {
     brightest: Buffer<f32>,
     is_first: bool,
     shape: Shape,
+    /// Objects that pictures do not show.
+    hidden: Vec<bool>,
     /// Bounding boxes of the objects, if no back face can be seen from outside.
     boxes: Option<Vec<[Vec3; 2]>>,
 }
@@ -245,6 +248,7 @@ impl Renderer {
             histogram: Buffer::zeroed(ctx, "histogram", exposure::BIN_COUNT as usize)?,
             brightest: Buffer::from_slice(ctx, "brightest", &[1.0])?,
             is_first: true,
+            hidden: Vec::new(),
             boxes: boxes.clone(),
             shape: Shape {
                 corner_count: setup.corners.len() as u32,
@@ -256,6 +260,12 @@ impl Renderer {
                 radius: setup.radius,
             },
         })
+    }
+
+    /// Pictures do not show these objects from now on, nor particles, food and painted areas on them: one for each object; those
+    /// beyond the end are shown. The atlas shows all.
+    pub fn hide(&mut self, objects: &[bool]) {
+        self.hidden = objects.to_vec();
     }
 
     /// Records a picture of the simulation as it is after the last step recorded.
@@ -383,6 +393,11 @@ impl Renderer {
         // Without other objects, and before the first step, there are no distances to be read.
         let has_all = !view.show.has(Part::Distances) || state.near.reach > 0.0;
         let field = Field::of(view.show).filter(|_| has_all);
+        let hides = !view.show.is_flat() && self.hidden.contains(&true);
+        if hides {
+            rec.update_long(&state.objects.poses, &self.poses_seen(state, view));
+            rec.make_visible(Access::Vertex, &[&state.objects.poses]);
+        }
         rec.pass_rows("draw", &targets, rows, |pass| {
             if view.show.is_flat() {
                 return self.draw_atlas(pass, &shot);
@@ -399,6 +414,25 @@ impl Renderer {
                 self.draw_particles(pass, &shot);
             }
         });
+        if hides {
+            rec.update_long(&state.objects.poses, &state.objects.recorded);
+        }
+    }
+
+    /// The poses of a picture: hidden objects lie in a point behind the eye.
+    fn poses_seen(&self, state: &State, view: &View) -> Vec<Pose> {
+        let Vec3 { x, y, z } = view.camera.eye() + self.shape.radius * view.camera.backward();
+        let behind = Pose {
+            x: Vec4::new(0.0, 0.0, 0.0, x),
+            y: Vec4::new(0.0, 0.0, 0.0, y),
+            z: Vec4::new(0.0, 0.0, 0.0, z),
+        };
+        let poses = state.objects.recorded.iter().enumerate();
+        let seen = poses.map(|(i, pose)| match self.hidden.get(i) {
+            Some(true) => behind,
+            _ => *pose,
+        });
+        seen.collect()
     }
 
     /// Records a copy of the trail value that gets the brightest colour in the pictures recorded so far.

@@ -279,13 +279,19 @@ impl Scene {
     /// paths absolute.
     #[must_use]
     pub fn to_toml(&self) -> String {
-        self.to_toml_with(None)
+        self.to_toml_as(&self.settings)
+    }
+
+    /// As [`to_toml`](Self::to_toml), with other settings for the same objects.
+    #[must_use]
+    pub fn to_toml_as(&self, settings: &Settings) -> String {
+        self.to_toml_with(settings, None)
     }
 
     /// As [`to_toml`](Self::to_toml), with areas whose map lies beside the file.
     #[must_use]
     pub fn to_toml_beside(&self, areas: &AreaSettings) -> String {
-        self.to_toml_with(Some(areas))
+        self.to_toml_with(&self.settings, Some(areas))
     }
 
     /// Does a scene file elsewhere find the models, masks and maps? Not if they lie in a folder whose name is not Unicode:
@@ -304,8 +310,8 @@ impl Scene {
         files.all(is_named_whole)
     }
 
-    fn to_toml_with(&self, areas: Option<&AreaSettings>) -> String {
-        let mut settings = self.settings.clone();
+    fn to_toml_with(&self, settings: &Settings, areas: Option<&AreaSettings>) -> String {
+        let mut settings = settings.clone();
         for object in &mut settings.objects {
             if !object.mesh.starts_with(BUILTIN) {
                 starts::make_whole(&mut object.mesh, &self.folder);

@@ -374,6 +374,32 @@ impl Default for ObjectSettings {
     }
 }
 
+impl Settings {
+    /// Gives the objects these names, and with them all that names objects: whose distance counts, where particles begin, food.
+    ///
+    /// # Panics
+    /// If there are not as many names as objects.
+    pub fn rename_objects(&mut self, names: &[String]) {
+        assert_eq!(names.len(), self.objects.len(), "there is a name for each");
+        let before: Vec<String> = { self.objects.iter() }
+            .map(|object| object.name.clone())
+            .collect();
+        let rename = |name: &mut String| {
+            if let Some(place) = before.iter().position(|before| before == name) {
+                name.clone_from(&names[place]);
+            }
+        };
+        for object in &mut self.objects {
+            rename(&mut object.name);
+            object.distance_to.iter_mut().for_each(rename);
+        }
+        rename(&mut self.particles.start_object);
+        self.foods
+            .iter_mut()
+            .for_each(|food| rename(&mut food.object));
+    }
+}
+
 impl ObjectSettings {
     /// The pose before any motion: maps scaled object coordinates to world coordinates. It does not contain the
     /// scale.

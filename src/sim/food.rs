@@ -8,8 +8,8 @@ mod places;
 #[cfg(test)]
 mod tests;
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::{DVec3, UVec2};
 use rayon::prelude::*;
@@ -318,12 +318,16 @@ fn reached_by_all(
     };
     // The share done of each, as the bits of a float.
     let done: Vec<AtomicU32> = places.iter().map(|_| AtomicU32::new(0)).collect();
+    let reported = Mutex::new(0.0_f32);
     let report = |i: usize, share: f32| {
         done[i].store(share.to_bits(), Ordering::Relaxed);
+        // One report at a time, so that none is lower than the one before.
+        let mut reported = reported.lock().unwrap_or_else(PoisonError::into_inner);
         let shares = done
             .iter()
             .map(|share| f32::from_bits(share.load(Ordering::Relaxed)));
-        control.step(MEASURING, shares.sum::<f32>() / places.len() as f32)
+        *reported = reported.max(shares.sum::<f32>() / places.len() as f32);
+        control.step(MEASURING, *reported)
     };
     let count = AtomicUsize::new(0);
     let all = places.par_iter().enumerate().map(|(i, place)| {

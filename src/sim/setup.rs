@@ -20,6 +20,11 @@ use crate::scene::motion::Origins;
 use crate::scene::settings::Settings;
 use crate::scene::{BUILTIN, Scene};
 
+/// Names of work in progress reports: particles get their places.
+pub const STARTING: &str = "starting particles";
+/// Names of work in progress reports: how far lines in the texture stay on the surface.
+pub const LOOKING: &str = "measuring charts";
+
 /// The state of a scene at step 0, on the host.
 #[derive(Clone, Debug)]
 pub struct Setup {
@@ -81,8 +86,8 @@ impl Setup {
             .map_or(DVec3::ZERO, |origins| origins.world)
     }
 
-    /// As [`new`](Self::new). `control` gets the progress of the atlas and of the distances to food, can cancel both, and names the
-    /// folder in which the layout of the atlas is kept.
+    /// As [`new`](Self::new). `control` gets the progress, can cancel the work, and names the folder in which the layout of the
+    /// atlas is kept.
     ///
     /// # Errors
     /// As [`new`](Self::new), and when it was stopped.
@@ -97,22 +102,35 @@ impl Setup {
         let map = (!areas.map.is_empty()).then(|| AreaMap::open(&map, settings.atlas.size));
         let map = map.transpose()?;
         let foods = places(settings, &scene.surface, &scene.origins, scene.radius)?;
-        let atlas = Atlas::build_with(&scene.surface, &atlas_options(settings), control)?;
+        let shares = if foods.is_empty() {
+            [0.92, 0.95, 0.98, 1.0]
+        } else {
+            [0.7, 0.72, 0.75, 0.77]
+        };
+        let atlas = control.part(0.0..shares[0], |control| {
+            Atlas::build_with(&scene.surface, &atlas_options(settings), control)
+        })?;
+        control.step(STARTING, shares[0])?;
         let (particles, motions) = start::start(
             &scene.surface,
             &Starts::of(scene, &atlas, &masks, &foods)?,
             settings.particles.count,
             seed_word(settings.seed),
         );
+        control.step(LOOKING, shares[1])?;
         let clearance = atlas.clearances(&scene.surface);
         let outlooks = atlas.outlooks(&scene.surface, &clearance);
         let surroundings = surroundings(&atlas, &outlooks);
         let bias = map
             .map(|map| map.bias(&atlas, areas.strength))
             .transpose()?;
+        control.step(LOOKING, shares[2])?;
         let mut strips = scene.surface.strips(&atlas.maps);
         let bins = Bins::number(&mut strips, particles.len());
         let distance = DistanceSetup::new(&scene.surface, &atlas, others(settings));
+        let food_set = control.part(shares[3]..1.0, |control| {
+            FoodSet::new(&scene.surface, &atlas, foods, None, control)
+        })?;
         Ok(Self {
             clearance,
             surroundings,
@@ -122,7 +140,7 @@ impl Setup {
             bins,
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: Vertex::of(&scene.surface),
-            food_set: FoodSet::new(&scene.surface, &atlas, foods, None, control)?,
+            food_set,
             poses: scene
                 .world_from_object()
                 .into_iter()

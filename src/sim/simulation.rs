@@ -51,6 +51,8 @@ pub struct Simulation {
     state: State,
     /// None before the first dab.
     painter: Option<Painter>,
+    /// Objects that dabs leave as they are.
+    spared: Vec<bool>,
 }
 
 impl Simulation {
@@ -106,6 +108,7 @@ impl Simulation {
             ctx: ctx.clone(),
             course,
             painter: None,
+            spared: Vec::new(),
         })
     }
 
@@ -275,6 +278,19 @@ impl Simulation {
         self.course.settings = settings.clone();
         self.course.follow_settings();
         self.upload_poses()
+    }
+
+    /// Gives the objects other names, which nothing that it does depends on.
+    ///
+    /// # Panics
+    /// If there are not as many names as objects.
+    pub fn rename_objects(&mut self, names: &[String]) {
+        self.course.settings.rename_objects(names);
+    }
+
+    /// Dabs leave these objects as they are from now on: one for each object; those beyond the end are painted.
+    pub fn spare(&mut self, objects: &[bool]) {
+        self.spared = objects.to_vec();
     }
 
     /// Brings the objects to where the last step's time has them, at once.

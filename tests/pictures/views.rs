@@ -3,6 +3,7 @@
 use crate::common::{self, Gpu, gpu, scene, scene_of_several};
 use glam::{DAffine3, Mat3, Vec2, Vec3, Vec3A};
 use image::{Rgba, RgbaImage};
+use myxo::render::colormap::linear_from_srgb;
 use myxo::render::exposure::Exposure;
 use myxo::render::hues::object_light;
 use myxo::render::view::Light;
@@ -185,6 +186,66 @@ fn distances_and_nearest_objects_have_the_colours_that_they_should() {
     gpu.finish();
 }
 
+/// Catches what is drawn of hidden objects, in every view of the surface, and pictures that change what runs.
+#[test]
+fn hidden_objects_are_not_drawn_and_run_on() {
+    let Some(gpu) = gpu() else { return };
+    let meshes = [
+        ("icosphere?subdivisions=3", [-1.5, 0.0, 0.0]),
+        ("icosphere?subdivisions=3", [1.5, 0.0, 0.0]),
+    ];
+    let begun = || {
+        let scene = scene_of_several(&meshes, |settings| {
+            settings.particles.count = 5000;
+            settings.atlas.size = 128;
+            settings.objects[1].motion.spin = [0.0, 30.0, 0.0];
+        });
+        let mut stage = Stage::new(&gpu, scene);
+        let mut snapshot = stage.simulation.snapshot().unwrap();
+        snapshot.bias = vec![200.0; snapshot.trail.len()];
+        snapshot.trail.fill(0.3);
+        stage.simulation.restore(&snapshot).unwrap();
+        stage.step();
+        stage
+    };
+    let [mut stage, mut plain] = [begun(), begun()];
+    let hash = |stage: &Stage| stage.simulation.snapshot().unwrap().hash();
+    let [left, right] = [0.3, 0.7].map(|x| (x - 0.05, x + 0.05));
+    let seen = |picture: &RgbaImage, x| mean(picture, x, MIDDLE);
+    let views = Show::ALL.iter().copied();
+    for show in views.filter(|show| !show.is_flat()) {
+        let word = show.word();
+        let all = stage.picture(show);
+        assert_eq!(plain.picture(show), all, "{word}");
+        stage.renderer.hide(&[true, true]);
+        let none = stage.picture(show);
+        stage.renderer.hide(&[true]);
+        let one = stage.picture(show);
+        assert!(seen(&all, left).distance(seen(&none, left)) > 5.0, "{word}");
+        assert!(seen(&one, left).distance(seen(&none, left)) < 1.0, "{word}");
+        assert!(
+            seen(&one, right).distance(seen(&all, right)) < 1.0,
+            "{word}"
+        );
+        stage.renderer.hide(&[]);
+        assert_eq!(stage.picture(show), all, "{word}");
+        // What moves goes on from where it is.
+        stage.renderer.hide(&[true, true]);
+        stage.picture(show);
+        stage.step();
+        plain.step();
+        assert_eq!(hash(&stage), hash(&plain), "{word}");
+        stage.renderer.hide(&[]);
+    }
+    gpu.finish();
+}
+
+/// Relative luminance of a colour in sRGB, 0 to 255 each.
+fn luminance(color: Vec3) -> f32 {
+    let linear = (color / 255.0).to_array().map(linear_from_srgb);
+    Vec3::from(linear).dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
 #[test]
 fn painted_areas_are_seen_unless_they_are_hidden() {
     let Some(gpu) = gpu() else { return };
@@ -202,8 +263,27 @@ fn painted_areas_are_seen_unless_they_are_hidden() {
         middle(&stage.picture(Show::Surface)) - middle(&bare)
     });
     let [attracts, repels, no_go] = tinted;
+    // Both are as bright, so that they stand out as much by their contrast; and neither is lost over bright trail.
+    for trail in [0.0, 0.1, 0.3, 1.0] {
+        snapshot.trail.fill(trail);
+        let [below, tinted @ ..] = [0.0, 200.0, -200.0].map(|bias| {
+            snapshot.bias.fill(bias);
+            stage.simulation.restore(&snapshot).unwrap();
+            mean(&stage.picture(Show::Surface), (0.45, 0.55), (0.45, 0.55))
+        });
+        let [green, violet] = tinted.map(|color| 0.05 + luminance(color));
+        assert!(
+            (green / violet - 1.0).abs() < 0.1,
+            "{trail}: {green} {violet}"
+        );
+        let apart = tinted.map(|color| color.distance(below));
+        assert!(
+            apart.iter().all(|apart| *apart > 40.0),
+            "{trail}: {apart:?}"
+        );
+    }
     assert!(attracts.y > attracts.x + 30.0 && attracts.y > attracts.z + 30.0);
-    assert!(repels.z > repels.x + 10.0 && repels.x > repels.y + 10.0);
+    assert!(repels.z > repels.y + 30.0 && repels.x > repels.y + 30.0);
     assert!(no_go.x > no_go.y + 30.0 && no_go.x > no_go.z + 30.0);
     gpu.finish();
 }

@@ -40,6 +40,7 @@ const LAYERS: &[&[&str]] = &[
         "choice",
         "commit",
         "error",
+        "kept_files",
         "portable",
         "regular_file",
         "rng",

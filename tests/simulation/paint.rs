@@ -425,6 +425,29 @@ fn a_dab_where_two_objects_touch_paints_both() {
 }
 
 /// Particles do not enter; those inside leave, and do not come back. Attraction gathers them, repulsion thins them out.
+/// Catches brushes that reach objects on which they may change nothing.
+#[test]
+fn dabs_leave_spared_objects_as_they_are() {
+    let Some(gpu) = gpu() else { return };
+    for brush in BRUSHES.into_iter().chain([TELEPORT]) {
+        let mut simulation = Simulation::new(&gpu.ctx, &trio(Strategy::Direct)).unwrap();
+        let dab = dab(brush, Vec3::new(0.3, 0.5, 0.3), 0.9);
+        let all = paint(&gpu, &mut simulation, &dab).texels;
+        simulation.spare(&[false, true]);
+        assert_eq!(
+            paint(&gpu, &mut simulation, &dab).texels,
+            [all[0], 0, all[2]]
+        );
+        simulation.spare(&[true; 3]);
+        let before = simulation.snapshot().unwrap();
+        assert_eq!(paint(&gpu, &mut simulation, &dab).count(), 0);
+        assert_eq!(simulation.snapshot().unwrap().hash(), before.hash());
+        simulation.spare(&[]);
+        assert_eq!(paint(&gpu, &mut simulation, &dab).texels, all);
+    }
+    gpu.finish();
+}
+
 #[test]
 fn painted_areas_steer_particles() {
     let Some(gpu) = gpu() else { return };

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::hand::Does;
-use crate::{Lab, SMALL, can_open, views};
+use crate::{Lab, SMALL, can_open, out, views};
 
 #[test]
 fn every_button_and_key_has_its_effect() {
@@ -161,6 +161,14 @@ fn every_button_and_key_has_its_effect() {
     lab.click("times.copy");
     let table = lab.clipboard("calls a step");
     assert!(table.contains("\nadvance\t1.000\t"), "{table}");
+    lab.click("times.export");
+    let report = std::fs::read(out::arrived(&lab, "times_000001.json")).expect("it can be read");
+    let report: Value = serde_json::from_slice(&report).expect("it is JSON");
+    let kernels = report["kernels"].as_array().expect("it is a list");
+    assert!(
+        kernels.iter().any(|one| one["name"] == "advance"),
+        "{report}"
+    );
     lab.click("times.freeze");
     lab.click("times.clear");
     lab.wait("nothing is kept", |seen| {

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::hands::SCENE;
 use crate::program::{Folder, path};
-use crate::{Lab, can_open};
+use crate::{Lab, can_open, views};
 
 fn step(lab: &Lab) -> u64 {
     let seen = lab.seen().expect("it is told");
@@ -103,6 +103,80 @@ fn hands_duplicate_objects() {
     lab.wait("it goes on", |seen| {
         seen["state"]["step"].as_u64() > Some(grown)
     });
+    lab.quit();
+}
+
+/// The list of objects: each of its controls does what it says, and what runs goes on.
+#[test]
+fn the_list_hides_locks_and_renames_objects() {
+    if !can_open() {
+        return;
+    }
+    let folder = Folder::new();
+    let file = folder.with("pair.toml", SCENE);
+    let lab = Lab::open(&[path(&file)]);
+    lab.wait("it grows", |seen| seen["state"]["step"].as_u64() > Some(20));
+    lab.key_until("space", "it is held", "playing", false);
+    let grown = step(&lab);
+    lab.pick("ball");
+    lab.find("outliner");
+    let listed = |list: &str| {
+        lab.wait(list, |seen| seen["values"]["objects.list"] == list);
+    };
+    let start = lab.save("pair");
+    let [ball, other] = [0, 1].map(|i| start.objects[i].name.clone());
+    listed(&format!("{ball} {other}"));
+    let picked = |name: &str| lab.wait(name, |seen| seen["values"]["picked"] == name);
+
+    lab.click("objects.name=1");
+    picked(&other);
+    lab.click("objects.name=0");
+    picked(&ball);
+    // Hidden, it is picked no longer, and what is behind it is.
+    lab.click("objects.eye=0");
+    listed(&format!("({ball}) {other}"));
+    lab.point("picture", 0.5);
+    lab.press();
+    lab.look_at(3);
+    let seen = lab.seen().expect("it is told");
+    assert_ne!(seen["values"]["picked"], ball.as_str());
+    lab.click("objects.alone=0");
+    listed(&format!("{ball} ({other})"));
+    lab.click("objects.alone=0");
+    listed(&format!("{ball} {other}"));
+    // By keys.
+    lab.pick(&ball);
+    lab.key("ctrl+h");
+    listed(&format!("({ball}) {other}"));
+    lab.key("ctrl+shift+h");
+    listed(&format!("{ball} {other}"));
+    // Locked, no click picks it.
+    lab.click("objects.lock=0");
+    listed(&format!("{ball}! {other}"));
+    lab.point("picture", 0.5);
+    lab.press();
+    lab.look_at(3);
+    let seen = lab.seen().expect("it is told");
+    assert_ne!(seen["values"]["picked"], ball.as_str());
+    lab.click("objects.lock=0");
+    listed(&format!("{ball} {other}"));
+    lab.pick(&ball);
+    // Nothing of that is a change.
+    assert_eq!(lab.save("pair"), start);
+
+    lab.click("objects.rename=0");
+    lab.wait("it is typed", |seen| seen["state"]["typing"] == true);
+    lab.point("objects.typed", 0.5);
+    lab.key("ctrl+a");
+    lab.write("sun");
+    lab.key("Return");
+    listed(&format!("sun {other}"));
+    there_are(&lab, "2", grown);
+    assert_eq!(lab.save("pair").objects[0].name, "sun");
+    views::look_for_nothing(&lab);
+    lab.key("ctrl+z");
+    listed(&format!("{ball} {other}"));
+    assert_eq!(lab.save("pair"), start);
     lab.quit();
 }
 

@@ -5,6 +5,7 @@ mod encoder;
 pub mod export;
 pub mod recording;
 pub mod shot;
+pub mod times;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;

@@ -351,7 +351,7 @@ impl Hands {
                         under.and_then(|under| desk.document.running.objects.get(under.object));
                     let place = running
                         .and_then(|object| place_among(&desk.document.edited.objects, object));
-                    self.pick(place);
+                    self.pick(place.filter(|place| !desk.document.marks.is_locked(*place)));
                     // Who touches the only one there is goes on with what they see in the panel.
                     let is_one_of_several = desk.document.edited.objects.len() > 1;
                     self.reveals =

@@ -60,6 +60,14 @@ impl Hands {
             desk.notices.say(ctx, PICK_FIRST, false);
             return;
         };
+        if let Which::Object(object) = which
+            && desk.document.marks.is_locked(object)
+        {
+            let name = &desk.document.edited.objects[object].name;
+            let text = format!("{name} is locked: free it in the list of objects first");
+            desk.notices.say(ctx, text, false);
+            return;
+        }
         let is_there = matches!(which, Which::Object(_));
         if is_there && desk.document.running.objects.len() < 2 {
             let text = "The last object stays: a scene has at least one. Add another one first";
@@ -68,6 +76,17 @@ impl Hands {
         }
         self.pick(None);
         desk.commands.push(Command::Hand(Work::Remove(which)));
+    }
+
+    /// The picked object is hidden, and picked no longer.
+    pub(in super::super) fn hide_selected(&mut self, ctx: &egui::Context, desk: &mut Desk<'_>) {
+        match self.selected {
+            Some(object) => {
+                desk.document.marks.hide(object, true);
+                self.pick(None);
+            }
+            None => desk.notices.say(ctx, PICK_FIRST, false),
+        }
     }
 
     /// The picked object comes once more. What is pressed next is about the copy, also before it is there.

@@ -36,6 +36,7 @@ impl Lab {
             Command::GoBack => self.go_back(),
             Command::Step => self.runner.single_steps += u32::from(self.runner.stage.is_some()),
             Command::ClearTimes => self.clocks.clear_times(&mut self.runner.frames),
+            Command::SaveTimes(times) => self.save_times(context, &times),
             Command::Screenshot => self.picture(context, picture_size),
             Command::TakeOut(out) => self.take_out(context, out, picture_size),
             Command::Refocus(pixel) => {
@@ -302,7 +303,15 @@ impl Lab {
             Ok(scene.text)
         });
         self.interface.gallery.left = left;
-        Ok((kept?, lacks))
+        let file = kept?;
+        let pictured = self.small_picture().and_then(|picture| match picture {
+            Some(picture) => LeftScenes::keep_picture(&file, &picture),
+            None => Ok(()),
+        });
+        if let Err(error) = pictured {
+            log::warn!("{} has no picture: {error}", file.shown());
+        }
+        Ok((file, lacks))
     }
 
     /// At the end, on the terminal.

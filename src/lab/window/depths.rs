@@ -7,6 +7,7 @@ use myxo::render::camera::Ray;
 use myxo::render::pick::{Hit, pick_bundles};
 use myxo::sim::paint::{Ball, Dab, MOST_DEPTHS, Ring};
 
+use crate::lab::marks::RunningMarks;
 use crate::lab::tools::overlay::normal_towards;
 
 /// What is seen farther than this from a ring's middle lies off the dab's ball, as a share of its radius: places on smooth
@@ -17,21 +18,24 @@ const OFF: f32 = 1.2;
 const WIDER: f32 = 1.12;
 
 /// The dabs of one frame's stroke, through the rings that are drawn round those pixels whose rays these are. Where a ring
-/// is all of one smooth surface, its dab is one ball.
+/// is all of one smooth surface, its dab is one ball. Hidden objects are looked through, and locked ones have no dabs.
 ///
 /// The surface is gone through twice, however many rays there are.
 pub fn dabs_seen(
     surface: &Surface,
     poses: &[Affine3A],
+    marks: &RunningMarks,
     middles: &[Ray],
     dab: impl Fn(Vec3) -> Dab,
 ) -> Vec<Dab> {
     let alone: Vec<Vec<Ray>> = middles.iter().map(|ray| vec![*ray]).collect();
-    let hits = pick_bundles(surface, poses, &alone);
+    let is_seen = |object: usize| !marks.is_hidden(object);
+    let hits = pick_bundles(surface, poses, is_seen, &alone);
     let seen = middles.iter().zip(hits.into_iter().flatten());
     let (dabs, rings): (Vec<Dab>, Vec<Ring>) = seen
         .filter_map(|(ray, hit)| {
-            let hit = hit?;
+            let object = |hit: &Hit| surface.triangles[hit.triangle as usize].object as usize;
+            let hit = hit.filter(|hit| !marks.is_locked(object(hit)))?;
             let ring = Ring {
                 eye: ray.origin,
                 normal: normal_at(surface, poses, &hit, ray.origin),
@@ -43,7 +47,7 @@ pub fn dabs_seen(
     let through: Vec<Vec<Ray>> = (dabs.iter().zip(&rings))
         .map(|(dab, ring)| through(dab, ring))
         .collect();
-    let hits = pick_bundles(surface, poses, &through);
+    let hits = pick_bundles(surface, poses, is_seen, &through);
     let seen = dabs.into_iter().zip(rings).zip(hits);
     seen.map(|((mut dab, mut ring), hits)| {
         let places: Vec<Option<Vec3>> = (hits.iter())
@@ -170,14 +174,20 @@ mod tests {
         let hit = myxo::render::pick::pick(&setup.surface, &poses, &ray).unwrap();
         let half_height = (0.5 * camera.vertical_fov).tan();
         let radius = RADIUS / SIZE.y * 2.0 * half_height * hit.distance;
-        let dabs = dabs_seen(&setup.surface, &poses, &[ray], |center| Dab {
-            brush: Brush::Trail { amount: 1.0 },
-            center,
-            radius,
-            eye: Some(camera.eye()),
-            ring: None,
-            number: 0,
-        });
+        let dabs = dabs_seen(
+            &setup.surface,
+            &poses,
+            &RunningMarks::default(),
+            &[ray],
+            |center| Dab {
+                brush: Brush::Trail { amount: 1.0 },
+                center,
+                radius,
+                eye: Some(camera.eye()),
+                ring: None,
+                number: 0,
+            },
+        );
         let [dab] = dabs[..] else {
             panic!("{} dabs", dabs.len())
         };

@@ -7,9 +7,13 @@ use crate::lab::names::Reserved;
 use crate::lab::names::unnumbered;
 use crate::lab::out::export::{Export, FileExport, Film, Picture};
 use crate::lab::out::recording::Recording;
+use crate::lab::out::times::save_times;
 use crate::lab::out::*;
+use crate::lab::saving::whole;
 use crate::lab::window::Lab;
 use crate::lab::window::closing::found_again;
+use crate::measured::lately::Lately;
+use myxo::plain_text::Shown as _;
 use myxo::render::output::{Output, Written};
 use myxo::{Error, Result};
 use std::path::PathBuf;
@@ -74,6 +78,19 @@ impl Lab {
             made.map_err(|error| too_large(size, error))?,
         ));
         Ok(())
+    }
+
+    /// Writes times and their trace beside each other.
+    pub(super) fn save_times(&mut self, context: &egui::Context, times: &Lately) {
+        let saved = save_times(&self.folder_out(), times);
+        match saved {
+            Ok(path) => {
+                let path = whole(&path);
+                let text = format!("Saved {}, and a trace beside it", path.shown());
+                self.interface.notices.say(context, text, false);
+            }
+            Err(error) => self.interface.notices.say(context, error.to_string(), true),
+        }
     }
 
     /// One thing at a time, or files would be made of different states.

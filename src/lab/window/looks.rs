@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use image::RgbaImage;
 use myxo::plain_text::Shown as _;
 use myxo::render::exposure::Exposure;
 use myxo::scene::{Overrides, Scene};
@@ -13,7 +14,7 @@ use crate::lab::window::Lab;
 use crate::own_presets::check_name;
 use crate::own_presets::with_preset;
 
-/// Of the small picture of a preset, pixels.
+/// Of the small picture of a preset or of a scene that is left, pixels.
 const PICTURE: [u32; 2] = [300, 200];
 
 impl Lab {
@@ -73,10 +74,24 @@ impl Lab {
 
     fn try_to_save_preset(&mut self, name: &str) -> Result<String> {
         let name = check_name(name).map_err(Error::Invalid)?.to_owned();
-        let Some(stage) = &mut self.runner.stage else {
+        let Some(picture) = self.small_picture()? else {
             return Err(Error::Invalid(
                 "nothing grows yet whose look could be kept: wait for the scene".to_owned(),
             ));
+        };
+        let text = self
+            .interface
+            .document
+            .look_text(&self.interface.document.name);
+        let path = self.interface.looks.own.save(&name, &text, &picture)?;
+        self.interface.document.preset = Some(name);
+        Ok(format!("Saved {}", path.shown()))
+    }
+
+    /// What is seen now, small, if there is a scene.
+    pub(super) fn small_picture(&mut self) -> Result<Option<RgbaImage>> {
+        let Some(stage) = &mut self.runner.stage else {
+            return Ok(None);
         };
         let window = self.host.size();
         let mut view = scaled(&self.interface.document.view, window, PICTURE);
@@ -85,14 +100,7 @@ impl Lab {
         }
         let mut shot = Shot::new(&self.runner.ctx, PICTURE, self.runner.format)?;
         while !shot.advance(&mut self.runner.frames, stage, &view)? {}
-        let picture = shot.take(0, &view).into_picture();
-        let text = self
-            .interface
-            .document
-            .look_text(&self.interface.document.name);
-        let path = self.interface.looks.own.save(&name, &text, &picture)?;
-        self.interface.document.preset = Some(name);
-        Ok(format!("Saved {}", path.shown()))
+        Ok(Some(shot.take(0, &view).into_picture()))
     }
 
     /// Removes a preset of one's own.

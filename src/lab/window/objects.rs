@@ -30,6 +30,14 @@ impl Lab {
         self.edits.carry = Some(from);
     }
 
+    /// What runs is hidden and locked as the interface has it.
+    pub(crate) fn follow_marks(&mut self) {
+        let document = &self.interface.document;
+        if let Some(stage) = &mut self.runner.stage {
+            stage.follow(document.marks.of_running(&document.running.objects));
+        }
+    }
+
     /// Which of the objects that run each of these is. While others are on their way those that are edited are not they.
     fn where_they_run(&self, objects: &[ObjectSettings]) -> Vec<Option<usize>> {
         let running = &self.interface.document.running.objects;

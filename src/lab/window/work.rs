@@ -153,14 +153,20 @@ impl Lab {
         let pixels = (1..=count as u32).map(|i| from.lerp(to, i as f32 / count));
         let middles: Vec<Ray> = pixels.map(|pixel| view.camera.ray(pixel, size)).collect();
         let poses = stage.simulation.world_from_object();
-        let dabs = dabs_seen(&stage.scene.surface, &poses, &middles, |center| Dab {
-            brush,
-            center,
-            radius,
-            eye: Some(eye),
-            ring: None,
-            number: 0,
-        });
+        let dabs = dabs_seen(
+            &stage.scene.surface,
+            &poses,
+            &stage.marks,
+            &middles,
+            |center| Dab {
+                brush,
+                center,
+                radius,
+                eye: Some(eye),
+                ring: None,
+                number: 0,
+            },
+        );
         for mut dab in dabs {
             dab.number = self.edits.dab_count;
             self.edits.dab_count = dab.number.wrapping_add(1);
@@ -236,6 +242,7 @@ impl Lab {
 
     /// Tells the interface what lies under the pointer and where objects are.
     pub(crate) fn look_under_hand(&mut self, size: [u32; 2]) {
+        self.follow_marks();
         let Some(stage) = &self.runner.stage else {
             self.clocks.facts.hand = HandFacts::default();
             return;

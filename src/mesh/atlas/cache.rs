@@ -4,11 +4,7 @@
 //! depends on. A file that is damaged, or of another program, counts as none and is replaced, and so does one whose checksum is
 //! right and whose triangles lie on each other or too near to those of other charts; nothing here can make the program fail.
 
-use std::fs;
-use std::hash::{DefaultHasher, Hasher};
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
+use std::path::Path;
 
 use bytemuck::{Pod, pod_read_unaligned};
 use glam::{IVec2, Vec2};
@@ -17,19 +13,12 @@ use super::super::surface::{AtlasMap, Surface};
 use super::fixed::{Fixed, twice_area};
 use super::raster::{self, Conflict};
 use super::{AtlasError, AtlasOptions, Control, overlap, surface_area, triangle_area};
-use crate::whole_file::WholeFile;
+use crate::kept_files::{Hash, KeptFile, LAYOUTS};
 
-const MAGIC: &[u8; 8] = b"MYXOAT01";
 /// Raised whenever the same surface and options come to lie differently than before.
 const VERSION: u32 = 5;
-/// Beyond so many bytes, or files, the least recently used files are removed.
-const MOST_BYTES: u64 = 256 << 20;
-const MOST_FILES: usize = 64;
-/// Another process may still be writing a hidden file that is younger.
-const ABANDONED_AFTER: Duration = Duration::from_secs(3600);
 /// Charts keep areas nearly: what would fill so many texels has an area.
 const SEVERAL_TEXELS: f64 = 4.0;
-const ENDING: &str = "atlas";
 
 /// The result of a layout method: the map and the chart of each triangle, and the number of charts.
 pub(super) type Places = (Vec<AtlasMap>, Vec<u32>, u32);
@@ -49,7 +38,7 @@ pub(super) fn kept(
             None => return Ok((placement.maps, placement.chart, placement.chart_count)),
             Some(problem) => log::warn!(
                 "the atlas kept in {} is none of this surface: {problem}; it is made anew",
-                slot.file.display()
+                slot.file.path().display()
             ),
         }
     }
@@ -139,8 +128,7 @@ fn flattened(
 
 /// A place for one layout.
 struct Slot {
-    folder: PathBuf,
-    file: PathBuf,
+    file: KeptFile,
     triangle_count: usize,
     size: u32,
 }
@@ -149,8 +137,7 @@ impl Slot {
     /// The place for the layout of a surface.
     fn new(folder: &Path, surface: &Surface, options: &AtlasOptions) -> Self {
         Self {
-            folder: folder.to_owned(),
-            file: folder.join(format!("{:032x}.{ENDING}", key(surface, options))),
+            file: KeptFile::new(folder, key(surface, options), &LAYOUTS),
             triangle_count: surface.corners.len(),
             size: options.size,
         }
@@ -158,33 +145,13 @@ impl Slot {
 
     /// The cached layout, if it is whole and could be one of the surface.
     fn load(&self) -> Option<Placement> {
-        let bytes = fs::read(&self.file).ok()?;
-        let placement = unpack(&bytes, self.triangle_count, self.size);
-        match &placement {
-            // Updates the time of use, by which old files are removed. If the system refuses, the time of creation counts.
-            Some(_) => drop(
-                fs::File::open(&self.file).and_then(|file| file.set_modified(SystemTime::now())),
-            ),
-            None => log::debug!("{} is not a whole layout", self.file.display()),
-        }
-        placement
+        self.file
+            .load(|content| unpack(content, self.triangle_count, self.size))
     }
 
-    /// Stores a layout. Its file is complete or absent at every moment, even if other processes write it, too.
+    /// Stores a layout.
     fn store(&self, placement: &Placement) {
-        let written = WholeFile::create(&self.file).and_then(|mut file| {
-            file.write_all(&pack(placement))?;
-            file.finish()
-        });
-        if let Err(error) = written {
-            log::warn!(
-                "cannot keep the atlas in {}: {error}; the next start takes as long",
-                self.file.display()
-            );
-        }
-        if let Err(error) = tidy(&self.folder, MOST_BYTES, MOST_FILES) {
-            log::debug!("cannot tidy {}: {error}", self.folder.display());
-        }
+        self.file.store(&pack(placement));
     }
 }
 
@@ -221,50 +188,18 @@ fn key(surface: &Surface, options: &AtlasOptions) -> u128 {
     hash.finish()
 }
 
-/// Two hashes of 64 bits that begin differently.
-struct Hash([DefaultHasher; 2]);
-
-impl Hash {
-    fn new() -> Self {
-        let mut second = DefaultHasher::new();
-        second.write_u64(0x9E37_79B9_7F4A_7C15);
-        Self([DefaultHasher::new(), second])
-    }
-
-    /// With its length, so that a longer slice and a shorter one after it are not the same as these the other way.
-    fn slice<T: Pod>(&mut self, items: &[T]) {
-        for hasher in &mut self.0 {
-            hasher.write_u64(items.len() as u64);
-            hasher.write(bytemuck::cast_slice(items));
-        }
-    }
-
-    fn finish(self) -> u128 {
-        let [first, second] = self.0.map(|hasher| u128::from(hasher.finish()));
-        first << 64 | second
-    }
-}
-
-/// Magic, checksum of the rest, counts, maps, charts.
+/// Counts, maps, charts.
 fn pack(placement: &Placement) -> Vec<u8> {
     let mut content = Vec::new();
     content.extend((placement.maps.len() as u32).to_le_bytes());
     content.extend(placement.chart_count.to_le_bytes());
     content.extend(bytemuck::cast_slice::<_, u8>(&placement.maps));
     content.extend(bytemuck::cast_slice::<_, u8>(&placement.chart));
-    let mut bytes = MAGIC.to_vec();
-    bytes.extend(crc32fast::hash(&content).to_le_bytes());
-    bytes.extend(content);
-    bytes
+    content
 }
 
-/// The layout of so many triangles in a texture of this size, if the bytes are one.
-fn unpack(bytes: &[u8], triangle_count: usize, size: u32) -> Option<Placement> {
-    let (magic, rest) = bytes.split_first_chunk::<8>()?;
-    let (sum, content) = rest.split_first_chunk::<4>()?;
-    if magic != MAGIC || u32::from_le_bytes(*sum) != crc32fast::hash(content) {
-        return None;
-    }
+/// The layout of so many triangles in a texture of this size, if the content of a whole file is one.
+fn unpack(content: &[u8], triangle_count: usize, size: u32) -> Option<Placement> {
     let (count, rest) = content.split_first_chunk::<4>()?;
     let (chart_count, rest) = rest.split_first_chunk::<4>()?;
     let chart_count = u32::from_le_bytes(*chart_count);
@@ -302,40 +237,6 @@ fn items<T: Pod>(bytes: &[u8]) -> Vec<T> {
         .chunks_exact(size_of::<T>())
         .map(pod_read_unaligned)
         .collect()
-}
-
-/// Removes the layouts used least recently until the rest is small, and unfinished files of processes that ended.
-fn tidy(folder: &Path, most_bytes: u64, most_files: usize) -> io::Result<()> {
-    let mut files = Vec::new();
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        let Ok(metadata) = entry.metadata() else {
-            continue; // Another process has just removed it.
-        };
-        let modified = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
-        let path = entry.path();
-        let ending = path.extension().and_then(|ending| ending.to_str());
-        let name = entry.file_name().to_string_lossy().into_owned();
-        if ending == Some(ENDING) && metadata.is_file() {
-            files.push((modified, metadata.len(), path));
-        } else if name.starts_with('.')
-            && name.contains(ENDING)
-            && modified.elapsed().is_ok_and(|age| age > ABANDONED_AFTER)
-        {
-            let _ = fs::remove_file(path);
-        }
-    }
-    // The latest first; names decide where times are equal.
-    files.sort_by(|a, b| b.cmp(a));
-    let mut bytes = 0;
-    for (i, (_, len, path)) in files.iter().enumerate() {
-        bytes += len;
-        // The latest stays, however large: it was needed just now.
-        if i > 0 && (bytes > most_bytes || i >= most_files) {
-            let _ = fs::remove_file(path);
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

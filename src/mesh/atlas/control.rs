@@ -1,6 +1,7 @@
 //! How far long work is, the making of an atlas above all, a way to stop it, and where layouts are kept.
 
 use std::fmt;
+use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,7 +14,7 @@ pub struct Control<'a> {
     pub progress: Option<&'a (dyn Fn(&'static str, f32) + Sync)>,
     /// Set from any thread to stop the work.
     pub cancelled: Option<&'a AtomicBool>,
-    /// The folder where layouts are kept that take long to make, to be read the next time.
+    /// The folder where layouts and occlusion are kept, which take long to compute, to be read the next time.
     pub cache: Option<&'a Path>,
 }
 
@@ -24,6 +25,21 @@ impl fmt::Debug for Control<'_> {
 }
 
 impl Control<'_> {
+    /// Does a part of the work: the shares that `work` reports, 0 to 1, lie in `shares` of the whole.
+    pub fn part<R>(&self, shares: Range<f32>, work: impl FnOnce(&Control<'_>) -> R) -> R {
+        let Some(progress) = self.progress else {
+            return work(self);
+        };
+        let of_part = |doing: &'static str, done: f32| {
+            let done = done.clamp(0.0, 1.0);
+            progress(doing, shares.start * (1.0 - done) + shares.end * done);
+        };
+        work(&Control {
+            progress: Some(&of_part),
+            ..*self
+        })
+    }
+
     /// Reports the progress of the work.
     ///
     /// # Errors

@@ -133,7 +133,7 @@ pub(super) fn seams(
     pitch: u32,
     control: &Control<'_>,
 ) -> Result<(Vec<Seam>, Vec<Way>), AtlasError> {
-    control.step("filling gutters", 0.92)?;
+    control.step("filling gutters", 0.75)?;
     let finder = Finder::new(&layout.gutter_texels, pitch, layout.owner.len());
     let (taps, ways): (Vec<Taps>, Vec<Way>) = layout
         .gutter_texels

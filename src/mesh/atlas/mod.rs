@@ -352,7 +352,7 @@ impl Atlas {
         ways: &[gutter::Way],
         control: &Control<'_>,
     ) -> Result<Self, AtlasError> {
-        control.step(JOINING, 0.95)?;
+        control.step(JOINING, 0.82)?;
         give_to_owned(&mut layout.area, &seams);
         let owned_count = layout.owner.par_iter().filter(|&&t| t != NONE).count();
         let mean_texel_area = surface_area(surface) / owned_count as f64;

@@ -14,7 +14,7 @@ use super::fixed::Fixed;
 use super::flat::FlatChart;
 use super::piece::Piece;
 use super::pile::{Candidate, Pile, Sheet, Spot};
-use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, pieces};
+use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, pieces, raster};
 use crate::rng::{Purpose, random};
 
 /// Cells along a side of the bitmap at the most.
@@ -49,7 +49,7 @@ const MOST_ROUNDS: usize = 24;
 const LEAST_TEXELS: f64 = 1.0;
 
 /// The share of the whole atlas's time that is over when packing starts.
-const START: f32 = 0.6;
+const START: f32 = 0.62;
 
 /// Packs charts into the texture: per triangle its map and chart, and the number of charts.
 pub(super) fn place(
@@ -63,7 +63,7 @@ pub(super) fn place(
     let pieces = pieces::prepared(surface, flat, options, control)?;
     let packer = Packer::new(pieces, options.turn != 0);
     let found = packer.search(sheet, control)?;
-    control.step("packing", 0.9)?;
+    control.step("packing", raster::START)?;
     Ok(packer.placed(surface, sheet.fixed, &found))
 }
 
@@ -233,7 +233,7 @@ impl Packer {
             best = found.into_iter().flatten().last().or(best);
             control.step(
                 "packing",
-                START + (0.25 + 0.01 * rounds as f32) * (1.0 - START),
+                START + (0.4 + 0.2 * rounds as f32) * (raster::START - START),
             )?;
         }
         match best.or_else(|| self.pack(sheet, least, &any)) {

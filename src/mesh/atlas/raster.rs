@@ -17,7 +17,7 @@ const BAND: u32 = 16;
 
 /// Name of this work in progress reports, and the share of the whole atlas's time that is over when it starts.
 pub(super) const DOING: &str = "giving out texels";
-pub(super) const START: f32 = 0.9;
+pub(super) const START: f32 = 0.72;
 
 /// Owners, areas and gutter for maps whose corners are on the grid.
 pub(super) fn derive(

@@ -225,7 +225,7 @@ impl fmt::Display for AtlasStatistics {
 mod tests {
     use super::super::AtlasOptions;
     use super::*;
-    
+
     use glam::Vec2;
 
     #[test]

@@ -67,7 +67,8 @@ impl Simulation {
     /// When a number of the dab is out of its range, it has too many texels, or the device has no memory left. Then nothing
     /// is recorded.
     pub fn paint(&mut self, rec: &mut Recorder, dab: &Dab) -> Result<Painted> {
-        let texels = dab.texels(self.setup(), self.poses())?;
+        let mut texels = dab.texels(self.setup(), self.poses())?;
+        texels.retain(|texel| self.spared.get(texel.object as usize) != Some(&true));
         let painted = Painted::of(&texels, self.poses().len());
         if texels.is_empty() {
             return Ok(painted);

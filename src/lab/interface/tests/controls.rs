@@ -1,11 +1,14 @@
 //! Undo, looks, the gallery, loading, and numbers that are typed.
 
+use std::sync::Arc;
+
 use myxo::sim::types::Flow;
 
 use super::*;
 use crate::lab::facts::LoadingFacts;
 use crate::lab::job::Progress;
 use crate::lab::tools::Tool;
+use crate::measured::lately::Lately;
 use crate::own_presets::OwnPresets;
 use crate::own_presets::with_preset;
 
@@ -344,6 +347,34 @@ fn the_picture_can_be_alone() {
     let dark = harness.ctx.theme();
     harness.press(Key::T);
     assert!(harness.interface.layout.light && harness.ctx.theme() != dark);
+}
+
+#[test]
+fn times_are_exported_as_they_are_shown() {
+    let mut harness = Harness::new();
+    harness.facts.has_timestamps = true;
+    harness.interface.panel.filter = "kernels".to_owned();
+    (0..3).for_each(|_| drop(harness.frame(vec![])));
+    let click = |harness: &mut Harness, name: &str| {
+        let place = harness.places_of(name)[0];
+        harness.click(place)
+    };
+    assert!(click(&mut harness, "Export").is_empty(), "there are none");
+    let [first, second] = [(); 2].map(|()| Arc::new(Lately::default()));
+    let exports = |harness: &mut Harness, wanted: &Arc<Lately>| {
+        let commands = click(harness, "Export");
+        let [Command::SaveTimes(times)] = &commands[..] else {
+            panic!("{commands:?}")
+        };
+        assert!(Arc::ptr_eq(times, wanted));
+    };
+    harness.facts.times.measured = Some(Arc::clone(&first));
+    exports(&mut harness, &first);
+    click(&mut harness, "Freeze");
+    harness.facts.times.measured = Some(Arc::clone(&second));
+    exports(&mut harness, &first);
+    click(&mut harness, "Freeze");
+    exports(&mut harness, &second);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod food;
 mod gizmo;
 mod objects;
+mod outliner;
 mod slow;
 
 use glam::{Affine3A, DVec3, Vec3};

@@ -42,7 +42,7 @@ const FIRST: Bounds = Bounds {
     part: f64::INFINITY,
 };
 /// The share of the whole atlas's time that goes to charts.
-const DONE: f32 = 0.6;
+const DONE: f32 = 0.62;
 
 /// How often joining and smoothing take turns at the most, within each bounds: smoother pieces join better.
 const REPEATS: usize = 3;
@@ -135,14 +135,12 @@ fn first_pieces(
     control: &Control<'_>,
 ) -> Result<Vec<Piece>, AtlasError> {
     let curvature = curvature(surface, metric);
-    // Sets, and what turning by one radian counts as in each.
-    let mut sets: Vec<(Vec<u32>, f64)> = Vec::new();
-    for part in parts {
+    // Sets of a part, and what turning by one radian counts as in each.
+    let sets_of = |part: &Vec<u32>| -> Result<Vec<(Vec<u32>, f64)>, AtlasError> {
         let own_area = metric.area(part);
         let turn = 0.1 * own_area.sqrt();
         if part.len() <= SMALL {
-            sets.extend(part.iter().map(|&t| (vec![t], turn)));
-            continue;
+            return Ok(part.iter().map(|&t| (vec![t], turn)).collect());
         }
         let share = own_area / metric.total;
         let bent: f64 = part.iter().map(|&t| curvature[t as usize]).sum();
@@ -150,11 +148,14 @@ fn first_pieces(
         let graph =
             pool.with(|places| Graph::new(surface, part, places, |a, b| metric.step(a, b, turn)));
         let labels = graph.parts(metric, count as usize, 3, control)?;
-        let sets_of_part = by_label(part, &labels);
-        sets.extend(sets_of_part.into_iter().map(|set| (set, turn)));
-    }
+        let sets = by_label(part, &labels).into_iter();
+        Ok(sets.map(|set| (set, turn)).collect())
+    };
+    let sets = parts.par_iter().map(sets_of);
+    let sets: Vec<_> = sets.collect::<Result<_, AtlasError>>()?;
     let pieces: Vec<Vec<Piece>> = sets
         .par_iter()
+        .flatten()
         .map(|(set, turn)| {
             control.check()?;
             Ok(pool.with(|places| cut_until_flat(surface, metric, set, *turn, places)))

@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 
 use myxo::scene::Scene;
+use myxo::scene::settings::Settings;
 use serde_json::{Value, json};
 
-/// Every key of a scene, as its scene file has them: `physarum.speed` is `["physarum"]["speed"]`.
-pub fn of(scene: &Scene) -> Value {
-    toml::from_str(&scene.to_toml()).expect("a scene file is TOML without dates")
+/// Every key of a scene that runs with these settings, as its scene file has them: `physarum.speed` is `["physarum"]["speed"]`.
+pub fn of(scene: &Scene, settings: &Settings) -> Value {
+    toml::from_str(&scene.to_toml_as(settings)).expect("a scene file is TOML without dates")
 }
 
 /// What the second run has otherwise: `physarum.speed = 0.006, which was 0.004`. Not the seed, which reports have by itself.
@@ -84,7 +85,8 @@ mod tests {
             set: set.iter().map(|&text| text.to_owned()).collect(),
             ..Overrides::default()
         };
-        of(&Scene::load(name.as_ref(), &overrides).expect("it loads"))
+        let scene = Scene::load(name.as_ref(), &overrides).expect("it loads");
+        of(&scene, &scene.settings)
     }
 
     #[test]

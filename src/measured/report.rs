@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use glam::Affine3A;
-use myxo::gpu::{CopyBandwidth, Statistics};
+use myxo::gpu::{CopyBandwidth, DeviceInfo, Statistics};
 use myxo::plain_text::Shown as _;
+use myxo::scene::Scene;
 use myxo::scene::motion::in_decimals;
-use myxo::scene::settings::ObjectSettings;
+use myxo::scene::settings::{ObjectSettings, Settings};
 use myxo::sim::yardstick::{self, CopiedBy};
-use myxo::sim::{Setup, Snapshot};
+use myxo::sim::{Setup, Snapshot, arithmetic};
 use myxo::{Error, Result, regular_file};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -17,6 +18,7 @@ use serde_json::Value;
 use super::counters::Counters;
 use super::host::{self, HostLoad};
 use super::measures::Measure;
+use super::times::between_kernels;
 
 /// Bytes of a file that are read: far more than a report has, and not all of one that never ends.
 const LARGEST: u64 = 64 << 20;
@@ -52,7 +54,7 @@ pub struct Report {
     pub atlas_size: u32,
     /// Triangles of all objects together.
     pub triangles: u64,
-    /// Sum over everything that the state holds, as 16 hexadecimal digits.
+    /// Sum over everything that the state holds, as 16 hexadecimal digits; empty in reports of a window.
     pub state_hash: String,
     /// Does the run end in this hash on every device? `true` where the device calculates as IEEE 754 says, distances are not drawn
     /// (`distance.method = "raster"`), and the run goes on from no state of other arithmetic. `null` where that was not tried: by
@@ -97,8 +99,8 @@ pub struct Report {
     /// Each repetition of the measurement by itself, where `--repeat` asked for several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub repetitions: Vec<Repetition>,
-    /// What was counted.
-    pub counters: Counters,
+    /// What was counted; `null` in reports of a window.
+    pub counters: Option<Counters>,
     /// Foods and markers, and what is left of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub foods: Vec<FoodLeft>,
@@ -428,16 +430,54 @@ impl Report {
         kernels.any(|kernel| kernel.time.mean_ms.is_some())
     }
 
+    /// A report of times, with what is known about the device and the scene, all else empty.
+    #[must_use]
+    pub fn of(
+        info: &DeviceInfo,
+        scene: &Scene,
+        settings: &Settings,
+        setup: &Setup,
+        times: &myxo::gpu::Report,
+    ) -> Self {
+        let was_measured = !times.is_empty();
+        Self {
+            device: info.name.clone(),
+            driver: format!("{} {}", info.driver, info.driver_version),
+            scene: scene.name.clone(),
+            seed: settings.seed,
+            settings: super::settings::of(scene, settings),
+            samples: Some(times.steps as u64),
+            particles: setup.particles.len() as u64,
+            atlas_size: setup.atlas.size,
+            triangles: setup.surface.triangles.len() as u64,
+            arithmetic: Some(arithmetic::VERSION),
+            gpu_ms_per_step: was_measured.then_some(times.step.mean_ms),
+            gpu_step: if was_measured {
+                Times::from(&times.step)
+            } else {
+                Times::default()
+            },
+            gpu_ms_between_kernels: was_measured.then(|| between_kernels(times)),
+            ..Self::default()
+        }
+    }
+
     /// A report with what is known about the program and the host, all else empty.
     #[must_use]
     pub fn of_this_host() -> Self {
+        Self::default().on_this_host()
+    }
+
+    /// With what is known about the program and the host.
+    #[must_use]
+    pub fn on_this_host(self) -> Self {
         Self {
             command: host::command(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             commit: myxo::commit(),
             processor: host::processor(),
             load_average: host::load_average(),
-            ..Self::default()
+            ..self
         }
     }
 
@@ -520,6 +560,7 @@ mod tests {
                 step: 10,
                 hash: hash_text(u64::MAX),
             }],
+            counters: Some(Counters::default()),
             ..Report::of_this_host()
         };
         let text = report.to_json();
