@@ -9,7 +9,7 @@ use crate::lab::theme;
 use crate::lab::tools::Hands;
 
 /// Height of a row, points.
-const ROW: f32 = 22.0;
+const ROW: f32 = 24.0;
 /// More rows than these are scrolled.
 const ROWS_SHOWN: f32 = 10.0;
 

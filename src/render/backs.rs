@@ -126,13 +126,15 @@ mod tests {
     #[test]
     fn what_is_kept_equals_what_is_found_and_damage_is_mended() {
         let folder = tempfile::tempdir().unwrap();
-        let mut settings = Settings::default();
-        settings.objects = ["builtin:plane", "builtin:icosphere", "builtin:cube"]
-            .map(|mesh| ObjectSettings {
-                mesh: mesh.to_owned(),
-                ..ObjectSettings::default()
-            })
-            .to_vec();
+        let meshes = ["builtin:plane", "builtin:icosphere", "builtin:cube"];
+        let objects = meshes.map(|mesh| ObjectSettings {
+            mesh: mesh.to_owned(),
+            ..ObjectSettings::default()
+        });
+        let settings = Settings {
+            objects: objects.to_vec(),
+            ..Settings::default()
+        };
         let scene = Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap();
         let reports = Mutex::new(0);
         let count = |_: &'static str, _: f32| *reports.lock().unwrap() += 1;

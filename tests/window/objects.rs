@@ -173,10 +173,10 @@ fn the_list_hides_locks_and_renames_objects() {
     listed(&format!("sun {other}"));
     there_are(&lab, "2", grown);
     assert_eq!(lab.save("pair").objects[0].name, "sun");
-    views::look_for_nothing(&lab);
     lab.key("ctrl+z");
     listed(&format!("{ball} {other}"));
     assert_eq!(lab.save("pair"), start);
+    views::look_for_nothing(&lab);
     lab.quit();
 }
 

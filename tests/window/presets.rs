@@ -291,7 +291,17 @@ fn scenes_that_are_left_with_changes_are_kept() {
     let text = std::fs::read_to_string(folder.join("cube_000002.toml")).expect("it is there");
     assert!(text.contains("decay = 0.75"), "{text}");
     let files = std::fs::read_dir(&folder).expect("it can be read");
-    assert_eq!(files.count(), 2, "what was not changed is not kept");
+    assert_eq!(files.count(), 4, "what was not changed is not kept");
+    // What was seen last, once in the gallery and once at the end.
+    for name in ["cube_000001.png", "cube_000002.png"] {
+        let picture = image::open(folder.join(name)).expect("it is a picture");
+        let picture = picture.into_rgb8();
+        assert_eq!(picture.dimensions(), (300, 200));
+        let lit = picture
+            .pixels()
+            .filter(|pixel| pixel.0.iter().max() > Some(&60));
+        assert!(lit.count() > 2000, "{name}");
+    }
 }
 
 #[test]
