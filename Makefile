@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test long fuzz mutants power-cut bench atlases gallery pictures guide window window-times notices bundle advisories clean
+.PHONY: help demo test hashes long fuzz mutants power-cut bench atlases gallery pictures guide keys window window-times notices bundle advisories clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -123,6 +123,10 @@ pictures: ## draw the README's other pictures (ten minutes)
 guide: ## draw the strips of pictures in docs/guide.md, as docs/guide.toml says (a quarter of an hour)
 	@.ci/setup demo
 	cargo run --release --example guide -- docs/guide.toml assets/guide
+
+keys: ## write the list of the window's keys into README.md and docs/guide.md
+	@.ci/setup demo
+	MYXO_WRITE_KEYS=1 cargo test --release --bin myxo documents_list_the_keys
 
 window: ## take the picture of the window in docs/guide.md
 	@.ci/setup test

@@ -19,7 +19,8 @@ mod gallery;
 mod history;
 mod host;
 mod interface;
-
+#[cfg(test)]
+mod key_list;
 mod layout;
 mod left;
 mod lines;
