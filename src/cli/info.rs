@@ -27,22 +27,22 @@ pub struct Info {
     /// Prints JSON
     #[arg(long)]
     json: bool,
-    /// The device in question: its number or a part of its name
+    /// The device to check: its number or a part of its name
     #[arg(long, value_name = "N|NAME")]
     device: Option<String>,
 }
 
-/// Something beside devices that commands use.
+/// A tool or folder that commands use.
 struct Tool {
     name: &'static str,
-    /// What it is like where it is there.
+    /// What was found.
     found: Option<String>,
-    /// What it is for, and how to get it.
+    /// Its use, and how to get it.
     otherwise: String,
 }
 
 impl Command for Info {
-    /// Prints what there is; fails where it does not suffice.
+    /// Prints the facts; fails if there is no usable device.
     fn run(&self) -> Result<Outcome> {
         let (chosen, validation) = open(self.device.as_deref());
         if let Err(error @ GpuError::UnknownDevice { .. }) = chosen {
@@ -68,16 +68,16 @@ impl Command for Info {
     }
 }
 
-/// Is the layer there that `--validate` needs?
+/// Is the layer for `--validate` installed?
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Validation {
     Found,
     Missing,
-    /// Without a device nobody can say.
+    /// Not known without a device.
     Unknown,
 }
 
-/// Opens the device as commands would, with validation if that is there, and tells the device's index.
+/// Opens the device as commands would, with validation if it is installed; returns the device's index.
 fn open(device: Option<&str>) -> (Result<usize, GpuError>, Validation) {
     let open = |validation| {
         Context::new(&ContextOptions {
@@ -137,7 +137,7 @@ fn tools(validation: Validation) -> [Tool; 4] {
     ]
 }
 
-/// Where a program lies.
+/// The path of a program.
 fn in_path(program: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     std::env::split_paths(&path)

@@ -26,10 +26,10 @@ Examples:
 pub struct Lab {
     /// A built-in name, a .toml file or a model; without one the torus, with a look that lasts
     scene: Option<PathBuf>,
-    /// Goes on from the state in this file, with the scene that it was written with if none is named
+    /// Continues from the state in this file, with its own scene if none is named
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
-    /// Size of the window, in pixels; else that of last time
+    /// Size of the window, in pixels; by default that of last time
     #[arg(long, value_name = "WIDTHxHEIGHT")]
     size: Option<Size>,
     /// Begins with the usual size and colours of the window, and does not keep those of this time

@@ -240,7 +240,10 @@ fn what_is_wrong_with_a_scene_is_named() {
         "id,px,py,pz\n0,0,0,0\n1,0,-1.7e308,1.7e308\n",
     )
     .unwrap();
-    assert!(refusal().contains("in.csv: line 3: the place is farther away than numbers tell"));
+    assert!(
+        refusal()
+            .contains("in.csv: line 3: the place is too far away for its distance to be a number")
+    );
     write_scene(
         folder,
         "builtin:cube",
