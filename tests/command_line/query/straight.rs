@@ -1,5 +1,5 @@
 //! Straight walks in double precision on the bare triangles of a file: no welding by the library, no tangent frames and
-//! no stored rotations, so nothing is shared with what is tested.
+//! no stored rotations, so nothing is shared with the tested code.
 
 use std::collections::HashMap;
 
@@ -20,7 +20,7 @@ pub struct End {
     pub direction: DVec3,
     pub travelled: f64,
     pub at_border: bool,
-    /// How near to a vertex the path has crossed an edge, in lengths of that edge.
+    /// The least distance from a vertex at which the path has crossed an edge, in lengths of that edge.
     pub nearest_vertex: f64,
     pub crossings: u32,
 }
