@@ -1,8 +1,8 @@
-//! Layouts on disk: what took long to cut and to pack once is read the next time.
+//! Layouts on disk, so that the next start does not have to cut and pack again.
 //!
-//! A file holds where the triangles lie and nothing that follows from it. Its name is a hash of all that the layout
-//! depends on. A file that is damaged, or of another program, counts as none and is replaced, and so does one whose checksum is
-//! right and whose triangles lie on each other or too near to those of other charts; nothing here can make the program fail.
+//! A file holds the places of triangles and nothing that follows from them. Its name is a hash of everything that the layout depends on. A
+//! file is ignored and replaced if it is damaged or not of this format, or if its checksum is right but its triangles overlap or lie too
+//! near to those of other charts. Errors here never make the program fail.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hasher};
@@ -20,21 +20,21 @@ use super::{AtlasError, AtlasOptions, Control, overlap, surface_area, triangle_a
 use crate::whole_file::WholeFile;
 
 const MAGIC: &[u8; 8] = b"MYXOAT01";
-/// Raised whenever the same surface and options come to lie differently than before.
+/// Raise it whenever the layout of the same surface and options changes.
 const VERSION: u32 = 5;
 /// Beyond so many bytes, or files, the least recently used files are removed.
 const MOST_BYTES: u64 = 256 << 20;
 const MOST_FILES: usize = 64;
-/// Another process may still be writing a hidden file that is younger.
+/// Another process may still be writing a temporary file that is younger.
 const ABANDONED_AFTER: Duration = Duration::from_secs(3600);
-/// Charts keep areas nearly: what would fill so many texels has an area.
+/// Charts nearly keep areas: a triangle whose area is that of so many texels must have an area in the texture.
 const SEVERAL_TEXELS: f64 = 4.0;
 const ENDING: &str = "atlas";
 
 /// The result of a layout method: the map and the chart of each triangle, and the number of charts.
 pub(super) type Places = (Vec<AtlasMap>, Vec<u32>, u32);
 
-/// Gives what is kept of this surface and these options, or makes it and keeps it. Without a folder it is made.
+/// Returns the cached layout of this surface and these options, or makes and caches it. Without a folder it is always made.
 pub(super) fn kept(
     surface: &Surface,
     options: &AtlasOptions,
@@ -75,7 +75,7 @@ struct Placement {
 }
 
 impl Placement {
-    /// The reason why it is no layout of the surface, although its file is whole, if there is one.
+    /// Why it is no layout of the surface, although its file is whole; `None` if it is one.
     fn problem(
         &self,
         surface: &Surface,
@@ -115,7 +115,7 @@ impl Placement {
     }
 }
 
-/// A triangle without area in the texture whose area on the surface would fill several texels. Thin ones may have none.
+/// A triangle without area in the texture whose area on the surface would fill several texels. Thin triangles may have no area.
 fn flattened(
     surface: &Surface,
     options: &AtlasOptions,
@@ -137,7 +137,7 @@ fn flattened(
     corners.iter().enumerate().position(is_flattened)
 }
 
-/// A place for one layout.
+/// The file of one layout.
 struct Slot {
     folder: PathBuf,
     file: PathBuf,
@@ -146,7 +146,7 @@ struct Slot {
 }
 
 impl Slot {
-    /// The place for the layout of a surface.
+    /// The file for the layout of a surface.
     fn new(folder: &Path, surface: &Surface, options: &AtlasOptions) -> Self {
         Self {
             folder: folder.to_owned(),
@@ -188,7 +188,7 @@ impl Slot {
     }
 }
 
-/// A hash of everything that says how triangles come to lie: 128 bits, so that no two surfaces ever meet.
+/// A hash of everything that the layout depends on: 128 bits, so that collisions are practically impossible.
 fn key(surface: &Surface, options: &AtlasOptions) -> u128 {
     let AtlasOptions {
         method,
@@ -221,7 +221,7 @@ fn key(surface: &Surface, options: &AtlasOptions) -> u128 {
     hash.finish()
 }
 
-/// Two hashes of 64 bits that begin differently.
+/// Two hashes of 64 bits with different initial values.
 struct Hash([DefaultHasher; 2]);
 
 impl Hash {
@@ -231,7 +231,7 @@ impl Hash {
         Self([DefaultHasher::new(), second])
     }
 
-    /// With its length, so that a longer slice and a shorter one after it are not the same as these the other way.
+    /// Hashes the length, too, so that moving items from one slice to the next changes the hash.
     fn slice<T: Pod>(&mut self, items: &[T]) {
         for hasher in &mut self.0 {
             hasher.write_u64(items.len() as u64);
@@ -283,9 +283,9 @@ fn unpack(bytes: &[u8], triangle_count: usize, size: u32) -> Option<Placement> {
     is_possible(&placement, size).then_some(placement)
 }
 
-/// Every triangle lies in the texture, in a chart that there is.
+/// Does every triangle lie in the texture and in an existing chart?
 fn is_possible(placement: &Placement, size: u32) -> bool {
-    // Not so for what is not a number.
+    // False for NaN.
     let in_texture = |p: Vec2| (p.cmpge(Vec2::ZERO) & p.cmple(Vec2::splat(size as f32))).all();
     let inside = |map: &AtlasMap| {
         let corners = [map.origin, map.origin + map.du, map.origin + map.dv];
@@ -304,7 +304,7 @@ fn items<T: Pod>(bytes: &[u8]) -> Vec<T> {
         .collect()
 }
 
-/// Removes the layouts used least recently until the rest is small, and unfinished files of processes that ended.
+/// Removes the least recently used layouts until the rest is small enough, and unfinished files of ended processes.
 fn tidy(folder: &Path, most_bytes: u64, most_files: usize) -> io::Result<()> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder)? {
