@@ -49,7 +49,7 @@
 //! [`sim::step`] is the whole simulation, as a script of dispatches, and the only place that lists them all in
 //! their order; `docs/code.md` goes through it kernel by kernel. Its parts:
 //!
-//! 1. Where objects have moved, each texel's signed distance to the other objects is computed, and where sensors go on there.
+//! 1. Where objects have moved, each texel's signed distance to the other objects is computed, and the places where sensors continue.
 //! 2. Every particle walks its pending length, senses, turns, walks, deposits, and is selected if it has gone into another object.
 //!    Selected particles land on the other object, and the particle buffer is put in order again. In each step one part of the
 //!    particles is sorted by place in the texture, so that after a fixed number of steps all have been sorted.
@@ -70,7 +70,7 @@
 //! A kernel is its `.comp` file in `shaders/`: the build compiles and reflects it and writes the typed handle
 //! ([`sim::kernels`]), so binding numbers, group sizes and element types stand in one place. To add a kernel is to
 //! write the shader, its file in `src/sim/step/` with its twin, and its line in the step script. Nothing but tests uses a twin.
-//! What could have been built instead lies in `shaders/choices/`; only the example `choices` runs it.
+//! Alternatives that are not used are in `shaders/choices/`; only the example `choices` runs them.
 //!
 //! # Words
 //!
@@ -88,7 +88,7 @@
 //!   particles may not enter. It is painted, or comes from a map of **areas** ([`sim::areas`]).
 //! - **food**, **marker**: a place on an object with a **scent** ([`sim::food`]), which sensors read on top of the trail, the
 //!   stronger the nearer they are along the surface. Particles eat food where its **plate** is, a **meal** at a time; markers
-//!   are never eaten. A particle that has eaten is **fed** for some steps, else **hungry**.
+//!   are never eaten. A particle that has eaten is **fed** for some steps, otherwise **hungry**.
 //! - **owned** texel: its centre lies in a triangle. **Gutter** texel: beside an owned one, filled from across the
 //!   seam.
 //! - **object**: a mesh with a pose; its particles, its texels. **Signed distance**: to the nearest other object,
@@ -116,7 +116,7 @@
 //! ([`sim::texel_paths`]), with equal bits as the result.
 //!
 //! **Invariant:** sizes made on the GPU stay there; no step waits for the host. `unsafe` stays in [`gpu`], in the one file
-//! that hands egui's painter its Vulkan handles (`render::gui`), and in `signals`.
+//! that passes Vulkan handles to egui's painter (`render::gui`), and in `signals`.
 
 mod choice;
 mod commit;

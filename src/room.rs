@@ -92,7 +92,7 @@ pub fn check_copy(bytes: u64) -> Result<()> {
     within(bytes, on_host(Path::new("/")))
 }
 
-/// About how many bytes the making of an atlas takes. For each texel: its owner, area and density, and the bitmaps for packing charts. For
+/// About how many bytes making an atlas takes. For each texel: its owner, area and density, and the bitmaps for packing charts. For
 /// texels in gutters and beside them: seams and exchange rows, of which only a grid has many. The numbers were measured with gutters of 1
 /// and 4 texels.
 fn atlas_bytes(options: &AtlasOptions, triangles: usize) -> u64 {

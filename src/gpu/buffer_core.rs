@@ -232,7 +232,7 @@ impl BufferCore {
         }
     }
 
-    /// Adds to a barrier what a use has to wait for; see [`History::wait_for`].
+    /// Adds the earlier uses that a use has to wait for to a barrier; see [`History::wait_for`].
     pub(crate) fn wait_for(
         &self,
         order: &Order,
@@ -277,7 +277,7 @@ impl BufferCore {
         self.lock().has_content
     }
 
-    /// A full barrier was put round a blocking transfer.
+    /// Forgets uses before a blocking transfer, which has full barriers.
     pub(crate) fn forget_history(&self) {
         let mut state = self.lock();
         state.history.clear();

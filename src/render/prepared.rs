@@ -1,6 +1,5 @@
-//! What pictures need of a setup and the host finds without a device: smooth normals, how open corners are, the colours of
-//! charts, vertices that triangles share. It takes a while for large meshes, and so it has a step of its own that can go on
-//! beside something else.
+//! Data for pictures that the host computes without a device: smooth normals, ambient occlusion of corners, colours of charts, shared
+//! vertices. Large meshes take a while, so this is a separate step that can run in parallel with others.
 
 use bytemuck::allocation::pod_collect_to_vec;
 use glam::{Vec3, Vec4};
@@ -15,20 +14,20 @@ use crate::mesh::surface::Surface;
 use crate::scene::parameters::grouped;
 use crate::sim::Setup;
 
-/// What a [`Renderer`](super::Renderer) puts on the device.
+/// The data that a [`Renderer`](super::Renderer) uploads.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    /// For quick pictures: corners of triangles that look alike are one of these, and which of them each corner is.
+    /// For quick pictures: vertices for corners with equal attributes, and the vertex of each corner.
     pub(super) shared: Option<(Vec<SharedVertex>, Vec<u32>)>,
     /// Packed, one for each corner of each triangle.
     pub(super) normals: Vec<u32>,
     /// How much of the sky each corner sees, four to a word.
     pub(super) openness: Vec<u32>,
-    /// If the openness was not computed: for how many places it would have been.
+    /// If ambient occlusion was not computed: the number of its places.
     unlooked: Option<usize>,
     /// One per object.
     pub(super) object_colors: Vec<Vec4>,
-    /// What each texel is, and in which colour its chart is shown.
+    /// The kind of each texel, and the colour of its chart.
     pub(super) texels: Vec<u32>,
     /// The colour and the seams of each triangle.
     pub(super) charts: Vec<u32>,
@@ -37,7 +36,7 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Finds it for pictures of a setup.
+    /// Computes the data for pictures of a setup.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         Self::with_most_places(setup, MOST_PLACES)
@@ -70,7 +69,7 @@ impl Prepared {
         }
     }
 
-    /// What pictures have to do without, if anything.
+    /// A warning about missing features of pictures, if any.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
         self.unlooked.map(|places| {
@@ -101,7 +100,7 @@ impl Prepared {
     }
 }
 
-/// The box round an object, unless triangles of it are seen from behind by an eye outside.
+/// The box around an object, unless back faces can be seen from outside.
 fn box_of_solid(surface: &Surface, object: usize) -> Option<[Vec3; 2]> {
     let (first, end) = surface.objects[object].triangles;
     let corners = &surface.corners[first as usize..end as usize];

@@ -3,7 +3,7 @@
 use super::{Effect, Kind, Number, Parameter, Scale};
 use crate::scene::settings::FoodSettings;
 
-/// The parameters of one `[[food]]`. All change while a simulation runs; what is left of a food stays.
+/// The parameters of one `[[food]]`. All change while a simulation runs; the remaining amount of a food stays.
 pub static FOOD_PARAMETERS: &[Parameter<FoodSettings>] = &[
     Parameter {
         key: "object",

@@ -30,10 +30,10 @@ macro_rules! own_rows {
     };
 }
 
-/// What particles do on it.
+/// Parameters of its particles.
 const PHYSARUM: &[Parameter<ObjectSettings>] = physarum!(own_physarum_rows);
 
-/// Where it is.
+/// Its pose.
 const PLACE: &[Parameter<ObjectSettings>] = &[
     Parameter {
         key: "position",

@@ -10,7 +10,7 @@ use crate::scene::settings::{
 /// The largest scene radius: squares of lengths stay far within single precision.
 pub const MOST_RADIUS: f64 = 1e12;
 
-/// Every parameter of a scene, in the order that people read them.
+/// Every parameter of a scene, in the order of the panel.
 pub static PARAMETERS: &[Parameter] =
     &one_table::<{ BEFORE.len() + PHYSARUM.len() + AFTER.len() }, 3, Settings>([
         BEFORE, PHYSARUM, AFTER,
@@ -37,7 +37,7 @@ macro_rules! physarum_kind {
     (word $field:ident: $type:ident,) => { word!(physarum.$field: $type) };
 }
 
-/// What particles do.
+/// Parameters of particles.
 const PHYSARUM: &[Parameter] = physarum!(physarum_rows);
 
 const BEFORE: &[Parameter] = &[

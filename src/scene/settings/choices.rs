@@ -26,7 +26,7 @@ choice! {
 choice! {
     /// Where the particles of one object begin.
     ObjectStart {
-        /// As the scene says.
+        /// As in the scene's start.
         #[default]
         Scene = "scene",
         /// Everywhere on the object.
@@ -60,7 +60,7 @@ impl ObjectStart {
 choice! {
     /// Where particles head when they begin.
     Heading {
-        /// Inwards from a ring; else everywhere.
+        /// Inwards from a ring, otherwise random.
         #[default]
         Auto = "auto",
         /// Everywhere.
@@ -79,7 +79,7 @@ choice! {
     Strategy {
         /// They walk on.
         None = "none",
-        /// They begin anew on their own object.
+        /// They restart on their own object.
         Respawn = "respawn",
         /// They change objects in place; every object's kernels run over all particles.
         Scattered = "scattered",
@@ -94,9 +94,9 @@ choice! {
 }
 
 choice! {
-    /// How a sensor gets to where it reads.
+    /// The path of a sensor to the place that it reads.
     Sensing {
-        /// Straight in the atlas where its way stays in one chart; else it walks.
+        /// Straight in the atlas if its path stays in one chart; otherwise it walks.
         #[default]
         Auto = "auto",
         /// It walks on the surface.
@@ -118,10 +118,10 @@ choice! {
 choice! {
     /// Does an object follow the animation of its model?
     ModelAnimation {
-        /// It stays where the file puts it.
+        /// It stays at the position in the file.
         #[default]
         Still = "still",
-        /// It goes where the file's first animation takes its nodes.
+        /// It follows the first animation of the file.
         Follow = "follow",
     }
 }
@@ -134,7 +134,7 @@ choice! {
         Loop = "loop",
         /// The object stays there.
         Once = "once",
-        /// They are gone through backwards, and forwards again.
+        /// They are played backwards, then forwards again.
         Mirror = "mirror",
     }
 }
@@ -215,12 +215,12 @@ choice! {
 }
 
 choice! {
-    /// Whether pictures show what is on the surface besides the trail.
+    /// Do pictures show an overlay, such as food?
     Drawn {
         /// It is drawn.
         #[default]
         Shown = "shown",
-        /// Only what it does is seen.
+        /// It is hidden, but still has its effect.
         Hidden = "hidden",
     }
 }

@@ -8,7 +8,7 @@ use super::{ParticleSettings, Settings};
 /// `start` of an `[[object]]`: where the particles of its share of the area begin, and where they head.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OwnStart {
-    /// Where; `scene` leaves them to the scene's start, and the rest without effect.
+    /// Where; with `scene` they begin with the scene's start, and the other keys have no effect.
     pub place: ObjectStart,
     /// As [`ParticleSettings::start_at`], on this object.
     pub at: [f32; 3],
@@ -37,7 +37,7 @@ impl Default for OwnStart {
 }
 
 impl OwnStart {
-    /// Does it say nothing?
+    /// Is it the default?
     #[must_use]
     pub fn is_default(&self) -> bool {
         *self == Self::default()
