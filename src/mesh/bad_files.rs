@@ -1,4 +1,4 @@
-//! Tests with broken models: each is refused with words that help, and none makes a reader panic.
+//! Tests with broken models: each is refused with a helpful message, and none makes a reader panic.
 //!
 //! They call the readers directly, because [`super::load`] catches panics.
 
@@ -283,7 +283,7 @@ fn bad_stl_files_are_explained() {
     }
 }
 
-/// No count or type in a PLY header is believed, and what is wrong is named with its place.
+/// No count or type in a PLY header is trusted, and errors have their place.
 #[test]
 fn bad_ply_files_are_explained() {
     for encoding in [Encoding::Ascii, Encoding::Little, Encoding::Big] {
@@ -750,7 +750,7 @@ fn models_name_only_files_beside_them() {
         ("data/A..B%20c.bin", ""),
         ("data/../data/./A..B c.bin", ""),
         ("../models/data/A..B c.bin", ""),
-        // Names that were not escaped; the escaped reading comes first.
+        // Names that were not escaped; they are unescaped first.
         ("part 10%.bin", ""),
         ("a%20b.bin", ""),
         ("both%20.bin", ""),

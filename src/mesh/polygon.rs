@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-/// Cuts a polygon of n corners into n - 2 triangles between them, wound as it is, and hands each over as three corner
-/// numbers.
+/// Cuts a polygon of n corners into n - 2 triangles between them, wound as it is, and calls `triangle` with the three corner numbers of
+/// each.
 ///
 /// Where the fan (0, k, k + 1) covers the polygon, as with every convex one, it is taken: files of points on triangles
 /// count on these numbers. Elsewhere ears are clipped in the polygon's own plane. Returns false where the triangles may

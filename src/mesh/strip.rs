@@ -1,5 +1,5 @@
-//! What a straight walk through a strip of triangles needs, laid out flat as it goes: for every edge the triangle behind it
-//! and where that one's third corner lies as seen from the edge. One look an edge, and no rotation of headings.
+//! The data for a straight walk through a strip of triangles, unfolded into the plane: for every edge the triangle behind it and the place
+//! of that triangle's third corner relative to the edge. A walk needs one read per edge, and no rotation of headings.
 //! [`walk`](super::walk) is the reference.
 
 use bytemuck::{Pod, Zeroable};
@@ -23,7 +23,7 @@ pub struct StripEdge {
     pub pad: u32,
 }
 
-/// A triangle, what lies behind its edges, and where it lies in the atlas: all that a step asks for, side by side.
+/// A triangle, the triangles behind its edges, and its place in the atlas: all data of a step, contiguous.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct StripTriangle {
@@ -33,7 +33,7 @@ pub struct StripTriangle {
     pub shape: Triangle,
     /// Its place in the atlas.
     pub map: AtlasMap,
-    /// Which bins particles on it come to when they are sorted; zeros until bins are numbered.
+    /// The bins of particles on it when they are sorted; zeros until bins are numbered.
     pub bins: TileBins,
 }
 

@@ -1,4 +1,4 @@
-//! The pooled surface: every object's triangles in one set of arrays, with all that a walk needs, precomputed.
+//! The pooled surface: every object's triangles in one set of arrays, with precomputed data for walks.
 //!
 //! Triangle ids are global over all objects of a scene; a triangle says which object it belongs to.
 
@@ -111,7 +111,7 @@ impl Seam {
     /// Units of a whole.
     pub const UNITS: u32 = 32_768;
 
-    /// One with weights in [`Seam::UNITS`].
+    /// A seam with weights in [`Seam::UNITS`].
     #[must_use]
     pub fn new(texel: u32, source: [u32; 4], units: [u32; 4]) -> Self {
         assert_eq!(units.iter().sum::<u32>(), Self::UNITS);
@@ -268,7 +268,7 @@ impl Surface {
     /// other.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its numbers.
+    /// The first violation, with its numbers.
     pub fn validate(&self) -> Result<(), String> {
         let triangle_count = self.corners.len();
         if self.triangles.len() != triangle_count || self.halfedges.len() != 3 * triangle_count {

@@ -1,4 +1,4 @@
-//! What is seen of a place through an edge, and what of that another window shows as near.
+//! Windows: the visible part of an edge, and cutting by other windows.
 
 use glam::DVec2;
 
@@ -83,10 +83,10 @@ pub(super) fn cut(parts: &mut Vec<(f64, f64)>, window: &Window, other: &Window, 
             (false, false) if !is_between(window.origin, other.origin, low, high) => (low, high),
             (false, true) => (low, change(low, high, slack, gain)),
             (true, false) => (change(high, low, slack, gain), high),
-            // It wins, or there may be a part in the middle: to keep too much makes nothing wrong.
+            // It wins, or there may be a part in the middle: keeping too much is harmless.
             _ => continue,
         };
-        // A little of both goes on where they meet, so that nothing between them is seen by neither.
+        // Both overlap slightly where they meet, so that there is no gap between them.
         let rest = [(from, beaten_from + slack), (beaten_to - slack, to)];
         let rest = rest
             .into_iter()

@@ -27,7 +27,7 @@ pub struct Sides<'a> {
     pub faces: &'a [Face],
     /// Trees of them.
     pub nodes: &'a [Node],
-    /// What each node is from afar.
+    /// The dipole of each node.
     pub dipoles: &'a [Dipole],
     /// Of half-edges, then of vertices.
     pub pseudonormals: &'a [Vec4],
