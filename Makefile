@@ -19,7 +19,7 @@ demo: ## set up what is missing, build, open the window (or render to out/ where
 	cargo run --release --quiet -- render torus --preset cells --steps 400 \
 		--out out/torus.png --out out/torus.mp4 --report out/torus.json
 
-# By itself a display begins anew when its last window goes, and refuses the next one meanwhile.
+# By default a display resets when its last window closes, and refuses the next one meanwhile.
 DISPLAY_OF_TESTS := -screen 0 1280x1024x24 -noreset
 
 # Some of the tests: make test ONLY="walk diffuse"
@@ -145,7 +145,7 @@ bundle: ## pack program and tests into one archive in target/bundle/, for a mach
 	@.ci/setup test
 	@.ci/bundle
 
-advisories: ## look for dependencies with known faults and for those that nobody keeps up (needs cargo-deny and the network)
+advisories: ## look for dependencies with known faults and for unmaintained ones (needs cargo-deny and the network)
 	@command -v cargo-deny >/dev/null || \
 		{ echo "advisories: cargo-deny is missing: install it by  cargo install --locked cargo-deny" >&2; exit 1; }
 	cargo deny --locked --config .ci/deny.toml check advisories

@@ -1,4 +1,4 @@
-// respawn: particles that were selected begin anew on their own object, anywhere by area, heading anywhere.
+// respawn: particles that were selected restart on their own object, anywhere by area, heading anywhere.
 // Reads   flow, particle_indices, triangles, area_shares, object_triangles.
 // Writes  particles and motions in place.
 // One invocation per entry of the list.

@@ -1,4 +1,4 @@
-// transfer_out: particles that were selected leave in world space, towards where their last step goes on on the object
+// transfer_out: particles that were selected leave in world space, towards where their last step continues on the object
 // that they have gone into.
 // Reads   particle_indices, particles, motions, nearest, strips, triangles, halfedges, corners, vertices, poses,
 //         poses_before, physarums, roots, nodes, faces, pseudonormals, dipoles; bias (gutters filled).

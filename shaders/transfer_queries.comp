@@ -2,7 +2,7 @@
 // for `myxo query transfer`.
 // Reads   triangles, halfedges, corners, vertices, poses, roots, nodes, faces, pseudonormals, dipoles.
 // Writes  walkers and phases in place. A query has two walkers: the second one is for the inner side, once it has met
-//         the second object. What is out of attempts, or whose search has not ended, goes on in the next dispatch,
+//         the second object. What is out of attempts, or whose search has not ended, continues in the next dispatch,
 //         where it stopped.
 // One invocation per query; one that has ended returns at once.
 // The attempts of one dispatch are limited, so that no dispatch runs for seconds.

@@ -1,4 +1,4 @@
-// unfold: for texels that another object covers, the place on that object where walks go on, so that sensors see it there.
+// unfold: for texels that another object covers, the place on that object where walks continue, so that sensors see it there.
 // Reads   jobs, pairs, samples, listed, covered, groups, owners, distances, nearest, triangles, halfedges, corners, vertices, strips.
 // Writes  across and across_triangles: covered texels of the objects that have a job, where LISTED of listed tiles; other texels keep their old values, which are not read. Where not LISTED, the marks of surroundings that have changed.
 // One invocation per sample of a job, jobs begin at multiples of the group size; where LISTED one a covered texel.

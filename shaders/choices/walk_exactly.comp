@@ -2,7 +2,7 @@
 // Reads   particles_before, motions_before, strips.
 // Writes  particles, motions.
 // One invocation per particle.
-// A walk that runs out of edge-crossing attempts goes on in the next dispatch.
+// A walk that runs out of edge-crossing attempts continues in the next dispatch.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

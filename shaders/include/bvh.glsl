@@ -5,7 +5,7 @@
 // A box is passed over only if it is farther than the nearest face by more than rounding. So the result is the face
 // that a look at every one would give, whatever the order.
 //
-// Inner loops ask at their end whether they go on. If they did at the beginning, lavapipe would go through the body once
+// Inner loops ask at their end whether they continue. If they did at the beginning, lavapipe would go through the body once
 // more, with all invocations masked out.
 
 #ifndef MYXO_BVH

@@ -1,4 +1,4 @@
-// crossing: where a walk on one object meets the surface of another, and which way it goes on there. Twin of
+// crossing: where a walk on one object meets the surface of another, and which way it continues there. Twin of
 // src/sim/crossing.rs.
 // The includer declares `roots` first, the first node of each object's tree, and what walk.glsl, transfer.glsl and
 // sign.glsl need. Every place here is in the space of the other object, the target.
@@ -51,7 +51,7 @@ Meeting meeting_between(uint target, vec3 from, vec3 to, Flight on, float side) 
     return meeting;
 }
 
-// The walk that goes on from a meeting: outwards if `side` is 1, seen from the object that it comes from, or inwards.
+// The walk that continues from a meeting: outwards if `side` is 1, seen from the object that it comes from, or inwards.
 Walker walker_from(Meeting meeting, float side, float rest) {
     uint triangle = triangle_of(meeting.slot);
     Frame frame = frame_of(triangle);

@@ -1,4 +1,4 @@
-// loops: have the loops of an invocation gone on to their ends?
+// loops: have the loops of an invocation continued to their ends?
 //
 // Mesa's CPU driver, lavapipe, gives the invocations that keep step with each other 65,535 rounds, of all their loops
 // together (LP_MAX_TGSI_LOOP_ITERATIONS). From there on it leaves every loop after one round, whatever the condition says.
@@ -12,7 +12,7 @@
 #define MYXO_LOOPS
 
 // Have all searches so far come to their ends? Also false if it was another invocation, which keeps step with this one, whose
-// search has not. If it is false, no loop goes on, the caller's neither.
+// search has not. If it is false, no loop continues, the caller's neither.
 bool searches_ended() {
     // Where no rounds are left, this loop ends after the first of its two. If compilers saw that there are two, they would unroll
     // it.

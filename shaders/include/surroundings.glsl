@@ -12,7 +12,7 @@ const uint OUTLOOK = 255u;
 const uint HUE = 0xf800u;
 // A step from here may lead to where particles change objects.
 const uint NEAR = 256u;
-// Walks that get here go on on another object.
+// Walks that get here continue on another object.
 const uint COVERED = 512u;
 // Sensors that walk from here may get to where another object covers the surface.
 const uint IN_SIGHT = 1024u;

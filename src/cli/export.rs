@@ -46,7 +46,7 @@ pub struct ExportCommand {
     out: Vec<PathBuf>,
     /// Also writes the files after every step whose number is a multiple of N; all have the step in their names
     ///
-    /// Steps are numbered over all runs, so that one that goes on from a checkpoint goes on with the series. The report's wall time
+    /// Steps are numbered over all runs, so that one that continues from a checkpoint continues with the series. The report's wall time
     /// includes the writing.
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
     every: Option<u32>,

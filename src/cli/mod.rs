@@ -226,16 +226,16 @@ mod tests {
 
     #[test]
     fn a_scene_without_a_command_gives_a_hint_how_to_open_it() {
-        let told = |word: &str| {
+        let hint_for = |word: &str| {
             let parsed = Cli::try_parse_from(["myxo", word]);
             with_hint(parsed.expect_err(word)).to_string()
         };
         for word in ["cube", concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")] {
-            let text = told(word);
+            let text = hint_for(word);
             assert!(text.contains(&format!("myxo lab {word}")), "{text}");
         }
-        assert!(!told("cuboid").contains("myxo lab"));
-        assert!(told("rendr").contains("render"));
+        assert!(!hint_for("cuboid").contains("myxo lab"));
+        assert!(hint_for("rendr").contains("render"));
     }
 
     /// clap's own check of names, defaults and conflicts.

@@ -254,9 +254,9 @@ impl Session {
 
     /// Prints the values that kernels passed to `debug_value`, in finished frames.
     fn print_debug_entries(&self) {
-        let told = self.ctx.debug_entries();
-        if !told.entries.is_empty() || told.overflow > 0 {
-            self.progress.say(told.to_string().trim_end());
+        let debug = self.ctx.debug_entries();
+        if !debug.entries.is_empty() || debug.overflow > 0 {
+            self.progress.say(debug.to_string().trim_end());
         }
     }
 
@@ -337,7 +337,7 @@ impl Session {
         self.submit(|simulation, rec| simulation.record_alone(rec, alone, "step"))
     }
 
-    /// Waits for the last step, checks and keeps the state. If the checkpoint cannot be written, the error is printed and the rest goes on.
+    /// Waits for the last step, checks and keeps the state. If the checkpoint cannot be written, the error is printed and the rest continues.
     pub fn finish(&mut self) -> Result<Ending> {
         spanned(&mut self.trace, "wait", || self.frames.wait_idle())?;
         let wall = self.started.elapsed();

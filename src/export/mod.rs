@@ -225,7 +225,7 @@ impl<'a> Export<'a> {
 }
 
 /// A state that is being copied from the device, with all data that its export needs, so that another thread can write it while the
-/// simulation goes on.
+/// simulation continues.
 pub struct ExportOnTheWay {
     /// Everything except the state; it may be changed.
     pub export: Export<'static>,

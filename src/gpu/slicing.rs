@@ -88,7 +88,7 @@ impl Recorder {
         let next = match self.frame.slice(self.slices.count) {
             Ok(next) => next,
             Err(error) => {
-                // The recording goes on in the present command buffer.
+                // The recording continues in the present command buffer.
                 self.slices.is_on = false;
                 self.slices.failed = Some(error);
                 return;

@@ -118,7 +118,7 @@ impl SurfaceLines {
             every_corner_has_uv: true,
             ..Self::default()
         };
-        // A line that goes on, and the number of its first part.
+        // A line that continues, and the number of its first part.
         let mut continued = String::new();
         let mut first = None;
         for (index, line) in text::lines(file).enumerate() {

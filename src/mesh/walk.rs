@@ -33,7 +33,7 @@ pub struct WalkQuery {
 /// Behaviour of a walk at an open border.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BorderRule {
-    /// The heading is mirrored and the walk goes on.
+    /// The heading is mirrored and the walk continues.
     Reflect,
     /// The walk ends at the border.
     Stop,

@@ -66,7 +66,7 @@ impl ColorMap {
         let place = value.clamp(0.0, 1.0) * (points.len() - 1) as f32;
         let i = (place as usize).min(points.len() - 2);
         let point = |k: isize| {
-            // Beyond an end the curve goes on straight.
+            // Beyond an end the curve continues straight.
             let last = points.len() as isize - 1;
             let lab = |k: isize| oklab_from_linear(linear_from_hex(points[k as usize]));
             match k {

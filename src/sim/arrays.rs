@@ -138,7 +138,7 @@ pub struct Arrays {
     pub distances: Vec<f32>,
     /// One per texel: the nearest triangle of another object.
     pub nearest: Vec<u32>,
-    /// One per texel: the place on another object where walks go on.
+    /// One per texel: the place on another object where walks continue.
     pub across: Vec<u32>,
     /// One per texel: the triangle of that place.
     pub across_triangles: Vec<u32>,

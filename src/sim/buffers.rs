@@ -50,7 +50,7 @@ pub struct Counts {
     pub windows: u64,
     /// Transfers that the lists hold; 1 where particles do not change objects.
     pub transfers: u64,
-    /// Entries of the tables for particles that begin anew: triangles and objects, or 1 and 1.
+    /// Entries of the tables for particles that restart: triangles and objects, or 1 and 1.
     pub respawn: (u64, u64),
     /// Texels that have a bias; 0 while nothing is painted.
     pub painted: u64,

@@ -12,8 +12,8 @@ use super::types::{Motion, Particle};
 
 /// The state of `old` on the surface of `new`; `from` says for each object of `new` which of `old` it was, if any. Particles
 /// and trail stay where they are on their object, and so does what is left of food. As many as would begin on objects that are
-/// new begin there, from everywhere alike, so that these have their share; those whose object has gone begin anew, spread over
-/// all that is there. Distances and transfers begin anew.
+/// new begin there, from everywhere alike, so that these have their share; those whose object has gone restart, spread over
+/// all that is there. Distances and transfers restart.
 ///
 /// None where that has no meaning: with another number of particles, or an object that has become another mesh.
 #[must_use]
@@ -255,7 +255,7 @@ mod tests {
         (simulation, snapshot)
     }
 
-    /// Checks that a simulation goes on from the state, without losing particles.
+    /// Checks that a simulation continues from the state, without losing particles.
     fn goes_on(settings: &Settings, state: &Snapshot) {
         let new = setup(settings);
         state.validate(&new).unwrap();

@@ -1,4 +1,4 @@
-//! Checkpoints: the whole state in one file, so that an interrupted run goes on and ends in the same hash.
+//! Checkpoints: the whole state in one file, so that an interrupted run continues and ends in the same hash.
 //!
 //! Layout, little-endian: the magic `MYXOCKPT`, a version (u32), the length of the header (u32), the header (JSON),
 //! then the parts that `src/sim/kept.rs` lists, in that order and as they lie in memory, then the CRC-32 of all that precedes
@@ -84,7 +84,7 @@ impl Checkpoint {
         }
     }
 
-    /// Checks that a simulation of `scene` can go on from here. Returns notes on settings that differ and take effect from now on,
+    /// Checks that a simulation of `scene` can continue from here. Returns notes on settings that differ and take effect from now on,
     /// such as `trail.decay = 0.9, which was 0.95`, and a note if the checkpoint was written with other arithmetic.
     ///
     /// # Errors
@@ -382,7 +382,7 @@ mod tests {
         }
     }
 
-    /// Would catch: a state of another arithmetic that goes on without a word.
+    /// Would catch: a state of another arithmetic that continues without a word.
     #[test]
     fn states_of_another_arithmetic_go_on_with_a_note() {
         let mut settings = Settings::default();
@@ -407,7 +407,7 @@ mod tests {
         );
     }
 
-    /// Catches marks and counts of one step that go on from a checkpoint of an earlier version.
+    /// Catches marks and counts of one step that continue from a checkpoint of an earlier version.
     #[test]
     fn what_earlier_versions_kept_of_turns_is_forgotten() {
         let mut earlier = checkpoint();

@@ -229,7 +229,7 @@ impl Course {
         }
     }
 
-    /// Goes on from a snapshot of the same scene; distances are not known.
+    /// Continues from a snapshot of the same scene; distances are not known.
     ///
     /// # Errors
     /// When its poses are damaged, or are those of another number of objects. Then nothing has changed.

@@ -1,4 +1,4 @@
-//! Where a walk on one object meets the surface of another, and which way it goes on there. Twin of
+//! Where a walk on one object meets the surface of another, and which way it continues there. Twin of
 //! `shaders/include/crossing.glsl`.
 
 use glam::{Vec2, Vec3};
@@ -128,7 +128,7 @@ impl Terrain<'_> {
         })
     }
 
-    /// The walk that goes on from a meeting: outwards if `side` is 1, inwards if it is -1.
+    /// The walk that continues from a meeting: outwards if `side` is 1, inwards if it is -1.
     #[must_use]
     pub fn walker_from(&self, meeting: &Meeting, side: f32, rest: f32) -> Walker {
         let triangle = self.sides.faces[meeting.slot as usize].triangle;
@@ -234,7 +234,7 @@ impl Terrain<'_> {
         first
     }
 
-    /// The walker on the target, with which a walk goes on behind a crossing.
+    /// The walker on the target, with which a walk continues behind a crossing.
     #[must_use]
     pub fn walker_on_target(
         &self,

@@ -112,7 +112,7 @@ pub trait Part: Sync {
     fn upload(&self, ctx: &Context, state: &State, snapshot: &Snapshot) -> Result<(), GpuError>;
 }
 
-/// A part on its way to the host.
+/// A part being copied to the host.
 pub trait PartCopy: Send {
     /// Has its frame finished? Does not wait.
     fn is_there(&mut self) -> bool;
@@ -196,7 +196,7 @@ impl Copies {
     }
 }
 
-/// A buffer on its way to the host.
+/// A buffer being copied to the host.
 pub struct BufferCopy<T> {
     /// One for as much of it as the device allocates at once.
     readbacks: VecDeque<Readback<T>>,
@@ -416,7 +416,7 @@ impl<T: Pod, D: Pod + Send> Part for Section<T, D> {
     }
 }
 
-/// A line of the list on its way to the host.
+/// A line of the list being copied to the host.
 struct SectionCopy<T: 'static, D: 'static> {
     section: &'static Section<T, D>,
     copy: BufferCopy<D>,

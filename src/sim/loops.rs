@@ -5,7 +5,7 @@
 /// loops that are counted.
 pub const ROUNDS: u32 = 60_000;
 
-/// How many dispatches take so many rounds, if each goes on where the one before has stopped.
+/// How many dispatches take so many rounds, if each continues where the one before has stopped.
 #[must_use]
 pub fn dispatches_of(rounds: u64) -> u32 {
     rounds.div_ceil(ROUNDS.into()) as u32

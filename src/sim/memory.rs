@@ -374,7 +374,7 @@ pub fn check_method(device: &DeviceInfo, setup: &Setup, settings: &Settings) -> 
     Err(too_large(
         device,
         &format!(
-            "distance.method = \"{}\" {what}, and {limit}: use distance.method = \"bvh\", or begin anew with a smaller atlas.size",
+            "distance.method = \"{}\" {what}, and {limit}: use distance.method = \"bvh\", or restart with a smaller atlas.size",
             method.word()
         ),
     ))
@@ -407,7 +407,7 @@ pub fn atlas_error(device: &DeviceInfo, settings: &Settings, error: AtlasError) 
             format!("the texture coordinates of object {object}"),
             u64::from(*needed),
             if *tried { "" } else { "about " },
-            "mend them, or choose atlas.method charts or grid",
+            "repair them, or choose atlas.method charts or grid",
         ),
         _ => return Error::Atlas(error),
     };

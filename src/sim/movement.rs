@@ -64,7 +64,7 @@ impl Movement {
         self.time + steps as f64 * self.dt
     }
 
-    /// From `step` on, another time step: the time goes on from where it is.
+    /// From `step` on, another time step: the time continues from where it is.
     pub fn set_dt(&mut self, dt: f32, step: u64) {
         let dt = f64::from(dt);
         if dt != self.dt {
@@ -156,7 +156,7 @@ impl Movement {
 }
 
 impl SavedMovement {
-    /// The saved movement, to go on from this step; `None` if it is damaged.
+    /// The saved movement, to continue from this step; `None` if it is damaged.
     #[must_use]
     pub(super) fn restore(&self, from: u64) -> Option<Movement> {
         let outside = self

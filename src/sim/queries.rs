@@ -18,7 +18,7 @@ use crate::mesh::walk::{BorderRule, SurfacePoint, WalkEnd, WalkQuery, WalkStatus
 /// Walks of one dispatch.
 const BATCH: usize = 1 << 20;
 
-/// Edge crossings of one dispatch, all walks together: a walk goes on in the next one, so that no dispatch runs for
+/// Edge crossings of one dispatch, all walks together: a walk continues in the next one, so that no dispatch runs for
 /// seconds.
 const CROSSINGS: usize = 1 << 25;
 

@@ -349,7 +349,7 @@ impl Simulation {
         }))
     }
 
-    /// Goes on from a snapshot of the same scene.
+    /// Continues from a snapshot of the same scene.
     ///
     /// # Errors
     /// When it has another number of particles or texels.

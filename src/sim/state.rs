@@ -211,7 +211,7 @@ pub struct Nearness {
 
 /// Places on other objects, for texels that they cover.
 pub struct Across {
-    /// One per texel: for covered ones, the place on the other object where walks go on, as a packed atlas position.
+    /// One per texel: for covered ones, the place on the other object where walks continue, as a packed atlas position.
     pub places: Store<u32>,
     /// One per texel: the triangle of that place.
     pub triangles: Store<u32>,

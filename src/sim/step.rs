@@ -102,7 +102,7 @@ fn take_distances(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Particles that go into another object change to it, or begin anew, as the strategy says.
+/// Particles that go into another object change to it, or restart, as the strategy says.
 fn change_objects(s: &mut Step, plan: &Plan<'_>) {
     match plan.strategy {
         Strategy::None => {}

@@ -10,7 +10,7 @@ use crate::strict::{cross2, direction2_or, quotient, reciprocal, within};
 /// No triangle that is laid out has less area.
 const TINY: f32 = 1e-30;
 
-/// A walk: where it is and how it goes on.
+/// A walk: where it is and how it continues.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StripWalk {
     /// The triangle.

@@ -9,7 +9,7 @@ use crate::mesh::surface::NONE;
 pub const OUTLOOK: u16 = 255;
 /// A step from here may lead to where particles change objects.
 pub const NEAR: u16 = 256;
-/// Walks that get here go on on another object.
+/// Walks that get here continue on another object.
 pub const COVERED: u16 = 512;
 /// Sensors that walk from here may get to where another object covers the surface.
 pub const IN_SIGHT: u16 = 1024;

@@ -304,8 +304,8 @@ fn a_layout_is_kept_and_read_again() {
 
     for damage in [&content[..content.len() / 2], b"", b"MYXOAT01 and nonsense"] {
         std::fs::write(&file, damage).expect("it can be written");
-        let mended = charts(&cache, &[]);
-        assert!(was_cut(&mended) && first.1 == mended.1);
+        let rebuilt = charts(&cache, &[]);
+        assert!(was_cut(&rebuilt) && first.1 == rebuilt.1);
         assert!(std::fs::read(&file).expect("it is there") == content);
     }
     // A layout of another mesh under this name.

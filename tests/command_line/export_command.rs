@@ -148,7 +148,7 @@ fn outputs_that_cannot_be_written_are_refused_at_once() {
     assert_eq!(std::fs::read(file).expect("it is there"), b"");
 }
 
-/// A series has the states of its steps, as a run to each of them exports it, and goes on where a checkpoint ended.
+/// A series has the states of its steps, as a run to each of them exports it, and continues where a checkpoint ended.
 #[test]
 fn a_series_has_each_step_in_a_file_of_its_own() {
     if no_device() {

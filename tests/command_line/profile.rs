@@ -180,7 +180,7 @@ fn check_statistics(report: &Value) {
     assert_eq!(
         bytes("walk_sensors"),
         None,
-        "the device alone knows how many"
+        "only the device has the number"
     );
     let texels = bytes("diffuse").expect("it is counted") / 20.0;
     assert!((100_000.0..512.0 * 512.0).contains(&texels), "{texels}");

@@ -260,7 +260,7 @@ fn stepped(gpu: &Gpu, scene: &Scene, setup: &Setup, state: &Snapshot) -> (Partic
     (kernel.particles[0], kernel.motions[0])
 }
 
-/// Would alone catch: a strip that goes on behind another edge where the way runs along one edge and through its end.
+/// Would alone catch: a strip that continues behind another edge where the way runs along one edge and through its end.
 #[test]
 fn a_way_along_an_edge_goes_through_its_end_as_ruled() {
     let Some(gpu) = gpu() else { return };

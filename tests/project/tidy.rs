@@ -166,7 +166,7 @@ fn files_use_each_other_one_way() {
     );
 }
 
-/// The programs that tests are built into, and what belongs there. Each is linked by itself, so there are few.
+/// The programs that tests are built into, and what belongs there. Each is linked separately, so there are few.
 const PROGRAMS: &[(&str, &str)] = &[
     ("kernels", "kernels against their twins"),
     ("simulation", "what holds over many steps"),
@@ -493,7 +493,7 @@ fn functions_of_kernels(text: &str) -> Vec<usize> {
     for (i, line) in lines.iter().enumerate() {
         let mut code = code_of(line);
         let is_use = code.contains("use ");
-        // A `use` may go on.
+        // A `use` may continue.
         let mut rest = lines[i + 1..].iter();
         while is_use && !code.contains(';') {
             let Some(line) = rest.next() else { break };

@@ -427,7 +427,7 @@ fn resumed_food_is_what_was_left() {
     let end = resumed.snapshot().unwrap();
     assert_eq!(end.food, whole.food);
     assert_eq!(end.hash(), whole.hash());
-    // Without food there is nothing to go on with.
+    // Without food there is nothing to continue with.
     let bare = scene_of_several(&TRIO, |s| {
         s.particles.count = 3000;
         s.atlas.size = 256;

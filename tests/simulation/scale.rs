@@ -53,7 +53,7 @@ fn run_on(gpu: Gpu, scene: &Scene, steps: u32) -> (u64, Vec<RgbaImage>) {
         });
         canvas.image()
     });
-    // What was saved goes on as if nothing had happened.
+    // What was saved continues as if nothing had happened.
     simulation.restore(&snapshot).unwrap();
     assert_eq!(simulation.snapshot().unwrap().hash(), snapshot.hash());
     drop((renderer, simulation, frames));

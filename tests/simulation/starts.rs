@@ -1,4 +1,4 @@
-//! Where particles begin, and how they go on, does not depend on how many threads the host has.
+//! Where particles begin, and how they continue, does not depend on how many threads the host has.
 
 use crate::program::{Folder, TINY, no_device, path, program, report, text};
 

@@ -127,7 +127,7 @@ fn every_strategy_gives_the_same_bits_twice() {
     gpu.finish();
 }
 
-/// Ids of particles that left their object in a step, arrived on another one, or began anew, each with the object that it is on
+/// Ids of particles that left their object in a step, arrived on another one, or restarted, each with the object that it is on
 /// or goes to.
 fn changed(setup: &Setup, before: &Snapshot, after: &Snapshot) -> BTreeMap<u32, u32> {
     let object = |p: &Particle| setup.surface.triangles[p.triangle as usize].object;
@@ -482,7 +482,7 @@ fn identical_objects_in_one_place_have_their_outcome() {
     gpu.finish();
 }
 
-/// Those that begin anew lie on the object that they were on, anywhere by area.
+/// Those that restart lie on the object that they were on, anywhere by area.
 #[test]
 fn respawned_particles_stay_on_their_object() {
     let Some(gpu) = gpu() else { return };

@@ -1,4 +1,4 @@
-//! Painted areas: they stay when the scene begins anew, are saved beside it, and particles begin on them.
+//! Painted areas: they stay when the scene restarts, are saved beside it, and particles begin on them.
 
 use myxo::scene::settings::Start;
 
@@ -61,7 +61,7 @@ fn painted_areas_stay_are_saved_and_are_begun_on() {
     // After a restart it is still there and can still be undone.
     lab.key("period");
     lab.wait("a step", |seen| seen["state"]["step"].as_u64() > Some(0));
-    lab.key_until("r", "it begins anew", "step", 0);
+    lab.key_until("r", "it restarts", "step", 0);
     lab.probes("it attracts still", attracts);
     lab.key("ctrl+z");
     lab.probes("nothing attracts", |painted| !attracts(painted));

@@ -53,7 +53,7 @@ fn what_had_grown_comes_back() {
     assert_ne!(was[1], "null", "something attracts");
 
     // Reset by mistake, and painted over.
-    lab.key_until("r", "it begins anew", "step", 0);
+    lab.key_until("r", "it restarts", "step", 0);
     lab.paint_with("erase");
     lab.click("tool=look");
     let young = probed(&lab);
@@ -80,10 +80,10 @@ fn what_had_grown_comes_back() {
     lab.click("back");
     stands(&lab, "cube", grown);
     // Two resets: a state of few steps does not replace the kept one.
-    lab.key_until("r", "it begins anew", "step", 0);
+    lab.key_until("r", "it restarts", "step", 0);
     lab.key("period");
     stands(&lab, "cube", 1);
-    lab.key_until("r", "it begins anew again", "step", 0);
+    lab.key_until("r", "it restarts again", "step", 0);
     lab.click("back");
     stands(&lab, "cube", grown);
 

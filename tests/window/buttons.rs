@@ -23,7 +23,7 @@ fn every_button_and_key_has_its_effect() {
     lab.click("reset");
     lab.wait("from the beginning", |seen| step(seen) == 0);
     lab.key_until("space", "it runs", "playing", true);
-    lab.wait("it goes on", |seen| step(seen) > 3);
+    lab.wait("the simulation continues", |seen| step(seen) > 3);
     lab.key_until("space", "it is held", "playing", false);
 
     // What the picture shows.
@@ -91,7 +91,7 @@ fn every_button_and_key_has_its_effect() {
     assert_ne!(lab.save("cube").physarum, by_chance.physarum);
     lab.type_into("morph", 0.5, "0.5");
     lab.key("bracketright");
-    lab.wait("it is on its way, or there", |seen| {
+    lab.wait("the look changes, or has changed", |seen| {
         seen["state"]["preset"] == "network"
     });
     lab.wait("it is there", |seen| seen["state"]["morphing"] == false);

@@ -193,7 +193,7 @@ fn a_scene_on_its_way_can_be_given_up() {
             lab.key(way);
         }
         lab.wait("it is given up", given_up);
-        lab.wait("what ran goes on", |seen| step(seen) > before);
+        lab.wait("the simulation continues", |seen| step(seen) > before);
         lab.click_until("discard", "pending", false);
         // The notice of the first is not that of the second.
         lab.key("F12");

@@ -29,12 +29,12 @@ fn the_window_answers_within_a_long_step_and_applies_changes_after_it() {
     drop(device);
     let lab = Lab::open(&SLOW);
 
-    // The help comes and goes, and steps go on meanwhile.
+    // The help comes and goes, and steps continue meanwhile.
     let before = lab.seen().expect("the lab has reported");
     for is_open in [true, false, true, false] {
         lab.key_until("F1", "the help", "help", is_open);
     }
-    lab.wait("steps go on", |seen| {
+    lab.wait("steps continue", |seen| {
         number(seen, "step") > number(&before, "step") + 2
     });
 
@@ -50,7 +50,7 @@ fn the_window_answers_within_a_long_step_and_applies_changes_after_it() {
     for _ in 0..60 {
         lab.perform(Gesture::MoveBy(2, 1));
     }
-    let seen = lab.wait("steps go on", |seen| number(seen, "step") > begun + 1);
+    let seen = lab.wait("steps continue", |seen| number(seen, "step") > begun + 1);
     if is_slow {
         assert!(number(&seen, "answers_within_steps") > 3, "{seen:?}");
     }

@@ -24,20 +24,20 @@ fn lose(lab: &Lab) {
         let notice = seen["state"]["notice"].as_str();
         notice.is_some_and(|text| text.starts_with("The device was lost (vk"))
     });
-    let told = seen["state"]["notice"].as_str().unwrap().to_owned();
+    let notice = seen["state"]["notice"].as_str().unwrap().to_owned();
     for part in [
         "what had grown is gone",
         "begins anew",
         "cube_000001.toml",
         "fewer particles",
     ] {
-        assert!(told.contains(part), "{part}: {told}");
+        assert!(notice.contains(part), "{part}: {notice}");
     }
     lab.wait("the scene is there from the beginning", |seen| {
         seen["state"]["loading"] == false && seen["state"]["step"] == 0
     });
     // It was paused before, so it still is.
-    lab.key_until("space", "it goes on", "playing", true);
+    lab.key_until("space", "the simulation continues", "playing", true);
     goes_on(lab);
 }
 

@@ -99,7 +99,7 @@ fn objects_are_duplicated() {
     assert_eq!(rest.objects[..3], twice.objects);
     assert_eq!(rest.objects[3].name, "ball 3");
     lab.key_until("space", "it runs", "playing", true);
-    lab.wait("it goes on", |seen| {
+    lab.wait("the simulation continues", |seen| {
         seen["state"]["step"].as_u64() > Some(grown)
     });
     lab.quit();
@@ -193,7 +193,7 @@ fn objects_are_scaled_added_and_removed() {
         there_are(&lab, "2", grown);
     }
     lab.key_until("space", "it runs", "playing", true);
-    lab.wait("it goes on", |seen| {
+    lab.wait("the simulation continues", |seen| {
         seen["state"]["step"].as_u64() > Some(grown)
     });
     lab.quit();

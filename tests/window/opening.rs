@@ -106,13 +106,13 @@ fn files_are_opened_by_a_dialog() {
     assert!(objects[1].mesh.ends_with("tip.obj"), "{objects:?}");
 
     // The notices are those of dropped files.
-    for (file, told) in [
+    for (file, part) in [
         (&wrong, "trail.decay = 7 is out of range"),
         (&look, "The look of fern"),
     ] {
         lab.key_until("ctrl+o", "the dialog", "opening", true);
         type_path(&lab, path(file), false);
-        hear_once_loaded(&lab, told);
+        hear_once_loaded(&lab, part);
     }
     assert_eq!(lab.save("ball").trail.decay, 0.375);
     // Saving under a name of one's own, which becomes the scene's.
@@ -173,7 +173,7 @@ fn files_are_opened_by_a_dialog() {
     lab.wait("it is gone", |seen| !is_told(seen));
 
     // The folder for exports, typed by hand.
-    let folder = lab.folder.file("taken out");
+    let folder = lab.folder.file("my exports");
     std::fs::create_dir(&folder).expect("it is new");
     lab.click_until("out", "out", true);
     lab.click_until("out.folder:choose", "opening", true);

@@ -126,7 +126,9 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
         drop_and_hear(&lab, &file, part);
     }
     let before = lab.seen().expect("the lab has reported")["state"]["step"].as_u64();
-    lab.wait("it goes on", |seen| seen["state"]["step"].as_u64() > before);
+    lab.wait("the simulation continues", |seen| {
+        seen["state"]["step"].as_u64() > before
+    });
     assert_eq!(lab.save("cube").trail.decay, 0.375, "nothing has changed");
 
     // Another scene, with the look that is here.
@@ -199,8 +201,8 @@ fn files_that_are_dropped_together_all_come() {
     assert_eq!(saved.trail.decay, 0.375);
     // A notice says what is odd about a mesh.
     let odd = lab.folder.with("odd.obj", format!("{mesh}f 1 3 2\n"));
-    let told = "odd: 1 triangle that is there already, dropped";
-    drop_and_hear(&lab, &odd, told);
+    let part = "odd: 1 triangle that is there already, dropped";
+    drop_and_hear(&lab, &odd, part);
     lab.wait("it joins", |seen| seen["values"]["objects"] == "5");
     lab.quit();
 }
@@ -224,12 +226,12 @@ fn checkpoints_come_back() {
     // A dropped checkpoint continues from its step, with its settings.
     lab.type_until("trail.decay", 0.9, "0.75", "trail.decay", "0.75");
     lab.key_until("space", "it runs", "playing", true);
-    lab.wait("it goes on", |seen| {
+    lab.wait("the simulation continues", |seen| {
         seen["state"]["step"].as_u64() > Some(then + 10)
     });
     lab.key_until("space", "it is held", "playing", false);
-    let told = format!("Going on from step {then}");
-    drop_and_hear(&lab, &file, &told);
+    let part = format!("Going on from step {then}");
+    drop_and_hear(&lab, &file, &part);
     lab.wait("it is there", |seen| {
         seen["state"]["scene"] == "cube_000001" && seen["state"]["step"] == then
     });
@@ -246,7 +248,7 @@ fn checkpoints_come_back() {
     let lab = Lab::open(&["--resume", path(&again)]);
     lab.wait("a notice", |seen| {
         let notice = seen["state"]["notice"].as_str();
-        seen["state"]["scene"] == "again" && notice.is_some_and(|text| text.contains(&told))
+        seen["state"]["scene"] == "again" && notice.is_some_and(|text| text.contains(&part))
     });
     assert!(step(&lab) >= Some(then));
     assert_eq!(lab.save("again").trail.decay, 0.5);

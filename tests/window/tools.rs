@@ -150,17 +150,17 @@ fn brushes_paint_what_they_touch() {
     lab.paint_with("trail");
     let painted = lab.probed("trail");
     lab.key_until("space", "it runs", "playing", true);
-    lab.wait("it goes on", |seen| step(seen) > held + 30);
+    lab.wait("the simulation continues", |seen| step(seen) > held + 30);
     assert_ne!(lab.probed("trail"), painted);
 
     // The probe's button, and the camera's tool.
-    let told = |seen: &Value| seen["values"]["probe.trail"].is_string();
+    let has_value = |seen: &Value| seen["values"]["probe.trail"].is_string();
     lab.click("probe");
     lab.point("picture", 0.5);
-    lab.wait("it says nothing", |seen| !told(seen));
+    lab.wait("it says nothing", |seen| !has_value(seen));
     lab.click("probe");
     lab.point("picture", 0.5);
-    let seen = lab.wait("it says it again", told);
+    let seen = lab.wait("it says it again", has_value);
     let says = |what: &str| seen["values"][format!("probe.{what}")].as_str();
     assert_eq!(says("object"), Some("ball"));
     let triangle = says("triangle").map(|words| words.replace(',', ""));
@@ -200,7 +200,7 @@ fn strokes_that_stay_are_undone_and_redone() {
         });
     };
     // Does the notice of a saved scene mention a map of areas?
-    let tells = |part: bool| {
+    let says_areas = |part: bool| {
         lab.save("pair");
         lab.wait("a notice", |seen| {
             let notice = seen["state"]["notice"].as_str().unwrap_or_default();
@@ -212,13 +212,13 @@ fn strokes_that_stay_are_undone_and_redone() {
     // No-go areas: painted, undone and redone.
     lab.paint_with("no-go");
     is("no-go");
-    tells(true);
+    says_areas(true);
     lab.key("ctrl+z");
     is_none();
-    tells(false);
+    says_areas(false);
     lab.key("ctrl+shift+z");
     is("no-go");
-    tells(true);
+    says_areas(true);
 
     // Undo takes strokes one by one, in order with other changes; it brings erased areas back, too.
     lab.paint_with("erase");
@@ -289,7 +289,7 @@ fn tools_work_in_every_view() {
         lab.key_until(key, show, "show", show);
         lab.pick("ball");
         lab.key("Escape");
-        lab.wait("it is let go", |seen| seen["values"]["picked"] == "");
+        lab.wait("nothing is picked", |seen| seen["values"]["picked"] == "");
     }
     // The atlas is flat.
     lab.key_until("0", "the atlas", "show", "atlas");

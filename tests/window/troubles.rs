@@ -24,7 +24,9 @@ pub fn hear(lab: &Lab, part: &str) {
 #[track_caller]
 pub fn goes_on(lab: &Lab) {
     let before = lab.seen().expect("the lab has reported")["state"]["step"].as_u64();
-    lab.wait("it goes on", |seen| seen["state"]["step"].as_u64() > before);
+    lab.wait("the simulation continues", |seen| {
+        seen["state"]["step"].as_u64() > before
+    });
 }
 
 /// The program with a limit on the size of files, in blocks, which acts like a full disk.
@@ -93,14 +95,14 @@ fn a_recording_that_finds_the_disk_full_keeps_its_whole_frames() {
             "{notice}"
         );
         let file = arrived(&lab, &name);
-        let told = notice
+        let part = notice
             .rsplit_once('(')
             .and_then(|(_, rest)| rest.split_once(' '));
-        let told: Option<u64> = told.and_then(|(frames, _)| frames.parse().ok());
+        let part: Option<u64> = part.and_then(|(frames, _)| frames.parse().ok());
         // A GIF stores equal frames once.
         let (_, shown) = shown_of(&file);
-        assert!(shown >= 1 && Some(shown) <= told, "{shown}: {notice}");
-        assert!(ending == "gif" || Some(shown) == told, "{shown}: {notice}");
+        assert!(shown >= 1 && Some(shown) <= part, "{shown}: {notice}");
+        assert!(ending == "gif" || Some(shown) == part, "{shown}: {notice}");
         goes_on(&lab);
     }
     lab.quit();
@@ -219,11 +221,11 @@ fn shows_what_it_finishes() -> bool {
     assert_eq!(size, [2048, 2048]);
     assert!(frames >= 1);
     let said = said(&lab.said);
-    for told in [
+    for part in [
         "finishing film_000001.gif ...".to_owned(),
         format!("saved {}", file.display()),
     ] {
-        assert!(said.contains(&told), "{told}: {said}");
+        assert!(said.contains(&part), "{part}: {said}");
     }
     is_shown
 }
@@ -245,8 +247,8 @@ fn a_window_that_is_closed_finishes_its_picture() {
     let picture = image::open(&file).expect("it is whole");
     assert_eq!((picture.width(), picture.height()), (3840, 2160));
     let said = said(&lab.said);
-    let told = format!("saved {}", file.display());
-    assert!(said.contains(&told), "{told}: {said}");
+    let part = format!("saved {}", file.display());
+    assert!(said.contains(&part), "{part}: {said}");
 }
 
 /// The terminal lists files and objects that were not loaded yet.
@@ -280,14 +282,14 @@ fn a_window_that_is_closed_lists_what_was_not_loaded() {
         .with("tip.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     lab.drop_files(&[&mesh]);
     let seen = lab.seen().expect("the lab has reported");
-    assert_eq!(seen["state"]["loading"], true, "it is still on its way");
+    assert_eq!(seen["state"]["loading"], true, "it is still loading");
     let lab = lab.quit_and_keep();
     let said = said(&lab.said);
-    for told in [
+    for part in [
         "ball was not taken out of the scene",
         "tip.obj was not opened",
     ] {
-        assert!(said.contains(told), "{told}: {said}");
+        assert!(said.contains(part), "{part}: {said}");
     }
     leased.kill().expect("it waits for its input to end");
     leased.wait().expect("it was killed");
@@ -308,12 +310,12 @@ fn leased(file: &Path) -> Child {
         .stdout(Stdio::piped())
         .spawn()
         .expect("python3 is installed");
-    let mut told = String::new();
+    let mut part = String::new();
     let output = process.stdout.take().expect("it is piped");
     BufReader::new(output)
-        .read_line(&mut told)
+        .read_line(&mut part)
         .expect("it is text");
-    assert_eq!(told, "leased\n");
+    assert_eq!(part, "leased\n");
     process
 }
 
@@ -333,7 +335,7 @@ fn a_window_of_any_size_goes_on_and_its_last_object_stays() {
     }
     goes_on(&lab);
     lab.key_until("space", "it answers", "playing", false);
-    lab.key_until("space", "and goes on", "playing", true);
+    lab.key_until("space", "it continues", "playing", true);
     lab.pick("cube");
     lab.key("Delete");
     hear(&lab, "last");

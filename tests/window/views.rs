@@ -10,13 +10,13 @@ use crate::{Lab, SMALL, can_open};
 /// Drags until something has changed.
 #[track_caller]
 pub fn drag_until(lab: &Lab, name: &str, (right, down): (i32, i32), value: &str) {
-    let told = |seen: &Value| seen["values"][value].clone();
-    let before = told(&lab.seen().expect("the lab has reported"));
+    let shown = |seen: &Value| seen["values"][value].clone();
+    let before = shown(&lab.seen().expect("the lab has reported"));
     let act = || {
         lab.point(name, 0.5);
         lab.drag(1, 6, (right / 6, down / 6));
     };
-    lab.again_until(value, act, |seen| told(seen) != before);
+    lab.again_until(value, act, |seen| shown(seen) != before);
 }
 
 /// Empties the field that parameters are looked for in, so that the panel shows everything.
@@ -122,7 +122,9 @@ fn every_view_can_be_chosen_and_is_reported() {
     // Values that can change while it runs do not restart the scene.
     assert_eq!(seen["state"]["loading"], false);
     assert!(seen["state"]["step"].as_u64() >= before, "{seen}");
-    lab.wait("it goes on", |seen| seen["state"]["step"].as_u64() > before);
+    lab.wait("the simulation continues", |seen| {
+        seen["state"]["step"].as_u64() > before
+    });
     lab.key("ctrl+z");
     lab.wait("it can be undone", |seen| {
         seen["values"]["trail.decay"] == "0.5"

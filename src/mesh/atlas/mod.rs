@@ -165,7 +165,7 @@ pub enum AtlasError {
     },
     /// The model's own texture coordinates cannot be used.
     #[error(
-        "the texture coordinates of object {object} cannot be its atlas: {problem}; mend them, or choose \
+        "the texture coordinates of object {object} cannot be its atlas: {problem}; repair them, or choose \
          atlas.method charts or grid"
     )]
     OwnUvs {

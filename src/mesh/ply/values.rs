@@ -12,7 +12,7 @@ pub(super) struct Values<'a> {
     line: usize,
     /// Each element has a line of its own.
     has_rows: bool,
-    /// Lines that go on behind the last value of their element.
+    /// Lines that continue behind the last value of their element.
     pub(super) longer_rows: usize,
 }
 

@@ -272,7 +272,7 @@ const AFTER: &[Parameter] = &[
         key: "transfer.strategy",
         name: "Transfer strategy",
         unit: "",
-        help: "What becomes of particles that go into another object. none: they walk on. respawn: they begin anew anywhere on their own object, by area. The others let them change objects, and differ in how the particle buffer is kept in order: scattered: not at all. sequential, parallel: each object has a window of it, kept in order by one invocation or by many. direct: not at all, but for the sort. These four give the same bits.",
+        help: "What happens to particles that go into another object. none: they walk on. respawn: they restart anywhere on their own object, by area. The others let them change objects, and differ in how the particle buffer is kept in order: scattered: not at all. sequential, parallel: each object has a window of it, kept in order by one invocation or by many. direct: not at all, but for the sort. These four give the same bits.",
         effect: Effect::Live,
         kind: word!(transfer.strategy: Strategy),
     },

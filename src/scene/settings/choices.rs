@@ -107,7 +107,7 @@ choice! {
 choice! {
     /// Behaviour of a walk at an open border.
     Border {
-        /// The heading is mirrored and the walk goes on.
+        /// The heading is mirrored and the walk continues.
         #[default]
         Reflect = "reflect",
         /// The walk ends at the border.

@@ -7,7 +7,7 @@ use super::Simulation;
 use crate::error::Result;
 use crate::gpu::Recorder;
 
-/// A state on its way to the host.
+/// A state being copied to the host.
 pub struct SnapshotCopy {
     /// The parts on the host.
     host: Snapshot,

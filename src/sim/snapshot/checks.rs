@@ -11,7 +11,7 @@ use super::{Census, Snapshot};
 /// No trail grows so dense; sums over texels stay finite below it.
 const MOST_TRAIL: f32 = 1e30;
 
-/// Trail that can be gone on from: rounding in later steps stays below [`MOST_TRAIL`].
+/// Trail that can be continued from: rounding in later steps stays below [`MOST_TRAIL`].
 const MOST_LOADED_TRAIL: f32 = 0.1 * MOST_TRAIL;
 
 /// Scene radii. Changes of speeds and sizes while it runs have room below.
@@ -93,7 +93,7 @@ impl Snapshot {
         Ok(())
     }
 
-    /// Checks that steps can go on from here: no number is so large that arithmetic with it leaves single precision. Every
+    /// Checks that steps can continue from here: no number is so large that arithmetic with it leaves single precision. Every
     /// state that a simulation has come to is far from that, but a checkpoint may hold any numbers. What
     /// [`validate`](Self::validate) checks holds.
     ///
@@ -116,7 +116,7 @@ impl Snapshot {
         let mut trail = self.trail.iter().enumerate();
         if let Some((texel, value)) = trail.find(|(_, value)| **value > MOST_LOADED_TRAIL) {
             return Err(format!(
-                "the trail is {value} at texel {texel}, and at most {MOST_LOADED_TRAIL:e} can be gone on from"
+                "the trail is {value} at texel {texel}, and a run can continue from at most {MOST_LOADED_TRAIL:e}"
             ));
         }
         let mut bias = self.bias.iter().enumerate();

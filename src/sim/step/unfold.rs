@@ -21,7 +21,7 @@ use crate::sim::work::{Call, StepKernel};
 use crate::strict::{cross3, dot2, dot3, length3, positive, reciprocal, root};
 
 impl Plan<'_> {
-    /// Finds where walks go on on other objects.
+    /// Finds where walks continue on other objects.
     pub fn unfold(&self) -> Call<Unfold> {
         let lengths = self.lengths;
         Call {
@@ -122,7 +122,7 @@ pub struct UnfoldInputs<'a> {
     pub listed: &'a [ListedTile],
 }
 
-/// Marks texels near other objects, and finds for covered ones the place on the other object where walks go on.
+/// Marks texels near other objects, and finds for covered ones the place on the other object where walks continue.
 pub fn unfold(
     constants: &UnfoldConstants,
     params: &UnfoldParams,

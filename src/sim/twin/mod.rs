@@ -136,7 +136,7 @@ impl Simulation {
         (&self.arrays.tile_states, &self.arrays.margins)
     }
 
-    /// One per texel: where on another object walks go on, [`NONE`] where none covers it.
+    /// One per texel: where on another object walks continue, [`NONE`] where none covers it.
     #[must_use]
     pub fn across(&self) -> Vec<u32> {
         let texels = self.arrays.across.iter().zip(&self.arrays.surroundings);
@@ -214,7 +214,7 @@ impl Simulation {
         }
     }
 
-    /// Goes on from a snapshot of the same scene.
+    /// Continues from a snapshot of the same scene.
     ///
     /// # Panics
     /// When its poses are damaged.

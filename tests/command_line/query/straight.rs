@@ -149,7 +149,7 @@ impl Model {
                 return end;
             };
             end.crossings += 1;
-            // The part along the edge stays; the part across it goes on into the neighbour's plane.
+            // The part along the edge stays; the part across it continues into the neighbour's plane.
             let along = along.normalize();
             let inward = normal.cross(along);
             let middle: DVec3 = self.corners(next).into_iter().sum::<DVec3>() / 3.0;

@@ -296,8 +296,8 @@ impl Slotted {
     }
 }
 
-/// A bar with a slot, and walks up the wall of the slot onto a square that cuts through all of it. One that goes on
-/// outwards crosses the slot and gets into the other arm; one that goes on inwards comes out of a thin wall behind. The
+/// A bar with a slot, and walks up the wall of the slot onto a square that cuts through all of it. One that continues
+/// outwards crosses the slot and gets into the other arm; one that continues inwards comes out of a thin wall behind. The
 /// walk takes the side whose end is less covered by the bar, whichever that is.
 #[test]
 fn walks_go_inwards_where_the_way_out_is_more_covered() {

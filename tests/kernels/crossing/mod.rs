@@ -308,7 +308,7 @@ fn transfer_out_agrees_with_its_twin() {
 }
 
 /// Two planes that cross at an angle, somewhere in the world: a particle that has gone through the other one is folded
-/// about the line, and goes on on the side that the first plane's normal points to.
+/// about the line, and continues on the side that the first plane's normal points to.
 #[test]
 fn particles_go_on_as_the_fold_says() {
     let Some(gpu) = gpu() else { return };

@@ -36,7 +36,7 @@ fn queries(count: usize, triangles: u32, length: f64) -> Vec<WalkQuery> {
         .collect()
 }
 
-/// Few attempts at a time, so that walks of the twin stop and go on in every phase. How many have changed objects.
+/// Few attempts at a time, so that walks of the twin stop and continue in every phase. How many have changed objects.
 fn agree(gpu: &Gpu, surface: &Surface, poses: [Pose; 2], queries: &[WalkQuery]) -> usize {
     let trees = Trees::build(surface);
     let first = surface.objects[1].triangles.0;

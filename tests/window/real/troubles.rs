@@ -63,7 +63,7 @@ fn resizing_hiding_and_other_labs_do_not_harm_the_window() {
         assert!(now() > before, "it has not begun anew");
     }
     lab.key_until("space", "it answers", "playing", false);
-    lab.key_until("space", "and goes on", "playing", true);
+    lab.key_until("space", "it continues", "playing", true);
     assert!(other.wait().expect("it ends").success());
     lab.display(|display, _| display.hold_again());
     lab.pick("cube");

@@ -42,12 +42,12 @@ fn answers(lab: &Lab) -> Vec<f64> {
     while times.len() < KEYS {
         assert!(lost < KEYS, "keys do not come");
         // A key that was counted as lost may have arrived since.
-        let told = lab.wait("a notice", |seen| seen["state"]["help"].is_boolean());
-        let told = told["state"]["help"] == true;
+        let reported = lab.wait("the report", |seen| seen["state"]["help"].is_boolean());
+        let reported = reported["state"]["help"] == true;
         // Spread over all phases of a step.
         let pause = 120 + 37 * (times.len() as u64 * 7 % 11);
         sleep(Duration::from_millis(pause));
-        let shown = is_shown().unwrap_or(told);
+        let shown = is_shown().unwrap_or(reported);
         let begun = Instant::now();
         xdotool(&["key", "--delay", "0", "h"]);
         let is_answered = || is_shown() == Some(!shown);
