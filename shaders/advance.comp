@@ -183,7 +183,7 @@ void main() {
             && is_clear(middle_way, params.outlook_unit, here, ahead)
             && is_clear(right_way, params.outlook_unit, here, on_right);
         uint meets = (on_left | ahead | on_right) & COVERED;
-        // Where a walk ends is not known yet.
+        // The end of the walk is not known yet.
         bool walks = motion.pending > 0.0 || !all_clear;
         bool is_near = ACROSS && ((here & (walks ? IN_SIGHT : NEAR)) | meets) != 0u;
         uint list = walks ? (is_near ? WALKING_NEARBY : WALKING) : is_near ? NEARBY : NONE;
@@ -204,7 +204,7 @@ void main() {
     bool from_open = sees_others() && distances_of(texel_at(walked_position(w), params.pitch)) >= params.transfer_threshold;
     vec3 value;
     if (goes_straight) {
-        // Where there is gravity, sensors walk: only then a triangle is asked for.
+        // With gravity all sensors walk; only then the triangle is needed.
         value.x = sensed_at(straight + left_way, NONE, vec2(0.0), from_open);
         value.y = sensed_at(straight + middle_way, NONE, vec2(0.0), from_open);
         value.z = sensed_at(straight + right_way, NONE, vec2(0.0), from_open);

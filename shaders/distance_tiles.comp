@@ -88,7 +88,7 @@ Ball ball_of(uint tree, uint slot, vec4 point, vec3 place, SampleTile tile) {
 
 // May what is convex hold the nearest point for some place in the ball? `way` leads to the middle from its nearest point.
 // Its distance changes over the ball at least as along `way`, since it is convex; that of the nearest face at most as
-// along its own way, and by what this bends. So the difference shrinks no faster than the two ways differ. Of lengths and of what
+// along its own way, and by what this bends. Therefore the difference shrinks no faster than the two ways differ. Of lengths and of what
 // is asked of them squares are compared, which saves roots.
 bool may_be_nearest(Ball ball, vec3 way) {
     float square = dot_of(way, way);

@@ -47,7 +47,7 @@ fn of_checkout(folder: &Path) -> Option<String> {
     })
 }
 
-/// Where Git keeps its files: the folder `.git`, or the one that a file `.git` names.
+/// Git's folder: the folder `.git`, or the one that a file `.git` names.
 fn git_folder(folder: &Path) -> Option<PathBuf> {
     let git = folder.join(".git");
     if git.is_dir() {

@@ -264,7 +264,7 @@ mod tests {
         assert_eq!(names(&own), ["Moss, old"]);
         assert_eq!(std::fs::read_dir(&below).unwrap().count(), 2);
         assert!(OwnPresets::read(None).save("x", &text, &picture).is_err());
-        // Where a file has the name of the folder.
+        // If a file has the name of the folder, saving fails.
         let mut wrong = OwnPresets::read(Some(below.join("Moss, old.toml")));
         assert_eq!(wrong.all(), []);
         let error = wrong.save("x", &text, &picture).unwrap_err().to_string();

@@ -2,7 +2,7 @@
 // segment crosses. Twin of src/mesh/trees/search.rs.
 // The includer declares `nodes` first, a table of two words, and what nearest.glsl needs.
 //
-// A box is passed over only if it is farther than the nearest face by more than rounding. So the result is the face
+// A box is skipped only if it is farther than the nearest face by more than rounding. Therefore the result is the face
 // that a look at every one would give, whatever the order.
 //
 // Inner loops ask at their end whether they continue. If they did at the beginning, lavapipe would go through the body once

@@ -1,4 +1,4 @@
-// crossing: where a walk on one object meets the surface of another, and which way it continues there. Twin of
+// crossing: meetings of a walk on one object with the surface of another, and its continuation there. Twin of
 // src/sim/crossing.rs.
 // The includer declares `roots` first, the first node of each object's tree, and what walk.glsl, transfer.glsl and
 // sign.glsl need. Every place here is in the space of the other object, the target.
@@ -35,7 +35,7 @@ vec3 place_of(Pose target, Flight flight) {
     return place_in_object(target, flight.position);
 }
 
-// Where the straight way between two walkers meets the target first; `on` is one of them that is in the triangle that
+// The first meeting of the straight way between two walkers with the target; `on` is one of them that is in the triangle that
 // the way lies in, and `side` is -1 if it walks backwards.
 Meeting meeting_between(uint target, vec3 from, vec3 to, Flight on, float side) {
     Crossing crossing = first_crossing(roots[target], from, to);

@@ -26,7 +26,7 @@ vec3 rest_of(vec3 way, vec3 ab, vec3 ac, float u, float v) {
 
 // The weights of B and C of the nearest point, the square of the distance and the feature that it lies on (as a float).
 // The sides from A to B and C have 1 over the squares of their lengths as w, `steep` that of the side from B to C; its other words
-// are the normal over the square of its length, or zero if the triangle has no inside. So nothing is divided here.
+// are the normal over the square of its length, or zero if the triangle has no inside, so no division is needed here.
 // One way through: devices that run both sides of every branch would pay for each region. The inside counts where the
 // place projects into it; else the nearest of three points, one on each edge.
 vec4 nearest_in_face(vec3 way, vec4 ab_by, vec4 ac_by, vec4 steep) {

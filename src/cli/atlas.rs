@@ -120,7 +120,7 @@ impl Command for Atlas {
         if let (Some(sink), Some(picture)) = (out, picture) {
             sink.write(picture)?;
         }
-        // Where the picture goes to the standard output, the numbers go to the standard error.
+        // If the picture goes to the standard output, the numbers go to the standard error.
         if self.out.as_deref().is_some_and(is_stdout) {
             console::message(&text);
         } else {
@@ -131,7 +131,7 @@ impl Command for Atlas {
 }
 
 impl Atlas {
-    /// Where the picture goes.
+    /// The file or stream of the picture.
     fn sink(&self, path: &Path) -> Result<Sink> {
         if self.scenes.len() > 1 {
             return Err(Error::Invalid(format!(

@@ -53,7 +53,7 @@ pub struct ExportCommand {
     /// Writes the report of the run as JSON; - for the standard output
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// Where the colours of a .glb are stored
+    /// The place of the colours in a .glb
     #[arg(long, value_enum, default_value_t)]
     colors: Colors,
     #[command(flatten)]

@@ -10,7 +10,7 @@ use myxo::{Error, Result, regular_file};
 
 use crate::console;
 
-/// Where data goes that an option names: a file, or `-` for the standard output.
+/// The destination of an option: a file, or `-` for the standard output.
 #[derive(Debug)]
 pub struct Sink {
     path: PathBuf,

@@ -28,8 +28,8 @@ use crate::console;
 ///
 /// Every built-in scene runs a few steps, by every strategy, on the device and by the kernels' twins on
 /// the processor; some are painted on the way, and some have so few particles and texels that no group
-/// of a kernel is full. States are compared as hashes with those that the program carries. Where one differs,
-/// the first step, the first kernel and the first number are named.
+/// of a kernel is full. States are compared as hashes with those built into the program. If one differs, the first step, the first kernel
+/// and the first number are named.
 ///
 /// Exits 1 if anything differs.
 #[derive(Clone, Debug, Args)]
@@ -535,7 +535,7 @@ fn runs_of(name: &str) -> Vec<Runs> {
     std::iter::once(own).chain(extra).collect()
 }
 
-/// Where triangles lie in the texture, and particles at their start.
+/// A hash of the places of triangles in the texture, and of particles at their start.
 fn layout(setup: &Setup) -> String {
     let mut crc = crc32fast::Hasher::new();
     crc.update(bytemuck::cast_slice(&setup.atlas.maps));

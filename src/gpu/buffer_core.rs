@@ -20,7 +20,7 @@ pub enum Domain {
     Device,
     /// As `Device`, but kernels access it by [`Texels`](super::Texels), or draws as indices, so it may be larger than a binding.
     Texels,
-    /// As `Texels`, for elements of 16 bytes. Where the device [has pages](super::DeviceInfo::has_pages), it may be larger than an
+    /// As `Texels`, for elements of 16 bytes. If the device [has pages](super::DeviceInfo::has_pages), it may be larger than an
     /// allocation: pipelines over [tables in pages](super::Tables) reach all of it.
     Pages,
     /// Written by the host, read by the device.
@@ -168,7 +168,7 @@ impl BufferCore {
         self.domain
     }
 
-    /// The raw handle, for crates that draw by themselves. Where it lies in several pages, that of the first one.
+    /// The raw handle, for crates that draw by themselves. If it has several pages, that of the first one.
     #[must_use]
     pub fn raw(&self) -> vk::Buffer {
         self.extent.first()

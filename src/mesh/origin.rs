@@ -18,7 +18,7 @@ const APART: f64 = 8.0;
 const FEW: f64 = 65_536.0;
 
 /// The origin of the coordinates of a mesh in a box: zero, or if the box is small and far away, its middle.
-/// So a mesh about the origin that is moved, and whose coordinates are decimals, keeps nearly all of them to the bit.
+/// If a mesh around the origin with decimal coordinates is moved, nearly all of them keep their bits.
 #[must_use]
 pub fn of_mesh(low: DVec3, high: DVec3) -> DVec3 {
     if is_far_away(low, high) {

@@ -6,7 +6,7 @@ use std::fmt;
 use super::edges::{next, previous};
 use super::surface::NONE;
 
-/// So many names of a kind are listed in a report.
+/// The most names of a kind that a report lists.
 const MOST_NAMES: usize = 8;
 
 /// Sizes, topology and oddities of one mesh; printed in one line when nothing is odd.

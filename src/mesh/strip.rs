@@ -15,7 +15,7 @@ pub struct StripEdge {
     /// Its triangle times 4 plus its corner: the edge as that triangle sees it. [`NONE`] at an open border, where the
     /// triangle itself lies behind, mirrored.
     pub twin: u32,
-    /// Where its third corner lies along the edge, in parts of the edge, from the start that it sees.
+    /// The position of its third corner along the edge, in parts of the edge, from the start as that triangle sees it.
     pub along: f32,
     /// How far off the edge, in parts of the edge; positive.
     pub off: f32,
@@ -91,7 +91,7 @@ impl Surface {
             .collect()
     }
 
-    /// Where the third corner of a half-edge's triangle lies along the half-edge and off it, in parts of its length.
+    /// The position of the third corner of a half-edge's triangle along the half-edge and off it, in parts of its length.
     fn third_corner(&self, halfedge: u32) -> DVec2 {
         let Triangle { ab, cp, ch, .. } = self.triangles[halfedge as usize / 3];
         let corners = [

@@ -401,7 +401,7 @@ impl Surface {
     }
 }
 
-/// The frame of a triangle at a scale. Where rounding the scaled corners to float32 leaves no area, the exact ones do.
+/// The frame of a triangle at a scale. If the scaled corners have no area after rounding to float32, it uses the exact ones.
 fn frame_of(mesh: &Mesh, corners: &[u32; 3], scale: f32) -> Frame {
     let [a, b, c] = corners.map(|vertex| mesh.positions[vertex as usize]);
     let rounded = [a * scale, b * scale, c * scale].map(|position| position.as_dvec3());

@@ -779,7 +779,7 @@ fn ply_files_are_read() {
     }
 }
 
-/// Where a vertex has the number, the highest value of a type is that vertex and no end of a strip.
+/// If there is a vertex of that number, the highest value of a type is that vertex and no end of a strip.
 #[test]
 fn the_highest_index_may_be_a_vertex() {
     let mut text = "ply\nformat ascii 1.0\nelement vertex 256\nproperty float x\nproperty float y\nproperty float z\n\

@@ -50,7 +50,7 @@ pub enum WalkStatus {
     OutOfAttempts,
 }
 
-/// Where a walk ended.
+/// The end of a walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WalkEnd {
     /// The end point.
@@ -81,7 +81,7 @@ pub struct Frame {
 impl Frame {
     /// The frame of one triangle of a surface.
     ///
-    /// Where rounding the scaled corners to float32 left no area, the shape is the one that kernels walk on, and the
+    /// If rounding the scaled corners to float32 left no area, the shape is the one that kernels walk on, and the
     /// triangle's plane is some plane through its longest edge.
     #[must_use]
     pub fn of(surface: &Surface, triangle: u32) -> Self {

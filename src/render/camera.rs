@@ -87,9 +87,9 @@ impl Side {
 /// A half line in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it begins.
+    /// The start.
     pub origin: Vec3,
-    /// Where it goes; a unit vector.
+    /// The direction; a unit vector.
     pub direction: Vec3,
 }
 

@@ -5,7 +5,7 @@ use glam::{Affine3A, Vec3};
 use super::camera::Ray;
 use crate::mesh::surface::Surface;
 
-/// Where a ray meets a surface.
+/// The hit of a ray with a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Global triangle id.

@@ -33,7 +33,7 @@ pub struct View {
     pub charts: f32,
     /// The part of the atlas that is shown.
     pub atlas: AtlasWindow,
-    /// Where the light comes from.
+    /// The direction of the light.
     pub light: Light,
     /// The strength of ambient occlusion, 0 to 1.
     pub occlusion: f32,

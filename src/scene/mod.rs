@@ -360,7 +360,7 @@ fn name_of(path: &Path) -> String {
 
 /// The mean number. Every built-in scene has several texels per triangle.
 const MOST_TRIANGLES_A_TEXEL: u64 = 16;
-/// So many take a second, and the error of the atlas names a size that is large enough.
+/// This many load in a second, and the error of the atlas names a size that is large enough.
 const FEW_TRIANGLES: u64 = 1 << 20;
 
 /// The prefix of built-in names.

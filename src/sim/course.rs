@@ -98,7 +98,7 @@ impl Course {
         step(&plan)
     }
 
-    /// The next step with everything that one can have: with a sort, and with the distances that are due. Where nothing has moved
+    /// The next step with everything that one can have: with a sort, and with the distances that are due. If nothing has moved
     /// since they were last taken no step takes any, and they come as in the first one. Nothing counts as done.
     #[must_use]
     pub fn with_everything(&self, means: Means, changes: Changes) -> (Step, DistanceUpdate) {

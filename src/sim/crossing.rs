@@ -1,4 +1,4 @@
-//! Where a walk on one object meets the surface of another, and which way it continues there. Twin of
+//! Meetings of a walk on one object with the surface of another, and its continuation there. Twin of
 //! `shaders/include/crossing.glsl`.
 
 use glam::{Vec2, Vec3};

@@ -1,4 +1,4 @@
-//! Where every object is, step by step: motion from the scene, or poses that are set from outside.
+//! The pose of every object, step by step: by the scene's motion, or set from outside.
 //!
 //! The host computes poses in double precision and sends them along with the step's own commands, so a step that waits
 //! for its turn keeps the poses that it was recorded with, and neither host nor device waits for the other.

@@ -55,7 +55,7 @@
 //! more than [`MOST_IN_A_DRAW`], and scenes with a pair of more than [`MOST_CORNERS`] are refused.
 //!
 //! The mappings take the same time. With a short reach most of it goes into corners of triangles that turn out to be too
-//! far apart, 3.5 million of them; with a long one into fragments, which come in pieces of few texels. So the method is
+//! far apart, 3.5 million of them; with a long one into fragments, which come in pieces of few texels. Therefore the method is
 //! for comparing, and for small meshes.
 
 mod images;

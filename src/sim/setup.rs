@@ -52,7 +52,7 @@ pub struct Setup {
     pub poses: Vec<Pose>,
     /// The animations that objects follow, one per object.
     pub tracks: Vec<Option<RigidTrack>>,
-    /// Where coordinates are counted from, one per object.
+    /// The origins of coordinates, one per object.
     pub origins: Vec<Origins>,
     /// Data for distances between objects.
     pub distance: DistanceSetup,

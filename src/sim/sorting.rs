@@ -20,7 +20,7 @@ pub const SORT_INTERVAL: u64 = 16;
 /// it takes as long.
 const AT_ONCE_ON_CPU: u32 = 1 << 22;
 
-/// Else a segment has at least so many particles: on a graphics card the kernels of a sort take 20 to 30 microseconds to begin, and a
+/// Otherwise a segment has at least so many particles: on a graphics card the kernels of a sort take 20 to 30 microseconds to begin, and a
 /// step of so many particles 70 to 100.
 const SMALLEST: u32 = 1 << 19;
 

@@ -147,7 +147,7 @@ fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms) {
     });
 }
 
-/// Fixes which of the particles that `advance` has listed leave. Where it has found more than the lists hold, those with the
+/// Fixes which of the particles that `advance` has listed leave. If it has found more than the lists hold, those with the
 /// smallest keys are listed anew; else these kernels have no groups.
 fn select(s: &mut Step, plan: &Plan<'_>) {
     s.run(Threads(1), plan.close_list());

@@ -28,7 +28,7 @@ impl TreeQuery {
         Self::crossing(place, place)
     }
 
-    /// Where does the way from a place to another cross the surface first?
+    /// The first crossing of the segment between two places with the surface.
     #[must_use]
     pub fn crossing(place: Vec3, end: Vec3) -> Self {
         Self {

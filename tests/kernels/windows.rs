@@ -83,7 +83,7 @@ impl Ring {
                 v: 0.5,
                 id,
             };
-            // So that one sees whether it goes along.
+            // Distinct values, to check that it moves with the particle.
             motions[slot].pending = id as f32;
         }
         let mut windows = Vec::new();

@@ -290,7 +290,7 @@ fn fixed_sleeps(text: &str) -> Vec<usize> {
         .collect()
 }
 
-/// Where the tests of a file begin; its length if it has none.
+/// The offset of a file's tests; its length if it has none.
 fn first_of_tests(path: &Path, text: &str) -> usize {
     if path.ends_with("tests.rs") || path.iter().any(|part| part == "tests") {
         return 0;

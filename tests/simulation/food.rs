@@ -287,7 +287,7 @@ fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
         wrong += u32::from(off > 0.03 * distance);
     }
     assert!(looked_at > 100, "{what}: {looked_at}");
-    // Where ways round something meet there is a crest, which is flatter between texels.
+    // Where shortest paths around an obstacle meet there is a crest, which is flatter between texels.
     assert!(
         wrong * 50 <= looked_at,
         "{what}: {wrong} of {looked_at} are off by more than 3 %"

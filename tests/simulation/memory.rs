@@ -107,7 +107,7 @@ fn several_objects_take_memory() {
     gpu.finish();
 }
 
-/// So does food, where there is any.
+/// Food takes memory, too.
 #[test]
 fn food_takes_memory() {
     let Some(gpu) = common::gpu() else { return };

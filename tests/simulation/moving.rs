@@ -509,7 +509,7 @@ fn follow(folder: &Path, text: &str, mesh: &str) -> Result<Scene, String> {
     Scene::load(&path, &Overrides::default()).map_err(|error| error.to_string())
 }
 
-/// Where surfaces move into each other, most selected particles have crossed the line in which they meet.
+/// If surfaces move into each other, most selected particles have crossed the line in which they meet.
 #[test]
 fn most_go_over_the_line_in_which_surfaces_meet() {
     let Some(gpu) = gpu() else { return };

@@ -103,7 +103,7 @@ fn forms_for_graphics_cards_end_in_the_same_bits() {
         let expected = snapshot_after(&gpu, scene, 20);
         let found = snapshot_after(&cards, scene, 20);
         assert_eq!(found.hash(), expected.hash(), "scene {number}");
-        // Else some lists would have been empty.
+        // Otherwise some lists would have been empty.
         let flow = found.transfers.flow;
         assert!(flow.refused > 0 && flow.selected > flow.refused, "{flow:?}");
         gpu.finish();

@@ -147,7 +147,7 @@ fn changed(setup: &Setup, before: &Snapshot, after: &Snapshot) -> BTreeMap<u32, 
     jumped.collect()
 }
 
-/// Where all sensors walk.
+/// All sensors walk.
 #[test]
 fn a_step_agrees_with_its_twin_by_every_strategy() {
     agrees_with_its_twin(0, |settings| {
@@ -156,7 +156,7 @@ fn a_step_agrees_with_its_twin_by_every_strategy() {
     });
 }
 
-/// Where sensors read straight ahead if they can, and those that are near other objects come apart, with all that sensors weigh
+/// Sensors read straight ahead if they can, and particles near other objects are separated, with all terms of sensors
 /// but for heights.
 #[test]
 fn a_step_in_four_forms_agrees_with_its_twin_by_every_strategy() {
@@ -200,7 +200,7 @@ fn a_step_with_a_short_reach_agrees_with_its_twin_by_every_strategy() {
     }
 }
 
-/// Where every object has values of its own, far from the scene's.
+/// Every object has values of its own, far from the scene's.
 #[test]
 fn a_step_with_values_of_objects_agrees_with_its_twin_by_every_strategy() {
     agrees_with_its_twin(1, |settings| {

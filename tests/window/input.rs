@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::lab::PATIENCE;
 use crate::real::display::Display;
 
-/// Where input goes.
+/// The receiver of input.
 pub enum Input {
     Lines(Box<Lines>),
     Display(Box<Display>),

@@ -4,7 +4,7 @@
 //! operated if a pointer button was pressed while the pointer was on it, and a key if it was pressed anywhere; the tests themselves check
 //! the effects. Controls that no test meets are found by the tests of the project.
 //!
-//! Where tests run in several processes, the variable `MYXO_WORKED` names a folder in which each process keeps what it has seen
+//! If tests run in several processes, the variable `MYXO_WORKED` names a folder in which each process keeps what it has seen
 //! and done; the process that runs the check at the end, alone, reads all of it.
 
 use std::collections::{BTreeMap, BTreeSet};

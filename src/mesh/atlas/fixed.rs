@@ -1,6 +1,6 @@
 //! The fixed-point grid that positions in the texture lie on, for all methods but `grid`.
 //!
-//! Positions are whole numbers of *units*, 2^22 or fewer of them a side. So `origin`, `du` and `dv` of a map are exact in
+//! Positions are whole numbers of *units*, 2^22 or fewer of them a side. Therefore `origin`, `du` and `dv` of a map are exact in
 //! single precision and give all three corners back, triangles agree bitwise on the corners that they share, and all decisions about
 //! positions are made in whole numbers: they do not depend on where in the texture a chart is placed.
 

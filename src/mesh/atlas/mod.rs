@@ -5,7 +5,7 @@
 //! which owned texels each is filled, so that a bilinear read near a seam sees what lies across it.
 //!
 //! **Invariant:** every texel whose centre is within `gutter` texels (in either direction) of any point of a chart is
-//! owned by that chart or is its gutter. So bilinear reads at points of a triangle, and deposits, never touch another
+//! owned by that chart or is its gutter. Therefore bilinear reads at points of a triangle, and deposits, never touch another
 //! chart's texels or empty ones. Every chart owns a texel, however small it is.
 //!
 //! **Invariant:** with `grid` the texel that holds the mapped position of any point of a triangle is owned, by that

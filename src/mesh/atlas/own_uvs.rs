@@ -1,7 +1,7 @@
 //! The `mesh` layout: by the models' own texture coordinates.
 //!
 //! The unit square of a single object is the whole texture. With several objects each has a square in it, with sizes such that all have
-//! equally many texels per surface area, times their weights. Where a model's coordinates run clockwise (glTF has `v` downwards) they are
+//! equally many texels per surface area, times their weights. If a model's coordinates run clockwise (glTF has `v` downwards) they are
 //! flipped vertically. An *island* is a set of triangles connected by edges whose coordinates agree on both sides; each is a chart.
 
 use glam::{DVec2, IVec2, Vec2};

@@ -144,7 +144,7 @@ impl<'a> Scene<'a> {
         self.parents[index]
     }
 
-    /// Where a node of the scene is.
+    /// The world transform of a node of the scene.
     pub(super) fn world(&self, index: usize) -> DMat4 {
         self.worlds[index].unwrap_or(DMat4::IDENTITY)
     }

@@ -95,7 +95,7 @@ fn flat(bvh: &Bvh2) -> Flat {
         nodes: vec![Node::zeroed()],
         order: Vec::with_capacity(bvh.primitive_indices.len()),
     };
-    // Where it goes, and where it comes from.
+    // The new index, and the old one.
     let mut open = vec![(0, 0)];
     while let Some((to, from)) = open.pop() {
         let node = &bvh.nodes[from];

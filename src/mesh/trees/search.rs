@@ -116,7 +116,7 @@ pub fn nearest_on(nodes: &[Node], faces: &[Face], root: u32, place: Vec3, reach:
     best_slot
 }
 
-/// Where a segment crosses a surface first.
+/// The first crossing of a segment with a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
     /// The face, [`NONE`] if nowhere.

@@ -33,7 +33,7 @@ pub struct Sides<'a> {
     pub pseudonormals: &'a [Vec4],
     /// Three vertex indices per triangle.
     pub corners: &'a [u32],
-    /// Where those of vertices begin.
+    /// Index of the first pseudonormal of a vertex.
     pub first_vertex_normal: u32,
 }
 

@@ -133,7 +133,7 @@ const BEFORE: &[Parameter] = &[
         key: "particles.start_direction",
         name: "Start direction",
         unit: "",
-        help: "For the start heading aligned: a direction in the world, of any length but 0. Where it stands upright on the surface, headings are random.",
+        help: "For the start heading aligned: a direction in the world, of any length but 0. If it is normal to the surface, headings are random.",
         effect: Effect::Restart,
         kind: vector!(particles.start_direction, (-1.0, 1.0)),
     },

@@ -5,7 +5,7 @@ pub use crate::mesh::atlas::AtlasMethod;
 use crate::choice::choice;
 
 choice! {
-    /// Where particles begin.
+    /// The start places of particles.
     Start {
         /// Everywhere, equally many for equal area.
         #[default]
@@ -16,7 +16,7 @@ choice! {
         Ring = "ring",
         /// Inside of such a circle.
         Disc = "disc",
-        /// Where a picture of the texture is light.
+        /// Where a picture of the texture is bright.
         Mask = "mask",
         /// All on one food or marker.
         Food = "food",
@@ -24,7 +24,7 @@ choice! {
 }
 
 choice! {
-    /// Where the particles of one object begin.
+    /// The start places of one object's particles.
     ObjectStart {
         /// As in the scene's start.
         #[default]
@@ -37,7 +37,7 @@ choice! {
         Ring = "ring",
         /// Inside of such a circle.
         Disc = "disc",
-        /// Where a picture of the texture is light.
+        /// Where a picture of the texture is bright.
         Mask = "mask",
     }
 }
@@ -58,7 +58,7 @@ impl ObjectStart {
 }
 
 choice! {
-    /// Where particles head when they begin.
+    /// The headings of particles at the start.
     Heading {
         /// Inwards from a ring, otherwise random.
         #[default]

@@ -1,4 +1,4 @@
-//! Where a scene's foods and markers lie: those that it names, and those that it scatters.
+//! The places of a scene's foods and markers, both named and scattered ones.
 
 use glam::{DVec3, Vec3};
 

@@ -74,7 +74,7 @@ impl Plan<'_> {
         }
     }
 
-    /// Where runs begin that together have room for so many entries.
+    /// The beginnings of runs that together hold so many entries.
     pub fn runs(&self, entries: u32) -> impl Iterator<Item = u32> + use<> {
         (0..entries).step_by(RUN as usize)
     }

@@ -456,7 +456,7 @@ fn maps_of_areas_replace_no_other_picture() {
         assert_eq!(Path::new(&again.settings.areas.map), own);
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
     }
-    // Where no map can be written, no scene names one.
+    // If no map can be written, the scene file is not written either.
     std::fs::remove_file(&own).unwrap();
     std::fs::create_dir(&own).unwrap();
     std::fs::write(&file, "map = \"x_areas_2.png\"\n").unwrap();

@@ -9,7 +9,7 @@ use myxo::mesh::suite;
 use super::straight::Model;
 use super::{asset, builtin, obj};
 
-/// Where a face lies, in texels.
+/// The place of a face, in texels.
 #[derive(Clone, Copy)]
 struct Place {
     chart: usize,
@@ -161,7 +161,7 @@ fn a_model_keeps_its_numbering() {
     let (size, places) = ask(&path, &["--atlas-method", "grid"]);
     assert_eq!(size, 1024);
     check_rows(&name, &model, &places);
-    // Where two faces of the file share a chart they share an edge, whose ends lie at the same place for both.
+    // If two faces of the file share a chart, they share an edge, whose ends lie at the same place for both.
     let mut of_chart = vec![Vec::new(); places.len()];
     for (face, place) in places.iter().enumerate() {
         of_chart[place.chart].push(face);

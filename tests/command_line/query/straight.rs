@@ -13,7 +13,7 @@ pub struct Model {
     across: Vec<[Option<usize>; 3]>,
 }
 
-/// Where a walk ends.
+/// The end of a walk.
 pub struct End {
     pub face: usize,
     pub position: DVec3,

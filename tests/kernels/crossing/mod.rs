@@ -1,4 +1,4 @@
-//! Where particles leave for: the kernels against their twins, and both against folds that can be worked out.
+//! Targets of leaving particles: the kernels compared with their twins, and both with folds in closed form.
 
 mod landing;
 mod overtaken;

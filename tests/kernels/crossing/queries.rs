@@ -113,7 +113,7 @@ fn walks_that_change_objects_agree_with_the_twin() {
     gpu.finish();
 }
 
-/// Where walks end in the middle of the fine ball that they come from, all of it is about as near, and some devices leave
+/// Walks end in the middle of the fine ball that they come from, where all faces are about equally near, and some devices end
 /// the search before its end.
 #[test]
 fn walks_that_end_in_the_middle_of_a_fine_ball_agree_with_the_twin() {

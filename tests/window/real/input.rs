@@ -104,7 +104,7 @@ fn pointer_keys_and_text_arrive() {
     lab.quit();
 }
 
-/// Where a point has several pixels, as on dense screens.
+/// On dense screens a point has several pixels.
 #[test]
 fn the_pointer_arrives_on_a_dense_display() {
     if !can_open_a_window() {
