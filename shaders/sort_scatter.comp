@@ -3,8 +3,8 @@
 // Reads   segment_particles, segment_motions, strips, windows.
 // Writes  particles and motions; bins, by atomic adds.
 // One invocation per particle of the segment.
-// Bins are numbered object by object, and a segment has as many particles of each object as before: so all stay in their windows.
-// Overflow: cannot happen; each slot is taken once.
+// Bins are numbered object by object, and the segment's number of particles of each object does not change, so that all stay in their
+// windows. Overflow: cannot happen; each slot is taken once.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require

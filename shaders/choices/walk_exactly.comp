@@ -1,4 +1,4 @@
-// walk_exactly: straight on by a length, as `advance` walks: it finds the edge ahead before it goes there.
+// walk_exactly: a straight walk of a given length, as in `advance`: it finds the edge ahead before it goes there.
 // Reads   particles_before, motions_before, strips.
 // Writes  particles, motions.
 // One invocation per particle.

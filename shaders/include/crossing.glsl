@@ -3,8 +3,8 @@
 // The includer declares `roots` first, the first node of each object's tree, and what walk.glsl, transfer.glsl and
 // sign.glsl need. Every place here is in the space of the other object, the target.
 //
-// Two planes meet in a line. What a heading has along the line it keeps; what it has across turns into the other plane,
-// to one of two sides. The walk takes the side on which it ends less covered by the object that it comes from.
+// Two planes meet in a line. The component of a heading along the line stays; the component across it turns into the other plane, to one of
+// two sides. The walk takes the side on which it ends less covered by the object that it comes from.
 
 #ifndef MYXO_CROSSING
 #define MYXO_CROSSING
@@ -14,10 +14,10 @@
 #include "sign.glsl"
 
 struct Meeting {
-    uint slot;     // the target's face, NONE where they do not meet
+    uint slot;     // the target's face, NONE if they do not meet
     float u;       // weights of B and C there
     float v;
-    float t;       // how much of the segment comes before it
+    float t;       // the share of the segment before it
     vec3 heading;  // of the walk
     vec3 normal;   // of the plane that it was in
 };
@@ -86,7 +86,7 @@ float distance_to_object(uint object, Walker w, uint first_vertex_normal) {
     return is_outside(tree, slot, place, point, first_vertex_normal) ? distance : -distance;
 }
 
-// Is the inner one of two ends less covered by the object that the walk comes from? If both are as good, it is not.
+// Is the inner one of two ends less covered by the object that the walk comes from? If both are equally covered, it is not.
 bool inner_is_better(uint source, Walker outer, Walker inner, uint first_vertex_normal) {
     float outer_distance = distance_to_object(source, outer, first_vertex_normal);
     float inner_distance = distance_to_object(source, inner, first_vertex_normal);

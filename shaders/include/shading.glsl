@@ -1,4 +1,4 @@
-// shading: the light that every object stands in, and what pictures share: poses, packed normals, dither.
+// shading: the light on all objects, and other functions for pictures: poses, packed normals, dither.
 // All colours are linear light; the format of the image that is drawn to encodes them to sRGB.
 
 #ifndef MYXO_SHADING
@@ -51,7 +51,7 @@ vec3 diffuse_light(vec3 normal, vec3 key_direction, float open) {
     return KEY * (key * key * (0.5 + 0.5 * open)) + open * mix(DOME_BELOW, DOME_ABOVE, 0.5 + 0.5 * normal.y);
 }
 
-// The share of the sky that is seen at a distance from another object which reads `reach` where it is far.
+// The share of the sky that is seen at a distance from another object; `reach` is the distance of far places.
 float open_at(float from_other, float reach) {
     return 1.0 - 0.85 * exp(-4.5 * max(from_other, 0.0) / reach);
 }
