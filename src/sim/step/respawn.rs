@@ -1,4 +1,4 @@
-//! `respawn`: what it takes, reads and writes. Twin of `shaders/respawn.comp`.
+//! `respawn`: its parameters and bindings. Twin of `shaders/respawn.comp`.
 
 use crate::mesh::surface::Triangle;
 use crate::rng::seed_word;
@@ -58,7 +58,7 @@ impl StepKernel for Respawn {
     }
 }
 
-/// Lets particles that were selected restart on their own object.
+/// Lets selected particles restart on their own object.
 #[expect(clippy::too_many_arguments, reason = "those of the kernel")]
 pub fn respawn(
     params: &RespawnParams,

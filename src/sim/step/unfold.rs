@@ -1,4 +1,4 @@
-//! `unfold`: what it takes, reads and writes. Twin of `shaders/unfold.comp`.
+//! `unfold`: its parameters and bindings. Twin of `shaders/unfold.comp`.
 
 use glam::{Vec2, Vec3};
 
@@ -100,7 +100,7 @@ const LEAST_SINE: f32 = 0.02;
 /// Inputs of `unfold`.
 #[derive(Clone, Copy)]
 pub struct UnfoldInputs<'a> {
-    /// Objects whose distances were taken.
+    /// Objects whose distances were computed.
     pub jobs: &'a [DistanceJob],
     /// The other objects within reach of each of them.
     pub pairs: &'a [ObjectPair],
@@ -118,7 +118,7 @@ pub struct UnfoldInputs<'a> {
     pub ground: Ground<'a>,
     /// Triangle to atlas.
     pub atlas_maps: &'a [AtlasMap],
-    /// The tiles that were looked at, where distances are taken tile by tile.
+    /// The searched tiles, if distances are computed tile by tile.
     pub listed: &'a [ListedTile],
 }
 
@@ -154,7 +154,7 @@ pub fn unfold(
         };
         let sample = sample as usize;
         let SurfaceSample { position, texel } = inputs.samples[sample];
-        // In the kernels it is `distance` that marks texels where those are listed.
+        // On the device, `distance` marks texels if covered ones are listed.
         let marked = marks_at(inputs.distances[texel as usize], params);
         let around = &mut surroundings[texel as usize];
         *around = *around & !MARKS | marked;
