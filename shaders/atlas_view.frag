@@ -1,5 +1,6 @@
 // atlas_view: the unwrapped atlas, flat: texels of triangles in colour, all others dark; charts coloured as in pictures of the layout,
-// under the trail. Reads   trail, charts (src/render/charts.rs makes them), colors, exposure.
+// under the trail.
+// Reads   trail, charts (src/render/charts.rs makes them), colors, exposure.
 // Writes  the pixel, in linear light.
 // One invocation per pixel; a pixel that covers several texels takes their mean.
 // Overflow: cannot happen; texels outside of the atlas are not read.

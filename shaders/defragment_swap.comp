@@ -1,8 +1,9 @@
 // defragment_swap: puts the particles that defragment_scan has listed into the slots of their objects' windows where particles of other
-// objects lay. Reads   flow, borders, holes, strays, stray_motions.
+// objects lay.
+// Reads   flow, borders, holes, strays, stray_motions.
 // Writes  particles, motions.
-// One invocation per entry of the lists. Nothing depends on which slot of its window a particle gets.
-// By SEQUENTIAL one invocation takes a run of entries.
+// One invocation per entry of the lists. Nothing depends on which slot of its window a particle gets. By SEQUENTIAL one invocation takes a
+// run of entries.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

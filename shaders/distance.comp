@@ -1,7 +1,8 @@
 // distance: signed distance from an object's texels to the nearest other object, and its nearest triangle.
 // Reads   pairs, samples, listed, listed_groups, hints, candidates, nodes, faces, pseudonormals, corners; for signs dipoles.
 // Writes  owned texels of distances and nearest, of the tiles that `distance_tiles` has listed; with SEES_ACROSS, the marks of surroundings
-// that have changed; covered texels are listed in covered (appended) and groups. One invocation per sample of a listed tile.
+//         that have changed; covered texels are listed in covered (appended) and groups.
+// One invocation per sample of a listed tile.
 // Overflow: cannot happen; covered has room for all samples, and no tree is deeper than a search has room for.
 
 #version 460

@@ -1,12 +1,14 @@
 // distance_tiles: which faces of each other object may be nearest to the texels of a tile, so that `distance` examines only those; and
-// which tiles need no examination. Reads   jobs, pairs, moves, tiles, nodes, faces, pseudonormals, corners; for signs dipoles.
+// which tiles need no examination.
+// Reads   jobs, pairs, moves, tiles, nodes, faces, pseudonormals, corners; for signs dipoles.
 // Writes  hints: one per tile and pair; candidates: the faces; tile_states; margins; listed (appended) and groups.
-// One invocation per tile of a job; jobs begin at multiples of a tile.
-// If another object is beyond the reach of a whole tile, no surface of it lies between the tile's texels: all are on the same side as the
-// tile's middle. If they were on that side before, they need not be written again. The margin by which such a tile may come nearer before
-// anything changes is kept, and there is no search until objects have moved by that much. Overflow: pairs of a job beyond hint_count have
-// no hint, nor have pairs after one whose search has not ended; `distance` searches them without a hint. If there are more candidates than
-// there is room for, it starts from the one that is nearest to the middle. listed has room for all tiles.
+// One invocation per tile of a job; jobs begin at multiples of a tile. If another object is beyond the reach of a whole tile, no surface of
+// it lies between the tile's texels: all are on the same side as the tile's middle. If they were on that side before, they need not be
+// written again. The margin by which such a tile may come nearer before anything changes is kept, and there is no search until objects have
+// moved by that much.
+// Overflow: pairs of a job beyond hint_count have no hint, nor have pairs after one whose search has not ended; `distance` searches them
+//         without a hint. If there are more candidates than there is room for, it starts from the one that is nearest to the middle.
+//         listed has room for all tiles.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require

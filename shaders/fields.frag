@@ -1,5 +1,6 @@
 // fields: lights a triangle in the colours of a field: its edges, the density of particles, the distance to another object, or which object
-// is nearest. Reads   trail, colors, brightest; deposits, density; distances; nearest, corners, vertices, object_colors.
+// is nearest.
+// Reads   trail, colors, brightest; deposits, density; distances; nearest, corners, vertices, object_colors.
 // Writes  the pixel, in linear light.
 // One invocation per pixel and triangle; edges are multisampled.
 // Overflow: cannot happen; texel coordinates are clamped to the atlas.

@@ -1,9 +1,9 @@
 // move_borders: gives each object's window as many slots as the object has particles after this step's transfers.
 // Reads   flow, windows, borders.
 // Writes  windows, borders, flow, the groups of the kernels that put particles in order.
-// One group: each invocation adds up a run of objects, then all add up the runs before theirs.
-// The windows lie one behind the other in a ring. Its beginning may move, and does so to make the mean movement of borders as small as
-// possible. Overflow: cannot happen; as many come as leave.
+// One group: each invocation adds up a run of objects, then all add up the runs before theirs. The windows lie one after the other in a
+// ring. Its beginning may move, and does so to make the mean movement of borders as small as possible.
+// Overflow: cannot happen; as many come as leave.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require

@@ -1,13 +1,13 @@
 // transfer_out: selected particles leave in world space, for the place where their last step continues on the object that they have
-// entered. Reads   particle_indices, particles, motions, nearest, strips, triangles, halfedges, corners, vertices, poses,
-//         poses_before, physarums, roots, nodes, faces, pseudonormals, dipoles; bias (gutters filled).
+// entered.
+// Reads   particle_indices, particles, motions, nearest, strips, triangles, halfedges, corners, vertices, poses, poses_before, physarums,
+//         roots, nodes, faces, pseudonormals, dipoles; bias (gutters filled).
 // Writes  transfers; flow and flux, by atomic adds.
-// One invocation per entry of the lists.
-// During a step objects move evenly from their poses before to those now, and the crossing is that of the path relative to the other
-// object, which may have moved over a particle that hardly moved. If the last step does not cross the other object (which covered the
-// particle before, or counts as covering from afar), the particle goes to its nearest point. A particle without a near triangle returns to
-// its own place, as does one that would enter a no-go area from outside; the latter also turns round. Overflow: cannot happen; selection
-// has taken a place in the lists for each.
+// One invocation per entry of the lists. During a step objects move evenly from their poses before to those now, and the crossing is that
+// of the path relative to the other object, which may have moved over a particle that hardly moved. If the last step does not cross the
+// other object (which covered the particle before, or counts as covering from afar), the particle goes to its nearest point. A particle
+// without a near triangle returns to its own place, as does one that would enter a no-go area from outside; the latter also turns round.
+// Overflow: cannot happen; selection has taken a place in the lists for each.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require

@@ -1,9 +1,10 @@
 // unfold: for texels that another object covers, the place on that object where walks continue, so that sensors see it there.
 // Reads   jobs, pairs, samples, listed, covered, groups, owners, distances, nearest, triangles, halfedges, corners, vertices, strips.
 // Writes  across and across_triangles: covered texels of the objects that have a job, with LISTED those of listed tiles; other texels keep
-// their old values, which are not read. Without LISTED, the marks of surroundings that have changed. One invocation per sample of a job,
-// jobs begin at multiples of the group size; with LISTED, one per covered texel. Two planes meet in a line. A place behind the line in one
-// plane is as far from it in the other plane, from either side. Overflow: cannot happen; nothing is appended.
+//         their old values, which are not read. Without LISTED, the marks of surroundings that have changed.
+// One invocation per sample of a job, jobs begin at multiples of the group size; with LISTED, one per covered texel. Two planes meet in a
+// line. A place behind the line in one plane is as far from it in the other plane, from either side.
+// Overflow: cannot happen; nothing is appended.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require

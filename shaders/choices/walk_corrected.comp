@@ -1,10 +1,11 @@
 // walk_corrected: a straight walk by the opposite method to walk_exactly: it goes the whole length in the triangle's plane. If that leaves
-// the triangle, the walk is moved back onto the edge that it is farthest beyond, and continues from there. Reads   particles_before,
-// motions_before, strips. Writes  particles, motions.
-// One invocation per particle.
-// A walk that is still outside after the last attempt is moved into the triangle; nothing is pending for the next dispatch.
-// Its table has the layout of that of walk_exactly, and it too looks up only edges that it reaches; but its edges store how headings turn
-// there. Overflow: cannot happen; nothing is appended.
+// the triangle, the walk is moved back onto the edge that it is farthest beyond, and continues from there.
+// Reads   particles_before, motions_before, strips.
+// Writes  particles, motions.
+// One invocation per particle. A walk that is still outside after the last attempt is moved into the triangle; nothing is pending for the
+// next dispatch. Its table has the layout of that of walk_exactly, and it too looks up only edges that it reaches; but its edges store how
+// headings turn there.
+// Overflow: cannot happen; nothing is appended.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
