@@ -2,9 +2,9 @@
 // object's window. Each object has equally many of both.
 // Reads   flow, windows, particle_indices, transfers, particles, motions, strips.
 // Writes  borders (counters); for each window, behind borders[].list: holes, the slots; strays and stray_motions, the particles.
-// One invocation per slot that may be wrong: those of particles that have changed objects, then those that windows have got. With SEQUENTIAL
-// one invocation processes a run of them.
-// Overflow: cannot happen; a window's part of the lists is as long as the number of slots that may be wrong.
+// One invocation per slot that may be wrong: those of particles that have changed objects, then those that windows have got. With
+// SEQUENTIAL one invocation takes a run. Overflow: cannot happen; a window's part of the lists is as long as the number of slots that may
+// be wrong.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require

@@ -2,8 +2,8 @@
 // objects lay.
 // Reads   flow, borders, holes, strays, stray_motions.
 // Writes  particles, motions.
-// One invocation per entry of the lists. Nothing depends on which slot of its window a particle gets. By SEQUENTIAL one invocation takes a
-// run of entries.
+// One invocation per entry of the lists. Nothing depends on which slot of its window a particle gets. With SEQUENTIAL one invocation takes
+// a run of entries.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

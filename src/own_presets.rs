@@ -144,7 +144,7 @@ pub fn check_name(name: &str) -> Result<&str, String> {
         .find(|c| c.is_control() || NOT_IN_NAMES.contains(*c))
     {
         return Err(format!(
-            "{letter:?} cannot stand in the name, because files cannot be called so"
+            "{letter:?} cannot be in the name, because names of files cannot contain it"
         ));
     }
     if name.starts_with('.') || name.ends_with('.') {

@@ -141,8 +141,8 @@ fn atlas_within(
         }
     }
     Err(Error::Invalid(format!(
-        "{option} {}: making an atlas of {side} x {side} texels takes about {}, and {} are free, of which a tenth is left to \
-         others: use {option} {fitting} at most, or end other programs",
+        "{option} {}: making an atlas of {side} x {side} texels takes about {}, and {} are free, of which a tenth is reserved for \
+         other programs: use {option} {fitting} at most, or end other programs",
         options.size,
         human(bytes),
         human(free.memory),
@@ -154,7 +154,7 @@ fn atlas_within(
 pub fn within(bytes: u64, free: Option<Free>) -> Result<()> {
     match free {
         Some(free) if bytes > free.at_ease() => Err(Error::Invalid(format!(
-            "it takes about {}, and {} are free, of which a tenth is left to others",
+            "it takes about {}, and {} are free, of which a tenth is reserved for other programs",
             human(bytes),
             human(free.memory)
         ))),

@@ -135,7 +135,7 @@ impl Atlas {
     fn sink(&self, path: &Path) -> Result<Sink> {
         if self.scenes.len() > 1 {
             return Err(Error::Invalid(format!(
-                "--out takes the picture of one scene, and there are {}: give one, or leave --out away",
+                "--out writes the picture of one scene, and there are {}: give one, or omit --out",
                 self.scenes.len()
             )));
         }
@@ -189,7 +189,7 @@ impl Atlas {
             return Ok(());
         }
         let advice = match LARGEST_PICTURE / options.size {
-            0 => "leave --out away, or use a smaller --size".to_owned(),
+            0 => "omit --out, or use a smaller --size".to_owned(),
             scale => format!("use --scale {scale} at most"),
         };
         Err(Error::Invalid(format!(

@@ -33,7 +33,7 @@ fn keep(scene: &Scene, setup: &Setup, snapshot: &Snapshot, checkpoint: &Path) ->
     let damaged = PathBuf::from(name);
     match Checkpoint::new(scene, setup, snapshot.clone()).write(&damaged) {
         Ok(()) => format!(
-            "; the damaged state is kept in {}, for a report: no run goes on from it",
+            "; the damaged state is kept in {}, for a report: no run can continue from it",
             damaged.shown()
         ),
         Err(error) => format!("; {error}"),

@@ -16,7 +16,7 @@ use crate::console;
 
 /// Show devices, drivers and limits, and what is missing and how to get it
 ///
-/// Exits 1 where there is no device that can run the kernels.
+/// Exits 1 if there is no device that can run the kernels.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -131,7 +131,7 @@ fn tools(validation: Validation) -> [Tool; 4] {
             name: "cache",
             found: default_cache_folder().map(|folder| folder.display().to_string()),
             otherwise:
-                "none, as there is no home folder: kernels and atlases are made anew at each start"
+                "none, as there is no home folder: kernels and atlases are made again at each start"
                     .to_owned(),
         },
     ]

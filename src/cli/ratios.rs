@@ -137,7 +137,7 @@ pub fn doubts_text(a: &Report, b: &Report) -> String {
     }
     if a.repetitions.is_empty() || b.repetitions.is_empty() {
         text.push_str(
-            "note: one run each: intervals leave out what changes from run to run; `myxo profile --repeat` takes it in\n",
+            "note: one run each: intervals do not include changes from run to run; `myxo profile --repeat` includes them\n",
         );
     }
     text

@@ -87,7 +87,7 @@ fn keys() -> String {
         (
             "name",
             &object.name,
-            "What the object is called. Empty takes the mesh's name.",
+            "The name of the object. Empty takes the mesh's name.",
         ),
         (
             "mesh",

@@ -229,7 +229,7 @@ impl Command for SelfTest {
         check_distinct(outputs())?;
         if self.table.is_some() && self.engine == Engine::Gpu {
             return Err(Error::Invalid(
-                "--table takes the hashes of the processor: leave out --engine gpu".to_owned(),
+                "--table computes the hashes on the processor: omit --engine gpu".to_owned(),
             ));
         }
         interrupt::install()?;

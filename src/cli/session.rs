@@ -43,7 +43,7 @@ const SECONDS_A_GIB: Duration = Duration::from_secs(30);
 /// A device that was opened for scenes.
 pub struct Opened {
     pub ctx: Arc<Context>,
-    /// Does it calculate as IEEE 754 says, so that runs end in the same hashes as on every other such device? `None` if that was not
+    /// Does it calculate by IEEE 754, so that runs end in the same hashes as on every other such device? `None` if that was not
     /// tested.
     pub is_as_everywhere: Option<bool>,
 }
@@ -575,7 +575,7 @@ pub fn device(options: &DeviceOptions, scenes: &[Scene]) -> Result<Opened> {
     };
     if is_as_everywhere == Some(false) {
         console::message(
-            "this device does not calculate as IEEE 754 says, so that its state hashes are its own: `myxo selftest` says what differs",
+            "this device does not calculate by IEEE 754, so that its state hashes differ from those of other devices: `myxo selftest` says what differs",
         );
     }
     if scenes.len() > 1 {

@@ -1,4 +1,4 @@
-//! Binary glTF 2.0: one node an object, at its pose, with the trail on it, and the camera of the scene's pictures.
+//! Binary glTF 2.0: one node per object, at its pose, with the trail on it, and the camera of the scene's pictures.
 //!
 //! The material is a lit one, because pictures are lit, and without light shapes are hard to see. Its base colour is that of the surface
 //! under white light, and the trail glows as much as in pictures. Materials without light (`KHR_materials_unlit`) would look equal from

@@ -180,7 +180,7 @@ impl<'a> Export<'a> {
             }
         }
         format!(
-            "# {}, as it was at step {}. Particles and trail begin anew from this file; a checkpoint keeps them.\n\n{}",
+            "# {}, as it was at step {}. Particles and trail start again from this file; a checkpoint keeps them.\n\n{}",
             self.scene.name.replace('\n', " "),
             self.snapshot.step,
             areas.map_or_else(|| scene.to_toml(), |areas| scene.to_toml_beside(areas))
@@ -234,7 +234,7 @@ pub struct ExportOnTheWay {
 }
 
 impl ExportOnTheWay {
-    /// Records copies of the present state of a simulation of `scene`. Waits for nothing.
+    /// Records copies of the present state of a simulation of `scene`. Does not wait.
     ///
     /// # Errors
     /// No memory.

@@ -183,7 +183,7 @@ impl BufferCore {
     pub(crate) fn whole(&self) -> vk::Buffer {
         assert!(
             self.extent.is_whole(),
-            "`{}` lies in several pages, and is to be used in one piece",
+            "`{}` is stored in several pages, and this use needs it in one piece",
             self.name
         );
         self.extent.first()
@@ -312,7 +312,7 @@ impl BufferCore {
         let readers = self.lock().readers;
         assert!(
             readers == 0,
-            "`{writer}` writes `{}` while the host holds a slice of it: drop what as_slice returned first",
+            "`{writer}` writes `{}` while the host holds a slice of it: drop the slice that as_slice returned first",
             self.name
         );
     }

@@ -30,8 +30,8 @@ pub struct ContextOptions {
     pub debug_capacity: u32,
     /// Lowers the device's limits, so that tests of large sizes can be small.
     pub limits: Option<Limits>,
-    /// Run kernels in their form for graphics cards, where the device can: they read tables as storage blocks, and subgroups
-    /// append to lists together. `None`: on devices that are no CPUs and have storage blocks of 2 GiB, unless the environment
+    /// Run kernels in their form for graphics cards, if the device supports it: they read tables as storage blocks, and subgroups
+    /// append to lists together. `None`: on devices that are not CPUs and have storage blocks of 2 GiB, unless the environment
     /// variable `MYXO_CARD_FORMS` is 0 or 1. Results do not depend on it.
     pub card_forms: Option<bool>,
     /// Requests the driver's reports on compiled kernels, for [`Context::compiled`](super::Context::compiled), if it has the extension for

@@ -76,7 +76,7 @@ pub enum MeshProblem {
     },
     /// A vertex that a triangle uses is NaN or infinite.
     #[error(
-        "vertex {vertex}{} is not finite: {position:?}, used by face {face}. Repair the model or export it anew",
+        "vertex {vertex}{} is not finite: {position:?}, used by face {face}. Repair the model or export it again",
         at_line(line)
     )]
     NonFiniteVertex {
@@ -91,7 +91,7 @@ pub enum MeshProblem {
     },
     /// A face names a vertex that does not exist.
     #[error(
-        "face {face}{} names {what} {index}, and the file has {}. The file is damaged: export the model anew",
+        "face {face}{} names {what} {index}, and the file has {}. The file is damaged: export the model again",
         at_line(line),
         range(*first, *count)
     )]
@@ -156,7 +156,7 @@ pub enum MeshProblem {
         text: String,
     },
     /// An invalid binary or JSON structure.
-    #[error("{0}. The file is damaged or cut off: export or download it anew")]
+    #[error("{0}. The file is damaged or cut off: export or download it again")]
     Damaged(String),
     /// Something that glTF allows and that is not supported.
     #[error("{0}")]
@@ -171,7 +171,7 @@ pub enum MeshProblem {
     },
     /// The reader itself failed.
     #[error(
-        "this file led the reader into a mistake ({0}). Please report it, with the file; exporting the model anew may help"
+        "this file made the reader fail ({0}). Please report it, with the file; exporting the model again may help"
     )]
     Panicked(String),
 }

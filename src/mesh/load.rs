@@ -24,8 +24,8 @@ pub(crate) enum Extent {
 }
 
 impl Mesh {
-    /// Loads an OBJ, STL, PLY, glTF or GLB file: everything in it as one mesh. Of a glTF file that is what its default
-    /// scene shows at rest, with morph targets, skins and instances applied.
+    /// Loads an OBJ, STL, PLY, glTF or GLB file: everything in it as one mesh. For a glTF file, that is the content of its default scene at
+    /// rest, with morph targets, skins and instances applied.
     ///
     /// # Errors
     /// When the file cannot be read, is damaged, or has nothing to walk on; the message says where and what to do.

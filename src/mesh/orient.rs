@@ -11,10 +11,10 @@ use crate::portable::atan2;
 
 /// Flips triangles until neighbours agree, and returns which were flipped: their corners 1 and 2 are swapped.
 ///
-/// Triangles that share an edge of two settle first, breadth first from the lowest number, so that a surface that cannot agree (a Moebius
-/// band) is cut along a short line. Then the pieces that meet at edges of three or more triangles settle, so that the first half-edge there
-/// gets a twin. In each piece the majority keeps its winding, unless the piece is closed: then it is made to face outwards, or inwards if
-/// it is the wall of a cavity and faced inwards in the file.
+/// Triangles that share an edge with no third one are oriented first, breadth first from the lowest number, so that a surface that cannot
+/// be oriented (a Moebius band) is cut along a short line. Then the pieces that meet at edges of three or more triangles are oriented, so
+/// that the first half-edge there gets a twin. In each piece the majority keeps its winding, unless the piece is closed: then it is made to
+/// face outwards, or inwards if it is the wall of a cavity and faced inwards in the file.
 pub(crate) fn orient(
     positions: &[Vec3],
     corners: &mut [[u32; 3]],

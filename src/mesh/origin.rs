@@ -29,8 +29,7 @@ pub fn of_mesh(low: DVec3, high: DVec3) -> DVec3 {
 }
 
 /// The origin of the coordinates of a scene in a box: zero, or if the box is small and far away, a place
-/// near its middle. That is a multiple of a power of two, so that the difference from it is exact where a scene is moved
-/// by such a multiple.
+/// near its middle. That is a multiple of a power of two, so that the difference from it is exact if a scene is moved by such a multiple.
 #[must_use]
 pub fn of_scene(low: DVec3, high: DVec3) -> DVec3 {
     if !is_far_away(low, high) {

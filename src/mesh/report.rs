@@ -175,8 +175,8 @@ impl MeshReport {
         );
         note(
             self.open_seams,
-            "border edge that coincides with another one within rounding error, left open",
-            "border edges that coincide with others within rounding error, left open",
+            "border edge that coincides with another one within rounding error, not joined",
+            "border edges that coincide with others within rounding error, not joined",
         );
         note(
             self.non_manifold_edges,

@@ -152,10 +152,10 @@ impl<'a> Seams<'a> {
         self.at(a).distance(self.at(b)) <= f64::from(tolerance)
     }
 
-    /// For each border the one that lies on it.
+    /// For each border edge, the one that coincides with it.
     ///
-    /// Borders are in grids by their middles, those of each length (up to a factor of two) in one of their own: a cell is as
-    /// wide as such borders may be apart, so few share it, however small they are in the model.
+    /// Border edges are in grids by their middles, with a separate grid for each length (up to a factor of two): a cell is as wide as such
+    /// edges may be apart, so that few share a cell, also in small parts of the model.
     fn partners(&self, borders: &[u32]) -> Vec<Partner> {
         let mut in_cell: HashMap<[i64; 4], Vec<u32>> = HashMap::with_capacity(borders.len());
         for (border, &halfedge) in borders.iter().enumerate() {

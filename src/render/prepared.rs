@@ -74,7 +74,7 @@ impl Prepared {
     pub fn warning(&self) -> Option<String> {
         self.unlooked.map(|places| {
             format!(
-                "ambient occlusion is left out: there are {} corners to look from, more than {}",
+                "ambient occlusion is left out: there are {} corners to compute it for, more than {}",
                 grouped(places as f64),
                 grouped(MOST_PLACES as f64)
             )

@@ -87,8 +87,7 @@ pub enum SceneError {
     },
     /// An object is a rod or a needle, too thin for directions in single precision.
     #[error(
-        "object `{}`: most of its surface is triangles up to {times:.0e} times as long as wide, and 5e6 is the most that particles \
-         find their way on: make it thicker, or split them into shorter ones",
+        "object `{}`: most of its surface consists of triangles up to {times:.0e} times as long as wide, and particles can walk on triangles up to 5e6: make the object thicker, or split the triangles into shorter ones",
         quoted(object)
     )]
     TooThin {

@@ -210,10 +210,7 @@ impl Reader {
     fn unknown(&mut self, key: &str, at: usize) {
         self.problem_with(at, || {
             if is_section(key) {
-                format!(
-                    "{key} is a section: keys such as {} stand in it",
-                    first_of(key)
-                )
+                format!("{key} is a section, with keys such as {}", first_of(key))
             } else if let Some(nearest) = nearest_key(key) {
                 format!("{key}: no such key; did you mean {nearest}?")
             } else {

@@ -189,7 +189,7 @@ pub struct AtlasSettings {
     pub method: AtlasMethod,
     /// Side of the square texture, in texels.
     pub size: u32,
-    /// For `grid`: side of a cell in texels; 0 for as large as fits.
+    /// For `grid`: side of a cell in texels; 0 for the largest that fits.
     pub cell_size: u32,
 }
 

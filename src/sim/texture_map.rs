@@ -68,7 +68,7 @@ pub(super) fn decode(
     match catch_unwind(AssertUnwindSafe(decode)) {
         Ok(picture) => picture.map_err(|error| no_picture(error.to_string())),
         Err(_) => Err(no_picture(
-            "it led the decoder into a mistake; write it anew with another program".to_owned(),
+            "the decoder failed on it; write it again with another program".to_owned(),
         )),
     }
 }

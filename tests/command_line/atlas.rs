@@ -146,7 +146,7 @@ fn errors_say_what_is_allowed() {
         (vec!["builtin:teapot"], "the names are cube, torus"),
         (
             vec!["cube", "torus", "--out", out],
-            "--out takes the picture of one scene, and there are 2",
+            "--out writes the picture of one scene, and there are 2",
         ),
         (vec!["cube", "--out", path(&jpeg)], "ends in .png"),
         (
@@ -159,7 +159,7 @@ fn errors_say_what_is_allowed() {
         ),
         (
             vec!["cube", "--size", "20000", "--out", out],
-            "leave --out away, or use a smaller --size",
+            "omit --out, or use a smaller --size",
         ),
         (
             vec!["suzanne", "--method", "grid", "--size", "64"],

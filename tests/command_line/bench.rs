@@ -250,7 +250,7 @@ fn suites_without_a_case_small_enough_are_left_out() {
     let messages = text(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{messages}");
     assert!(
-        messages.contains("no case of the suite `particles` lies within --up-to 1")
+        messages.contains("no case of the suite `particles` is within --up-to 1")
             && messages.contains("it is left out"),
         "{messages}"
     );

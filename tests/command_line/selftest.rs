@@ -226,7 +226,7 @@ fn arguments_that_cannot_be_tested_are_refused() {
     let folder = Folder::new();
     let file = folder.file("hashes.tsv");
     let message = failed(&["selftest", "--engine", "gpu", "--table", path(&file)]);
-    assert!(message.contains("leave out --engine gpu"), "{message}");
+    assert!(message.contains("omit --engine gpu"), "{message}");
     let nowhere = folder.with("file", "no folder").join("report.json");
     let message = failed(&["selftest", "--engine", "cpu", "--json", path(&nowhere)]);
     assert!(message.contains("report.json"), "{message}");

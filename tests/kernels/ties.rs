@@ -176,7 +176,7 @@ fn of_two_objects_in_one_place_the_first_is_the_nearest() {
     gpu.finish();
 }
 
-/// From the diagonal of a right angle's height, straight to the corner B: both edges there are equally far.
+/// Walks straight to the corner B of right-angled triangles: both edges there are equally far.
 ///
 /// Would alone catch: a walk that takes another half-edge where it goes through a vertex.
 #[test]

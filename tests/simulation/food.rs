@@ -181,8 +181,7 @@ fn field_of(setup: &Setup, food_set: &FoodSet) -> Vec<f32> {
 }
 
 /// What sensors read is a distance along the surface, within 3 % of the exact one: at texels, and between texels at the
-/// ends of straight walks over edges and seams. Every third texel is looked at, and
-/// another one in the next row.
+/// ends of straight walks over edges and seams. Every third texel is tested, with an offset from row to row.
 #[test]
 fn smells_are_distances_along_the_surface() {
     for mesh in [

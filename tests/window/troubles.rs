@@ -88,7 +88,7 @@ fn a_recording_that_finds_the_disk_full_keeps_its_whole_frames() {
         lab.click(&format!("out.kind={kind}"));
         lab.key_until("F9", "it is recorded", "recording", true);
         let name = format!("recording_000001.{ending}");
-        hear(&lab, &format!("what came before is whole: {name}"));
+        hear(&lab, &format!("everything before it is complete: {name}"));
         let notice = lab.seen().expect("the lab has reported")["state"]["notice"].to_string();
         assert!(
             notice.contains(&name) && notice.contains("frames"),

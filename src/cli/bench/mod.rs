@@ -190,7 +190,7 @@ impl Bench {
         let first = places.iter().copied().fold(f64::INFINITY, f64::min);
         Ok((first > extent.up_to).then(|| {
             format!(
-                "no case of the suite `{}` lies within --up-to {}: they begin at {} {}",
+                "no case of the suite `{}` is within --up-to {}: they begin at {} {}",
                 suite.name,
                 extent.up_to,
                 grouped(first),

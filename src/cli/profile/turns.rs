@@ -378,8 +378,8 @@ impl Turns {
             ratio.median, ratio.lower_quartile, ratio.upper_quartile, ratio.of_sums
         );
         text += &match &self.repetitions[..] {
-            [] | [_] => "One run: the interval leaves out what changes from run to run, such as where buffers come to lie; \
-                         --repeat takes it in.\n"
+            [] | [_] => "One run: the interval does not include changes from run to run, such as the places of buffers in memory; \
+                         --repeat includes them.\n"
                 .to_owned(),
             medians => {
                 let medians: Vec<String> = medians.iter().map(|m| format!("{m:.3}")).collect();

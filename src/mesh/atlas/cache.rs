@@ -48,7 +48,7 @@ pub(super) fn kept(
         match placement.problem(surface, options, control)? {
             None => return Ok((placement.maps, placement.chart, placement.chart_count)),
             Some(problem) => log::warn!(
-                "the atlas kept in {} is none of this surface: {problem}; it is made anew",
+                "the atlas kept in {} does not belong to this surface: {problem}; a new one is made",
                 slot.file.display()
             ),
         }

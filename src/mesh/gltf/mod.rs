@@ -31,7 +31,7 @@ use json::Part;
 use reader::Reader;
 use resource::Buffers;
 
-/// Extensions that do not change where triangles are at rest, or whose name begins so.
+/// Extensions, or beginnings of their names, that do not change where triangles are at rest.
 ///
 /// `CESIUM_RTC` only moves the model as a whole, to a place so far away that float32 loses digits there. Without it the model stays at its
 /// own origin, where precision is better.
@@ -117,7 +117,7 @@ fn check_version(root: &Part<'_>) -> Result<(), MeshProblem> {
         };
         if text != "2" && !text.starts_with("2.") {
             return Err(MeshProblem::Unsupported(format!(
-                "this is glTF {}, and glTF 2 is read: export the model anew",
+                "this is glTF {}, and only glTF 2 can be read: export the model again",
                 shortened(&text, 20)
             )));
         }

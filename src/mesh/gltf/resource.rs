@@ -130,12 +130,12 @@ fn resolve(uri: &str, folder: &Path, most: u64) -> Result<Vec<u8>, MeshProblem> 
     };
     if let Some(data) = uri.strip_prefix("data:") {
         return data_uri(data).ok_or_else(|| {
-            refuse("which is a damaged data URI: export the model anew, or as GLB")
+            refuse("which is a damaged data URI: export the model again, or as GLB")
         });
     }
     if has_scheme(uri) {
         return Err(refuse(
-            "which is no file beside it: export the model as GLB, or put the file into its folder",
+            "which is not the path of a file: export the model as GLB, or put the file into its folder",
         ));
     }
     let missing = |error: Error| {
@@ -153,7 +153,7 @@ fn resolve(uri: &str, folder: &Path, most: u64) -> Result<Vec<u8>, MeshProblem> 
         let path = folder.join(name).canonicalize().map_err(missing)?;
         if !path.starts_with(&folder) {
             return Err(refuse(
-                "which lies outside of its folder: copy the file into the folder and name it there",
+                "which is outside of its folder: copy the file into the folder and name it there",
             ));
         }
         // A pipe or a device may never end.

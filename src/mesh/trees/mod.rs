@@ -1,6 +1,6 @@
 //! Data to find the nearest triangle of an object, and the side of it on which a place lies: the triangles by
-//! their corners, and the pseudonormals of their edges and vertices. All in object space, so that rigid motion costs
-//! nothing. [`search`] and [`sides`] answer on the host as kernels do.
+//! their corners, and the pseudonormals of their edges and vertices. All data are in object space, so that rigid motion costs nothing.
+//! [`search`] and [`sides`] give the same results on the host as kernels.
 
 mod afar;
 mod build;

@@ -358,7 +358,7 @@ pub enum OutputError {
         source: io::Error,
     },
     /// The end is missing.
-    #[error("{source}; what came before is whole: {kept}")]
+    #[error("{source}; everything before it is complete: {kept}")]
     Cut {
         /// Why it could not be written.
         source: Box<OutputError>,

@@ -156,7 +156,7 @@ choice! {
         /// In a tree of boxes.
         #[default]
         Bvh = "bvh",
-        /// By looking at every one: slow, and a check on the others.
+        /// By comparing all: slow, and a check on the others.
         Brute = "brute",
         /// By the graphics pipeline, whose depth test keeps the nearest.
         Raster = "raster",

@@ -49,7 +49,7 @@ macro_rules! physarum {
                 /// Particles per texel in use that deposit and decrowding weight are meant for; 0 for any.
                 reference_density: f32 = 0.0, real((0.0, 1e6), (0.0, 10.0), Logarithmic),
                 "Reference density", "particles per texel",
-                "How many particles the look was made for: where there are twice as many, each leaves half as much trail, and the decrowding weight is half, so that the look stays. 0 takes both as they are."
+                "The density of particles that the look was made for: with twice the density, each particle leaves half as much trail, and the decrowding weight is half, so that the look stays. 0 takes both as they are."
             }
             scene {
                 /// What happens at the open border of a surface.
@@ -61,7 +61,7 @@ macro_rules! physarum {
                 /// Edges that one walk may cross in a step; the rest is walked in the next.
                 edge_crossing_attempts: u32 = 10, whole((0.0, 1_000.0), (0.0, 64.0), Linear),
                 "Edge-crossing attempts", "edges per walk",
-                "How many edges one walk may cross in a step. What is left of it is walked first in the next step."
+                "How many edges one walk may cross in a step. The rest of the walk comes first in the next step."
             }
             scene {
                 /// The path of a sensor to the place that it reads.

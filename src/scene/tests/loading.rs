@@ -374,7 +374,7 @@ fn rods_too_thin_for_directions_are_refused() {
             message.starts_with("object `rod`: most of its surface"),
             "{message}"
         );
-        assert!(message.contains("make it thicker"), "{message}");
+        assert!(message.contains("make the object thicker"), "{message}");
     }
     for (length, width) in [(1.0, 5e-7), (1e5, 1.0), (1.0, 1.0)] {
         load(length, width).expect("it can be walked on");

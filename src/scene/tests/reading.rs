@@ -282,7 +282,7 @@ fn wrong_types_are_named_with_their_line() {
         ),
         (
             "trail = 3",
-            "line 1: trail is a section: keys such as trail.diffusion stand in it",
+            "line 1: trail is a section, with keys such as trail.diffusion",
         ),
         (
             "seed = 1979-05-27",

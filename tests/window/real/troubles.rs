@@ -134,7 +134,10 @@ fn a_window_on_a_full_disk_says_so_and_goes_on() {
     });
     lab.click("out.kind=GIF");
     lab.key_until("F9", "it is recorded", "recording", true);
-    hear(&lab, "what came before is whole: recording_000001.gif");
+    hear(
+        &lab,
+        "everything before it is complete: recording_000001.gif",
+    );
     let (_, shown) = shown_of(&arrived(&lab, "recording_000001.gif"));
     assert!(shown >= 1, "{shown}");
     goes_on(&lab);
