@@ -11,11 +11,10 @@
 #ifndef MYXO_LOOPS
 #define MYXO_LOOPS
 
-// Have all searches so far come to their ends? Also false if it was another invocation, which keeps step with this one, whose
-// search has not. If it is false, no loop continues, not even the caller's.
+// Have all searches so far come to their ends? Also false if the search of another invocation that runs in step with this one has not. If
+// it is false, no loop continues, not even the caller's.
 bool searches_ended() {
-    // Where no rounds are left, this loop ends after the first of its two. If compilers saw that there are two, they would unroll
-    // it.
+    // If no rounds remain, this loop ends after the first of its two. Its count is hidden from compilers, which would unroll it.
     uint last = min(gl_NumWorkGroups.x, 1u);
     uint rounds = 0u;
     while (rounds <= last) rounds++;

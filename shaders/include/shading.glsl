@@ -43,8 +43,8 @@ vec3 unpack_normal(uint bits) {
 }
 
 // Light that a matte surface of white colour sends back; half of the key wraps round the terminator, as it does
-// in everything that is a little translucent. Where only the share `open` of the sky is seen, the dome is darker, and
-// the key, which is large, half as much.
+// in everything that is a little translucent. If only the share `open` of the sky is visible, the dome is darker, and the key, which is
+// large, half as much.
 vec3 diffuse_light(vec3 normal, vec3 key_direction, float open) {
     const float wrap = 0.25;
     float key = max((dot(normal, key_direction) + wrap) / (1.0 + wrap), 0.0);

@@ -21,11 +21,11 @@ pub struct Counters {
     /// Particles that have arrived: on another object, or back on their own (`returned`); with the strategy `respawn`, that restarted.
     #[serde(default)]
     pub transferred: u64,
-    /// Particles that left for their own object, because they turned round at a no-go area or the texels around knew no triangle
-    /// of another one.
+    /// Particles that left for their own object, because they turned round at a no-go area or the surrounding texels had no nearest
+    /// triangle of another one.
     #[serde(default)]
     pub returned: u64,
-    /// Particles that went on from where their walk met the other object; the others went to its nearest point, or turned
+    /// Particles that continued from the place where their walk met the other object; the others went to its nearest point, or turned
     /// round at a no-go area.
     #[serde(default)]
     pub crossed: u64,

@@ -22,7 +22,7 @@ Examples:
   myxo lab                              the scene torus
   myxo lab cube --preset cells
   myxo lab fish.glb --set particles.count=2_000_000
-  myxo lab --resume fish_000001.ckpt    goes on where the file was written")]
+  myxo lab --resume fish_000001.ckpt    continues where the file was written")]
 pub struct Lab {
     /// A built-in name, a .toml file or a model; without one the torus, with a look that lasts
     scene: Option<PathBuf>,

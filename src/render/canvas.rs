@@ -17,7 +17,7 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// Images of `size` pixels, each side at least 1, with smooth edges where the device has several samples per pixel.
+    /// Images of `size` pixels, each side at least 1, with smooth edges if the device has several samples per pixel.
     ///
     /// # Errors
     /// When the device has no images of that size, or no memory for them.

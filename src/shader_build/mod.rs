@@ -2,8 +2,8 @@
 //!
 //! Every shader is compiled twice: an unoptimised module is reflected, because optimising strips the names, and the
 //! optimised one is shipped. A kernel that includes `tables.glsl` also has a form for graphics cards, which not every device can run, and a
-//! shader with tables that may outgrow a binding has a form for tables in pages. Shaders are compiled side by side, and only those of which
-//! a file has changed (`kept`). `reflect` reads SPIR-V into a small `model` and `generate` writes the model as Rust.
+//! shader with tables that may outgrow a binding has a form for tables in pages. Shaders are compiled in parallel, and only if one of their
+//! files has changed (`kept`). `reflect` reads SPIR-V into a small `model` and `generate` writes the model as Rust.
 
 pub mod arguments;
 pub mod generate;

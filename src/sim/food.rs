@@ -186,7 +186,7 @@ impl FoodSet {
                     falloff[texel as usize] = value;
                     entries.push((texel, food, value));
                 }
-                // Where two discs overlap, the nearer one is eaten.
+                // If two discs overlap, the nearer food is eaten.
                 if f64::from(distance) < place.size && distance < nearest[texel as usize] {
                     nearest[texel as usize] = distance;
                     plates[texel as usize] = food + 1;

@@ -471,7 +471,7 @@ impl InObject {
             texels.extend(self.texels_in(setup, triangle, ball, ring));
         }
         if !self.balls.is_empty() {
-            // Where balls overlap, the dab is as strong as in one of them.
+            // If balls overlap, the dab has the strength of one of them.
             texels.sort_by_key(|texel| texel.texel);
             texels.dedup_by(|next, kept| {
                 let is_same = next.texel == kept.texel;

@@ -247,11 +247,11 @@ fn in_words(row: &Row, objects: usize) -> String {
     )
 }
 
-/// So many particles change that a buffer of 16 is often full. In the unchanged scene, few wheels' teeth touch at once, and that
-/// many seldom want to change in one step.
+/// With these settings, a buffer of 16 transfers is often full. In the unchanged scene few teeth of wheels touch at once, and it is seldom
+/// full.
 const CROWDED: [&str; 2] = ["transfer.threshold=0.002", "transfer.buffer_size=16"];
 
-/// As the scene is, but for the buffer: sometimes more want to change than it holds.
+/// The unchanged scene with another buffer: sometimes more particles are selected than it holds.
 const FULL_AT_TIMES: [&str; 1] = [CROWDED[1]];
 
 /// Counts lost and doubled particles, also with a full buffer: `gears` by strategy and other settings.

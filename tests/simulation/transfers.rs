@@ -221,8 +221,9 @@ fn a_step_with_values_of_objects_agrees_with_its_twin_by_every_strategy() {
     });
 }
 
-/// From one state, a step by the kernels and one by the twins. So many of those that change objects may have seen the same by
-/// their sensors to a last bit, and have turned the other way. Returns how many particles came in which form of it.
+/// Compares a step by the kernels with one by the twins, from the same state. Up to `ties` of the particles that change objects may differ,
+/// because their sensor readings were equal to the last bit and they turned the other way. Returns the number of particles in each form of
+/// `advance`.
 fn agrees_with_its_twin(
     ties: usize,
     change: impl Fn(&mut Settings),

@@ -481,7 +481,7 @@ fn first_interrupt_ends_an_encoder_that_does_nothing() {
     }
 }
 
-/// Catches a child process that goes on writing after the encoder has exited.
+/// Catches a child process that still writes after the encoder has exited.
 #[cfg(target_os = "linux")]
 #[test]
 fn what_an_encoder_leaves_behind_is_ended() {

@@ -16,7 +16,7 @@ choice! {
         Ring = "ring",
         /// Inside of such a circle.
         Disc = "disc",
-        /// Where a picture of the texture is bright.
+        /// At the bright places of a picture of the texture.
         Mask = "mask",
         /// All on one food or marker.
         Food = "food",
@@ -37,7 +37,7 @@ choice! {
         Ring = "ring",
         /// Inside of such a circle.
         Disc = "disc",
-        /// Where a picture of the texture is bright.
+        /// At the bright places of a picture of the texture.
         Mask = "mask",
     }
 }

@@ -99,7 +99,7 @@ fn food_lies_where_its_object_is_nearest() {
     assert!(mark.normal.y > 0.9 && mark.is_food == 1);
 }
 
-/// Where discs overlap, the nearer food is eaten; gutters are as the texels behind them.
+/// If discs overlap, the nearer food is eaten; gutters equal the texels behind them.
 #[test]
 fn plates_are_of_the_nearest_food() {
     let near = [0.98, 0.2, 0.0];
