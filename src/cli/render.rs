@@ -120,7 +120,7 @@ impl Command for Render {
             && !outputs.want_every_frame()
         {
             return Err(Error::Invalid(format!(
-                "{option} is for sequences and films, and no --out is one: leave it away, or write NAME.gif, NAME.mp4 or a folder"
+                "{option} is for sequences and films, and no --out is one: omit it, or write NAME.gif, NAME.mp4 or a folder"
             )));
         }
 
@@ -176,7 +176,7 @@ impl Render {
         }
         if self.turns != 0.0 && show.is_flat() {
             return Err(Error::Invalid(format!(
-                "--turns cannot turn the view {word}, which is flat: leave it away, or choose another --view"
+                "--turns cannot turn the view {word}, which is flat: omit it, or choose another --view"
             )));
         }
         if self.split && (show.is_flat() || self.size.width < 2) {

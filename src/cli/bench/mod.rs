@@ -173,14 +173,14 @@ impl Bench {
             }
             Work::Meshes if !extent.set.is_empty() && self.suites.len() == 1 => {
                 return Err(Error::Invalid(format!(
-                    "the suite `{}` measures no scenes, so `--set {}` would change nothing: leave it away, or name another \
+                    "the suite `{}` measures no scenes, so `--set {}` would change nothing: omit it, or name another \
                      suite",
                     suite.name, extent.set[0]
                 )));
             }
             Work::Meshes if self.device.device.is_some() && self.suites.len() == 1 => {
                 return Err(Error::Invalid(format!(
-                    "the suite `{}` measures the host, so `--device` would change nothing: leave it away, or name another \
+                    "the suite `{}` measures the host, so `--device` would change nothing: omit it, or name another \
                      suite",
                     suite.name
                 )));
@@ -208,7 +208,7 @@ impl Bench {
         let why = format!("the suite `{}` sets {key} itself", suite.name);
         if self.suites.len() == 1 {
             return Err(Error::Invalid(format!(
-                "{why}, so `--set {assignment}` would change nothing: leave it away, or name another suite"
+                "{why}, so `--set {assignment}` would change nothing: omit it, or name another suite"
             )));
         }
         console::message(&format!(
