@@ -54,7 +54,7 @@ pub struct Report {
     pub triangles: u64,
     /// The hash of the whole state, as 16 hexadecimal digits.
     pub state_hash: String,
-    /// Does the run end in this hash on every device? `true` where the device calculates as IEEE 754 says, distances are not drawn
+    /// Does the run end in this hash on every device? `true` where the device calculates by IEEE 754, distances are not drawn
     /// (`distance.method = "raster"`), and the run does not continue a state of other arithmetic. `null` if that was not tested: by
     /// `profile --compiled`, and by earlier versions.
     #[serde(default)]
