@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test long fuzz mutants power-cut bench atlases gallery pictures guide window window-times notices bundle advisories clean
+.PHONY: help demo test hashes long fuzz mutants power-cut bench atlases gallery pictures guide keys window window-times notices bundle advisories clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -19,7 +19,7 @@ demo: ## set up what is missing, build, open the window (or render to out/ where
 	cargo run --release --quiet -- render torus --preset cells --steps 400 \
 		--out out/torus.png --out out/torus.mp4 --report out/torus.json
 
-# By itself a display begins anew when its last window goes, and refuses the next one meanwhile.
+# By default a display resets when its last window closes, and refuses the next one meanwhile.
 DISPLAY_OF_TESTS := -screen 0 1280x1024x24 -noreset
 
 # Some of the tests: make test ONLY="walk diffuse"
@@ -124,6 +124,10 @@ guide: ## draw the strips of pictures in docs/guide.md, as docs/guide.toml says 
 	@.ci/setup demo
 	cargo run --release --example guide -- docs/guide.toml assets/guide
 
+keys: ## write the list of the window's keys into README.md and docs/guide.md
+	@.ci/setup demo
+	MYXO_WRITE_KEYS=1 cargo test --release --bin myxo documents_list_the_keys
+
 window: ## take the picture of the window in docs/guide.md
 	@.ci/setup test
 	cargo build --release
@@ -141,7 +145,7 @@ bundle: ## pack program and tests into one archive in target/bundle/, for a mach
 	@.ci/setup test
 	@.ci/bundle
 
-advisories: ## look for dependencies with known faults and for those that nobody keeps up (needs cargo-deny and the network)
+advisories: ## look for dependencies with known faults and for unmaintained ones (needs cargo-deny and the network)
 	@command -v cargo-deny >/dev/null || \
 		{ echo "advisories: cargo-deny is missing: install it by  cargo install --locked cargo-deny" >&2; exit 1; }
 	cargo deny --locked --config .ci/deny.toml check advisories

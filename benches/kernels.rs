@@ -49,7 +49,7 @@ fn kernels(criterion: &mut Criterion) {
             .measurement_time(Duration::from_secs(1));
         for kernel in names {
             simulation.restore(&state).expect("it is of this scene");
-            // One step more: a state that was restored knows nothing of earlier distances, and steps do.
+            // One more step, because a restored state has no earlier distances, but steps do.
             let mut rec = frames.begin().expect("the device works");
             simulation.record_step(&mut rec);
             frames.submit(rec).expect("the device works");

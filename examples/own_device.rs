@@ -1,9 +1,9 @@
-//! A simulation on a Vulkan device that a host program has made for itself, through `ash`, and goes on using.
+//! A simulation on a Vulkan device that a host program has created with `ash` and also uses itself.
 //!
 //! `cargo run --release --example own_device` prints the hash that `headless` prints.
 //!
-//! The host owns instance, device and queue; `myxo` computes on them as a guest. Both may hand work to the queue: whoever
-//! does holds `ctx.queue()` meanwhile.
+//! The host owns instance, device and queue; `myxo` computes on them as a guest. Both may submit work to the queue, while they hold the
+//! lock `ctx.queue()`.
 
 use myxo::gpu::ash::{self, khr, vk};
 use myxo::gpu::{BorrowedDevice, Context, ContextOptions, Frames};
@@ -12,7 +12,7 @@ use myxo::sim::Simulation;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let host = Host::new()?;
-    // SAFETY: the handles belong together, the device outlives the context, and nobody else uses its queue.
+    // SAFETY: the handles belong together, the device outlives the context, and no other code uses its queue.
     let ctx = unsafe { Context::borrow(host.borrowed(), &ContextOptions::default()) }?;
     let scene = Scene::load("cube".as_ref(), &Overrides::default())?;
     {
@@ -98,7 +98,7 @@ impl Host {
 
     /// The guest has left everything as it was.
     fn is_still_good(&self) -> Result<(), vk::Result> {
-        // SAFETY: the queue is the device's, and nobody else uses it.
+        // SAFETY: the queue is the device's, and no other code uses it.
         unsafe { self.device.queue_wait_idle(self.queue) }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example own_loop > trail.csv`
 //!
-//! Reading back waits for the device. Who reads only now and then lets it run on in between: `submit` does not wait.
+//! Reading back waits for the device. If fields are read only now and then, it runs on in between: `submit` does not wait.
 
 use myxo::gpu::{Context, ContextOptions, Frames};
 use myxo::scene::{Overrides, Scene};

@@ -68,7 +68,7 @@ def check(data):
 
 
 def check_food(data, corners):
-    """Foods lie where their triangles are, and nobody has eaten more than there was."""
+    """Foods lie where their triangles are, and particles have not eaten more than there was."""
     triangle, uv, kind = data["food_triangle"], data["food_uv"], data["food_object"]
     assert (data["triangle_object"][triangle] == kind).all()
     a, b, c = (corners[triangle, k] for k in range(3))

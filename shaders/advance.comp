@@ -5,8 +5,8 @@
 //         guarded); walkers, walkers_near, walker_count and walker_groups; what was eaten of meals, by atomic adds.
 // One invocation per particle.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
-// Overflow: a texel counts at most every particle once, fed ones fed_deposit times, which scenes keep below 2^32. Where
-//         particle_indices is full, flow.wanted counts on, and limit_list lists anew which of the selected particles leave.
+// Overflow: a texel counts each particle at most once, fed ones fed_deposit times; the limits of scenes keep this below 2^32. If
+//         particle_indices is full, flow.wanted still counts, and limit_list makes a new list of the selected particles that leave.
 // docs/guide.md lists the differences from the agents of Jones (2010).
 //
 // One shader, five forms (SENSING), because devices that run both sides of every branch would pay for all of them for each
@@ -14,17 +14,17 @@
 //
 //   pipeline      SENSING                  particles                                 sensors        sees other objects
 //   advance       SENSORS_WALK             all                                       walk           if ACROSS
-//   advance       SENSORS_STRAIGHT         all; lists those that the others take     read straight  no
-//   walk_sensors  SENSORS_WALK_LISTED      with a walk pending or a way not clear    walk           no
-//   advance_near  SENSORS_STRAIGHT_LISTED  that may have to do with another object   read straight  if ACROSS
-//   walk_near     SENSORS_WALK_NEAR        of which both are true                    walk           if ACROSS
+//   advance       SENSORS_STRAIGHT         all; lists those for other forms          read straight  no
+//   walk_sensors  SENSORS_WALK_LISTED      listed: walk pending or path not clear    walk           no
+//   advance_near  SENSORS_STRAIGHT_LISTED  listed: near another object               read straight  if ACROSS
+//   walk_near     SENSORS_WALK_NEAR        listed: both                              walk           if ACROSS
 //
 // By sensing = "walk", and with gravity, the first form is the only one. By "auto" the second comes first; walk_sensors follows,
-// and where sensors see other objects (ACROSS) advance_near and walk_near. "Read straight" is straight ahead in the atlas,
-// where nothing of the chart is hidden on the way.
+// and where sensors see other objects (ACROSS) advance_near and walk_near. "Read straight" means straight ahead in the atlas, where the
+// whole path lies on the chart.
 //
-// walkers has room for every particle, and each is listed at most once: those that walk from the front, those that are near from
-// the back. walkers_near has those that are near and walk; with one object there are none.
+// walkers has room for every particle, and each is listed at most once: particles that walk are listed from the front, particles near
+// another object from the back. walkers_near lists particles that are both; with one object there are none.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -40,11 +40,11 @@ layout(local_size_x = 64) in;
 
 // Unused features of a scene cost nothing: they are compiled out, as are the optional terms of sensing.glsl.
 layout(constant_id = 4) const bool BORDER_REFLECTS = true;
-// Selects for transfer those that go into another object.
+// Selects for transfer the particles that enter another object.
 layout(constant_id = 6) const bool SELECTS = false;
-// Some object has values of its own for what particles do there.
+// Some object has its own parameters for the particles on it.
 layout(constant_id = 9) const bool OWN_PHYSARUM = false;
-// Sensors see other objects where they get to places that those cover.
+// Sensors see other objects where these cover the surface.
 layout(constant_id = 10) const bool ACROSS = false;
 layout(constant_id = 11) const uint SENSING = 0u;
 // The bias was painted: places attract, repel or may not be entered.
@@ -107,9 +107,9 @@ layout(std430, set = 0, binding = 20) buffer WalkerGroups { DispatchGroups walke
 layout(std430, set = 0, binding = 23) buffer WalkerCount { uint walker_count[]; };
 CHANGES(uint, 24) deposits_low;
 CHANGES(uint, 25) deposits_high;
-// Trail units that sensors read more; far below zero in no-go areas.
+// Added to the sensor readings, trail units; far below zero in no-go areas.
 READS(float, 26) bias_texels;  // may be absent
-// Trail units that sensors read more for food and markers.
+// Added to the sensor readings for food and markers, trail units.
 READS(float, 27) scent_texels;  // may be absent
 // The food that is eaten at a texel, counted from 1; 0 for none.
 READS(uint, 28) plates_texels;  // may be absent
@@ -124,8 +124,8 @@ READS(uvec2, 18) surroundings;
 // Bound on the rounding of a distance.
 const float ROUNDING = 1.0e-6;
 
-// For how many more steps a particle is fed that was fed for `fed` steps and has come to a texel. Hungry particles eat where there
-// is food, even if more come in one step than it feeds, so that their order cannot matter.
+// The remaining fed steps of a particle that has reached a texel and had `fed` steps remaining. Hungry particles eat where there is food,
+// even if there are more of them in one step than the food feeds, so that their order cannot matter.
 uint fed_at(uint texel, uint fed) {
     fed -= min(fed, 1u);
     uint plate = texel_of(plates, texel);
@@ -155,7 +155,7 @@ void main() {
     Motion motion = motion_of(fetch_paged(motions_before, i));
     uint fed = FOOD ? motion.flags >> FED_SHIFT : 0u;
     uint flags = 0u;
-    // If no object has values of its own, all particles read one row.
+    // If no object has its own parameters, all particles read one row.
     own = physarums[OWN_PHYSARUM ? shape_words(particle.triangle).w : 0u];
     own_appetite = fed == 0u ? 1.0 : params.fed_attraction;
 
@@ -183,7 +183,7 @@ void main() {
             && is_clear(middle_way, params.outlook_unit, here, ahead)
             && is_clear(right_way, params.outlook_unit, here, on_right);
         uint meets = (on_left | ahead | on_right) & COVERED;
-        // Where a walk ends is not known yet.
+        // The end of the walk is not known yet.
         bool walks = motion.pending > 0.0 || !all_clear;
         bool is_near = ACROSS && ((here & (walks ? IN_SIGHT : NEAR)) | meets) != 0u;
         uint list = walks ? (is_near ? WALKING_NEARBY : WALKING) : is_near ? NEARBY : NONE;
@@ -204,7 +204,7 @@ void main() {
     bool from_open = sees_others() && distances_of(texel_at(walked_position(w), params.pitch)) >= params.transfer_threshold;
     vec3 value;
     if (goes_straight) {
-        // Where there is gravity, sensors walk: only then a triangle is asked for.
+        // With gravity all sensors walk; only then the triangle is needed.
         value.x = sensed_at(straight + left_way, NONE, vec2(0.0), from_open);
         value.y = sensed_at(straight + middle_way, NONE, vec2(0.0), from_open);
         value.z = sensed_at(straight + right_way, NONE, vec2(0.0), from_open);
@@ -254,7 +254,7 @@ void main() {
     }
     uint deposit = fed == 0u ? 1u : params.fed_deposit;
     add_to_texel(deposits, texel, deposit)
-    // A particle that is not near other objects does not get into one. In two lines, because !, && and || of constants alone are more than
+    // A particle that is not near other objects does not enter one. In two lines, because !, && and || of constants alone are more than
     // the reflection of shaders can evaluate.
     bool is_far = ACROSS;
     is_far = is_far && !sees_others();
@@ -262,7 +262,7 @@ void main() {
         vec2 previous = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
         float now = distance_at(position, params.pitch);
         float before = distance_at(previous, params.pitch);
-        // Gutters are rounded, so that what is equal beyond reach may seem to change.
+        // Gutter values are rounded, so the distances beyond reach, which are equal, may seem to change.
         precise float less = before - ROUNDING * abs(before);
         if (now < params.transfer_threshold && now < less) {
             append_to(flow[0].wanted, place)

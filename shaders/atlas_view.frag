@@ -1,8 +1,8 @@
-// atlas_view: the unwrapped atlas, flat: texels of triangles in colour, all others dark; charts as pictures of the
-// layout show them, under the trail.
+// atlas_view: the unwrapped atlas, flat: texels of triangles in colour, all others dark; charts coloured as in pictures of the layout,
+// under the trail.
 // Reads   trail, charts (src/render/charts.rs makes them), colors, exposure.
 // Writes  the pixel, in linear light.
-// One invocation per pixel; where a pixel covers several texels it takes their mean.
+// One invocation per pixel; a pixel that covers several texels takes their mean.
 // Overflow: cannot happen; texels outside of the atlas are not read.
 #version 460
 #include "types.glsl"

@@ -2,7 +2,7 @@
 // Reads   flow.
 // Writes  flow, and the groups of the kernels that follow.
 // One invocation; counts made on the device stay there.
-// Overflow: entries beyond the capacity were never written. Then the kernels limit_* make the list anew; else they have no groups.
+// Overflow: entries beyond the capacity were never written. Then the kernels limit_* make a new list; otherwise they have no groups.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require

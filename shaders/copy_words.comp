@@ -1,4 +1,4 @@
-// copy_words: copies a buffer, as a yardstick for what kernels get out of memory.
+// copy_words: copies a buffer, to measure the memory bandwidth that kernels reach.
 // Reads   source.
 // Writes  target.
 // One invocation for four words.

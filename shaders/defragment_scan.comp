@@ -1,10 +1,10 @@
-// defragment_scan: lists what lies in the wrong window: slots that hold a particle of another object than their window's, and those
-// particles, which lie outside of their object's window. Each object has as many of the one as of the other.
+// defragment_scan: lists slots that hold a particle of another object than their window's, and those particles, which lie outside of their
+// object's window. Each object has equally many of both.
 // Reads   flow, windows, particle_indices, transfers, particles, motions, strips.
 // Writes  borders (counters); for each window, behind borders[].list: holes, the slots; strays and stray_motions, the particles.
-// One invocation per slot that may be wrong: those of particles that have changed objects, then those that windows have got. By
-// SEQUENTIAL one invocation looks at a run of them.
-// Overflow: cannot happen; a window's part of the lists is as long as the slots that may be wrong are many.
+// One invocation per slot that may be wrong: those of particles that have changed objects, then those that windows have got. With
+// SEQUENTIAL one invocation takes a run. Overflow: cannot happen; a window's part of the lists is as long as the number of slots that may
+// be wrong.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require

@@ -1,8 +1,9 @@
-// defragment_swap: puts the particles that defragment_scan has listed into their objects' windows, where others have lain.
+// defragment_swap: puts the particles that defragment_scan has listed into the slots of their objects' windows where particles of other
+// objects lay.
 // Reads   flow, borders, holes, strays, stray_motions.
 // Writes  particles, motions.
-// One invocation per entry of the lists. Which particle comes to which slot of its window does not matter, as nothing depends on it.
-// By SEQUENTIAL one invocation takes a run of entries.
+// One invocation per entry of the lists. Nothing depends on which slot of its window a particle gets. With SEQUENTIAL one invocation takes
+// a run of entries.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -45,7 +46,7 @@ void main() {
     while (i < end) {
         while (object + 1u < params.object_count && borders[object + 1u].list <= i) object += 1u;
         Border border = borders[object];
-        // Parts are as long as they may have to be.
+        // Parts have their largest possible length.
         if (i - border.list < min(border.holes, border.strays)) {
             int slot = int(fetch1(holes, i));
             store_paged(particles, slot, fetch_paged(strays, i));

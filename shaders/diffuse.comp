@@ -1,4 +1,4 @@
-// diffuse: the trail spreads, takes up the deposits, decays; values too small to see become zero.
+// diffuse: the trail spreads, takes up the deposits, decays; values that are too small to be visible become zero.
 // Reads   blocks, trail, deposits, density.
 // Writes  next_trail for owned texels, zero for others of the blocks; previous_deposits, cleared for the next step.
 // One invocation per four texels (a quad) of four rows; four of them are a block, whose rows are cache lines. Blocks

@@ -67,8 +67,8 @@ void main() {
     inside += more_at(mask, 7u, below + params.reach_across, texel, here);
     uint next = row.y;
     precise float across = 0.0;
-    // Both loops exit at their end: after an exit at the beginning, a device would still run the rest of the round. Branches
-    // keep the results of invocations that have left, also where the device runs on for others.
+    // Both loops exit at their end: after an exit at the beginning, a device would still run the rest of the round. Branches keep the
+    // results of invocations that have exited, even if the device continues the loop for others.
     while (true) {
         if (next < row.z) {
             uvec4 two = fetch4(entries, next);

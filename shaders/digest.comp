@@ -2,8 +2,8 @@
 // Reads   meals.
 // Writes  meals; the group count of the scent dispatch, if any scent has changed.
 // One invocation per food.
-// Scents fall in discrete steps, so that the field is summed up again only now and then, and a resumed run has the same field.
-// Overflow: cannot happen; what is left is never less than nothing.
+// Scents fall in discrete steps, so that the field is rarely summed up again, and a resumed run has the same field.
+// Overflow: cannot happen; the remaining amount is never negative.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -14,7 +14,7 @@ layout(local_size_x = 64) in;
 
 layout(push_constant) uniform Params {
     uint food_count;
-    uint scented_count;  // texels that smell of anything
+    uint scented_count;  // texels with any scent
     uint scent_group;    // invocations in a group of scent
 } params;
 

@@ -1,6 +1,7 @@
-// distance: signed distance from an object's texels to the nearest other object, and which triangle of it is nearest.
+// distance: signed distance from an object's texels to the nearest other object, and its nearest triangle.
 // Reads   pairs, samples, listed, listed_groups, hints, candidates, nodes, faces, pseudonormals, corners; for signs dipoles.
-// Writes  owned texels of distances and nearest, of the tiles that `distance_tiles` has listed; where SEES_ACROSS, the marks of surroundings that have changed, and those that are covered are listed in covered (appended) and groups.
+// Writes  owned texels of distances and nearest, of the tiles that `distance_tiles` has listed; with SEES_ACROSS, the marks of surroundings
+//         that have changed; covered texels are listed in covered (appended) and groups.
 // One invocation per sample of a listed tile.
 // Overflow: cannot happen; covered has room for all samples, and no tree is deeper than a search has room for.
 
@@ -14,7 +15,7 @@
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const uint SIGN_RULE = 0u;
-// Sensors see other objects at places that those cover.
+// Sensors see other objects where these cover the surface.
 layout(constant_id = 1) const bool SEES_ACROSS = false;
 
 layout(push_constant) uniform Params {
@@ -80,13 +81,13 @@ Found nearest_of(uint first, uint end, vec3 place) {
 Found nearest_in_tree(ObjectPair pair, vec3 place, uint hint, float bound) {
     if (hint != TILE_UNKNOWN) bound = min(bound, root(nearest_on_face(hint, place).z));
     uint slot = nearest_on(pair.first_node, place, bound);
-    // A search that finds nothing nearer in time leaves the hint; else that is beyond the bound, and not counted.
+    // A search that ends early with nothing nearer keeps the hint; if the hint is beyond the bound, it does not count.
     if (slot == NONE && hint != TILE_UNKNOWN) slot = hint;
     if (slot == NONE) return Found(NONE, NONE, vec4(0.0));
     return Found(slot, triangle_of(slot), nearest_on_face(slot, place));
 }
 
-// Skips pairs from `p` on whose side the tile's hints give. Returns the next pair to search.
+// Skips pairs, from `p` on, whose side the tile's hints give. Returns the next pair to search.
 uint next_to_look_at(ListedTile tile, uint p, inout float least, inout uint triangle) {
     bool is_decided = true;
     while (is_decided && p < tile.pair_count) {
@@ -110,8 +111,8 @@ void main() {
     float least = params.reach;
     uint triangle = NONE;
     uint first_candidate = tile.tile * TILE_CANDIDATES;
-    // Devices that run both sides of every branch go through all of this loop in each round, so only pairs that are looked
-    // at have one.
+    // Devices that run both sides of every branch execute the whole body in each round of this loop, so there are rounds only for pairs
+    // that are searched.
     uint p = next_to_look_at(tile, 0u, least, triangle);
     while (p < tile.pair_count) {
         uint hint = p < tile.hinted ? fetch1(hints, tile.tile * params.hint_count + p) : TILE_UNKNOWN;

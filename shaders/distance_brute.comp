@@ -1,4 +1,4 @@
-// distance_brute: signed distance to other objects by looking at every triangle of theirs; the reference for `distance`.
+// distance_brute: signed distance to other objects by looking at all their triangles; the reference for `distance`.
 // Reads   jobs, pairs, samples, faces, pseudonormals, corners; for signs nodes, dipoles.
 // Writes  owned texels of distances and nearest, of the objects that have a job.
 // One invocation per sample of a job; jobs begin at multiples of the group size.
@@ -64,7 +64,7 @@ void main() {
         ObjectPair pair = pairs[p];
         vec3 place = place_in_other(pair, here.position);
         Best best = Best(3.4e38, NONE, pair.first_face);
-        // Four a round, for more faces before rounds run out (loops.glsl); src/sim/brute.rs refuses what takes more.
+        // Four a round, for more faces before rounds run out (loops.glsl); src/sim/brute.rs refuses scenes that take more.
         // The last face may come more than once, which changes nothing.
         uint last = pair.first_face + pair.face_count - 1u;
         for (uint k = pair.first_face; k <= last; k += 4u) {

@@ -1,5 +1,4 @@
-// distance_merge: signed distance to the faces that `distance_raster` has found, where it is less than that to the
-// objects before.
+// distance_merge: signed distance to the faces that `distance_raster` has found, if it is less than that to earlier objects.
 // Reads   jobs, pairs, samples, winners, faces, pseudonormals, corners; for signs nodes, dipoles.
 // Writes  owned texels of distances and nearest, of the objects that have a job.
 // One invocation per sample of a job; jobs begin at multiples of the group size.

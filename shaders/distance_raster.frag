@@ -15,8 +15,8 @@ layout(push_constant) uniform Params {
     uint first_face;     // the other's
     uint first_node;     // the root of the other's tree
     uint pitch;
-    float reach;         // world length; what is nearer matters everywhere
-    float farthest;      // world length; what is nearer matters inside of the other's box
+    float reach;         // world length; triangles nearer than this matter everywhere
+    float farthest;      // world length; triangles nearer than this matter inside the other's box
 } params;
 
 layout(set = 0, binding = 4) uniform usamplerBuffer places;
@@ -32,7 +32,7 @@ layout(location = 0) out uint winner;
 
 void main() {
     uint texel = uint(gl_FragCoord.y) * params.pitch + uint(gl_FragCoord.x);
-    // Outlines reach a little beyond what the triangle owns.
+    // Outlines reach a little beyond the texels that the triangle owns.
     uvec4 here = texelFetch(places, int(texel));
     if (here.w != triangle) discard;
     vec3 own = uintBitsToFloat(here.xyz);

@@ -1,7 +1,7 @@
 // distance_raster: lays the triangles of an object out in atlas space once for each triangle of another object; the depth
 // test keeps, for each texel, the triangle of the other that is nearest.
 // Reads   outlines, bounds, slots, nodes; places and faces for the texels.
-// Writes  the target: for each texel that is owned, the slot of the nearest face and 1, or 0 where none is near.
+// Writes  the target: for each owned texel, the slot of the nearest face plus 1, or 0 where no face is near.
 // One instance per triangle of the other object, three vertices for each triangle that owns texels.
 // Overflow: none.
 
@@ -18,8 +18,8 @@ layout(push_constant) uniform Params {
     uint first_face;     // the other's
     uint first_node;     // the root of the other's tree
     uint pitch;
-    float reach;         // world length; what is nearer matters everywhere
-    float farthest;      // world length; what is nearer matters inside of the other's box
+    float reach;         // world length; triangles nearer than this matter everywhere
+    float farthest;      // world length; triangles nearer than this matter inside the other's box
 } params;
 
 layout(set = 0, binding = 0) uniform usamplerBuffer outlines;

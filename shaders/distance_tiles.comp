@@ -1,11 +1,14 @@
-// distance_tiles: which faces of each other object may be nearest to the texels of a tile, so that `distance` looks only at those; and which tiles need no look.
+// distance_tiles: which faces of each other object may be nearest to the texels of a tile, so that `distance` examines only those; and
+// which tiles need no examination.
 // Reads   jobs, pairs, moves, tiles, nodes, faces, pseudonormals, corners; for signs dipoles.
 // Writes  hints: one per tile and pair; candidates: the faces; tile_states; margins; listed (appended) and groups.
-// One invocation per tile of a job; jobs begin at multiples of a tile.
-// Between a tile and another object that is beyond reach of all of it lies no surface: then its middle decides for all its texels on which side they are. If they were all there before, they need not be written again.
-// How far such a tile may come nearer before anything changes is kept, and nothing is searched until objects have moved
-// by as much.
-// Overflow: pairs of a job beyond hint_count have no hint, nor have those behind one whose search has not ended, and `distance` searches them from afar; where candidates are more than there is room for, it searches from the one that is nearest to the middle. listed has room for all tiles.
+// One invocation per tile of a job; jobs begin at multiples of a tile. If another object is beyond the reach of a whole tile, no surface of
+// it lies between the tile's texels: all are on the same side as the tile's middle. If they were on that side before, they need not be
+// written again. The margin by which such a tile may come nearer before anything changes is kept, and there is no search until objects have
+// moved by that much.
+// Overflow: pairs of a job beyond hint_count have no hint, nor have pairs after one whose search has not ended; `distance` searches them
+//         without a hint. If there are more candidates than there is room for, it starts from the one that is nearest to the middle.
+//         listed has room for all tiles.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -40,9 +43,10 @@ layout(std430, set = 0, binding = 9) writeonly buffer Candidates { uint candidat
 layout(std430, set = 0, binding = 10) buffer TileStates { uint tile_states[]; };
 layout(std430, set = 0, binding = 11) writeonly buffer Listed { ListedTile listed[]; };
 layout(std430, set = 0, binding = 12) buffer Groups { DispatchGroups groups[]; };
-// One per pair: how far places of the one object have moved in the other's space since the last update, at the most.
+// One per pair: the largest distance by which places of the one object have moved in the other's space since the last update.
 layout(std430, set = 0, binding = 13) readonly buffer Moves { float moves[]; };
-// hint_count for each tile of every object: how far it is from being within reach, negative inside; 0 where it may be.
+// hint_count for each tile of every object: how much farther than reach it is, negative inside of the other object; 0 if it may be within
+// reach.
 layout(std430, set = 0, binding = 14) buffer Margins { float margins[]; };
 
 #include "sign.glsl"
@@ -60,8 +64,8 @@ struct Ball {
     float radius_square;
     float distance;  // of that face from the middle
     vec3 direction;  // the unit vector from there
-    float bend;      // what its distance changes besides the change along that direction
-    float farthest;  // how much farther from the middle a face may be at the most
+    float bend;      // bound on the change of its distance over the ball besides that along `direction`
+    float farthest;  // the most by which a candidate may be farther from the middle
 };
 
 Ball ball_of(uint tree, uint slot, vec4 point, vec3 place, SampleTile tile) {
@@ -86,10 +90,10 @@ Ball ball_of(uint tree, uint slot, vec4 point, vec3 place, SampleTile tile) {
     return ball;
 }
 
-// May what is convex hold the nearest point for some place in the ball? `way` leads to the middle from its nearest point.
-// Its distance changes over the ball at least as along `way`, since it is convex; that of the nearest face at most as
-// along its own way, and by what this bends. So the difference shrinks no faster than the two ways differ. Of lengths and of what
-// is asked of them squares are compared, which saves roots.
+// May a convex shape hold the nearest point for some place in the ball? `way` leads from its point nearest to the middle to the middle.
+// Since the shape is convex, its distance over the ball is at least the one extrapolated along `way`; that of the nearest face is at most
+// the one extrapolated along `direction`, plus `bend`. Therefore the difference shrinks no faster than the two directions differ. Squares
+// are compared, which saves roots.
 bool may_be_nearest(Ball ball, vec3 way) {
     float square = dot_of(way, way);
     float by = inverse_root(square);
@@ -118,7 +122,7 @@ uint collected(uint root, Ball ball, uint first, uint room, uint first_candidate
     uint link = fetch4(nodes, 2u * root).w;
     bool searches = true;
     while (searches) {
-        // On to a leaf, as neighbours do meanwhile: devices that run both sides of every branch look at faces together then.
+        // Continues to a leaf, as neighbouring invocations do: devices that run both sides of every branch then examine faces together.
         if (link < LEAF) {
             while (true) {
                 bool may_be_a = may_be_nearest(ball, way_from_box(ball.middle, int(link)));
@@ -160,7 +164,7 @@ uint collected(uint root, Ball ball, uint first, uint room, uint first_candidate
     return end;
 }
 
-// Inside of any is inside.
+// A place inside any other object is inside.
 uint state_with(uint state, uint hint) {
     return hint < TILE_INSIDE || state == TILE_UNKNOWN ? TILE_UNKNOWN : min(state, hint);
 }
@@ -170,7 +174,7 @@ bool decides(bool is_closed) {
     return SIGN_RULE == SIGN_PSEUDONORMAL || !is_closed;
 }
 
-// Passes over pairs from `p` on that have not moved as much as they would have to; the next one that must be searched.
+// Skips pairs, from `p` on, that have moved less than their margins. Returns the next one that must be searched.
 uint next_to_search(uint p, uint end, uint first_pair, uint first_margin, uint first_hint, bool are_known, inout uint state) {
     bool stays = true;
     while (stays && p < end) {
@@ -204,8 +208,8 @@ void main() {
     uint first_hint = i * params.hint_count;
     uint end = 0u;
 
-    // Devices that run both sides of every branch go through a whole search in each round of this loop, so only pairs that
-    // are searched have one.
+    // Devices that run both sides of every branch execute a whole search in each round of this loop, so there are rounds only for pairs
+    // that are searched.
     bool are_known = tile_states[job.first_tile + in_job] != TILE_UNDECIDED;
     uint p = next_to_search(0u, pairs_end, job.first_pair, first_margin, first_hint, are_known, state);
     while (p < pairs_end) {
@@ -214,7 +218,7 @@ void main() {
         bool is_closed = pair.is_closed == 1u;
         bool is_decided = decides(is_closed);
         bool may_be_inside = is_closed && is_in_box(pair.first_node, place);
-        // Beyond what is asked for, so that it need not be asked again soon.
+        // Searches farther than needed, so that the next search is not due soon.
         precise float twice_as_far = near + params.reach;
         float limit = may_be_inside ? UNLIMITED : is_decided ? twice_as_far : near;
         uint slot = nearest_on(pair.first_node, place, limit);
@@ -244,7 +248,7 @@ void main() {
             }
         }
         if (!searches_ended()) {
-            // There may be nearer faces: then `distance` searches on from the one that was found.
+            // There may be nearer faces: then `distance` starts its search from the one that was found.
             hint = slot == NONE ? TILE_UNKNOWN : hint < TILE_UNDECIDED ? slot : hint;
             margin = 0.0;
         }
@@ -253,7 +257,7 @@ void main() {
         state = state_with(state, hint);
         p = next_to_search(p + 1u, pairs_end, job.first_pair, first_margin, first_hint, are_known, state);
     }
-    // If a search has not ended, neither has this loop: nothing is known of the remaining pairs, nor of their margins.
+    // If a search has not ended, this loop has not either: the sides and margins of the remaining pairs are unknown.
     if (p != pairs_end) state = TILE_UNDECIDED;
     if (state == TILE_UNDECIDED || state == TILE_UNKNOWN || params.is_first == 1u || tile_states[job.first_tile + in_job] != state) {
         uint first = in_job * TILE_SAMPLES;

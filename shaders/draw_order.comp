@@ -1,5 +1,5 @@
-// draw_order: lists the particles of a picture by their ids. Pixels round what is added to them, so a picture is the same
-// every time only if its points come in the same order, and sorting leaves slots in any order.
+// draw_order: lists the particles of a picture by their ids. Pixels round each sum, so a picture is always the same only if its points come
+// in the same order, and the order of slots is not fixed.
 // Reads   particles.
 // Writes  order: the slot of each particle whose id is a multiple of the stride.
 // One invocation per slot.

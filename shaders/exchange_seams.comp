@@ -1,7 +1,6 @@
 // exchange_seams: fills the gutter from the texels across the seams, so that no read ever sees one.
 // Reads   seams, owned texels of trail.
-// Writes  gutter texels of trail; nothing reads a gutter texel here, but for those beside owned
-//         ones that are read four at once: there it is not looked at.
+// Writes  gutter texels of trail; no gutter texel is used here; some are read together with owned texels, as part of a quad, and ignored.
 // One invocation per gutter texel.
 // Overflow: cannot happen; nothing is appended.
 

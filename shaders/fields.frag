@@ -1,5 +1,5 @@
-// fields: lights a triangle in the colours of what is asked for: its edges, how crowded it is, how far another object is, or
-// which one.
+// fields: lights a triangle in the colours of a field: its edges, the density of particles, the distance to another object, or which object
+// is nearest.
 // Reads   trail, colors, brightest; deposits, density; distances; nearest, corners, vertices, object_colors.
 // Writes  the pixel, in linear light.
 // One invocation per pixel and triangle; edges are multisampled.
@@ -46,7 +46,7 @@ layout(location = 0) out vec4 color;
 // Beyond the reach of distances.
 const vec3 BEYOND_REACH = vec3(0.045, 0.047, 0.052);
 
-// Edges of triangles as light lines over a faint trail; where triangles are a few pixels small, lines fade away.
+// Edges of triangles as light lines over a faint trail; lines fade away where triangles are only a few pixels large.
 vec3 wireframe() {
     vec3 weights = vec3(uv.y, 1.0 - uv.x - uv.y, uv.x);
     vec3 a_pixel = max(fwidth(weights), vec3(1e-9));
@@ -60,8 +60,8 @@ vec3 wireframe() {
     return mix(BARE + under, vec3(0.62, 0.66, 0.70), line * mix(0.05, 0.85, smoothstep(2.0, 14.0, side)));
 }
 
-// Particles by area, of the texels around that triangles own, those farther away counting less; beside the usual, by
-// doublings: the brightest colour is 63 times it.
+// Particles per area, over the surrounding texels that triangles own, with smaller weights farther away; relative to the usual density, on
+// a logarithmic scale: the brightest colour is 63 times it.
 vec3 crowd() {
     const float weights[3] = float[](6.0, 4.0, 1.0);
     ivec2 middle = ivec2(texel_at(uv));
@@ -104,7 +104,7 @@ uint object_of(uint of) {
     return texelFetch(vertices, int(texelFetch(corners, int(3u * of)).x)).w;
 }
 
-// The colour of the object that is nearest; where none is within reach, that of the triangle's own, dark.
+// The colour of the nearest object; if none is within reach, the colour of the triangle's own object, darkened.
 vec3 nearest_object(float apart) {
     vec3 own = 0.14 * object_colors[object_of(triangle)].rgb;
     if (abs(apart) >= 0.999 * params.reach) return own;

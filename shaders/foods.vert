@@ -1,6 +1,6 @@
 // foods: a low dome on the surface for each food and marker; of food that is eaten, a smaller one.
 // Reads   marks, meals, poses.
-// Writes  the corner's place and normal, and what it is made of.
+// Writes  the corner's place and normal, and its colour.
 // SIDES * RINGS * 6 invocations an instance, which is a food.
 // Overflow: cannot happen; the draw has one instance for each mark.
 #version 460
@@ -19,9 +19,9 @@ layout(location = 2) flat out vec3 albedo;
 // src/render/renderer/foods.rs draws as many.
 const uint SIDES = 20u;
 const uint RINGS = 8u;
-// How high it is for its radius.
+// Its height, as a share of its radius.
 const float HEIGHT = 0.5;
-// The radius of a crumb, which is what is left when all is gone, for that of the whole.
+// The radius of a crumb, which remains when all is eaten, as a share of that of the whole.
 const float CRUMB = 0.22;
 
 const vec3 OAT = vec3(0.80, 0.62, 0.34);

@@ -1,4 +1,4 @@
-// limit_pick: finds half of the largest key with which a particle leaves: the bin in which as many are full as may leave.
+// limit_pick: finds half of the largest key with which a particle leaves: the bin at which the number of particles reaches the limit.
 // Reads   bins, flow.
 // Writes  flow; bins, which are zero afterwards.
 // One group: each invocation adds up a run of bins, then all add up the runs before theirs.

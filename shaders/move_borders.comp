@@ -1,9 +1,8 @@
 // move_borders: gives each object's window as many slots as the object has particles after this step's transfers.
 // Reads   flow, windows, borders.
 // Writes  windows, borders, flow, the groups of the kernels that put particles in order.
-// One group: each invocation adds up a run of objects, then all add up the runs before theirs.
-// The windows lie one behind the other in a ring. Where it begins is free: it moves so that borders move as little as they can, in
-// the mean.
+// One group: each invocation adds up a run of objects, then all add up the runs before theirs. The windows lie one after the other in a
+// ring. Its beginning may move, and does so to make the mean movement of borders as small as possible.
 // Overflow: cannot happen; as many come as leave.
 
 #version 460
@@ -29,7 +28,7 @@ layout(std430, set = 0, binding = 3) writeonly buffer Groups { DispatchGroups gr
 
 shared uint sums[gl_WorkGroupSize.x];
 
-// The sum of all that the invocations before this one bring; `all` is that of every one.
+// The sum of the values of all invocations before this one; `all` is the sum over all invocations.
 uint added_up(uint me, uint mine, out uint all) {
     barrier();
     sums[me] = mine;
@@ -52,8 +51,8 @@ void main() {
     uint ring = params.particle_count;
     uint ring_start = windows[0].start;
 
-    // How far each border would move if the ring's beginning stayed: particles that have come to the objects before it, less those
-    // that have left them. Sums wrap round, and differences come out right.
+    // How far each border would move if the ring's beginning stayed: the number of particles that have come to the objects before it, minus
+    // those that have left them. Sums wrap round, but differences are right.
     uint mine = 0u;
     for (uint o = first; o < end; o += 1u) mine += borders[o].came - borders[o].left;
     uint all;
@@ -72,7 +71,7 @@ void main() {
     added_up(me, whole, whole_of_all);
     added_up(me, parts, parts_of_all);
     uint mean = whole_of_all + (parts_of_all + params.object_count / 2u) / params.object_count;
-    // The ring begins so much earlier, counted from `ring` slots before.
+    // How much earlier the ring begins, counted from `ring` slots before.
     uint shift = ring - mean;
 
     mine = 0u;

@@ -16,9 +16,9 @@ layout(push_constant) uniform Params {
     uint texel_count;
     float fade;      // share of the field that is taken away where the weight is 1
     float amount;    // what is added there
-    float lowest;    // the field comes to no less
-    float highest;   // and to no more
-    float no_go;     // a field below this is no-go, of which fading leaves nothing
+    float lowest;    // lower bound of the field
+    float highest;   // upper bound
+    float no_go;     // a field below this is no-go, which fading removes wholly
 } params;
 
 // The texel, and the bits of its weight, 0 to 1.

@@ -1,7 +1,7 @@
-// painted: tints what attracts, repels or may not be entered, over the surface.
+// painted: tints places that attract, repel or may not be entered, over the surface.
 // Reads   bias.
 // Writes  the tint, which covers by its alpha: green attracts, violet repels, red stripes are no-go.
-// One invocation per pixel and triangle; pixels without any bias are left alone.
+// One invocation per pixel and triangle; pixels without any bias are not changed.
 // Overflow: cannot happen; texel coordinates are clamped to the atlas.
 #version 460
 #include "types.glsl"

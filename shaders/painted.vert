@@ -1,4 +1,4 @@
-// painted: tints what attracts, repels or may not be entered, over the surface.
+// painted: tints places that attract, repel or may not be entered, over the surface.
 // Reads   corners, vertices, strips, poses; its other stage bias.
 // Writes  the corner's place, a little nearer than the surface, and its position in the atlas.
 // Three invocations per triangle.

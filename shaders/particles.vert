@@ -25,8 +25,8 @@ layout(set = 0, binding = 6) readonly buffer Order { uint order[]; };
 
 layout(location = 0) flat out vec3 light;
 
-// Direction of a heading on the surface, in turns from red, which is to the right as seen from in front of the surface, against
-// the clock: a quarter is upwards. On a floor or a ceiling, upwards is away from the front.
+// Direction of a heading on the surface, in turns from red, which is to the right as seen from in front of the surface, counterclockwise: a
+// quarter is upwards. On a floor or a ceiling, upwards is away from the front.
 float turn_of(Frame frame, vec2 heading, Pose pose) {
     vec3 normal = turn_to_world(pose, frame.normal);
     vec3 direction = turn_to_world(pose, heading.x * frame.p + heading.y * frame.h);
@@ -47,9 +47,9 @@ void main() {
     vec3 on_surface = a.position + particle.u * (b - a.position) + particle.v * (c - a.position);
     vec3 position = place_in_world(pose, on_surface);
 
-    // A little towards the eye, so that the surface does not swallow half of the point.
+    // Moved a little towards the eye, so that the surface does not hide half of the point.
     position += params.lift * normalize(params.eye - position);
-    // Particles differ a little, so that a crowd has grain.
+    // Particles differ a little, so that a crowd has texture.
     float shade = 0.72 + 0.28 * float((particle.id * 2654435769u) >> 24) / 255.0;
     if (params.hued != 0u) {
         vec2 heading = uintBitsToFloat(fetch_paged(motions, slot).xy);

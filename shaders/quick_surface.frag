@@ -2,7 +2,7 @@
 // Reads   trail (four texels by hand: a texel buffer has no sampler), clearance, colors, exposure, distances.
 // Writes  the pixel, in linear light; the image's format encodes sRGB.
 // One invocation per pixel and triangle, with one sample a pixel: with several, a pixel's place may lie beside the triangle,
-// and beside its chart. All pixels go one way: CPU drivers take both of a branch.
+// and beside its chart. All pixels take the same path: CPU drivers run both sides of a branch.
 // Overflow: cannot happen; texel coordinates are clamped to the atlas.
 #version 460
 #include "types.glsl"
@@ -51,8 +51,8 @@ float clear_around(vec2 at) {
 }
 
 void main() {
-    // Four places of the pixel on a rotated grid, so that fine trails do not sparkle; nearer to the middle where beside
-    // the chart another begins.
+    // Four places of the pixel on a rotated grid, so that fine trails do not sparkle; nearer to the middle where another chart begins
+    // beside this one.
     vec2 across = dFdx(texel);
     vec2 down = dFdy(texel);
     vec2 steep = 0.125 * across + 0.375 * down;

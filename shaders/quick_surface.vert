@@ -1,7 +1,7 @@
 // quick_surface: draws every object's triangles, lit, with the trail on them, but neither relief nor charts.
 // Reads   shared_vertices, poses; its other stage trail, clearance, colors, brightest, distances.
 // Writes  the vertex's place, normal, openness and position in the atlas.
-// One invocation per vertex, or more where the device does not keep what it has shaded.
+// One invocation per vertex, or more if the device does not cache shaded vertices.
 // Overflow: cannot happen; indices are those of vertices.
 #version 460
 #include "types.glsl"

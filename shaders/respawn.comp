@@ -1,4 +1,4 @@
-// respawn: particles that were selected begin anew on their own object, anywhere by area, heading anywhere.
+// respawn: selected particles restart on their own object, at a random place (uniform by area) with a random heading.
 // Reads   flow, particle_indices, triangles, area_shares, object_triangles.
 // Writes  particles and motions in place.
 // One invocation per entry of the list.
@@ -28,7 +28,7 @@ layout(std430, set = 0, binding = 1) readonly buffer ParticleIndices { uint part
 PAGED_CHANGES(uvec4, 2) particles;
 PAGED_CHANGES(uvec4, 3) motions;
 READS(uvec4, 4) triangles;
-// One per triangle: the share of its object's area that it and those before it have, in units of 2^-32.
+// One per triangle: its cumulative share of its object's area, those before it included, in units of 2^-32.
 layout(std430, set = 0, binding = 5) readonly buffer AreaShares { uint area_shares[]; };
 // One per object: its first triangle, and the one behind its last.
 layout(std430, set = 0, binding = 6) readonly buffer ObjectTriangles { uvec2 object_triangles[]; };
@@ -41,7 +41,7 @@ void main() {
     Particle particle = particle_of(load_paged(particles, slot));
     uvec4 words = random_words(params.seed, particle.id, params.time_step, PURPOSE_RESPAWN);
     uvec2 range = object_triangles[fetch4(triangles, particle.triangle).w];
-    // The first triangle whose share ends behind the word; the last one's share ends at the end.
+    // The first triangle whose cumulative share is above the word; that of the last one is 1.
     uint low = range.x;
     uint high = range.y - 1u;
     while (low < high) {

@@ -1,4 +1,4 @@
-// sort_scan: from how many particles each bin has to how many lie before it.
+// sort_scan: turns the number of particles of each bin into the number before it.
 // Reads   bins.
 // Writes  bins.
 // One group, which takes the bins in rounds: each invocation adds up a few side by side, then all add up those before theirs.
@@ -44,7 +44,7 @@ void main() {
             if (first + k < params.bin_count) bins[first + k] = before;
             before += counts[k];
         }
-        // The next round's sums come where these have been read.
+        // The next round's sums overwrite these, which have been read.
         barrier();
     }
 }

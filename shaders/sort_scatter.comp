@@ -1,9 +1,9 @@
-// sort_scatter: puts the particles of a segment back in the order of their bins. Within a bin they come in any order, which nothing
-// depends on.
+// sort_scatter: puts the particles of a segment back in the order of their bins. Within a bin they come in any order, which nothing depends
+// on.
 // Reads   segment_particles, segment_motions, strips, windows.
 // Writes  particles and motions; bins, by atomic adds.
-// One invocation per particle of the segment.
-// Bins are numbered object by object, and a segment has as many particles of each object as before: so all stay in their windows.
+// One invocation per particle of the segment. Bins are numbered object by object, and the segment's number of particles of each object does
+// not change, so that all stay in their windows.
 // Overflow: cannot happen; each slot is taken once.
 
 #version 460

@@ -17,7 +17,7 @@ layout(set = 0, binding = 6) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 7) readonly buffer Exposure { float brightest[]; };
 layout(set = 0, binding = 10) uniform samplerBuffer distances_texels;
 
-// May there be a relief, or charts, and other objects? CPU drivers take both ways of a branch.
+// May there be a relief, or charts, and other objects? CPU drivers run both sides of a branch.
 layout(constant_id = 1) const bool EXTRAS = true;
 layout(constant_id = 2) const bool OTHERS = true;
 
@@ -70,7 +70,7 @@ vec3 chart_light() {
 }
 
 // The normal as if the trail stood up from the surface. The mean of four places half a texel off, or of the four that the
-// pixel covers, because between texels the trail grows evenly and would show facets.
+// pixel covers, because the trail is linear between texels and would show facets.
 // The bent normal is that of Blinn, "Simulation of Wrinkled Surfaces" (1978).
 vec3 bent(vec3 n, float value, vec2 uv_x, vec2 uv_y, bool is_far) {
     float area = atlas_axes.x * atlas_axes.w - atlas_axes.y * atlas_axes.z;
@@ -94,7 +94,7 @@ vec3 bent(vec3 n, float value, vec2 uv_x, vec2 uv_y, bool is_far) {
     vec3 face = cross(to_b, to_c);
     vec3 steepest = (along_b * cross(to_c, face) + along_c * cross(face, to_b)) / dot(face, face);
     float steepness = length(steepest);
-    // Walls of a vein are steep, and no cliffs.
+    // Limits the slope, so that the walls of a vein are not vertical.
     return normalize(n - steepest / max(1.0, steepness / 1.6));
 }
 

@@ -1,4 +1,4 @@
-// trail_histogram: counts how bright the trail is, for the exposure of a picture.
+// trail_histogram: histogram of the trail's brightness, for the exposure of a picture.
 // Reads   trail, density.
 // Writes  histogram (atomically; the order does not show).
 // One invocation per sampled texel: every stride-th of the atlas.
@@ -16,7 +16,7 @@ READS(float, 1) density_texels;
 layout(set = 0, binding = 2) buffer Histogram { uint histogram[]; };
 
 layout(push_constant) uniform Params {
-    uint sample_count;  // texels that are looked at
+    uint sample_count;  // texels that are counted
     uint stride;        // texels from one to the next
 } params;
 

@@ -1,14 +1,12 @@
-// transfer_out: particles that were selected leave in world space, towards where their last step goes on on the object
-// that they have gone into.
-// Reads   particle_indices, particles, motions, nearest, strips, triangles, halfedges, corners, vertices, poses,
-//         poses_before, physarums, roots, nodes, faces, pseudonormals, dipoles; bias (gutters filled).
+// transfer_out: selected particles leave in world space, for the place where their last step continues on the object that they have
+// entered.
+// Reads   particle_indices, particles, motions, nearest, strips, triangles, halfedges, corners, vertices, poses, poses_before, physarums,
+//         roots, nodes, faces, pseudonormals, dipoles; bias (gutters filled).
 // Writes  transfers; flow and flux, by atomic adds.
-// One invocation per entry of the lists.
-// During a step objects move evenly from their poses before to those now, and what crosses is the way relative to the
-// other object: that one may have come over a particle that hardly moved.
-// Where the last step does not cross the other object (it covers the particle since long, or counts as covering from
-// afar), the particle goes to the nearest point of it. One that has no triangle near flies back to where it is, and so does one
-// that would come from outside into a no-go area, which turns round.
+// One invocation per entry of the lists. During a step objects move evenly from their poses before to those now, and the crossing is that
+// of the path relative to the other object, which may have moved over a particle that hardly moved. If the last step does not cross the
+// other object (which covered the particle before, or counts as covering from afar), the particle goes to its nearest point. A particle
+// without a near triangle returns to its own place, as does one that would enter a no-go area from outside; the latter also turns round.
 // Overflow: cannot happen; selection has taken a place in the lists for each.
 
 #version 460
@@ -23,7 +21,7 @@ layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const bool BORDER_REFLECTS = true;
 layout(constant_id = 1) const uint SIGN_RULE = 0u;
-// Some object has values of its own.
+// Some object has its own parameters.
 layout(constant_id = 2) const bool OWN_PHYSARUM = false;
 // The bias was painted: places attract, repel or may not be entered.
 layout(constant_id = 3) const bool PAINTED = false;
@@ -93,7 +91,7 @@ vec3 place_in(Pose target, Pose source, vec3 position) {
     return place_in_object(target, place_in_world(source, position));
 }
 
-// How two objects stood when the last step began, and how they stand now.
+// The poses of two objects when the last step began, and now.
 struct Standing { Pose source_before; Pose target_before; Pose source_now; Pose target_now; };
 
 // The place of a walker in the target's space, at a time of the last step: 0 is its beginning, 1 its end.
@@ -118,7 +116,7 @@ Meeting meeting_behind(Particle particle, Motion motion, uint source, uint targe
     vec3 newer = place_at(1.0, w, standing);
     bool goes_on = true;
     for (uint i = 0u; goes_on; i += 1u) {
-        // To the next edge, over it, and to the one behind it: in a call there is one straight segment.
+        // To the next edge, over it, and to the following one: each call has one straight segment.
         float before = w.remaining;
         walk(w, min(i, 1u), BORDER_REFLECTS);
         precise float segment = before - w.remaining;
@@ -179,7 +177,7 @@ void main() {
             crosses = true;
             flight = flight_of_walker(w);
         } else {
-            // A search that has not ended may know no better triangle than the texel.
+            // A search that has not ended may find no face; then the texel's triangle remains.
             uint face = nearest_on(roots[target], place_of(pose_of(target), flight), UNLIMITED);
             if (face != NONE) triangle = triangle_of(face);
         }

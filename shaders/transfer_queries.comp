@@ -2,9 +2,9 @@
 // for `myxo query transfer`.
 // Reads   triangles, halfedges, corners, vertices, poses, roots, nodes, faces, pseudonormals, dipoles.
 // Writes  walkers and phases in place. A query has two walkers: the second one is for the inner side, once it has met
-//         the second object. What is out of attempts, or whose search has not ended, goes on in the next dispatch,
-//         where it stopped.
-// One invocation per query; one that has ended returns at once.
+//         the second object. A walker that is out of attempts, or whose search has not ended, continues in the next dispatch, where it
+//         stopped.
+// One invocation per query; a query that has ended returns at once.
 // The attempts of one dispatch are limited, so that no dispatch runs for seconds.
 // Overflow: cannot happen; nothing is appended.
 
@@ -54,7 +54,7 @@ void walk_on_source(uint i) {
     Walker w = walkers[2u * i];
     vec3 from = place_of(pose_of(TARGET), flight_of_walker(w));
     for (uint k = 0u; k < params.attempts && w.status == WALK_OUT_OF_ATTEMPTS; k += 1u) {
-        // At first to the next edge; later it stands on one, and goes over it to the next. A call makes one segment.
+        // At first to the next edge; later the walk is on an edge, and goes over it to the next. Each call makes one segment.
         Walker previous = w;
         float before = w.remaining;
         walk(w, w.entered_by == NONE && k == 0u ? 0u : 1u, false);
@@ -62,7 +62,7 @@ void walk_on_source(uint i) {
         vec3 to = place_of(pose_of(TARGET), on);
         Meeting meeting = meeting_between(TARGET, from, to, on, 1.0);
         if (!searches_ended()) {
-            // The next dispatch looks at this segment again.
+            // The next dispatch examines this segment again.
             w = previous;
             break;
         }

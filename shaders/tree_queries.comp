@@ -1,6 +1,6 @@
 // tree_queries: nearest points and crossings on one object, for `myxo query sdf`.
 // Reads   nodes, dipoles, faces, pseudonormals, corners.
-// Writes  queries in place: what was asked for, behind what was asked; and whether the search for it has ended.
+// Writes  queries in place: the result, after the question; and whether the search has ended.
 // One invocation per query.
 // Overflow: cannot happen; nothing is appended.
 

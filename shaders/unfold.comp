@@ -1,8 +1,9 @@
-// unfold: for texels that another object covers, the place on that object where walks go on, so that sensors see it there.
+// unfold: for texels that another object covers, the place on that object where walks continue, so that sensors see it there.
 // Reads   jobs, pairs, samples, listed, covered, groups, owners, distances, nearest, triangles, halfedges, corners, vertices, strips.
-// Writes  across and across_triangles: covered texels of the objects that have a job, where LISTED of listed tiles; other texels keep their old values, which are not read. Where not LISTED, the marks of surroundings that have changed.
-// One invocation per sample of a job, jobs begin at multiples of the group size; where LISTED one a covered texel.
-// Two planes meet in a line. What lies behind it in the one lies as far from it in the other, whichever way one comes.
+// Writes  across and across_triangles: covered texels of the objects that have a job, with LISTED those of listed tiles; other texels keep
+//         their old values, which are not read. Without LISTED, the marks of surroundings that have changed.
+// One invocation per sample of a job, jobs begin at multiples of the group size; with LISTED, one per covered texel. Two planes meet in a
+// line. A place behind the line in one plane is as far from it in the other plane, from either side.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -23,7 +24,7 @@ layout(push_constant) uniform Params {
     uint pitch;       // texels from one atlas row to the next
     uint attempts;    // edge crossings that one walk may make
     float threshold;  // world length of signed distance below which a place is covered
-    float farthest;   // world length behind the line up to which places are found
+    float farthest;   // largest world length behind the line at which places are found
     float deepest;    // world length of signed distance up to which sensors see nothing
     float near;       // world length of signed distance below which a step may lead to where it is covered
     float sight;      // the same of which sensors that walk may get to where it is covered
@@ -61,7 +62,7 @@ const bool WALK_CARRIES = false;
 // Planes that meet at a smaller sine than this meet far away, or nowhere.
 const float LEAST_SINE = 0.02;
 
-// Objects stand to each other as they did when their distances were taken.
+// The pairs have the poses for which distances were computed.
 // The packed position, and the triangle that it is on.
 uvec2 place_across(ObjectPair pair, vec3 position, uint own_triangle, uint triangle) {
     uvec4 shape = fetch4(triangles, triangle);
@@ -71,7 +72,7 @@ uvec2 place_across(ObjectPair pair, vec3 position, uint own_triangle, uint trian
     vec3 own_normal = vec3(dot_of(pair.x.xyz, normal), dot_of(pair.y.xyz, normal), dot_of(pair.z.xyz, normal));
     float cosine = dot_of(own_normal, frame.normal);
     float sine = length_of(cross_of(own_normal, frame.normal));
-    // Over the plane there is no line behind: such a place is covered from afar.
+    // A place over the plane is not behind the line: it is covered from afar.
     float depth = positive(-dot_of(place, frame.normal));
     precise float most = params.farthest * sine;
     if (sine < LEAST_SINE || depth > most) return uvec2(NONE);

@@ -1,6 +1,6 @@
 // walk_queries: straight walks of any length, for `myxo query geodesic`.
 // Reads   triangles, halfedges.
-// Writes  walkers in place: one that is out of attempts goes on in the next dispatch, where it stopped.
+// Writes  walkers in place: one that is out of attempts continues in the next dispatch, where it stopped.
 // One invocation a walk; a walker that has ended returns at once.
 // The attempts of one dispatch are limited, so that no dispatch runs for seconds.
 // Overflow: cannot happen; nothing is appended.

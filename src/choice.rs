@@ -1,4 +1,4 @@
-//! What is one of a few words, in scene files and elsewhere.
+//! Enums whose variants are words of scene files.
 
 /// Declares an enum whose variants are words of the scene file, in one place.
 macro_rules! choice {

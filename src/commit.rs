@@ -1,8 +1,8 @@
 //! The commit of the checkout that the program was built in, for reports and exports.
 //!
-//! It is read when it is asked for, so that a new commit builds nothing: in a checkout from Git's own files, as the checkout
-//! is now; in an unpacked archive from `commit.txt`, where `git archive` has put it. Where there is neither, the environment variable
-//! `MYXO_COMMIT` says it, as in the archive of `make bundle`.
+//! It is read when needed, so that a new commit causes no build: in a checkout from Git's own files, as the checkout is now; in an unpacked
+//! archive from `commit.txt`, which `git archive` fills in. Without either, it is the value of the environment variable `MYXO_COMMIT`, as
+//! in the archive of `make bundle`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -47,7 +47,7 @@ fn of_checkout(folder: &Path) -> Option<String> {
     })
 }
 
-/// Where Git keeps its files: the folder `.git`, or the one that a file `.git` names.
+/// Git's folder: the folder `.git`, or the one that a file `.git` names.
 fn git_folder(folder: &Path) -> Option<PathBuf> {
     let git = folder.join(".git");
     if git.is_dir() {

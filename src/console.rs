@@ -1,16 +1,15 @@
 //! Text to people and programs: data to the standard output, messages to the standard error.
 //!
-//! What goes to a terminal comes through here: names and values from files may hold control characters, and here they become
-//! visible text.
+//! All output to a terminal goes through here: names and values from files may hold control characters, which become visible text.
 
 use std::io::{IsTerminal as _, Write};
 
 use myxo::plain_text::{escaped_data, escaped_lines};
 use myxo::{Error, Result};
 
-/// What errors call the standard output.
+/// The name of the standard output in errors.
 pub const STDOUT: &str = "the standard output";
-/// Back to the begin of the line, and nothing in it.
+/// Moves to the beginning of the line and clears it.
 const CLEAR_LINE: &str = "\r\x1b[2K";
 
 /// Prints a text or JSON, or a part of it that ends with a line.
@@ -18,7 +17,7 @@ pub fn print(text: impl AsRef<str>) -> Result<()> {
     write_all(escaped_data(text.as_ref()).as_bytes())
 }
 
-/// Writes a file's content to the standard output: as it is, but on a terminal, which would obey what is in it.
+/// Writes a file's content to the standard output, unchanged unless that is a terminal, where control characters are escaped.
 pub fn write(content: &[u8]) -> Result<()> {
     if std::io::stdout().is_terminal() {
         print(String::from_utf8_lossy(content))
@@ -39,21 +38,21 @@ fn write_all(bytes: &[u8]) -> Result<()> {
         })
 }
 
-/// Writes a line to the terminal. A closed terminal is no reason to stop.
+/// Writes a line to the terminal. Failures, such as a closed terminal, are ignored.
 pub fn message(text: &str) {
-    let _ = tell(&mut std::io::stderr().lock(), text);
+    let _ = write_line(&mut std::io::stderr().lock(), text);
 }
 
-/// As [`message`], in the place of what stands in the terminal's line.
+/// As [`message`], but replaces the terminal's current line.
 pub fn message_over_line(text: &str) {
     let mut stderr = std::io::stderr().lock();
     if stderr.is_terminal() {
         let _ = stderr.write_all(CLEAR_LINE.as_bytes());
     }
-    let _ = tell(&mut stderr, text);
+    let _ = write_line(&mut stderr, text);
 }
 
-fn tell(to: &mut impl Write, text: &str) -> std::io::Result<()> {
+fn write_line(to: &mut impl Write, text: &str) -> std::io::Result<()> {
     writeln!(to, "{}", escaped_lines(text.trim_end()))
 }
 

@@ -2,7 +2,7 @@
 
 use crate::plain_text::Shown as _;
 
-/// Anything that the caller could not foresee. Programmer mistakes panic instead.
+/// An error that the caller could not foresee. Programming mistakes panic instead.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file could not be read or written.
@@ -30,7 +30,7 @@ pub enum Error {
     /// A picture or a video could not be written.
     #[error(transparent)]
     Output(#[from] crate::render::output::OutputError),
-    /// Something asked for cannot be done; the text says what and what to do.
+    /// A request that cannot be fulfilled; the text says what, why and what to do.
     #[error("{0}")]
     Invalid(String),
 }
@@ -45,7 +45,7 @@ pub(crate) fn advice(source: &std::io::Error) -> &'static str {
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
             "; choose a place where you may do that"
         }
-        // The system says of a folder to be made that the file exists.
+        // When a folder is created, the system's error for a file in the way is that it exists.
         ErrorKind::NotADirectory | ErrorKind::AlreadyExists => {
             "; a part of the path is a file and not a folder"
         }

@@ -49,7 +49,7 @@
 //! [`sim::step`] is the whole simulation, as a script of dispatches, and the only place that lists them all in
 //! their order; `docs/code.md` goes through it kernel by kernel. Its parts:
 //!
-//! 1. Where objects have moved, each texel's signed distance to the other objects is computed, and where sensors go on there.
+//! 1. If objects have moved, each texel's signed distance to the other objects is computed, and the places where sensors continue.
 //! 2. Every particle walks its pending length, senses, turns, walks, deposits, and is selected if it has gone into another object.
 //!    Selected particles land on the other object, and the particle buffer is put in order again. In each step one part of the
 //!    particles is sorted by place in the texture, so that after a fixed number of steps all have been sorted.
@@ -59,7 +59,7 @@
 //!
 //! Transfers after the walk, and parts 3 and 4, do not depend on each other, so their kernels are recorded side by side.
 //!
-//! Kernels that a scene has no use for are not recorded: with one object there are no distances and no transfers. Which of the
+//! Kernels that a scene does not need are not recorded: with one object there are no distances and no transfers. Which of the
 //! kernels for transfers run is the strategy ([`scene::settings::Strategy`]); all counts stay on the GPU, and dispatches over
 //! them are indirect.
 //!
@@ -68,9 +68,9 @@
 //! has its place. A triangle id is global and says which object it belongs to, so a particle needs no object id.
 //!
 //! A kernel is its `.comp` file in `shaders/`: the build compiles and reflects it and writes the typed handle
-//! ([`sim::kernels`]), so binding numbers, group sizes and element types stand in one place. To add a kernel is to
-//! write the shader, its file in `src/sim/step/` with its twin, and its line in the step script. Nothing but tests uses a twin.
-//! What could have been built instead lies in `shaders/choices/`; only the example `choices` runs it.
+//! ([`sim::kernels`]), so binding numbers, group sizes and element types are in one place. To add a kernel is to
+//! write the shader, its file in `src/sim/step/` with its twin, and its line in the step script. Only tests and `myxo selftest` use a twin.
+//! Alternatives that are not used are in `shaders/choices/`; only the example `choices` runs them.
 //!
 //! # Words
 //!
@@ -80,15 +80,14 @@
 //! - **tangent frame**: of a triangle, `p` along `B - A` and `h` perpendicular to it; lengths in it are world lengths.
 //! - **heading**: the unit vector of a particle in its triangle's tangent frame.
 //! - **walk**: the straightest path; the triangles that it crosses are laid out flat, edge by edge, as seen from its start.
-//! - **edge-crossing attempts**: how many edges one walk may cross; what is left is **pending** and walked first in
-//!   the next step.
+//! - **edge-crossing attempts**: how many edges one walk may cross; the rest of the walk is **pending** and comes first in the next step.
 //! - **trail**, **deposit**: the field that particles read; the integer count of particles per texel in a step.
 //! - **dab**: one touch of a brush, between steps: a ball in world space, and the part of the surface that lies in it
 //!   ([`sim::Simulation::paint`]). **Bias**: trail units that sensors read on top of the trail, or the mark of a no-go area, which
 //!   particles may not enter. It is painted, or comes from a map of **areas** ([`sim::areas`]).
 //! - **food**, **marker**: a place on an object with a **scent** ([`sim::food`]), which sensors read on top of the trail, the
 //!   stronger the nearer they are along the surface. Particles eat food where its **plate** is, a **meal** at a time; markers
-//!   are never eaten. A particle that has eaten is **fed** for some steps, else **hungry**.
+//!   are never eaten. A particle that has eaten is **fed** for some steps, otherwise **hungry**.
 //! - **owned** texel: its centre lies in a triangle. **Gutter** texel: beside an owned one, filled from across the
 //!   seam.
 //! - **object**: a mesh with a pose; its particles, its texels. **Signed distance**: to the nearest other object,
@@ -103,8 +102,8 @@
 //!
 //! **Invariant:** on one device, driver and build, the same scene and seed give the same bits. Random streams are
 //! keyed by (seed, particle id, step, purpose), never by a slot ([`rng`]); deposits are integer counts; the state
-//! hash ([`sim::Snapshot::hash`]) does not see the order of particles; and which particles stay where the transfer buffer is
-//! full is decided by keys, not by the order of atomic additions.
+//! hash ([`sim::Snapshot::hash`]) does not depend on the order of particles; and if the transfer buffer is full, keys decide which
+//! particles stay, not by the order of atomic additions.
 //!
 //! **Invariant:** no particle is lost or doubled, and every one counts once a step on an owned or a gutter texel
 //! ([`sim::Snapshot::validate`]).
@@ -112,11 +111,11 @@
 //! **Invariant:** every kernel has a twin in plain Rust: integers equal, floats within a stated bound
 //! (`tests/kernels/`), and a test that turns red when a constant of it is wrong (`make mutants`).
 //!
-//! **Invariant:** arrays that do not fit into a storage block or a texel buffer of the device are reached in other ways
+//! **Invariant:** arrays that do not fit into a storage block or a texel buffer of the device are accessed by other paths
 //! ([`sim::texel_paths`]), with equal bits as the result.
 //!
 //! **Invariant:** sizes made on the GPU stay there; no step waits for the host. `unsafe` stays in [`gpu`], in the one file
-//! that hands egui's painter its Vulkan handles (`render::gui`), and in `signals`.
+//! that passes Vulkan handles to egui's painter (`render::gui`), and in `signals`.
 
 mod choice;
 mod commit;

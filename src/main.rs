@@ -1,5 +1,5 @@
 //! The `myxo` executable: [`cli`] reads the command line, [`lab`] is the window, and the library does the work.
-//! Only `cli/lab.rs` uses the window; what both need stands beside them: [`console`], [`measured`], [`room`],
+//! Only `cli/lab.rs` uses the window; code that both need is beside them: [`console`], [`measured`], [`room`],
 //! [`own_presets`].
 
 mod cli;

@@ -13,25 +13,25 @@ use myxo::scene::settings::Settings;
 use myxo::whole_file::WholeFile;
 use myxo::{Error, Result};
 
-/// No preset is larger, bytes.
+/// The largest preset file, bytes.
 const LARGEST: u64 = 64 << 10;
 /// The longest name, letters.
 const LONGEST_NAME: usize = 40;
-/// Letters that some system does not take in the names of files.
+/// Characters that some systems do not allow in file names.
 const NOT_IN_NAMES: &str = r#"/\:*?"<>|"#;
 
 /// A preset that the user has kept.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Own {
-    /// What it is called, as its file.
+    /// Its name, which is that of its file.
     pub name: String,
     /// The TOML text.
     pub text: String,
-    /// Why it cannot be taken, if so.
+    /// Why it cannot be used, if so.
     pub problem: Option<String>,
 }
 
-/// All of them.
+/// All presets of the user.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OwnPresets {
     folder: Option<PathBuf>,
@@ -39,19 +39,19 @@ pub struct OwnPresets {
 }
 
 impl OwnPresets {
-    /// Where they lie; `None` where the user has no such folder.
+    /// Their folder; `None` if the user has no folder for data.
     pub fn folder() -> Option<PathBuf> {
         directories::ProjectDirs::from("", "", "myxo").map(|dirs| dirs.data_dir().join("presets"))
     }
 
-    /// Those in a folder, which need not be there.
+    /// Reads a folder, which need not exist.
     pub fn read(folder: Option<PathBuf>) -> Self {
         let mut all: Vec<Own> = folder.iter().flat_map(|folder| files(folder)).collect();
         all.sort_by_key(|own| own.name.to_lowercase());
         Self { folder, all }
     }
 
-    /// Takes up what other windows and other programs have changed.
+    /// Reads the folder again, for changes by other windows and programs.
     pub fn read_again(&mut self) {
         *self = Self::read(self.folder.take());
     }
@@ -66,7 +66,7 @@ impl OwnPresets {
         self.all.iter().find(|own| own.name == name)
     }
 
-    /// Its small picture, which may be missing.
+    /// The path of its small picture, which may be missing.
     pub fn picture(&self, name: &str) -> Option<PathBuf> {
         Some(self.path(name)?.with_extension("png"))
     }
@@ -75,7 +75,7 @@ impl OwnPresets {
         Some(self.folder.as_ref()?.join(format!("{name}.toml")))
     }
 
-    /// Keeps a preset; one of the same name is replaced.
+    /// Saves a preset; one of the same name is replaced.
     pub fn save(&mut self, name: &str, text: &str, picture: &RgbaImage) -> Result<PathBuf> {
         let name = check_name(name).map_err(Error::Invalid)?;
         let Some(path) = self.path(name) else {
@@ -104,7 +104,7 @@ impl OwnPresets {
                 path: path.clone(),
                 source,
             })?;
-            // It may have none.
+            // It may have no picture.
             let _ = std::fs::remove_file(path.with_extension("png"));
         }
         self.read_again();
@@ -112,7 +112,7 @@ impl OwnPresets {
     }
 }
 
-/// The settings with a preset over them.
+/// The settings with a preset applied.
 pub fn with_preset(settings: &Settings, name: &str, text: &str) -> Result<Settings> {
     let mut reader = Reader::new(settings.clone());
     reader.preset("", text);
@@ -128,7 +128,7 @@ pub fn summary(text: &str) -> &str {
     first.strip_prefix('#').unwrap_or("").trim()
 }
 
-/// The name without spaces round it, if a file can be called so and no preset of the program is.
+/// The trimmed name, if a file can have it and no built-in preset has it.
 pub fn check_name(name: &str) -> Result<&str, String> {
     let name = name.trim();
     if name.is_empty() {
@@ -144,7 +144,7 @@ pub fn check_name(name: &str) -> Result<&str, String> {
         .find(|c| c.is_control() || NOT_IN_NAMES.contains(*c))
     {
         return Err(format!(
-            "{letter:?} cannot stand in the name, because files cannot be called so"
+            "{letter:?} cannot be in the name, because names of files cannot contain it"
         ));
     }
     if name.starts_with('.') || name.ends_with('.') {
@@ -158,9 +158,9 @@ pub fn check_name(name: &str) -> Result<&str, String> {
     Ok(name)
 }
 
-/// The text of a small file, `None` where it is none or cannot be read.
+/// The text of a small file; `None` if it is no regular file, is too large or cannot be read.
 fn small_text(path: &Path) -> Option<String> {
-    // A pipe would wait for somebody to write.
+    // Reading a pipe would wait for a writer.
     if !path.metadata().ok()?.is_file() {
         return None;
     }
@@ -170,7 +170,7 @@ fn small_text(path: &Path) -> Option<String> {
     (text.len() as u64 <= LARGEST).then_some(text)
 }
 
-/// The text of a file that holds a look and nothing else, as far as one can see without reading on.
+/// The text of a file that looks like a preset, judged without loading its settings.
 pub fn preset_in(path: &Path) -> Option<String> {
     let ending = path.extension()?;
     if !ending.eq_ignore_ascii_case("toml") {
@@ -255,7 +255,7 @@ mod tests {
         assert_eq!(names(&own), ["algae", "Moss, old"]);
         let seen = image::open(own.picture("algae").unwrap()).unwrap();
         assert_eq!(seen.into_rgba8(), picture);
-        // Another window sees the same, and what it removes is gone here, too.
+        // Another window sees the same presets, and removing one there removes it here.
         let mut other = OwnPresets::read(Some(below.clone()));
         assert_eq!(other, own);
         other.remove("algae").unwrap();
@@ -264,7 +264,7 @@ mod tests {
         assert_eq!(names(&own), ["Moss, old"]);
         assert_eq!(std::fs::read_dir(&below).unwrap().count(), 2);
         assert!(OwnPresets::read(None).save("x", &text, &picture).is_err());
-        // Where a file is in the place of the folder.
+        // If a file has the name of the folder, saving fails.
         let mut wrong = OwnPresets::read(Some(below.join("Moss, old.toml")));
         assert_eq!(wrong.all(), []);
         let error = wrong.save("x", &text, &picture).unwrap_err().to_string();
@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn broken_files_are_listed_with_what_is_wrong() {
+    fn broken_files_are_listed_with_their_problem() {
         let folder = tempfile::tempdir().unwrap();
         let put = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes);
         put("a.toml", b"[trail]\ndecay = 2\n").unwrap();
@@ -282,7 +282,7 @@ mod tests {
         put("e.txt", b"[trail]\ndecay = 0.5\n").unwrap();
         std::fs::create_dir(folder.path().join("f.toml")).unwrap();
         let own = OwnPresets::read(Some(folder.path().to_owned()));
-        let told: Vec<(&str, bool)> = own
+        let listed: Vec<(&str, bool)> = own
             .all()
             .iter()
             .map(|own| (own.name.as_str(), own.problem.is_some()))
@@ -294,7 +294,7 @@ mod tests {
             ("d", false),
             ("f", true),
         ];
-        assert_eq!(told, expected);
+        assert_eq!(listed, expected);
         let problem = own.find("a").unwrap().problem.as_ref().unwrap();
         assert!(
             problem.contains("line 2") && problem.contains("0 to 1"),
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_such_that_files_can_be_called_so() {
+    fn names_must_be_valid_file_names() {
         assert_eq!(check_name("  my look 2 "), Ok("my look 2"));
         for name in [
             "", " ", "cells", "a/b", "a\\b", "..", ".hidden", "x.", "a\nb", "a:b",

@@ -1,17 +1,17 @@
-//! Text from files and file names in messages: no control characters, which a terminal would obey, and no more than a line of it.
+//! Text from files and file names in messages: without control characters, which a terminal would execute, and at most a line long.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Letters of a word that are quoted whole: longer than any file name.
+/// Words up to this many letters are quoted whole; no file name is longer.
 const LONGEST_WORD: usize = 300;
-/// Letters of a long word, or a long text, that are quoted of it.
+/// Quoted letters of a long word or a long text.
 const KEPT_OF_WORD: usize = 60;
-/// Letters of a text that are quoted.
+/// Texts up to this many letters are quoted whole.
 const LONGEST_LINE: usize = 2000;
 
-/// May a terminal obey the character, or show what stands beside it in another order? C0 and C1 control characters, DEL, and
+/// May a terminal execute the character, or show its neighbours in another order? C0 and C1 control characters, DEL, and
 /// those that override the direction of text.
 #[must_use]
 pub fn is_control(c: char) -> bool {
@@ -45,7 +45,7 @@ pub fn escaped_lines(text: &str) -> Cow<'_, str> {
     })
 }
 
-/// A path as it stands in a message: on one line, without control characters.
+/// Paths in messages: on one line, without control characters.
 pub trait Shown {
     /// The path, [escaped]; a byte that is not Unicode becomes a replacement character.
     ///
@@ -78,7 +78,7 @@ pub fn escaped_data(text: &str) -> Cow<'_, str> {
     })
 }
 
-/// As [`escaped`], with long words, and what is longer than a line, shortened to their beginnings: for names and values that come
+/// As [`escaped`], with long words and long texts shortened to their beginnings: for names and values that come
 /// from files.
 #[must_use]
 pub fn quoted(text: &str) -> Cow<'_, str> {

@@ -1,8 +1,8 @@
-//! Sines, angles and powers with the same bits on every machine, for what the host works out: shapes, layouts, poses, starts.
-//! Those of the standard library are the system's, which differ in their last bits from one to another.
+//! Sines, angles and powers with the same bits on every machine, for computations on the host: shapes, layouts, poses, starts. Those of the
+//! standard library are the system's, which differ in their last bits.
 //!
-//! Sums, products, quotients and roots need nothing of this: IEEE 754 says what they are. What is worked out in every step, on
-//! the device, too, is in `strict.rs`.
+//! Sums, products, quotients and roots are exact by IEEE 754. Functions that are computed in every step, on the device, too, are in
+//! `strict.rs`.
 
 use glam::{DQuat, DVec2, DVec3};
 
@@ -66,7 +66,7 @@ pub fn power_of_ten(exponent: u32) -> f64 {
     (0..exponent).fold(1.0, |power, _| 10.0 * power)
 }
 
-/// 2 to the power of a whole number; of a power that is no normal number, the nearest that is one.
+/// 2 to the power of a whole number; if the power is no normal number, the nearest normal one.
 #[must_use]
 pub fn power_of_two(exponent: i64) -> f64 {
     f64::from_bits(((1023 + exponent.clamp(-1022, 1023)) as u64) << 52)
@@ -99,7 +99,7 @@ pub fn angle_between(a: DVec3, b: DVec3) -> f64 {
     acos(cosine.clamp(-1.0, 1.0))
 }
 
-/// A turn about a unit vector.
+/// A rotation about a unit vector.
 #[must_use]
 pub fn turn_about(axis: DVec3, angle: f64) -> DQuat {
     let (sin, cos) = sin_cos(0.5 * angle);
@@ -107,7 +107,7 @@ pub fn turn_about(axis: DVec3, angle: f64) -> DQuat {
     DQuat::from_xyzw(v.x, v.y, v.z, cos)
 }
 
-/// Turns about X, then Y, then Z, each about the axis of the space in which all of them happen.
+/// Rotations about X, then Y, then Z, each about the fixed axis.
 #[must_use]
 pub fn turn_about_axes(angles: DVec3) -> DQuat {
     turn_about(DVec3::Z, angles.z) * turn_about(DVec3::Y, angles.y) * turn_about(DVec3::X, angles.x)
@@ -122,7 +122,7 @@ pub fn turn_between(from: DQuat, to: DQuat, share: f64) -> DQuat {
     } else {
         (to, cosine)
     };
-    // Nothing is left of the sine of so small an angle.
+    // The sine of so small an angle is zero.
     if cosine > 1.0 - f64::EPSILON {
         return (from * (1.0 - share) + to * share).normalize();
     }
@@ -136,7 +136,7 @@ mod tests {
     use super::*;
     use glam::EulerRot;
 
-    /// Bits that another version of the crate, or a compiler that takes other instructions, would change.
+    /// Catches bits that another version of the crate, or other instructions by the compiler, would change.
     #[test]
     fn the_last_bits_are_known() {
         let mut bits = 0_u64;

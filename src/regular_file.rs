@@ -12,7 +12,7 @@ use crate::whole_file::followed;
 /// Scene files and presets are text, and no longer than this.
 pub const MOST_TEXT: u64 = 16 << 20;
 
-/// Opens a regular file, and gives its length in bytes.
+/// Opens a regular file, and returns its length in bytes.
 ///
 /// # Errors
 /// When it cannot be opened, or is a folder, a pipe or a device.
@@ -40,21 +40,21 @@ fn check_kind(metadata: &Metadata) -> io::Result<()> {
 /// The files that this process has read.
 static READ: Mutex<BTreeSet<Identity>> = Mutex::new(BTreeSet::new());
 
-/// What makes two paths one file: links and `..` do not change it.
+/// The identity of a file, by which paths with links and `..` can be compared.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Identity(Inner);
 
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Inner {
-    /// Device and number of a file that is there.
+    /// Device and inode of an existing file.
     #[cfg(unix)]
     There(u64, u64),
-    /// The path, without links, of a file that will be there, or where files have no numbers.
+    /// The path, without links, of a file that does not exist yet, or on systems without inodes.
     Path(PathBuf),
 }
 
 impl Identity {
-    /// That of a file, there or not yet. None for folders, devices and pipes, of which several outputs may go to one.
+    /// The identity of a file, existing or not. `None` for folders, devices and pipes, to which several outputs may go.
     #[must_use]
     pub fn of(path: &Path) -> Option<Self> {
         let Ok(metadata) = path.metadata() else {
@@ -119,8 +119,8 @@ fn too_long(length: u64, most: u64) -> io::Error {
 mod tests {
     use super::*;
 
-    /// Without the check of the kind of file, reading the device or the pipe does not end; without that of the length, a file
-    /// of a terabyte that takes no room on the disk fills the memory.
+    /// Catches a missing check of the kind of file, with which reading the device or the pipe would not end, and of the length, with which
+    /// a sparse file of a terabyte would fill the memory.
     #[test]
     #[cfg(target_os = "linux")]
     fn only_regular_files_of_a_bounded_size_are_read() {

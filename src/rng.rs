@@ -1,7 +1,7 @@
-//! Random streams, keyed by what they are for and never by where something lies in memory.
+//! Random streams, keyed by their purpose and never by a place in memory.
 //! The twin of `shaders/include/rng.glsl`: both give the same bits.
 
-/// What a random number is drawn for; keeps streams of one particle and step apart.
+/// The purpose of a random number; separates the streams of one particle and step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Purpose {
@@ -9,13 +9,13 @@ pub enum Purpose {
     Start = 0,
     /// Noise added to the three sensors.
     SensorNoise = 1,
-    /// The place and heading of a particle that begins anew.
+    /// The place and heading of a particle that restarts.
     Respawn = 2,
-    /// Which particles a dab of the teleporting brush moves, and where to.
+    /// The choice of particles that a dab of the teleporting brush moves, and their places.
     Paint = 3,
-    /// Where food is scattered; only the host draws it.
+    /// The places of scattered food; used on the host only.
     Food = 4,
-    /// Which particles leave where more are selected than the lists hold; only the host draws it.
+    /// The choice of particles that leave if more are selected than the lists hold; used on the host only.
     Limit = 5,
 }
 

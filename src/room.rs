@@ -1,5 +1,5 @@
-//! Whether there is memory for scenes, told before it is taken, by the commands and in the window: on the device, and where
-//! the device is the processor, in the host's memory, of which as much again goes to setting up and reading back.
+//! Checks that there is memory for scenes before it is taken, for the commands and the window: on the device, and if the device is the
+//! processor, in the host's memory. There, setting up and reading back take as much again.
 
 use std::path::Path;
 
@@ -17,24 +17,24 @@ use crate::console;
 /// Scenes that take more memory than this say so.
 pub const LARGE: u64 = 1 << 30;
 
-/// About how many bytes are needed for so many on the device: where that computes in the host's memory, as much again while
-/// a scene is set up and read back.
+/// About how many bytes are needed for so many on the device: twice as many on a processor, where setting up and reading back take as much
+/// again.
 pub fn needed(on_device: u64, kind: DeviceKind) -> u64 {
     let times = if kind == DeviceKind::Cpu { 2 } else { 1 };
     times * on_device
 }
 
-/// Bytes that nobody uses.
+/// Free bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Free {
     /// Of memory.
     pub memory: u64,
-    /// What the system would bring to a disk, which is slow.
+    /// Of swap space, which is slow.
     pub swap: u64,
 }
 
 impl Free {
-    /// Of the host's memory for drivers that compute there, else of the device's; `None` where nobody says.
+    /// The host's for drivers that compute there, otherwise the device's; `None` if it is not known.
     pub fn on(info: &DeviceInfo) -> Option<Self> {
         if info.kind == DeviceKind::Cpu {
             return on_host(Path::new("/"));
@@ -43,27 +43,27 @@ impl Free {
         (memory > 0).then_some(Self { memory, swap: 0 })
     }
 
-    /// What may be taken without slowing down whatever else runs.
+    /// How much may be taken without slowing down other programs.
     pub fn at_ease(self) -> u64 {
         self.memory / 10 * 9
     }
 }
 
-/// Refuses scenes for which the host has no memory, and says what large ones take; before any of it is taken. `on_device` is
-/// what all of them take there together.
+/// Refuses scenes for which the host has no memory, and prints how much large ones take. `on_device` is what all of them take there
+/// together.
 pub fn prepare(ctx: &Context, what: &str, scenes: &[&Scene], on_device: u64) -> Result<()> {
     for scene in scenes {
         check_scene_atlas(scene)?;
     }
     let info = ctx.info();
-    let told = verdict(
+    let message = verdict(
         what,
         on_device,
         &Device::of(info),
         on_host(Path::new("/")),
         &advice(scenes),
     )?;
-    told.iter().for_each(|text| console::message(text));
+    message.iter().for_each(|text| console::message(text));
     Ok(())
 }
 
@@ -92,9 +92,9 @@ pub fn check_copy(bytes: u64) -> Result<()> {
     within(bytes, on_host(Path::new("/")))
 }
 
-/// About how many bytes the making of an atlas takes. Of each texel: who owns it, its area and density, and the maps that charts
-/// are packed by. Of texels in gutters and beside them, their seams and exchange rows, of which only a grid has many. The numbers
-/// are measured, with gutters of 1 and 4 texels.
+/// About how many bytes making an atlas takes. For each texel: its owner, area and density, and the bitmaps for packing charts. For
+/// texels in gutters and beside them: seams and exchange rows, of which only a grid has many. The numbers were measured with gutters of 1
+/// and 4 texels.
 fn atlas_bytes(options: &AtlasOptions, triangles: usize) -> u64 {
     let texels = u64::from(options.size).pow(2);
     let beside_seams = if options.method == AtlasMethod::Grid {
@@ -109,7 +109,7 @@ fn atlas_bytes(options: &AtlasOptions, triangles: usize) -> u64 {
     20 * texels + beside_seams
 }
 
-/// Refuses an atlas of so many triangles if the host has no memory to make it; `option` is what sets its side.
+/// Refuses an atlas of so many triangles if the host has no memory to make it; `option` is the option that sets its side.
 pub fn check_atlas(options: &AtlasOptions, triangles: usize, option: &str) -> Result<()> {
     atlas_within(options, triangles, option, on_host(Path::new("/")))
 }
@@ -141,8 +141,8 @@ fn atlas_within(
         }
     }
     Err(Error::Invalid(format!(
-        "{option} {}: making an atlas of {side} x {side} texels takes about {}, and {} are free, of which a tenth is left to \
-         others: use {option} {fitting} at most, or end other programs",
+        "{option} {}: making an atlas of {side} x {side} texels takes about {}, and {} are free, of which a tenth is reserved for \
+         other programs: use {option} {fitting} at most, or end other programs",
         options.size,
         human(bytes),
         human(free.memory),
@@ -154,7 +154,7 @@ fn atlas_within(
 pub fn within(bytes: u64, free: Option<Free>) -> Result<()> {
     match free {
         Some(free) if bytes > free.at_ease() => Err(Error::Invalid(format!(
-            "it takes about {}, and {} are free, of which a tenth is left to others",
+            "it takes about {}, and {} are free, of which a tenth is reserved for other programs",
             human(bytes),
             human(free.memory)
         ))),
@@ -162,7 +162,7 @@ pub fn within(bytes: u64, free: Option<Free>) -> Result<()> {
     }
 }
 
-/// What to set lower.
+/// Which settings to lower.
 fn advice(scenes: &[&Scene]) -> String {
     let keys = |particles: &str, size: &str| {
         format!("lower particles.count{particles} or atlas.size{size}")
@@ -180,7 +180,7 @@ fn advice(scenes: &[&Scene]) -> String {
 struct Device<'a> {
     name: &'a str,
     kind: DeviceKind,
-    /// Of the memory that it says it has.
+    /// The size of the memory that it reports.
     size: u64,
 }
 
@@ -195,7 +195,7 @@ impl<'a> Device<'a> {
     }
 }
 
-/// What to tell of a scene that takes so much, if it is worth telling; an error where the host has not as much free.
+/// A message about a scene that takes so much, if it is large; an error if the host has too little free memory.
 fn verdict(
     what: &str,
     on_device: u64,
@@ -233,7 +233,7 @@ fn verdict(
             )));
         }
     }
-    // Setting up and reading back take as much of the host.
+    // Setting up and reading back take as much of the host's memory.
     let is_more = |free: &Free| on_device > free.memory.saturating_add(free.swap);
     if let Some(free) = free.filter(|free| !is_processor && is_more(free)) {
         return Err(Error::Invalid(format!(
@@ -255,7 +255,7 @@ fn verdict(
     Ok((on_device > LARGE).then(|| takes + &more))
 }
 
-/// Of the host's memory, with all files under a root.
+/// The host's free memory; `root` holds the system's files.
 fn on_host(root: &Path) -> Option<Free> {
     let read = |path: &str| std::fs::read_to_string(root.join(path)).ok();
     let mut free = system(&read("proc/meminfo")?)?;
@@ -266,7 +266,7 @@ fn on_host(root: &Path) -> Option<Free> {
         let stat = file("memory.stat").unwrap_or_default();
         let left = limit.and_then(|limit| left_in_group(&limit, &usage.unwrap_or_default(), &stat));
         if let Some(left) = left.filter(|left| *left < free.memory) {
-            // Whether a group may swap is not known from these.
+            // These files do not say whether a group may swap.
             free = Free {
                 memory: left,
                 swap: 0,
@@ -321,7 +321,7 @@ fn system(meminfo: &str) -> Option<Free> {
 }
 
 /// What a control group may still take, from the texts of its limit, its usage and its statistics; `None` without a limit.
-/// Files that the system keeps in memory count as used, and give way.
+/// The page cache counts as used, but the system frees it when needed.
 fn left_in_group(limit: &str, usage: &str, stat: &str) -> Option<u64> {
     let limit: u64 = limit.trim().parse().ok()?;
     let used: u64 = usage.trim().parse().unwrap_or(0);
@@ -426,10 +426,10 @@ mod tests {
             std::fs::write(path, text).expect("there is room");
         };
         let free = || on_host(folder.path()).map(|free| (free.memory, free.swap));
-        assert_eq!(free(), None, "nobody says");
+        assert_eq!(free(), None, "not known");
         write("proc/meminfo", MEMINFO);
         assert_eq!(free(), Some((16 * GIB, GIB)));
-        // No limit, in either version's words.
+        // No limit, as either version writes it.
         write("sys/fs/cgroup/memory.max", "max\n");
         write(
             "sys/fs/cgroup/memory/memory.limit_in_bytes",
@@ -441,7 +441,7 @@ mod tests {
         write("sys/fs/cgroup/memory.max", "4294967296\n");
         write("sys/fs/cgroup/memory.current", "1073741824\n");
         assert_eq!(free(), Some((3 * GIB, 0)));
-        // Those of a job, by either version, and of what it runs in.
+        // The limits of a job, by either version, and of the groups around it.
         write("proc/self/cgroup", "0::/jobs/job_7/step\n");
         write("sys/fs/cgroup/jobs/job_7/memory.max", "2147483648\n");
         assert_eq!(free(), Some((2 * GIB, 0)));
@@ -476,17 +476,17 @@ mod tests {
     fn the_processor_takes_twice_as_much_and_no_more_than_there_is() {
         let cpu = |on_device, memory, swap| verdict_of(on_device, DeviceKind::Cpu, memory, swap);
         assert_eq!(cpu(GIB / 2, 16 * GIB, 0).expect("it fits"), None);
-        let told = cpu(4 * GIB, 16 * GIB, 0)
+        let message = cpu(4 * GIB, 16 * GIB, 0)
             .expect("it fits")
             .expect("it is large");
         assert!(
-            told.starts_with("torus needs 4.0 GiB on the device"),
-            "{told}"
+            message.starts_with("torus needs 4.0 GiB on the device"),
+            "{message}"
         );
-        assert!(told.ends_with("about 8.0 GiB of memory"), "{told}");
+        assert!(message.ends_with("about 8.0 GiB of memory"), "{message}");
         let tight = cpu(4 * GIB, 8 * GIB, 0)
             .expect("it just fits")
-            .expect("it is told");
+            .expect("it has a message");
         assert!(
             tight.contains("8.0 GiB are free: it may become slow"),
             "{tight}"
@@ -521,18 +521,21 @@ mod tests {
     }
 
     #[test]
-    fn devices_of_their_own_are_asked_for_what_they_have() {
+    fn cards_are_checked_by_their_reported_memory() {
         let card = |on_device| verdict_of(on_device, DeviceKind::Discrete, 16 * GIB, 0);
         assert_eq!(card(GIB / 2).expect("it fits"), None);
-        let told = card(4 * GIB).expect("it fits");
-        assert_eq!(told.as_deref(), Some("torus needs 4.0 GiB on the device"));
-        // Drivers may have more than they say.
-        let told = card(7 * GIB)
+        let message = card(4 * GIB).expect("it fits");
+        assert_eq!(
+            message.as_deref(),
+            Some("torus needs 4.0 GiB on the device")
+        );
+        // Drivers may have more memory than they report.
+        let message = card(7 * GIB)
             .expect("the driver decides")
-            .expect("it is told");
+            .expect("it has a message");
         assert!(
-            told.ends_with("on the device, and abacus says that it has 6.0 GiB"),
-            "{told}"
+            message.ends_with("on the device, and abacus says that it has 6.0 GiB"),
+            "{message}"
         );
         // The host sets the scene up.
         let error = verdict_of(4 * GIB, DeviceKind::Discrete, GIB, 0)

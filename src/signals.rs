@@ -1,7 +1,7 @@
-//! Signals, as far as the standard library leaves them to the system: the only calls of it here that are `unsafe`.
+//! Signals that the standard library does not cover, by `unsafe` calls of the system.
 
 /// Lets a write that would pass the limit of file sizes (`ulimit -f`) fail with an error, as on a full disk. By default the signal
-/// `SIGXFSZ` ends the process without a word. Programs that it starts ignore the signal, too, and say what failed.
+/// `SIGXFSZ` ends the process without a message. Child processes inherit this, and report the error.
 pub fn ignore_file_size_limit() {
     // SAFETY: no handler is installed, so no code of ours runs within a signal.
     #[cfg(unix)]
@@ -10,14 +10,14 @@ pub fn ignore_file_size_limit() {
     }
 }
 
-/// Ends a process that this one has started as the first of its own group and has not yet waited for, and everything in the group.
+/// Kills a child process that leads its own process group and was not waited for yet, with its whole group.
 pub(crate) fn kill_group(child: &mut std::process::Child) {
     kill_group_of(child.id());
-    // Fails only when it has ended already.
+    // This fails only if it has ended already.
     let _ = child.kill();
 }
 
-/// Ends a group of processes, by the number of its first one, which this process has started and not yet waited for.
+/// Kills a process group, by the id of its leader, a child process that was not waited for yet.
 pub(crate) fn kill_group_of(first: u32) {
     #[cfg(unix)]
     if let Ok(group) = libc::pid_t::try_from(first) {
@@ -30,7 +30,7 @@ pub(crate) fn kill_group_of(first: u32) {
     let _ = first;
 }
 
-/// Has a process that this one has started ended? It is not waited for by that, so that its number stays its own.
+/// Has a child process ended? It is not reaped by this, so its id is not reused.
 pub(crate) fn has_ended(child: &mut std::process::Child) -> bool {
     #[cfg(unix)]
     {
@@ -41,7 +41,7 @@ pub(crate) fn has_ended(child: &mut std::process::Child) -> bool {
         let answer = unsafe { libc::waitid(libc::P_PID, child.id(), &raw mut found, options) };
         // SAFETY: for a child that has ended the number is set; otherwise it stays zero.
         let ended = unsafe { found.si_pid() };
-        // There is no such child where it was waited for.
+        // There is no such child if it was waited for.
         answer != 0 || ended != 0
     }
     #[cfg(not(unix))]

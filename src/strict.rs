@@ -1,5 +1,5 @@
-//! Arithmetic that gives the same bits on every processor and every graphics card: sums, differences and products as IEEE 754
-//! says, and what can be made of them. Twin of `shaders/include/strict.glsl` and `shaders/include/vectors.glsl`, which say why.
+//! Arithmetic that gives the same bits on every processor and every graphics card: sums, differences and products by IEEE 754, and
+//! functions made of these. Twin of `shaders/include/strict.glsl` and `shaders/include/vectors.glsl`, which have the reasons.
 //!
 //! Everything that decides the state of a simulation while it runs is calculated by these functions and by `+`, `-` and `*`.
 
@@ -8,13 +8,13 @@ use glam::{Vec2, Vec3};
 const SIGN: u32 = 0x8000_0000;
 /// The upper 12 of 24 digits: products of two such are exact.
 const UPPER: u32 = 0xffff_f000;
-/// Bits of 2^-100 and 2^100. Numbers beyond count as these where something is divided by them.
+/// Bits of 2^-100 and 2^100. As divisors, numbers beyond these count as these.
 const LEAST: u32 = 0x0d80_0000;
 const MOST: u32 = 0x7180_0000;
-/// 2^-100 itself: rates, volumes and the like that are less count as none.
+/// 2^-100 itself: smaller rates, volumes and the like count as zero.
 pub const LEAST_SIZE: f32 = f32::from_bits(LEAST);
 
-/// A number as it is stored: no zero has a sign, and what devices may take for zero is zero.
+/// A number as it is stored: no zero has a sign, and numbers that devices may flush to zero are zero.
 #[inline]
 #[must_use]
 pub fn settled(x: f32) -> f32 {
@@ -195,7 +195,7 @@ fn arc_of(x: f32) -> f32 {
     }
 }
 
-/// The angle of the vector `(x, y)`, from -pi to pi, as `atan2` says it. That of no vector is 0.
+/// The angle of the vector `(x, y)`, from -pi to pi, as by `atan2`. That of the zero vector is 0.
 #[inline]
 #[must_use]
 pub fn angle_of_vector(y: f32, x: f32) -> f32 {
@@ -261,10 +261,10 @@ fn scale_of(most: f32) -> f32 {
     f32::from_bits(0x7f00_0000 - (most.to_bits().clamp(LEAST, MOST) & 0x7f80_0000))
 }
 
-/// A component below that is no length: 2^-60.
+/// Components below this count as zero: 2^-60.
 const LEAST_COMPONENT: f32 = 8.673_617_4e-19;
 
-/// The direction of a vector, or another one if the vector is too short to have one.
+/// The direction of a vector, or `or` if the vector is too short.
 #[inline]
 #[must_use]
 pub fn direction3_or(way: Vec3, other: Vec3) -> Vec3 {
@@ -293,7 +293,7 @@ mod tests {
     use super::*;
     use crate::rng::{Purpose, random};
 
-    /// How far a number is from the exact one, in units in the last place of the latter.
+    /// The difference of a number from the exact one, in units in the last place of the latter.
     fn units(found: f32, exact: f64) -> f64 {
         let exponent = exact.abs().to_bits() >> 52;
         let unit = f64::from_bits((exponent - 23) << 52);

@@ -2,13 +2,13 @@
 //!
 //! - A file appears under its name only when it is whole. What is cut short leaves nothing behind that looks like a result,
 //!   and a file that had the name before stays as it was.
-//! - It is on the disk before it gets its name, and its name is before anything is said of it, so that neither is lost when the
-//!   power fails.
-//! - It replaces a regular file, and keeps that one's owner and permissions. Where the name is a link, the file that it leads to
-//!   is replaced, and the link stays. A device or a pipe is written to, and never replaced.
+//! - It is synced to the disk before it gets its name, and the name before success is reported, so that neither is lost when the power
+//!   fails.
+//! - It replaces a regular file, and keeps that one's owner and permissions. If the name is a link, its target is replaced, and the link
+//!   stays. A device or a pipe is written to, and never replaced.
 //!
-//! The hidden file is locked as long as its process lives. What a killed process has left is therefore known by its
-//! lock being free, and the next file that begins in the folder removes it.
+//! The temporary file is locked as long as its process lives. The temporary file of a killed process has a free lock, and the next file
+//! that begins in the folder removes it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::{OsStr, OsString};
@@ -23,7 +23,7 @@ const ENDING: &str = ".myxo-part";
 /// Names of so many bytes are possible everywhere.
 const SURE_LENGTH: usize = 100;
 
-/// Letters and digits before the ending, by which hidden names differ.
+/// Random letters and digits before the ending, by which hidden names differ.
 const RANDOM_LENGTH: usize = 6;
 
 /// A file that is written under a hidden name in its final folder, and renamed by [`finish`](Self::finish).
@@ -45,13 +45,13 @@ const RANDOM_LENGTH: usize = 6;
 #[derive(Debug)]
 pub struct WholeFile {
     file: tempfile::NamedTempFile,
-    /// As it was asked for.
+    /// The requested path.
     path: PathBuf,
     place: Place,
     _listed: Unfinished,
 }
 
-/// Hidden files of this process that have not got their names.
+/// Temporary files of this process.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// Removes the hidden files of everything that is being written, for a process that ends at once: from here on no other file can
@@ -96,14 +96,14 @@ static HELD: Mutex<BTreeMap<PathBuf, File>> = Mutex::new(BTreeMap::new());
 /// The destination of the finished file.
 #[derive(Debug)]
 enum Place {
-    /// This name, which is no link.
+    /// A file of this name, which is no link.
     Name(PathBuf),
-    /// A device or a pipe, which gets what was written.
+    /// A device or a pipe, to which the content is copied.
     Special(File),
 }
 
 impl WholeFile {
-    /// Starts the file; its folder is made if there is none.
+    /// Begins the file; its folder is created if it is missing.
     ///
     /// # Errors
     /// When the folder cannot be made or written, when `path` is a folder itself or a read-only file, or when it
@@ -157,7 +157,7 @@ impl WholeFile {
             let (listed, file) =
                 Unfinished::list(|| builder.tempfile_in(folder).map_err(without_path))?;
             lock(file.as_file());
-            // Between its making and its locking another process may have taken it for one that was left.
+            // Between its creation and its locking another process may have removed it as abandoned.
             if file.path().exists() {
                 if let Some(before) = &before {
                     keep_permissions(file.as_file(), before)?;
@@ -172,8 +172,8 @@ impl WholeFile {
         }
     }
 
-    /// Makes sure that a file can be written later, and leaves nothing there. A pipe stays open until then, because its
-    /// reader takes its closing for the end.
+    /// Checks that a file can be written later, and leaves no file. A pipe stays open until then, because closing it would end its reader's
+    /// input.
     ///
     /// # Errors
     /// As [`create`](Self::create).
@@ -197,7 +197,7 @@ impl WholeFile {
         &self.path
     }
 
-    /// Throws away what was written, to begin again.
+    /// Discards the content, to begin again.
     ///
     /// # Errors
     /// When the file cannot be cut.
@@ -205,7 +205,7 @@ impl WholeFile {
         self.cut(0)
     }
 
-    /// Throws away what was written behind so many bytes, to go on from there.
+    /// Discards the content after so many bytes, to continue from there.
     ///
     /// # Errors
     /// When the file cannot be cut.
@@ -216,7 +216,7 @@ impl WholeFile {
         Ok(())
     }
 
-    /// Gives the file its name, replacing what had it before, or hands the content to the device or pipe of that name.
+    /// Gives the file its name, replacing an earlier file, or copies the content to the device or pipe of that name.
     ///
     /// # Errors
     /// When it cannot be brought to the disk or renamed; then it is removed.
@@ -237,9 +237,8 @@ impl WholeFile {
         }
     }
 
-    /// Finishes an incomplete file, such as a film that was cut short. It gets its name if there is no file of that name yet. Else
-    /// the other file stays, and this one becomes `film.cut.gif` instead of `film.gif`, or `film.cut-2.gif` and so on. Returns
-    /// the name.
+    /// Finishes an incomplete file, such as a film that was cut short. It gets its name if there is no file of that name yet. Otherwise the
+    /// other file stays, and this one becomes `film.cut.gif` instead of `film.gif`, or `film.cut-2.gif` and so on. Returns the name.
     ///
     /// # Errors
     /// As [`finish`](Self::finish).
@@ -352,7 +351,7 @@ fn copy_patiently(from: &mut File, mut to: &File) -> io::Result<()> {
     }
 }
 
-/// Makes a folder, and those that it lies in, and brings their names to the disk: without them the files in it would be lost.
+/// Creates a folder and its parents, and syncs their names to the disk: without them the files in it would be lost.
 fn make_folder(folder: &Path) -> io::Result<()> {
     let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
     let missing: Vec<&Path> = folder.ancestors().take_while(is_missing).collect();
@@ -361,8 +360,7 @@ fn make_folder(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Brings the names in a folder to the disk. Where that is not possible, as on some network file systems, the names
-/// come there in their own time.
+/// Syncs the names in a folder to the disk. If that is not possible, as on some network file systems, they are written later.
 fn sync_folder(folder: &Path) {
     if let Err(error) = File::open(folder).and_then(|folder| folder.sync_all()) {
         log::debug!("{} is not synced: {error}", folder.display());
@@ -388,13 +386,13 @@ fn cut_name(path: &Path, number: u32) -> PathBuf {
 fn hidden_prefix(name: &OsStr) -> OsString {
     let two_dots = 2;
     let others = two_dots + RANDOM_LENGTH + ENDING.len();
-    // Room for the name itself, in which a byte that is not UTF-8 becomes three.
+    // Space for the name itself, in which a byte that is not UTF-8 becomes three.
     let room = name.len().max(SURE_LENGTH) - others;
     let name = name.to_string_lossy();
     OsString::from(format!(".{}.", &name[..name.floor_char_boundary(room)]))
 }
 
-/// Is this a name that [`hidden_prefix`] begins?
+/// Does this name have a prefix from [`hidden_prefix`]?
 fn is_hidden(name: &OsStr) -> bool {
     let Some(begins) = name.to_str().and_then(|name| name.strip_suffix(ENDING)) else {
         return false;
@@ -405,15 +403,14 @@ fn is_hidden(name: &OsStr) -> bool {
         && random.bytes().all(|byte| byte.is_ascii_alphanumeric())
 }
 
-/// On file systems without locks, no file is ever taken for abandoned.
+/// On file systems without locks, no file ever counts as abandoned.
 fn lock(file: &File) {
     if let Err(error) = file.lock() {
         log::debug!("hidden files are not locked here: {error}");
     }
 }
 
-/// Removes the hidden files of processes that were killed, once for each folder. That is tidying up: where it fails, the
-/// files stay.
+/// Removes the hidden files of processes that were killed, once for each folder. Failures are ignored.
 fn remove_abandoned(folder: &Path) {
     static TIDY: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     let is_first = |folders: &mut BTreeSet<_>| folders.insert(folder.to_owned());
@@ -533,7 +530,7 @@ mod tests {
         assert_eq!(mode(&whole), mode(&plain));
     }
 
-    /// Would catch: a film that was cut short in place of a whole one of last week.
+    /// Would catch: a film that was cut short and replaces an older whole one.
     #[test]
     fn what_is_not_whole_replaces_nothing() {
         let folder = tempfile::tempdir().unwrap();
@@ -554,7 +551,7 @@ mod tests {
         );
     }
 
-    /// A name as long as the file system takes is no reason to fail.
+    /// The longest name that the file system allows must work.
     #[test]
     fn hidden_names_of_long_ones_are_no_longer() {
         let folder = tempfile::tempdir().unwrap();
@@ -583,7 +580,7 @@ mod tests {
         assert!(path.exists());
     }
 
-    /// A killed process cannot tidy up; without this, folders of a cluster's runs fill with pieces.
+    /// A killed process cannot clean up; without this, folders would fill with temporary files.
     #[test]
     fn what_a_killed_process_left_is_removed() {
         let folder = tempfile::tempdir().unwrap();

@@ -63,7 +63,7 @@ fn of_walks(
     ])
 }
 
-/// Where a walk ends, beside where it should.
+/// The end of a walk, and its right end.
 pub struct End {
     /// Distance straight through space, in parts of the way.
     pub off: f64,

@@ -61,7 +61,7 @@ pub fn turning_strips(surface: &Surface, strips: &[StripTriangle]) -> Vec<Turnin
     .collect()
 }
 
-/// Where the sensors of each particle read, atlas positions: left and middle, then right and nothing. All of them walk, as in a
+/// The places that the sensors of each particle read, atlas positions: left and middle, then right and nothing. All of them walk, as in a
 /// scene with `physarum.sensing = "walk"`. `own` is what all particles do.
 pub fn sensor_places(
     strips: &[StripTriangle],

@@ -218,7 +218,7 @@ pub struct Ways {
     trail: Buffer<f32>,
     trail_texels: Texels<f32>,
     image: Sampled,
-    /// Where sensors read, two texels a particle.
+    /// The places that sensors read, two texels a particle.
     places: Texels<f32>,
     values: Buffer<f32>,
     read_texels: Pipeline<ReadTexels>,
@@ -355,7 +355,7 @@ impl Ways {
         }
     }
 
-    /// Where walkers are after so many walks straight on.
+    /// The places of walkers after so many straight walks.
     pub fn walked(
         &self,
         walk: Walk,

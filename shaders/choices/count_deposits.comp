@@ -1,8 +1,8 @@
-// count_deposits: counts particles in texels, as `advance` does it.
+// count_deposits: counts particles in texels, as `advance` does.
 // Reads   particles, strips.
 // Writes  deposits, by atomic adds, so that no order shows.
 // One invocation per particle.
-// Overflow: a texel counts at most every particle once.
+// Overflow: a texel counts each particle at most once.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require

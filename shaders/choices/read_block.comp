@@ -1,4 +1,4 @@
-// read_block: what sensors read, with the trail in a storage block.
+// read_block: sensor readings, with the trail in a storage block.
 // Reads   places, trail.
 // Writes  values.
 // One invocation per particle.

@@ -1,4 +1,4 @@
-// read_image: what sensors read, with the trail in an image, texel by texel.
+// read_image: sensor readings, with the trail in an image, texel by texel.
 // Reads   places, trail.
 // Writes  values.
 // One invocation per particle.

@@ -1,4 +1,4 @@
-// read_sampler: what sensors read, with the trail in an image, between texels by the device's sampler.
+// read_sampler: sensor readings, with the trail in an image that the device's sampler interpolates.
 // Reads   places, trail.
 // Writes  values.
 // One invocation per particle.

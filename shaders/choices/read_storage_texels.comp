@@ -1,4 +1,4 @@
-// read_storage_texels: what sensors read, with the trail in a storage texel buffer.
+// read_storage_texels: sensor readings, with the trail in a storage texel buffer.
 // Reads   places, trail.
 // Writes  values.
 // One invocation per particle.

@@ -1,4 +1,4 @@
-// read_texels: what sensors read, with the trail in a texel buffer, as `advance` has it.
+// read_texels: sensor readings, with the trail in a texel buffer, as in `advance`.
 // Reads   places, trail.
 // Writes  values.
 // One invocation per particle.

@@ -1,10 +1,9 @@
-// walk_corrected: straight on by a length the other way round: it goes the whole length in the triangle's plane, and where
-// that has left the triangle, is corrected: back to the edge that it is farthest behind, onto it, and on from there.
+// walk_corrected: a straight walk by the opposite method to walk_exactly: it goes the whole length in the triangle's plane. If that leaves
+// the triangle, the walk is moved back onto the edge that it is farthest beyond, and continues from there.
 // Reads   particles_before, motions_before, strips.
 // Writes  particles, motions.
-// One invocation per particle.
-// A walk that is still outside after the last attempt is moved into the triangle; nothing is left for the next dispatch.
-// Its table lies as that of walk_exactly does, and it looks up no edge that it does not come to either; but its edges say how
+// One invocation per particle. A walk that is still outside after the last attempt is moved into the triangle; nothing is pending for the
+// next dispatch. Its table has the layout of that of walk_exactly, and it too looks up only edges that it reaches; but its edges store how
 // headings turn there.
 // Overflow: cannot happen; nothing is appended.
 
@@ -57,7 +56,7 @@ void main() {
     float least = min(to.x, min(to.y, to.z));
     bool crosses = least < 0.0 && attempts > 0u;
     while (true) {
-        // One way through the loop and one way out, as in walk_strip.
+        // The loop has one path and one exit, as in walk_strip.
         if (crosses) {
             // Back to the line of the edge that lies opposite the corner of the least weight.
             precise float a = (1.0 - b) - c;
@@ -66,7 +65,7 @@ void main() {
             precise float part = before / (before - min(least, -1.0e-30));
             float from = corner == 0u ? b : corner == 1u ? c : a;
             float there = corner == 0u ? to.y : corner == 1u ? to.z : to.x;
-            // On the line but not on the edge, where another edge was crossed first: this is where way gets lost or bent.
+            // On the line but not on the edge, where another edge was crossed first: this makes the walk too short or bends it.
             precise float on_line = from + part * (there - from);
             float along = clamp(on_line, 0.0, 1.0);
             precise float rest = 1.0 - along;

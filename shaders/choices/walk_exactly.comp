@@ -1,8 +1,8 @@
-// walk_exactly: straight on by a length, as `advance` walks: it finds the edge ahead before it goes there.
+// walk_exactly: a straight walk of a given length, as in `advance`: it finds the edge ahead before it goes there.
 // Reads   particles_before, motions_before, strips.
 // Writes  particles, motions.
 // One invocation per particle.
-// A walk that runs out of edge-crossing attempts goes on in the next dispatch.
+// A walk that runs out of edge-crossing attempts continues in the next dispatch.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460

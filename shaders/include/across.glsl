@@ -1,6 +1,5 @@
-// across: atlas positions on other objects, packed into a word, 16 bits for each of X and Y: quarters of a texel, or halves
-// where there are so many that quarters do not fit.
-// Twin of src/sim/field.rs.
+// across: atlas positions on other objects, packed into a word, 16 bits for each of X and Y: quarters of a texel, or halves in atlases so
+// large that quarters do not fit. Twin of src/sim/field.rs.
 
 #ifndef MYXO_ACROSS
 #define MYXO_ACROSS

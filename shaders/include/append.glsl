@@ -1,6 +1,6 @@
 // append: places in lists that many invocations append to. An atomic counter counts the entries. In the form for graphics
 // cards one invocation of a subgroup counts for all that append together: many atomic additions to one word take turns.
-// Invocations that append together reconverge behind the branch of the one that counts, as present compilers do it.
+// Invocations that append together reconverge behind the branch of the one that counts, as present compilers make them.
 // No twin: the twins push in a loop.
 
 #ifndef MYXO_APPEND
@@ -20,7 +20,7 @@
         place = subgroupBroadcastFirst(place) + subgroupBallotExclusiveBitCount(together); \
     }
 
-// The counters that a subgroup counts together for; the invocations of any more count by themselves.
+// The counters that a subgroup counts together for; for any more, each invocation counts alone.
 const uint COUNTED_TOGETHER = 4u;
 
 // Declares `place` where each invocation names one of many counters, `counters[which]`, and neighbours mostly share one.

@@ -1,4 +1,4 @@
-// atlas_view: what the two stages of `atlas_view` share.
+// atlas_view: the parameters of both stages of `atlas_view`.
 
 #ifndef MYXO_ATLAS_VIEW
 #define MYXO_ATLAS_VIEW

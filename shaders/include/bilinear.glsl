@@ -1,4 +1,4 @@
-// bilinear: what lies between texel centres. Twin: `trail_at` of src/sim/field.rs.
+// bilinear: interpolation between texel centres. Twin: `trail_at` of src/sim/field.rs.
 
 #ifndef MYXO_BILINEAR
 #define MYXO_BILINEAR

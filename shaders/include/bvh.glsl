@@ -2,11 +2,11 @@
 // segment crosses. Twin of src/mesh/trees/search.rs.
 // The includer declares `nodes` first, a table of two words, and what nearest.glsl needs.
 //
-// A box is passed over only if it is farther than the nearest face by more than rounding. So the result is the face
-// that a look at every one would give, whatever the order.
+// A box is skipped only if it is farther than the nearest face by more than rounding. Therefore the result is the face that examining every
+// face would give, in any order.
 //
-// Inner loops ask at their end whether they go on. If they did at the beginning, lavapipe would go through the body once
-// more, with all invocations masked out.
+// Inner loops test at their end whether they continue. If they did at the beginning, lavapipe would execute the body once more, with all
+// invocations masked out.
 
 #ifndef MYXO_BVH
 #define MYXO_BVH
@@ -71,8 +71,7 @@ bool is_in_box(uint root, vec3 place) {
     return all(greaterThanEqual(place, low)) && all(lessThanEqual(place, high));
 }
 
-// The slot of the face nearest to a place, NONE if none is nearer than reach (or little more). Ask nearest_on_face for
-// the point on it.
+// The slot of the face nearest to a place, NONE if none is nearer than reach (or little more). nearest_on_face gives the point on it.
 uint nearest_on(uint root, vec3 place, float reach) {
     uint stack_link[GREATEST_DEPTH];
     float stack_square[GREATEST_DEPTH];
@@ -147,7 +146,7 @@ struct Crossing {
     float v;
 };
 
-// How far outside of a triangle, in weights, a crossing still counts: so that none slips through between two.
+// How far outside of a triangle, in weights, a crossing still counts, so that no segment passes between two triangles.
 const float CROSSING_MARGIN = 1.0e-6;
 
 // The share of a segment, in [0, 1], at which it enters a box enlarged by slack; FAR if it doesn't.
@@ -161,8 +160,8 @@ float entry_of(vec3 from, vec3 inverse, vec3 low, vec3 high, float slack) {
     return enter <= leave ? enter : FAR;
 }
 
-// The first face that the segment from a place to another crosses, both included; the lowest triangle of several at once.
-// Moeller and Trumbore (1997).
+// The first face that the segment from a place to another crosses, both included; the one with the lowest triangle, of several at the same
+// place. Moeller and Trumbore (1997).
 Crossing first_crossing(uint root, vec3 from, vec3 to) {
     uint stack_link[GREATEST_DEPTH];
     float stack_entry[GREATEST_DEPTH];
@@ -220,7 +219,7 @@ Crossing first_crossing(uint root, vec3 from, vec3 to) {
                 precise float u = dot_of(start, across) * by;
                 precise float v = dot_of(way, along) * by;
                 precise float w = (1.0 - u) - v;
-                // The end of the way belongs to it, so that whether it is passed is not asked of what is rounded.
+                // The end belongs to the segment. Whether it is passed is decided without the division, which rounds.
                 float from_plane = dot_of(ac, along);
                 float passed = volume < 0.0 ? -from_plane : from_plane;
                 float size = abs(volume);

@@ -14,14 +14,14 @@ float tone(float trail, float brightest) {
     return min((1.0 + shoulder) * x / (x + shoulder), 1.0);
 }
 
-// How quickly the same grows with the trail, but for its end: what is brightest is not flat.
+// The slope of the same, by the trail. It is not cut off at the brightest value, so the brightest trail is not flat.
 float tone_slope(float trail, float brightest) {
     const float shoulder = 0.45;
     float x = max(trail, 0.0) / brightest + shoulder;
     return (1.0 + shoulder) * shoulder / (x * x * brightest);
 }
 
-// The colour of a brightness, between the two nearest entries of the table, and how much it hides of what is below.
+// The colour of a brightness, between the two nearest entries of the table, and its opacity.
 vec4 color_of(float brightness) {
     float place = clamp(brightness, 0.0, 1.0) * float(COLOR_COUNT - 1u);
     uint entry = min(uint(place), COLOR_COUNT - 2u);

@@ -1,4 +1,4 @@
-// counted: counters that stay at the largest number instead of beginning anew. Twin: `saturating_add`.
+// counted: counters that stay at the largest number instead of wrapping round. Twin: `saturating_add`.
 
 #ifndef MYXO_COUNTED
 #define MYXO_COUNTED

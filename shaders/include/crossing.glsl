@@ -1,10 +1,10 @@
-// crossing: where a walk on one object meets the surface of another, and which way it goes on there. Twin of
+// crossing: meetings of a walk on one object with the surface of another, and its continuation there. Twin of
 // src/sim/crossing.rs.
 // The includer declares `roots` first, the first node of each object's tree, and what walk.glsl, transfer.glsl and
 // sign.glsl need. Every place here is in the space of the other object, the target.
 //
-// Two planes meet in a line. What a heading has along the line it keeps; what it has across turns into the other plane,
-// to one of two sides. The walk takes the side on which it ends less covered by the object that it comes from.
+// Two planes meet in a line. The component of a heading along the line stays; the component across it turns into the other plane, to one of
+// two sides. The walk takes the side on which it ends less covered by the object that it comes from.
 
 #ifndef MYXO_CROSSING
 #define MYXO_CROSSING
@@ -14,10 +14,10 @@
 #include "sign.glsl"
 
 struct Meeting {
-    uint slot;     // the target's face, NONE where they do not meet
+    uint slot;     // the target's face, NONE if they do not meet
     float u;       // weights of B and C there
     float v;
-    float t;       // how much of the segment comes before it
+    float t;       // the share of the segment before it
     vec3 heading;  // of the walk
     vec3 normal;   // of the plane that it was in
 };
@@ -35,7 +35,7 @@ vec3 place_of(Pose target, Flight flight) {
     return place_in_object(target, flight.position);
 }
 
-// Where the straight way between two walkers meets the target first; `on` is one of them that is in the triangle that
+// The first meeting of the straight way between two walkers with the target; `on` is one of them that is in the triangle that
 // the way lies in, and `side` is -1 if it walks backwards.
 Meeting meeting_between(uint target, vec3 from, vec3 to, Flight on, float side) {
     Crossing crossing = first_crossing(roots[target], from, to);
@@ -51,7 +51,7 @@ Meeting meeting_between(uint target, vec3 from, vec3 to, Flight on, float side) 
     return meeting;
 }
 
-// The walk that goes on from a meeting: outwards if `side` is 1, seen from the object that it comes from, or inwards.
+// The walk that continues from a meeting: outwards if `side` is 1, seen from the object that it comes from, or inwards.
 Walker walker_from(Meeting meeting, float side, float rest) {
     uint triangle = triangle_of(meeting.slot);
     Frame frame = frame_of(triangle);
@@ -86,7 +86,7 @@ float distance_to_object(uint object, Walker w, uint first_vertex_normal) {
     return is_outside(tree, slot, place, point, first_vertex_normal) ? distance : -distance;
 }
 
-// Is the inner one of two ends less covered by the object that the walk comes from? If both are as good, it is not.
+// Is the inner one of two ends less covered by the object that the walk comes from? If both are equally covered, it is not.
 bool inner_is_better(uint source, Walker outer, Walker inner, uint first_vertex_normal) {
     float outer_distance = distance_to_object(source, outer, first_vertex_normal);
     float inner_distance = distance_to_object(source, inner, first_vertex_normal);

@@ -1,14 +1,14 @@
-// distance: what the kernels of signed distance share. Twin of src/sim/step/distance.rs.
+// distance: constants and functions of the kernels of signed distance. Twin of src/sim/step/distance.rs.
 
 #ifndef MYXO_DISTANCE
 #define MYXO_DISTANCE
 
 #include "vectors.glsl"
 
-// As in src/sim/distance.rs: samples side by side share one hint for each other object: a face that is near.
+// As in src/sim/distance.rs: neighbouring samples share one hint for each other object: a face that is near.
 const uint TILE_SAMPLES = 16u;
 
-// Instead of a face: all of a tile is beyond reach, on this side of a closed object; or nothing is known.
+// Instead of a face: all of a tile is beyond reach, outside or inside of a closed object; or unknown.
 const uint TILE_OUTSIDE = 0xffffffffu;
 const uint TILE_INSIDE = 0xfffffffeu;
 const uint TILE_UNKNOWN = 0xfffffffdu;
@@ -27,7 +27,7 @@ vec3 place_in_other(ObjectPair pair, vec3 place) {
     return vec3(along(pair.x, place), along(pair.y, place), along(pair.z, place));
 }
 
-// The signed distance to an object whose nearest face is known, clamped to reach, as it counts against that to others.
+// The signed distance to an object whose nearest face is known, clamped to reach, as it is compared with that to others.
 // Deep inside a closed object is deep inside; far over an open sheet there is no side.
 float clamped_distance(float distance, bool outside, bool is_closed, float reach) {
     bool within = distance < reach;

@@ -1,5 +1,5 @@
-// exact: sums and products of which nothing is lost. Twin of src/sim/exact.rs.
-// Each result is a pair: the rounded value in x, what rounding dropped of it in y.
+// exact: exact sums and products. Twin of src/sim/exact.rs.
+// Each result is a pair: the rounded value in x, the rounding error in y.
 
 #ifndef MYXO_EXACT
 #define MYXO_EXACT

@@ -1,4 +1,4 @@
-// exposure: the bins that trail values are counted in: eight for each doubling, straight from a float's bits.
+// exposure: the bins that trail values are counted in: eight for each doubling, computed from a float's bits.
 
 #ifndef MYXO_EXPOSURE
 #define MYXO_EXPOSURE

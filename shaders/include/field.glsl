@@ -1,4 +1,4 @@
-// field: reading the trail, and what is laid beside it, between texel centres. Twin: `trail_at` of src/sim/field.rs.
+// field: reading the trail, and other fields of the atlas, between texel centres. Twin: `trail_at` of src/sim/field.rs.
 
 #ifndef MYXO_FIELD
 #define MYXO_FIELD

@@ -1,4 +1,4 @@
-// fields: what the two stages of `fields` share.
+// fields: the parameters of both stages of `fields`.
 
 #ifndef MYXO_FIELDS
 #define MYXO_FIELDS
@@ -8,11 +8,11 @@ layout(push_constant) uniform Params {
     vec3 eye;            // world space
     uint field;          // which one is shown
     vec3 key_direction;  // unit vector towards the key light, world space
-    float occlusion;     // how much darker places are that see little of the sky, 0 to 1
+    float occlusion;     // how much darker places that see little of the sky are, 0 to 1
     uint size;           // side of the atlas, texels
     uint pitch;          // texels from one row of the atlas to the next
     float reach;         // largest known distance to other objects, world units
-    float usual;         // particles in a texel of mean area, if all lay evenly
+    float usual;         // particles in a texel of mean area, if all were spread evenly
 } params;
 
 #endif

@@ -1,4 +1,4 @@
-// foods: what the two stages of `foods` share.
+// foods: the parameters of both stages of `foods`.
 
 #ifndef MYXO_FOODS
 #define MYXO_FOODS

@@ -1,5 +1,5 @@
-// frame: triangles in the space of their object, and the points of them that are nearest. Twin of src/sim/ground.rs.
-// The includer declares `corners` and `vertices` first, tables: vertex indices one by one and a texel a vertex.
+// frame: triangles in the space of their object, and their nearest points. Twin of src/sim/ground.rs.
+// The includer declares `corners` and `vertices` first, tables: vertex indices one by one and a texel per vertex.
 
 #ifndef MYXO_FRAME
 #define MYXO_FRAME

@@ -1,4 +1,4 @@
-// jobs: which object's distances an invocation takes. Twin of src/sim/step/distance.rs.
+// jobs: which object's distances an invocation computes. Twin of src/sim/step/distance.rs.
 // The includer declares `jobs` (DistanceJob[]) first.
 
 #ifndef MYXO_JOBS

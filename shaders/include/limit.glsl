@@ -1,5 +1,5 @@
-// limit: which selected particles leave where more are selected than the lists hold: those with the smallest keys. A key is the
-// particle's id, mixed by a bijection that is another one in each step: no two are equal, and none is always first. Twin of
+// limit: which selected particles leave if more are selected than the lists hold: those with the smallest keys. A key is the
+// particle's id, mixed by a bijection that differs from step to step: no two are equal, and none is always first. Twin of
 // src/sim/step/limit.rs.
 
 #ifndef MYXO_LIMIT

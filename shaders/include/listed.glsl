@@ -1,4 +1,4 @@
-// listed: the tiles whose texels are looked at, and their samples, read as texels, which CPU drivers read faster than storage
+// listed: the tiles whose distances are computed, and their samples, read as texels, which CPU drivers read faster than storage
 // buffers. Twin: ListedTile and SurfaceSample of src/sim/types.rs.
 // The includer declares `listed` and `samples` first, tables of four words.
 

@@ -1,4 +1,4 @@
-// lit: what a place of the surface sends to the eye, with the trail on it.
+// lit: the light from a place of the surface to the eye, with the trail on it.
 // The includer has `params` with `eye`, `key_direction`, `trail_share`, `lamp`, `glow`, `occlusion` and `reach`, the varying
 // `position`, `colors`, `brightest` and `distances`, and includes shading.glsl, colormap.glsl and taps.glsl first.
 
@@ -7,7 +7,7 @@
 
 #include "texels.glsl"
 
-// The share of the sky that is left beside the nearest other object.
+// The share of the sky that the nearest other object does not hide.
 float open_beside_others(vec2 texel) {
     if (params.reach == 0.0) return 1.0;
     Taps taps = taps_at(texel);

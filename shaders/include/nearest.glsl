@@ -25,10 +25,10 @@ vec3 rest_of(vec3 way, vec3 ab, vec3 ac, float u, float v) {
 }
 
 // The weights of B and C of the nearest point, the square of the distance and the feature that it lies on (as a float).
-// The sides from A to B and C have 1 over the squares of their lengths as w, `steep` that of the side from B to C; its other words
-// are the normal over the square of its length, or zero if the triangle has no inside. So nothing is divided here.
-// One way through: devices that run both sides of every branch would pay for each region. The inside counts where the
-// place projects into it; else the nearest of three points, one on each edge.
+// The sides from A to B and C have 1 over the squares of their lengths in w, `steep` that of the side from B to C; its other words
+// are the normal over the square of its length, or zero if the triangle has no inside, so no division is needed here.
+// No branches: devices that run both sides of every branch would pay for each region. If the place projects into the triangle, the point is
+// inside; otherwise it is the nearest of three points, one on each edge.
 vec4 nearest_in_face(vec3 way, vec4 ab_by, vec4 ac_by, vec4 steep) {
     vec3 ab = ab_by.xyz;
     vec3 ac = ac_by.xyz;
@@ -61,7 +61,7 @@ vec4 nearest_in_face(vec3 way, vec4 ab_by, vec4 ac_by, vec4 steep) {
         : is_ca ? FEATURE_EDGE + 2u
         : is_bc ? FEATURE_EDGE + 1u : FEATURE_EDGE;
 
-    // On from the nearest edge, and by way of the normal: so the digits of needles are kept.
+    // Continues from the nearest edge, by cross products with the normal, which keeps the precision for needle-shaped triangles.
     vec3 turned = cross_of(steep.xyz, from_edge);
     float more_u = dot_of(ac, turned);
     float more_v = -dot_of(ab, turned);
@@ -90,13 +90,13 @@ uint triangle_of(uint slot) {
     return fetch4(faces, 4u * slot).w;
 }
 
-// Is a face nearer than the nearest so far? Of equally near ones it is the one with the lowest triangle, so that the
-// order in which they are looked at does not show.
+// Is a face nearer than the nearest so far? Of equally near ones the one with the lowest triangle counts as nearer, so that the order of
+// the search does not matter.
 bool is_nearer(float square, uint triangle, float best_square, uint best_triangle) {
     return square < best_square || (square == best_square && triangle < best_triangle);
 }
 
-// The nearest point of one face, as nearest_in_face says it.
+// The nearest point of one face, in the form of nearest_in_face.
 vec4 nearest_on_face(uint slot, vec3 place) {
     precise vec3 way = place - face_word(slot, 0u);
     return nearest_by_way(slot, way);

@@ -1,4 +1,4 @@
-// particles: what the two stages of `particles` share.
+// particles: the parameters of both stages of `particles`.
 
 #ifndef MYXO_PARTICLES
 #define MYXO_PARTICLES

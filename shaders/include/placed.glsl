@@ -1,6 +1,5 @@
-// placed: vertices, and how their objects stand, out of tables.
-// The includer declares `corners` and `vertices` first, vertex indices one by one and a texel a vertex, and what pose_table.glsl
-// asks for.
+// placed: vertices, and the poses of their objects, from tables.
+// The includer declares `corners` and `vertices` first, vertex indices one by one and a texel per vertex, and what pose_table.glsl needs.
 
 #ifndef MYXO_PLACED
 #define MYXO_PLACED

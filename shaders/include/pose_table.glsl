@@ -1,4 +1,4 @@
-// pose_table: how objects stand.
+// pose_table: the poses of objects.
 // The includer declares `poses` first, a table of vec4: three a pose.
 
 #ifndef MYXO_POSE_TABLE

@@ -1,4 +1,4 @@
-// quick_surface: what the two stages of `quick_surface` share.
+// quick_surface: the parameters of both stages of `quick_surface`.
 
 #ifndef MYXO_QUICK_SURFACE
 #define MYXO_QUICK_SURFACE
@@ -12,7 +12,7 @@ layout(push_constant) uniform Params {
     uint size;           // side of the atlas, texels
     uint pitch;          // texels from one row of the atlas to the next
     float lamp;          // the share of all light from outside
-    float occlusion;     // how much darker places are that see little of the sky, 0 to 1
+    float occlusion;     // how much darker places that see little of the sky are, 0 to 1
     float reach;         // largest known distance to other objects, world units; 0 without other objects
 } params;
 

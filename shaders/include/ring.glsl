@@ -1,4 +1,4 @@
-// ring: slots of windows, which lie one behind the other in a ring, and the flags of particles. Twin of Window and Motion in
+// ring: slots of windows, which lie one after the other in a ring, and the flags of particles. Twin of Window and Motion in
 // src/sim/types.rs.
 
 #ifndef MYXO_RING

@@ -1,4 +1,4 @@
-// sensing: what the three sensors of a particle read, at the end of walks or straight ahead in the atlas.
+// sensing: the readings of the three sensors of a particle, at the ends of walks or straight ahead in the atlas.
 // Twin: src/sim/step/advance.rs.
 // The includer declares the constants, parameters and buffers of advance.comp first.
 
@@ -28,7 +28,7 @@ FIELD(scent)
 // Parameters of the particles on this particle's object.
 Physarum own;
 
-// The share of what food and markers attract that the particle feels.
+// The share of the attraction of food and markers that the particle feels.
 float own_appetite;
 
 // Height of a point along the scene's up axis, world units.
@@ -46,7 +46,7 @@ vec2 walked_position(StripWalk w) {
     return atlas_position(atlas_map_of(w.triangle), w.u, w.v);
 }
 
-// Does this form know of other objects?
+// Does this form of the shader handle other objects?
 bool sees_others() {
     // In two lines because the reflection of shaders cannot evaluate && of constants alone.
     bool sees = ACROSS;
@@ -105,7 +105,7 @@ vec2 straight_way(mat2 texels_from_frame, vec2 heading) {
     return way;
 }
 
-// Texels for a world unit along the two axes of a triangle's frame.
+// Texels per world unit along the two axes of a triangle's frame.
 mat2 texels_from_frame_of(uint triangle, AtlasMap map) {
     vec3 shape = uintBitsToFloat(shape_words(triangle).xyz);
     precise float area = shape.x * shape.z;

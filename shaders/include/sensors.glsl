@@ -1,4 +1,4 @@
-// sensors: what three sensors of a particle read together, whichever way the trail is bound. Twin of examples/choices/twins.rs.
+// sensors: the readings of the three sensors of a particle, for any kind of binding of the trail. Twin of examples/choices/twins.rs.
 // The includer declares `params` and defines SENSED(position) first, or TRAIL_OF(column, row) for a single texel.
 
 #ifndef MYXO_SENSORS

@@ -1,4 +1,4 @@
-// shading: the light that every object stands in, and what pictures share: poses, packed normals, dither.
+// shading: the light on all objects, and other functions for pictures: poses, packed normals, dither.
 // All colours are linear light; the format of the image that is drawn to encodes them to sRGB.
 
 #ifndef MYXO_SHADING
@@ -43,15 +43,15 @@ vec3 unpack_normal(uint bits) {
 }
 
 // Light that a matte surface of white colour sends back; half of the key wraps round the terminator, as it does
-// in everything that is a little translucent. Where only the share `open` of the sky is seen, the dome is darker, and
-// the key, which is large, half as much.
+// in everything that is a little translucent. If only the share `open` of the sky is visible, the dome is darker, and the key, which is
+// large, half as much.
 vec3 diffuse_light(vec3 normal, vec3 key_direction, float open) {
     const float wrap = 0.25;
     float key = max((dot(normal, key_direction) + wrap) / (1.0 + wrap), 0.0);
     return KEY * (key * key * (0.5 + 0.5 * open)) + open * mix(DOME_BELOW, DOME_ABOVE, 0.5 + 0.5 * normal.y);
 }
 
-// The share of the sky that is seen at a distance from another object which reads `reach` where it is far.
+// The share of the sky that is seen at a distance from another object; `reach` is the distance of far places.
 float open_at(float from_other, float reach) {
     return 1.0 - 0.85 * exp(-4.5 * max(from_other, 0.0) / reach);
 }

@@ -1,4 +1,4 @@
-// shared_vertex: corners of triangles that look alike, joined to one vertex. src/render/shared_vertices.rs finds them.
+// shared_vertex: equal corners of triangles, joined to one vertex. src/render/shared_vertices.rs finds them.
 // The includer declares `shared_vertices` first: a table of twice four words per vertex.
 
 #ifndef MYXO_SHARED_VERTEX
@@ -11,7 +11,7 @@ struct SharedVertex {
     uint object;
     vec2 texel;     // position in the atlas
     uint normal;    // packed, object space
-    float openness; // share of the sky that it sees
+    float openness; // share of the sky that is visible from it
 };
 
 SharedVertex shared_vertex(uint i) {

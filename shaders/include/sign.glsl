@@ -2,8 +2,8 @@
 // The includer declares `dipoles` first, a table of two words; `SIGN_RULE`, one of the constants below; and what
 // bvh.glsl needs.
 //
-// Pseudonormals are right on every closed mesh without crossings (Baerentzen and Aanaes 2005). Winding numbers also on
-// meshes with holes, at a price. The third rule is wrong in creases; it is for comparing.
+// Pseudonormals are right on every closed mesh without crossings (Baerentzen and Aanaes 2005). Winding numbers are right also on meshes
+// with holes, at a cost. The third rule is wrong in creases; it serves for comparison.
 
 #ifndef MYXO_SIGN
 #define MYXO_SIGN
@@ -20,7 +20,7 @@ const uint SIGN_FACING = 2u;
 const float DIPOLE_FAR = 2.0;
 
 // Is a place outside, by the pseudonormal of the feature that is nearest to it?
-// The way from a corner of the feature does as well as that from the nearest point, and is rounded less.
+// The vector from a corner of the feature gives the same sign as that from the nearest point, and is rounded less.
 bool outside_by_pseudonormal(uint slot, vec3 place, uint feature, uint first_vertex_normal) {
     vec3 ab = face_word(slot, 1u);
     vec3 ac = face_word(slot, 2u);
@@ -56,7 +56,7 @@ float solid_angle(uint slot, vec3 place) {
 
 // The solid angle of all faces of a tree; 4 pi from inside a closed mesh, 0 from outside.
 float solid_angle_of_tree(uint root, vec3 place) {
-    // A node is taken off and two are put on.
+    // One node is popped and two are pushed.
     uint stack[GREATEST_DEPTH + 1u];
     stack[0] = root;
     uint top = 1u;
@@ -95,7 +95,7 @@ bool faces_place(uint slot, vec3 place) {
     return dot_of(way, cross_of(face_word(slot, 1u), face_word(slot, 2u))) > 0.0;
 }
 
-// Does any of the faces look towards a place that are as near as the nearest, but for rounding?
+// Of the faces that are as near as the nearest, but for rounding, does any face look towards a place?
 bool any_nearest_faces_place(uint root, vec3 place, float distance) {
     uint stack[GREATEST_DEPTH + 1u];
     stack[0] = root;
@@ -128,7 +128,7 @@ bool is_outside(uint tree, uint slot, vec3 place, vec4 point, uint first_vertex_
     bool outside = true;
     if (SIGN_RULE == SIGN_WINDING) outside = solid_angle_of_tree(tree, place) < 6.28318530718;  // half of the whole sphere
     if (SIGN_RULE == SIGN_FACING) outside = any_nearest_faces_place(tree, place, root(point.z));
-    // The nearest feature takes no search, so it also answers where one has not ended.
+    // The nearest feature needs no search, so it decides also if a search has not ended.
     bool by_feature = SIGN_RULE == SIGN_PSEUDONORMAL || !searches_ended();
     // Features are 0 to 6, exactly.
     return by_feature ? outside_by_pseudonormal(slot, place, uint(point.w), first_vertex_normal) : outside;

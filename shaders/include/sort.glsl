@@ -1,4 +1,4 @@
-// sort: where particles come in the order in which they lie together in the atlas. Twin of src/sim/sorting.rs and
+// sort: the places of particles in the order that keeps those near each other in the atlas together. Twin of src/sim/sorting.rs and
 // src/sim/step/sort.rs.
 // The includer declares `strips` (strip_table.glsl), `windows` and `params` with `particle_count`, `first` and `tile_shift` first.
 

@@ -1,8 +1,7 @@
-// strict: arithmetic that gives the same bits on every device: sums, differences and products as IEEE 754 says, and what can be made
-// of them. Twin of src/strict.rs.
-// Kernels of the state use no operation that Vulkan lets devices round as they like: no /, sqrt, sin, log, atan, dot, cross, length,
-// normalize, mix. The build refuses kernels that use such, and sums and products that a compiler may contract: write each as a
-// `precise` variable of its own, arguments and results too, because `precise` does not reach into or out of functions.
+// strict: arithmetic that gives the same bits on every device: sums, differences and products by IEEE 754, and functions that are composed
+// of these. Twin of src/strict.rs. Kernels of the state use no operation that Vulkan lets devices round as they like: no /, sqrt, sin, log,
+// atan, dot, cross, length, normalize, mix. The build refuses kernels that use such, and sums and products that a compiler may contract:
+// write each as a `precise` variable of its own, arguments and results too, because `precise` does not reach into or out of functions.
 
 #ifndef MYXO_STRICT
 #define MYXO_STRICT
@@ -10,10 +9,10 @@
 const uint SIGN = 0x80000000u;
 // The upper 12 of 24 digits: products of two such are exact.
 const uint UPPER = 0xfffff000u;
-// Bits of 2^-100 and 2^100. Numbers beyond count as these where something is divided by them, so that every result is a number.
+// Bits of 2^-100 and 2^100. Divisors beyond these are replaced by them, so that every result is finite.
 const uint LEAST = 0x0d800000u;
 const uint MOST = 0x71800000u;
-// 2^-100 itself: rates, volumes and the like that are less count as none.
+// 2^-100 itself: smaller rates, volumes and the like count as zero.
 const float LEAST_SIZE = 7.8886091e-31;
 
 // A number as it is stored: no zero has a sign, and what devices may take for zero is zero. By integers, because a compiler may
@@ -31,7 +30,7 @@ vec3 settled(vec3 v) {
     return vec3(settled(v.x), settled(v.y), settled(v.z));
 }
 
-// x, or 0 if it is negative or no number. max() may take either of two zeros, and of a number and none either.
+// x, or 0 if it is negative or NaN. max() may return either of two zeros, and either of a number and NaN.
 float positive(float x) {
     return x > 0.0 ? x : 0.0;
 }
@@ -40,9 +39,9 @@ vec2 positive(vec2 v) {
     return vec2(positive(v.x), positive(v.y));
 }
 
-// Whole texels. Of a float beyond the integers some devices make any integer, so this is the one place where positions become
-// integers. None is too large: points of the surface lie inside of the atlas, and ways that may leave it are clamped before.
-// Negative numbers and NaN become 0, as in Rust.
+// Whole texels. The conversion of a float beyond the range of integers is undefined, so this is the one place where positions become
+// integers. None is too large: points of the surface lie inside of the atlas, and paths that may leave it are clamped before. Negative
+// numbers and NaN become 0, as in Rust.
 uvec2 whole(vec2 position) {
     return uvec2(positive(position));
 }
@@ -52,8 +51,8 @@ float within(float x, float low, float high) {
     return x > low ? (x < high ? x : high) : low;
 }
 
-// 1 / x, off by 0.56 units in the last place. An integer guesses it within 6 %, a step of Newton's makes that 0.13 %, cut to 12 digits, so
-// that what is wrong with it is found exactly; a step of third order does the rest.
+// 1 / x, off by 0.56 units in the last place. An integer operation guesses it within 6 %, a Newton step makes that 0.13 %, cut to 12
+// digits, so that its error is computed exactly; a step of third order corrects it.
 float reciprocal(float x) {
     uint bits = floatBitsToUint(x);
     uint size = clamp(bits & ~SIGN, LEAST, MOST);
@@ -163,7 +162,7 @@ float arc_of(float x) {
     return is_wide ? wide : angle;
 }
 
-// The angle of the vector (x, y), from -pi to pi, as atan(y, x) says it. That of no vector is 0.
+// The angle of the vector (x, y), from -pi to pi, as atan(y, x). That of the zero vector is 0.
 float angle_of_vector(float y, float x) {
     float side_x = abs(x);
     float side_y = abs(y);

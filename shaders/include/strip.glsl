@@ -1,7 +1,7 @@
 // strip: a straight walk through a strip of triangles. Twin of src/sim/strip_walk.rs.
-// The strip is laid out flat as it goes, as seen from the start: x along the way, y to the left of it. So there is one look
-// an edge, and the heading turns once, at the end. Each walk begins in its triangle's own frame, so nothing adds up.
-// The includer declares what strip_table.glsl asks for.
+// The strip is laid out flat as it goes, as seen from the start: x along the way, y to the left of it. Therefore each edge takes one read,
+// and the heading turns once, at the end. Each walk begins in its triangle's own frame, so errors do not add up. The includer declares what
+// strip_table.glsl needs.
 
 #ifndef MYXO_STRIP
 #define MYXO_STRIP
@@ -31,13 +31,13 @@ vec2 seen_from(vec2 point, float x, float y, vec2 heading) {
     return seen;
 }
 
-// How far ahead the edge from right to left is: the quotient of these.
+// How far ahead the edge from right to left is, as numerator and denominator.
 vec2 way_to(vec2 right, vec2 left) {
     precise vec2 way = vec2(right.x * left.y - left.x * right.y, left.y - right.y);
     return way;
 }
 
-// Does a walk of this length end before that edge? Nothing is divided to know it.
+// Does a walk of this length end before that edge? Without a division.
 bool ends_before(vec2 right, vec2 left, float remaining) {
     vec2 way = way_to(right, left);
     precise float reach = remaining * way.y;
@@ -45,7 +45,7 @@ bool ends_before(vec2 right, vec2 left, float remaining) {
 }
 
 // Walks what remains, over at most `attempts` edges. Reflections at open borders count as crossings.
-// One way through the loop and one way out: devices that run both sides of every branch pay for each of them.
+// The loop has one path and one exit: devices that run both sides of every branch pay for each of them.
 void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
     vec3 shape = uintBitsToFloat(shape_words(w.triangle).xyz);
     precise vec2 point = vec2(w.u * shape.x + w.v * shape.y, w.v * shape.z);
@@ -65,7 +65,7 @@ void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
     bool ends = ends_before(right, left, w.remaining);
     bool crosses = true;
     while (true) {
-        // This branch keeps the results of invocations that have left, also where the device runs the loop on for others.
+        // This branch keeps the results of invocations that have exited, even if the device continues the loop for others.
         if (!ends) {
             uvec4 words = edge_words(edge);
             at_border = words.x == NONE;
@@ -95,7 +95,7 @@ void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
             attempts -= 1u;
             ends = ends_before(right, left, w.remaining);
         }
-        // At the end, because a round that all have left at its beginning would still be run through to there.
+        // At the end, because a round that all invocations exit at its beginning would still be executed up to there.
         if (ends || !crosses) break;
     }
 
@@ -114,7 +114,7 @@ void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
     area = abs(area) > TINY ? area : TINY;
     float by = reciprocal(area);
 
-    // In the triangle that it began in, a walk is the same whatever lies around.
+    // Within its first triangle, a walk does not depend on the surrounding triangles.
     precise float rate_u = (w.heading.x * shape.z - w.heading.y * shape.y) * by;
     precise float rate_v = (w.heading.y * shape.x) * by;
     precise float near_u = w.u + rate_u * end;
@@ -131,11 +131,11 @@ void walk_strip(inout StripWalk w, uint attempts, bool reflects) {
 
     // The way as seen from the last triangle, whose corners A and B lie in the strip.
     precise vec2 ab = corner == 0u ? stop : corner == 1u ? -apex : apex - stop;
-    // Many turns let the length of a heading drift by rounding; one step of Newton brings it back to 1.
+    // By rounding, many turns change the length of a heading; one Newton step brings it back to 1.
     precise float drift = w.heading.x * w.heading.x + w.heading.y * w.heading.y;
     precise float scale = 1.5 - 0.5 * drift;
     precise vec2 kept = w.heading * scale;
-    // In the strip a triangle far thinner than the way is long may be a point. Then any direction is as good.
+    // In the strip, a triangle much thinner than the way is long may be a point. Then the heading keeps its direction.
     vec2 turned = direction_or(vec2(ab.x, mirrored ? ab.y : -ab.y), kept);
 
     w.triangle = edge >> 2u;

@@ -1,4 +1,4 @@
-// strip_table: what the table of triangles says of each: its edges, its shape, its place in the atlas. src/mesh/strip.rs fills it.
+// strip_table: reading the table of triangles: edges, shape and place in the atlas of each. src/mesh/strip.rs fills it.
 // The includer declares `strips` first, a table of six times four words per triangle: three edges, the shape, and two
 // with its map to the atlas and the bins that its particles are sorted into.
 
@@ -23,7 +23,7 @@ AtlasMap atlas_map_of(uint triangle) {
     return AtlasMap(first.xy, first.zw, second.xy);
 }
 
-// The bin of the first tile of the atlas, and how many bins on the next tile is, in the row and, in the upper half, in the column.
+// The bin of the first tile of the atlas, and the step in bins to the next tile, in the row and, in the upper half, in the column.
 uvec2 tile_bins_of(uint triangle) {
     return fetch4(strips, 6u * triangle + 5u).zw;
 }

@@ -1,4 +1,4 @@
-// surface: what the two stages of `surface` share.
+// surface: the parameters of both stages of `surface`.
 
 #ifndef MYXO_SURFACE
 #define MYXO_SURFACE
@@ -12,9 +12,9 @@ layout(push_constant) uniform Params {
     uint size;           // side of the atlas, texels
     uint pitch;          // texels from one row of the atlas to the next
     float chart_share;   // how much of the charts' colours is shown under the trail, 0 to 1
-    float relief;        // how high the brightest trail stands in the light, world units; 0 for a smooth surface
+    float relief;        // height of the brightest trail for the lighting, world units; 0 for a smooth surface
     float lamp;          // the share of all light from outside
-    float occlusion;     // how much darker places are that see little of the sky, 0 to 1
+    float occlusion;     // how much darker places that see little of the sky are, 0 to 1
     float reach;         // largest known distance to other objects, world units; 0 without other objects
 } params;
 

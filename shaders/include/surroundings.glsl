@@ -10,21 +10,21 @@
 
 const uint OUTLOOK = 255u;
 const uint HUE = 0xf800u;
-// A step from here may lead to where particles change objects.
+// A step from here may lead to a place where particles change objects.
 const uint NEAR = 256u;
-// Walks that get here go on on another object.
+// Walks that get here continue on another object.
 const uint COVERED = 512u;
 // Sensors that walk from here may get to where another object covers the surface.
 const uint IN_SIGHT = 1024u;
 
-// Is the way between two such places, so long in texels, one on the surface?
+// Does the path between two such places, `way` in texels, stay on the surface?
 bool is_clear(vec2 way, float unit, uint start, uint end) {
     precise float farthest = unit * float(max(start & OUTLOOK, end & OUTLOOK));
     precise float most = farthest * farthest;
     return (start & HUE) != 0u && ((start ^ end) & HUE) == 0u && dot_of(way, way) <= most;
 }
 
-// The surroundings of a texel, from the word that it shares.
+// The surroundings of a texel, from the word that it shares with another one.
 uint surroundings_in(uint word, uint texel) {
     return (word >> (16u * (texel & 1u))) & 0xffffu;
 }

@@ -1,8 +1,7 @@
-// tables: arrays that kernels read and write by index. On CPU drivers they are texel buffers, which those gather from at once,
-// and from storage blocks value by value. In the form for graphics cards (MYXO_CARD) they are storage blocks: there a fetch of a
-// texel goes through one of few texture units, and a load from a block does not.
-// A shader that includes this file directly is compiled in both forms; the device decides which one runs.
-// No twin: an index.
+// tables: arrays that kernels read and write by index. On CPU drivers they are texel buffers, which such drivers gather from in one
+// operation; from storage blocks they read value by value. In the form for graphics cards (MYXO_CARD) they are storage blocks: there texel
+// fetches share few texture units, and loads from a block do not. A shader that includes this file directly is compiled in both forms; the
+// device decides which one runs. No twin: an index.
 //
 //   READS(uvec4, 3) strips;      uvec4, vec4, uvec2, uint, float    fetch4(strips, i), fetch2, fetch1
 //   WRITES(uvec4, 4) motions;    uvec4, vec4, uint, float           store4(motions, i, value), store1
@@ -14,7 +13,7 @@
 //   PAGED_WRITES(uvec4, 1) motions;       store_paged(motions, i, value)
 //   PAGED_CHANGES(uvec4, 1) motions;      load_paged(motions, i), and as above
 //
-// In the form for pages (MYXO_PAGES), which shaders that use these names have besides, such a table lies in pages of equally many
+// In the form for pages (MYXO_PAGES), which exists in addition for shaders that use these names, such a table lies in pages of equally many
 // elements, a power of two; the block has their addresses. Elsewhere it is a table as any other.
 
 #ifndef MYXO_TABLES
@@ -68,8 +67,8 @@
 
 #extension GL_EXT_buffer_reference : require
 
-// log2 of a page's elements, a mask of the bits that count within a page, the pages. They have a number, which the build gives by
-// MYXO_PAGES, because arrays of references that have none ask for more of a device.
+// log2 of a page's elements, a mask of the bits that count within a page, the pages. The build fixes their number by MYXO_PAGES, because
+// arrays of references without a fixed size need more device features.
 #define PAGED(access, type, number) \
     layout(buffer_reference, std430, buffer_reference_align = 16) access buffer Page##number { type at[]; }; \
     layout(std430, set = 0, binding = number) readonly buffer Pages##number { uint shift; uint mask; Page##number page[MYXO_PAGES]; }

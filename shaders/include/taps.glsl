@@ -1,4 +1,4 @@
-// taps: where in the atlas a pixel of a triangle reads, and what lies between four texels.
+// taps: where in the atlas a pixel of a triangle reads, and interpolation between four texels.
 // The includer has `params` with `size` and `pitch`.
 
 #ifndef MYXO_TAPS
@@ -23,7 +23,7 @@ float between(vec4 values, vec2 weight) {
     return mix(mix(values.x, values.y, weight.x), mix(values.z, values.w, weight.x), weight.y);
 }
 
-// How much it grows from texel to texel there, to the right and downwards.
+// Its slope there, per texel, to the right and downwards.
 vec2 growth(vec4 values, vec2 weight) {
     return vec2(
         mix(values.y - values.x, values.w - values.z, weight.y),

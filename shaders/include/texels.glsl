@@ -1,7 +1,7 @@
-// texels: textures, however large. Twin: an index.
+// texels: textures of any size. Twin: an index.
 // The constants are those of src/sim/texel_paths.rs, which the host fills in for every shader that includes this.
 //
-// A binding is one way into a texture, and its name says which. The build makes one argument of all that begin alike:
+// A binding is one access path to a texture, by the end of its name. The build makes one argument of all bindings whose names begin alike:
 //
 //   NAME_texels  table to read                 single texels; four at once where TEXELS_IN_QUADS
 //   NAME_quads   table, either kind            four texels at once
@@ -21,7 +21,7 @@
 layout(constant_id = 100) const bool TEXELS_IN_QUADS = false;
 // Textures that are written texel by texel take two views then; the number of texels of the first one.
 layout(constant_id = 101) const uint BAND = 0xffffffffu;
-// Textures that outgrow a storage block are written through texel buffers, which CPU drivers are slower with.
+// Textures that outgrow a storage block are written through texel buffers, which are slower on CPU drivers.
 layout(constant_id = 102) const bool OUTGROWS_BLOCK = false;
 
 #ifdef MYXO_CARD

@@ -35,7 +35,7 @@ vec3 place_in_object(Pose pose, vec3 position) {
 // Place, heading and plane of a particle in world space.
 struct Flight { vec3 position; vec3 heading; vec3 normal; };
 
-// The place of weights of B and C on a triangle of that frame, object space.
+// The place with given weights of B and C on a triangle with that frame, object space.
 vec3 position_on(uvec4 shape, Frame frame, float u, float v) {
     precise float along = u * uintBitsToFloat(shape.x) + v * uintBitsToFloat(shape.y);
     precise float across = v * uintBitsToFloat(shape.z);

@@ -1,4 +1,4 @@
-// transfer_groups: what the groups of the dispatches for transfers are at. Twin of `Counter::of` in src/sim/work.rs.
+// transfer_groups: where the groups of the dispatches for transfers lie. Twin of `Counter::of` in src/sim/work.rs.
 
 #ifndef MYXO_TRANSFER_GROUPS
 #define MYXO_TRANSFER_GROUPS

@@ -3,8 +3,8 @@
 // rotation. No world coordinates, no trigonometry, so nothing drifts off the surface.
 // The includer declares `triangles` and `halfedges` first: tables of the structs' four words; and `const bool WALK_CARRIES`.
 //
-// Each crossing rounds, and over hundreds of edges that adds up to a millionth of the way. Particles do not mind. Where
-// WALK_CARRIES, what rounding drops of a walker's numbers is carried along, and long walks are as exact as short ones.
+// Each crossing rounds, and over hundreds of edges that adds up to a millionth of the way, which is small enough for particles. With
+// WALK_CARRIES, the rounding errors of a walker's numbers are carried along, and long walks are as exact as short ones.
 
 #ifndef MYXO_WALK
 #define MYXO_WALK
@@ -17,7 +17,7 @@ const uint WALK_DONE = 0u;
 const uint WALK_BORDER = 1u;
 const uint WALK_OUT_OF_ATTEMPTS = 2u;
 
-// The step of HalfEdge.fine: 32,767 of them are half of what the last bit of a cosine may be worth.
+// The step of HalfEdge.fine: 32,767 of them are half of the largest value of a cosine's last bit.
 const float FINE_STEP = 9.095225e-13;
 
 struct Walker {
@@ -30,7 +30,7 @@ struct Walker {
     float remaining;  // world length still to walk
     uint entered_by;  // corner whose half-edge it came in by, NONE at the start
     uint status;
-    float carry_a;    // what rounding dropped of the numbers above, where WALK_CARRIES
+    float carry_a;    // the rounding errors of the numbers above, with WALK_CARRIES
     float carry_b;
     float carry_c;
     float carry_p;
@@ -80,7 +80,7 @@ vec2 shortened(float remaining, float carry, float distance) {
     return vec2(left, 0.0);
 }
 
-// A heading and its carry after a rotation: p, h, and what rounding dropped of each.
+// A heading and its carry after a rotation: p, h, and the rounding error of each.
 vec4 turned_by(vec2 heading, vec2 carry, vec2 rotation, uint fine) {
     if (WALK_CARRIES) {
         precise vec2 more = FINE_STEP * vec2(float(int(fine << 16u) >> 16), float(int(fine) >> 16));
@@ -106,7 +106,7 @@ vec4 turned_by(vec2 heading, vec2 carry, vec2 rotation, uint fine) {
 }
 
 // Walks what remains, over at most `attempts` edges. Reflections at open borders count as crossings.
-// One way through the loop and one way out: devices that run both sides of every branch pay for each of them.
+// The loop has one path and one exit: devices that run both sides of every branch pay for each of them.
 void walk(inout Walker w, uint attempts, bool reflects) {
     bool crosses = true;
     while (crosses) {
@@ -120,8 +120,8 @@ void walk(inout Walker w, uint attempts, bool reflects) {
         precise float rate_a = -rate_b - rate_c;
 
         // The half-edge of corner k lies opposite corner k + 2: it is reached when that corner's weight is zero.
-        // The one that the walk came in by is left out: rounding must not send it straight back. A walk that nears an edge so slowly that
-        // the rate counts as none does not get there.
+        // The half-edge that the walk entered by is excluded: rounding must not send it straight back. If a walk approaches an edge so
+        // slowly that its rate counts as zero, it does not reach that edge.
         bool towards_ab = rate_c < -LEAST_SIZE && w.entered_by != 0u;
         bool towards_bc = rate_a < -LEAST_SIZE && w.entered_by != 1u;
         bool towards_ca = rate_b < -LEAST_SIZE && w.entered_by != 2u;
@@ -191,7 +191,7 @@ vec2 walker_uv(Walker w) {
     return vec2(u, within(w.weight_c, 0.0, most));
 }
 
-// Repeated rotations let the length of a heading drift by rounding; one step of Newton brings it back to 1.
+// By rounding, repeated rotations change the length of a heading; one Newton step brings it back to 1.
 vec2 walker_heading(Walker w) {
     precise float square = w.heading_p * w.heading_p + w.heading_h * w.heading_h;
     precise float scale = 1.5 - 0.5 * square;

@@ -1,5 +1,5 @@
 // walkers: the lists of particles that another form of advance takes: those whose sensors must walk, those that are near other
-// objects, and those of which both are true. The twin has none: it takes each particle as a whole.
+// objects, and those of which both are true. The twin has no such lists: it handles each particle in one pass.
 // The includer declares `walkers`, `walkers_near`, `walker_count`, `walker_groups` and `params` first, and includes append.glsl.
 
 #ifndef MYXO_WALKERS

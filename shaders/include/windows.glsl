@@ -1,4 +1,4 @@
-// windows: which slots a window has got when the borders moved. Twin of src/sim/step/windows.rs.
+// windows: which slots a window has gained when the borders moved. Twin of src/sim/step/windows.rs.
 // The includer declares `windows`, `borders` and `params` with `particle_count` and `object_count` first.
 //
 // A window's slots before and after are two runs. The slots that it gains lie in front of their common part
@@ -9,7 +9,7 @@
 
 #include "ring.glsl"
 
-// The slot of number i of those that a window has got.
+// Slot number i of those that a window has gained.
 uint gained_slot(uint object, uint i) {
     Window window = windows[object];
     Border border = borders[object];
@@ -17,7 +17,7 @@ uint gained_slot(uint object, uint i) {
     return ring_slot(window.start, offset, params.particle_count);
 }
 
-// Was a slot a window's before, and is it still?
+// Did a slot belong to a window before, and does it still?
 bool has_kept(uint object, uint slot) {
     Window window = windows[object];
     Border border = borders[object];
@@ -25,7 +25,7 @@ bool has_kept(uint object, uint slot) {
     return offset >= border.front && offset < window.count - (border.gained - border.front);
 }
 
-// The window that has got the slot of number i of all that windows have got, or whose part of the lists has entry i.
+// The window that has gained slot number i of all gained slots, or whose part of the lists has entry i.
 uint window_of(uint i, bool of_lists) {
     uint low = 0u;
     uint high = params.object_count;

@@ -1,4 +1,4 @@
-// append: lists numbers, the even and the odd ones apart, but for multiples of a factor; and all by sixteens in three lists.
+// append: lists even and odd numbers separately, but for multiples of a factor; and all numbers in three lists, by groups of sixteen.
 // Reads   factors.
 // Writes  listed (appended); counts.
 // One invocation a number.
@@ -22,7 +22,7 @@ void main() {
     append_to_one_of(counts, which, third)
     listed[which * params.count + third] = i;
     if (i % fetch1(factors, 0u) == 0u) return;
-    // Neighbours append to different lists: in a branch those appear that append together.
+    // Neighbours append to different lists: in a branch, the active invocations append together.
     if (i % 2u == 0u) {
         append_to(counts[0], place)
         listed[place] = i;

@@ -1,4 +1,4 @@
-// bump: adds to every element in place.
+// bump: adds to every element, in place.
 // Reads   values.
 // Writes  values.
 // One invocation per element.

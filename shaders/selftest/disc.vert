@@ -1,4 +1,4 @@
-// disc: one triangle a centre, with its corners where the shader says; a test of drawing.
+// disc: one triangle a centre, with its corners computed by the shader; a test of drawing.
 // Reads   centres.
 // Writes  the picture.
 // One instance per centre, three vertices each.

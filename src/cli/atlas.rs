@@ -66,7 +66,7 @@ pub struct Atlas {
     /// Turns each chart by a random angle; another N gives other angles, and 0 turns none
     #[arg(long, value_name = "N")]
     turn: Option<u64>,
-    /// Makes the layout, though one may be kept from before, and keeps none
+    /// Makes the layout even if one is cached, and caches none
     #[arg(long)]
     fresh: bool,
     #[command(flatten)]
@@ -84,7 +84,7 @@ struct Row {
 }
 
 impl Command for Atlas {
-    /// Lays the scenes out and tells about them.
+    /// Lays the scenes out and prints the numbers.
     fn run(&self) -> Result<Outcome> {
         interrupt::install()?;
         let out = self
@@ -120,7 +120,7 @@ impl Command for Atlas {
         if let (Some(sink), Some(picture)) = (out, picture) {
             sink.write(picture)?;
         }
-        // The picture takes the standard output where it was sent there.
+        // If the picture goes to the standard output, the numbers go to the standard error.
         if self.out.as_deref().is_some_and(is_stdout) {
             console::message(&text);
         } else {
@@ -131,11 +131,11 @@ impl Command for Atlas {
 }
 
 impl Atlas {
-    /// Where the picture goes.
+    /// The file or stream of the picture.
     fn sink(&self, path: &Path) -> Result<Sink> {
         if self.scenes.len() > 1 {
             return Err(Error::Invalid(format!(
-                "--out takes the picture of one scene, and there are {}: give one, or leave --out away",
+                "--out writes the picture of one scene, and there are {}: give one, or omit --out",
                 self.scenes.len()
             )));
         }
@@ -174,7 +174,7 @@ impl Atlas {
         }
     }
 
-    /// What sets the texture's side.
+    /// The option that sets the texture's side.
     fn size_option(&self) -> &'static str {
         if self.size.is_some() {
             "--size"
@@ -189,7 +189,7 @@ impl Atlas {
             return Ok(());
         }
         let advice = match LARGEST_PICTURE / options.size {
-            0 => "leave --out away, or use a smaller --size".to_owned(),
+            0 => "omit --out, or use a smaller --size".to_owned(),
             scale => format!("use --scale {scale} at most"),
         };
         Err(Error::Invalid(format!(
@@ -234,8 +234,8 @@ fn png(picture: &image::RgbaImage) -> Vec<u8> {
     bytes
 }
 
-/// With three decimals; what is not finite stands for nothing at all.
-fn told(value: f64) -> String {
+/// With three decimals; `-` for a value that is not finite.
+fn decimals(value: f64) -> String {
     if value.is_finite() {
         format!("{value:.3}")
     } else {
@@ -264,7 +264,7 @@ fn as_text(row: &Row) -> String {
         let share = percent(count as f64, texels);
         format!("{}, {share}", counted(count, "texel"))
     };
-    let three = |values: [f64; 3]| values.map(told).join("  ");
+    let three = |values: [f64; 3]| values.map(decimals).join("  ");
     let flat = match s.flat_triangles {
         0 => String::new(),
         1 => "; 1 triangle has no area in the texture".to_owned(),
@@ -302,7 +302,7 @@ fn as_text(row: &Row) -> String {
             format!(
                 "{}   longest over shortest; worst {}{flat}",
                 three(s.stretch_percentiles),
-                told(s.worst_stretch)
+                decimals(s.worst_stretch)
             ),
         ),
         (
@@ -357,9 +357,9 @@ fn as_table(rows: &[Row]) -> String {
                 row.options.method.word().to_owned(),
                 grouped(f64::from(s.charts)),
                 format!("{:.3}", s.utilisation),
-                told(s.area_percentiles[0]),
-                told(s.area_percentiles[2]),
-                told(s.stretch_percentiles[2]),
+                decimals(s.area_percentiles[0]),
+                decimals(s.area_percentiles[2]),
+                decimals(s.stretch_percentiles[2]),
                 grouped(s.unowned_triangles as f64),
                 format!("{:.2}", row.seconds),
             ]
@@ -424,7 +424,7 @@ fn row_as_json(row: &Row) -> Value {
     let s = &row.statistics;
     let phases = row.phases.iter();
     let phases = phases.map(|(doing, seconds)| ((*doing).to_owned(), json!(seconds)));
-    // What is not finite becomes null: there are flat triangles then.
+    // Numbers that are not finite become null: there are flat triangles then.
     json!({
         "scene": row.name,
         "objects": row.objects,
@@ -481,7 +481,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_told_with_what_they_mean() {
+    fn numbers_are_printed_with_their_meaning() {
         let text = as_text(&row("torus"));
         for part in [
             "torus: 27,648 triangles of one object\n",
@@ -497,7 +497,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_and_one_are_told_as_such() {
+    fn none_and_one_have_words_of_their_own() {
         let mut row = row("sliver");
         row.statistics = AtlasStatistics {
             triangles: 1,

@@ -40,7 +40,7 @@ impl Command for Compare {
         )
     }
 
-    /// Another one than for states that differ, so that scripts can distinguish them.
+    /// A code of its own, so that scripts can distinguish a failure from states that differ.
     fn exit_code_of_failure(&self) -> u8 {
         2
     }
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn doubts_about_times_are_told() {
+    fn doubtful_times_give_warnings() {
         let busy = Report {
             host_load: Some(HostLoad {
                 others: Some(0.4),
@@ -161,7 +161,7 @@ mod tests {
             assert!(text.contains(part), "{part} in {text}");
         }
         assert!(!text.contains("warning: first"), "{text}");
-        // Without times there is nothing to doubt.
+        // Without times there are no warnings.
         let untimed = Report {
             kernels: Vec::new(),
             ..busy

@@ -1,4 +1,4 @@
-//! What becomes of a state that a check finds wrong: the run ends, and what can still be saved is saved, marked as damaged.
+//! States that fail a check: the run ends, and the state is saved, marked as damaged.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::{Setup, Snapshot};
 use myxo::{Error, Result};
 
-/// Checks a state. If it is wrong, it is kept beside the checkpoint that was asked for, which stays as it was before.
+/// Checks a state. A wrong one is saved beside the requested checkpoint, which is not changed.
 pub fn check(
     scene: &Scene,
     setup: &Setup,
@@ -26,14 +26,14 @@ pub fn check(
     )))
 }
 
-/// Writes the state beside a checkpoint's name. What is to be said of it.
+/// Writes the state beside a checkpoint's name. Returns the part of the message about it.
 fn keep(scene: &Scene, setup: &Setup, snapshot: &Snapshot, checkpoint: &Path) -> String {
     let mut name = checkpoint.as_os_str().to_owned();
     name.push(".damaged");
     let damaged = PathBuf::from(name);
     match Checkpoint::new(scene, setup, snapshot.clone()).write(&damaged) {
         Ok(()) => format!(
-            "; the damaged state is kept in {}, for a report: no run goes on from it",
+            "; the damaged state is kept in {}, for a report: no run can continue from it",
             damaged.shown()
         ),
         Err(error) => format!("; {error}"),
@@ -59,7 +59,7 @@ mod tests {
         (scene, setup, snapshot)
     }
 
-    /// Catches a state that is lost when a check fails, and a checkpoint of before that it takes the place of.
+    /// Catches a failed check that loses the state, or replaces the earlier checkpoint.
     #[test]
     fn a_wrong_state_is_kept_beside_the_checkpoint_and_no_run_goes_on_from_it() {
         let (scene, setup, snapshot) = start();

@@ -15,10 +15,10 @@ use super::session::Session;
 use super::{Command, Outcome, interrupt};
 use crate::console;
 
-/// Vertices that are more texels apart than this are too few for the trail.
+/// Vertices that are more texels apart than this are too coarse for the trail.
 const FINE: f32 = 6.0;
 
-/// Run a scene without a window and take its state out: as model, as data, as scene file
+/// Run a scene without a window and export its state: as model, as data, as scene file
 ///
 /// The name of each --out says what it becomes: x.glb is a model with the trail as texture (or, by --colors vertex, as
 /// colours of its vertices), x.ply a mesh with colours, x.npz all data for NumPy, x.toml a scene that begins here. With --every
@@ -46,14 +46,14 @@ pub struct ExportCommand {
     out: Vec<PathBuf>,
     /// Also writes the files after every step whose number is a multiple of N; all have the step in their names
     ///
-    /// Steps are numbered over all runs, so that one that goes on from a checkpoint goes on with the series. The report's wall time
+    /// Steps are numbered over all runs, so that one that continues from a checkpoint continues with the series. The report's wall time
     /// includes the writing.
     #[arg(long, value_name = "N", value_parser = value_parser!(u32).range(1..))]
     every: Option<u32>,
     /// Writes the report of the run as JSON; - for the standard output
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
-    /// What carries the colours of a .glb
+    /// The place of the colours in a .glb
     #[arg(long, value_enum, default_value_t)]
     colors: Colors,
     #[command(flatten)]
@@ -70,7 +70,7 @@ enum Colors {
 }
 
 impl Command for ExportCommand {
-    /// Checks everything that can be checked before the work, and does it.
+    /// Checks everything that can be checked beforehand, then runs and exports.
     fn run(&self) -> Result<Outcome> {
         let files = self.out.iter().chain(&self.report);
         check_distinct(files.chain(&self.common.state.checkpoint))?;
@@ -86,7 +86,7 @@ impl Command for ExportCommand {
         let written = || self.out.iter().chain(&self.report);
         self.common.check_outputs(written())?;
         let mut session = Session::open(scene, &self.common, u64::from(self.steps))?;
-        // Masks and maps have been read since.
+        // Checked again: masks and maps are inputs, too, and have been read by now.
         self.common.check_outputs(written())?;
         let mut series = Series::new(self.every.is_none().then_some(files));
         let ran = self.step(&mut session, &mut series).and_then(|completed| {
@@ -122,7 +122,7 @@ impl Command for ExportCommand {
 }
 
 impl ExportCommand {
-    /// Runs the steps and writes what is due on the way; says whether all of them were run.
+    /// Runs the steps and writes the files that are due; returns whether all steps were run.
     fn step(&self, session: &mut Session, series: &mut Series) -> Result<bool> {
         for done in 1..=self.steps {
             if interrupt::requested() {
@@ -132,11 +132,11 @@ impl ExportCommand {
             session.forget_first(self.steps)?;
             let step = session.simulation.step();
             let is_due = |every: u32| step.is_multiple_of(u64::from(every));
-            // The end writes its own.
+            // The files of the last step are written at the end.
             if done < self.steps && self.every.is_some_and(is_due) {
                 let snapshot = session.snapshot()?;
                 self.write(series, session, &snapshot)?;
-                session.progress.goes_on();
+                session.progress.doing_steps();
             }
         }
         Ok(true)
@@ -153,9 +153,9 @@ impl ExportCommand {
         }
     }
 
-    /// Writes the files. One that fails is told about, and the others go on.
+    /// Writes the files. An error about one of them is printed, and the others are written.
     fn write(&self, series: &mut Series, session: &Session, snapshot: &Snapshot) -> Result<()> {
-        // Where it was interrupted, the end may be what was just written.
+        // After an interruption, the files of this step may have been written already.
         if series.step.replace(snapshot.step) == Some(snapshot.step) {
             return Ok(());
         }
@@ -167,11 +167,11 @@ impl ExportCommand {
         let files = self.files(series, snapshot.step);
         let apart = export.texels_between_vertices();
         let mut all = files.iter().flatten();
-        if !series.has_told_coarseness
+        if !series.has_warned_of_coarseness
             && apart > FINE
             && all.any(|file| file.is_as_fine_as_its_mesh(colors))
         {
-            series.has_told_coarseness = true;
+            series.has_warned_of_coarseness = true;
             session.progress.say(&format!(
                 "{}: vertices lie about {apart:.0} texels apart, and the trail is finer than that: colours of vertices \
                  show little of it; a .glb with texture shows it all",
@@ -196,17 +196,17 @@ impl ExportCommand {
     }
 }
 
-/// What is written on the way and at the end.
+/// The files written on the way and at the end.
 struct Series {
-    /// Those that were begun before the work, where the end is all there is.
+    /// Files that were begun before the first step, if only the end is written.
     files: Option<Vec<ExportFile>>,
     written: Vec<Written>,
-    /// Which was written last.
+    /// The step that was written last.
     step: Option<u64>,
-    /// None could not be written.
+    /// All files so far could be written.
     has_all_files: bool,
-    /// How coarse vertices are was said.
-    has_told_coarseness: bool,
+    /// The warning about coarse vertices was printed.
+    has_warned_of_coarseness: bool,
 }
 
 impl Series {
@@ -216,7 +216,7 @@ impl Series {
             written: Vec::new(),
             step: None,
             has_all_files: true,
-            has_told_coarseness: false,
+            has_warned_of_coarseness: false,
         }
     }
 }

@@ -10,7 +10,7 @@ use myxo::{Error, Result, regular_file};
 
 use crate::console;
 
-/// Where data goes that an option names: a file, or `-` for the standard output.
+/// The destination of an option: a file, or `-` for the standard output.
 #[derive(Debug)]
 pub struct Sink {
     path: PathBuf,
@@ -24,7 +24,7 @@ enum Target {
 }
 
 impl Sink {
-    /// Opens it; a file's folder is made where it is missing.
+    /// Opens it; creates a file's folder if it is missing.
     pub fn create(path: &Path) -> Result<Self> {
         let unwritable = |source| Error::Io {
             action: "write",
@@ -50,7 +50,7 @@ impl Sink {
         check_writable(path)
     }
 
-    /// Writes everything and ends it.
+    /// Writes everything and closes it.
     pub fn write(self, content: impl AsRef<[u8]>) -> Result<()> {
         let content = content.as_ref();
         let written = match self.target {
@@ -86,7 +86,7 @@ pub fn check_writable(path: &Path) -> Result<()> {
     })
 }
 
-/// Refuses outputs that are one file, by whatever names.
+/// Refuses outputs that are the same file, even under different names.
 pub fn check_distinct<'a>(outputs: impl Iterator<Item = &'a PathBuf>) -> Result<()> {
     let mut seen: Vec<(Identity, &Path)> = Vec::new();
     for path in outputs {
@@ -113,7 +113,7 @@ pub fn check_distinct<'a>(outputs: impl Iterator<Item = &'a PathBuf>) -> Result<
     Ok(())
 }
 
-/// Refuses outputs that the run has read: a scene, a model or a checkpoint would be gone. `or` is what else can be done.
+/// Refuses outputs that the run has read: a scene, a model or a checkpoint would be lost. `or` ends the message with another way out.
 pub fn check_unread<'a>(outputs: impl Iterator<Item = &'a PathBuf>, or: &str) -> Result<()> {
     for path in outputs {
         if Identity::of(path).is_some_and(|identity| identity.was_read()) {

@@ -16,7 +16,7 @@ use crate::console;
 
 /// Show devices, drivers and limits, and what is missing and how to get it
 ///
-/// Exits 1 where there is no device that can run the kernels.
+/// Exits 1 if there is no device that can run the kernels.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -27,22 +27,22 @@ pub struct Info {
     /// Prints JSON
     #[arg(long)]
     json: bool,
-    /// The device in question: its number or a part of its name
+    /// The device to check: its number or a part of its name
     #[arg(long, value_name = "N|NAME")]
     device: Option<String>,
 }
 
-/// Something beside devices that commands use.
+/// A tool or folder that commands use.
 struct Tool {
     name: &'static str,
-    /// What it is like where it is there.
+    /// What was found.
     found: Option<String>,
-    /// What it is for, and how to get it.
+    /// Its use, and how to get it.
     otherwise: String,
 }
 
 impl Command for Info {
-    /// Prints what there is; fails where it does not suffice.
+    /// Prints the facts; fails if there is no usable device.
     fn run(&self) -> Result<Outcome> {
         let (chosen, validation) = open(self.device.as_deref());
         if let Err(error @ GpuError::UnknownDevice { .. }) = chosen {
@@ -68,16 +68,16 @@ impl Command for Info {
     }
 }
 
-/// Is the layer there that `--validate` needs?
+/// Is the layer for `--validate` installed?
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Validation {
     Found,
     Missing,
-    /// Without a device nobody can say.
+    /// Not known without a device.
     Unknown,
 }
 
-/// Opens the device as commands would, with validation if that is there, and tells the device's index.
+/// Opens the device as commands would, with validation if it is installed; returns the device's index.
 fn open(device: Option<&str>) -> (Result<usize, GpuError>, Validation) {
     let open = |validation| {
         Context::new(&ContextOptions {
@@ -131,13 +131,13 @@ fn tools(validation: Validation) -> [Tool; 4] {
             name: "cache",
             found: default_cache_folder().map(|folder| folder.display().to_string()),
             otherwise:
-                "none, as there is no home folder: kernels and atlases are made anew at each start"
+                "none, as there is no home folder: kernels and atlases are made again at each start"
                     .to_owned(),
         },
     ]
 }
 
-/// Where a program lies.
+/// The path of a program.
 fn in_path(program: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     std::env::split_paths(&path)

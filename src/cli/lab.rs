@@ -22,14 +22,14 @@ Examples:
   myxo lab                              the scene torus
   myxo lab cube --preset cells
   myxo lab fish.glb --set particles.count=2_000_000
-  myxo lab --resume fish_000001.ckpt    goes on where the file was written")]
+  myxo lab --resume fish_000001.ckpt    continues where the file was written")]
 pub struct Lab {
     /// A built-in name, a .toml file or a model; without one the torus, with a look that lasts
     scene: Option<PathBuf>,
-    /// Goes on from the state in this file, with the scene that it was written with if none is named
+    /// Continues from the state in this file, with its own scene if none is named
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
-    /// Size of the window, in pixels; else that of last time
+    /// Size of the window, in pixels; by default that of last time
     #[arg(long, value_name = "WIDTHxHEIGHT")]
     size: Option<Size>,
     /// Begins with the usual size and colours of the window, and does not keep those of this time

@@ -66,10 +66,10 @@ Exit codes:
 
 /// A command: the options that clap has read, and what it does with them.
 trait Command {
-    /// Does what was asked for.
+    /// Runs the command.
     fn run(&self) -> Result<Outcome>;
 
-    /// What the program exits with where [`Command::run`] fails.
+    /// The exit code if [`Command::run`] fails.
     fn exit_code_of_failure(&self) -> u8 {
         1
     }
@@ -85,7 +85,7 @@ macro_rules! commands {
         }
 
         impl $name {
-            /// The one that was asked for.
+            /// The chosen command.
             fn chosen(&self) -> &dyn Command {
                 match self {
                     $(Self::$command(options) => options,)+
@@ -120,11 +120,11 @@ commands! {
 enum Outcome {
     /// As asked.
     Done,
-    /// With the answer no: what was compared differs.
+    /// The compared states differ.
     Differs,
-    /// Not quite as asked; what went wrong has been told.
+    /// Partly failed; the errors have been printed.
     Failed,
-    /// Early, by Ctrl-C; what there was has been kept.
+    /// Ended early by Ctrl-C; the results so far are kept.
     Interrupted,
 }
 
@@ -138,7 +138,7 @@ impl Outcome {
     }
 }
 
-/// Reads the command line, does what it says, and gives the exit code.
+/// Reads the command line, runs the command, and returns the exit code.
 pub fn main() -> ExitCode {
     signals::ignore_file_size_limit();
     console::log();
@@ -150,7 +150,7 @@ pub fn main() -> ExitCode {
     let command = (cli.command.as_ref()).map_or(&lab as &dyn Command, Commands::chosen);
     match command.run() {
         Ok(outcome) => outcome.exit_code(),
-        // Whoever reads the output has read enough, as `head` does.
+        // The reader of the output has closed it, as `head` does.
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error @ Error::Atlas(AtlasError::Cancelled)) => {
             console::message(&format!("myxo: {error}"));
@@ -169,7 +169,7 @@ fn print_clap_message(error: &clap::Error) -> ExitCode {
     let printed = if std::env::args_os().all(is_plain) {
         error.print().and_then(|()| std::io::stdout().flush())
     } else {
-        // Names of files that a shell has put in hold what a terminal obeys.
+        // Names of files that the shell has filled in may hold control characters.
         console::message(&error.to_string());
         Ok(())
     };
@@ -187,7 +187,7 @@ fn print_clap_message(error: &clap::Error) -> ExitCode {
     }
 }
 
-/// A scene where a command should stand is one to be opened.
+/// If a scene stands in the place of a command, the hint says how to open it.
 fn with_hint(mut error: clap::Error) -> clap::Error {
     if error.kind() != ErrorKind::InvalidSubcommand {
         return error;
@@ -218,17 +218,17 @@ mod tests {
     use clap::CommandFactory as _;
 
     #[test]
-    fn a_scene_without_a_command_is_told_how_it_opens() {
-        let told = |word: &str| {
+    fn a_scene_without_a_command_gives_a_hint_how_to_open_it() {
+        let hint_for = |word: &str| {
             let parsed = Cli::try_parse_from(["myxo", word]);
             with_hint(parsed.expect_err(word)).to_string()
         };
         for word in ["cube", concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")] {
-            let text = told(word);
+            let text = hint_for(word);
             assert!(text.contains(&format!("myxo lab {word}")), "{text}");
         }
-        assert!(!told("cuboid").contains("myxo lab"));
-        assert!(told("rendr").contains("render"));
+        assert!(!hint_for("cuboid").contains("myxo lab"));
+        assert!(hint_for("rendr").contains("render"));
     }
 
     /// clap's own check of names, defaults and conflicts.
@@ -287,7 +287,7 @@ mod tests {
         examples(&Cli::command(), &mut found);
         assert!(found.len() > 15, "{found:#?}");
         for example in found {
-            // Explanations stand behind several blanks, and shells have taken away quotes, pipes and the like.
+            // Explanations stand behind several blanks; quotes, pipes and the like are removed as a shell would.
             let line = example.split("  ").next().unwrap_or_default();
             let line = line
                 .split(['<', '>', '|', '&'])

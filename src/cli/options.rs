@@ -10,7 +10,7 @@ use myxo::sim::checkpoint::Checkpoint;
 use super::files;
 use crate::own_presets::OwnPresets;
 
-/// What changes a scene.
+/// Options that change a scene.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Scene")]
 pub struct SceneOptions {
@@ -47,7 +47,7 @@ fn named_preset(wanted: String) -> String {
         .unwrap_or(wanted)
 }
 
-/// Which device computes, and how closely it is watched.
+/// The device, and its checks.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Device")]
 pub struct DeviceOptions {
@@ -63,14 +63,14 @@ pub struct DeviceOptions {
     pub compiler_reports: bool,
 }
 
-/// What is kept of a run, and what it goes on from.
+/// Options for the state of a run: what is saved, and what it continues from.
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "State")]
 pub struct StateOptions {
     /// Writes the whole state here at the end, also when interrupted
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
-    /// Goes on from the state in this file, with the scene that it was written with if none is named
+    /// Continues from the state in this file, with its own scene if none is named
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
     /// Lets outputs replace files that the run reads, such as --checkpoint the file of --resume
@@ -96,8 +96,8 @@ pub struct CommonOptions {
 }
 
 impl CommonOptions {
-    /// Loads the scene, and makes sure that the files of [`StateOptions`] are there and can be written. Without a scene it
-    /// is that of the checkpoint to go on from.
+    /// Loads the scene, and makes sure that the files of [`StateOptions`] are there and can be written. Without a scene it loads that of
+    /// the checkpoint.
     pub fn load(&self, scene: Option<&Path>) -> Result<Scene> {
         let overrides = self.scene.overrides();
         let resume = self.state.resume.as_deref();
@@ -107,7 +107,7 @@ impl CommonOptions {
                 Checkpoint::read(path)?.own_scene(path, &overrides)?
             }
             (scene, _) => {
-                // The command line has made sure that there is one.
+                // clap has checked that one is given.
                 let scene = Scene::load(scene.unwrap_or("".as_ref()), &overrides)?;
                 resume.map(files::check_readable).transpose()?;
                 scene

@@ -1,4 +1,4 @@
-//! The files of a render: one that fails is told about and left out, and the others go on.
+//! The files of a render: if one fails, its error is printed, and the others are written.
 
 use std::path::{Path, PathBuf};
 
@@ -44,7 +44,7 @@ impl Outputs {
         opaque.next().map(Output::path)
     }
 
-    /// Is there still one that has not failed?
+    /// Is there one that has not failed?
     pub fn any_left(&self) -> bool {
         !self.open.is_empty()
     }
@@ -59,7 +59,7 @@ impl Outputs {
         self.take(picture, progress, Output::wants_every_frame);
     }
 
-    /// The last frame, for those that don't have it yet: films do if it was filmed.
+    /// The last frame, for outputs that do not have it yet: films do if it was filmed.
     pub fn last_frame(&mut self, picture: &RgbaImage, filmed: bool, progress: &Progress) {
         self.take(picture, progress, |output| {
             !(filmed && output.wants_every_frame())
@@ -82,7 +82,7 @@ impl Outputs {
         }
     }
 
-    /// Makes whole files of them all.
+    /// Finishes all files.
     pub fn finish(&mut self) {
         for output in self.open.drain(..) {
             match output.finish() {
@@ -95,8 +95,8 @@ impl Outputs {
         }
     }
 
-    /// Tells what was written.
-    pub fn tell(&self) {
+    /// Prints which files were written.
+    pub fn print_written(&self) {
         for written in &self.written {
             console::message(&written.to_string());
         }

@@ -63,10 +63,9 @@ pub struct Profile {
     /// Does the whole measurement so many times, each from the beginning, and puts the steps of all of them together
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     repeat: u32,
-    /// Measures this kernel alone: after the warm-up it runs --steps times on what it finds when it comes for the first
-    /// time in the next step, with no other kernel between; what it changes is
-    /// brought back before each run, which is not measured. Every kernel of the scene's step can be named, those that
-    /// take distances among them: they use what is known from the step before, or, where nothing has moved since, take all
+    /// Measures this kernel alone: after the warm-up it runs --steps times on the data of its first dispatch in the next step, with no
+    /// other kernel between; the data are restored before each run, which is not measured. Every kernel of the scene's step can be named,
+    /// those that take distances among them: they use the distances of the step before, or, if nothing has moved since, compute all
     /// distances as the first step does. The state hash and --checkpoint are those of the warm-up's end
     #[arg(long, value_name = "NAME")]
     kernel: Option<String>,
@@ -106,7 +105,7 @@ pub struct Profile {
 }
 
 impl Command for Profile {
-    /// Checks everything that can be checked before the work, and does it.
+    /// Checks everything that can be checked beforehand, then measures.
     fn run(&self) -> Result<Outcome> {
         if let Some(files) = &self.compare {
             let [a, b] = [&files[0], &files[1]].map(|file| Report::read(file));
@@ -143,12 +142,12 @@ impl Command for Profile {
             session.add_to(&mut measured.earlier, &ending);
         };
         let sinks = [report_sink, trace_sink];
-        self.tell(session, ending, !completed, measured, sinks)
+        self.output(session, ending, !completed, measured, sinks)
     }
 }
 
 impl Profile {
-    /// Lists a step.
+    /// Lists what a step records.
     fn list(&self, scene: Scene) -> Result<Outcome> {
         let mut session = Session::open(scene, &self.common, u64::from(self.warmup) + 1)?;
         if !repeat(self.warmup, || session.step())? {
@@ -186,7 +185,7 @@ impl Profile {
         Ok(Outcome::Done)
     }
 
-    /// Does the whole measurement once; says whether it was not cut short.
+    /// Does the whole measurement once; returns whether it was completed.
     fn measure(&self, scene: &Scene, measured: &mut Measured) -> Result<(Session, Ending, bool)> {
         let steps = u64::from(self.warmup) + u64::from(self.steps);
         let mut session = Session::open(scene.clone(), &self.common, steps)?;
@@ -219,7 +218,7 @@ impl Profile {
             Some(kernel) => {
                 let ending = session.finish()?;
                 let alone = session.run_before(kernel)?;
-                // Once before, to compile it.
+                // A run before the measured ones compiles the kernel.
                 session.run_alone(&alone)?;
                 begin(&mut session, measured)?;
                 let mut run = || {
@@ -240,8 +239,8 @@ impl Profile {
         Ok((session, ending, completed))
     }
 
-    /// Shows and writes what was measured.
-    fn tell(
+    /// Prints and writes the results.
+    fn output(
         &self,
         mut session: Session,
         mut ending: Ending,
@@ -293,7 +292,7 @@ impl Profile {
             };
             console::print(session.table(run) + &host_time(&report) + &repetitions(&report))?;
         }
-        // If one of the two fails, the other is written all the same.
+        // If one of the two fails, the other is still written.
         let reported = report_sink.map(|sink| sink.write(report.to_json()));
         if let (Some(sink), Some(path)) = (trace_sink, &self.trace) {
             sink.write(trace)?;
@@ -310,11 +309,11 @@ impl Profile {
     }
 }
 
-/// What the repetitions so far have measured.
+/// The results of the repetitions so far.
 struct Measured {
     watch: Watch,
     rounds: Vec<Repetition>,
-    /// Of all but the last one.
+    /// The results of all repetitions but the last.
     earlier: Earlier,
 }
 
@@ -328,7 +327,7 @@ impl Measured {
     }
 }
 
-/// A line with what the host takes for a step.
+/// A line with the host's time for a step.
 fn host_time(report: &Report) -> String {
     let host = report.host_step.unwrap_or_default();
     let [Some(all), Some(recording), Some(submitting), Some(most)] = [
@@ -393,7 +392,7 @@ fn comparison(a: &Report, b: &Report) -> Result<String> {
     Ok(text + &ratios::table(a, b))
 }
 
-/// Does it so many times, unless somebody asks to stop; says whether it was done so often.
+/// Repeats `work`, unless Ctrl-C asks to stop; returns whether it was done so often.
 fn repeat(times: u32, mut work: impl FnMut() -> Result<()>) -> Result<bool> {
     for _ in 0..times {
         if interrupt::requested() {

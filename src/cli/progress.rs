@@ -1,4 +1,4 @@
-//! How far long work has come: a bar where the standard error is a terminal, a line now and then where it is not.
+//! Progress of long work: a bar if the standard error is a terminal, otherwise a line now and then.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -15,12 +15,12 @@ use myxo::sim::{LOOKING, STARTING};
 use super::interrupt;
 use crate::console;
 
-/// Between the lines of a log. Work that is shorter logs none.
+/// The interval between the lines of a log. Shorter work logs none.
 const LINE_EVERY: Duration = Duration::from_secs(20);
 
 /// Steps done and steps to do.
 pub struct Progress {
-    /// Draws nothing where there is no terminal.
+    /// Draws nothing without a terminal.
     bar: ProgressBar,
     what: String,
     /// What is counted.
@@ -37,7 +37,7 @@ impl Progress {
         Self::counting(steps, what, "steps")
     }
 
-    /// Begins `count` of what is counted in units other than steps.
+    /// Begins work that is counted in other units than steps.
     pub fn counting(count: u64, what: &str, unit: &'static str) -> Self {
         let rate = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
             let _ = write!(text, "{:.1}", state.per_sec());
@@ -61,20 +61,20 @@ impl Progress {
         }
     }
 
-    /// Shows nothing any more, for work that is told of in other ways; what is said is still said.
+    /// Shows no progress any more, for work that is reported in other ways; [`Self::say`] still prints.
     pub fn silence(&mut self) {
         self.is_silent = true;
         self.bar.finish_and_clear();
     }
 
-    /// Says what comes next.
+    /// Shows what is being done.
     pub fn doing(&self, what: &str) {
         self.bar
             .set_message(format!("{}: {}", self.what, escaped(what)));
     }
 
-    /// Steps come next, again.
-    pub fn goes_on(&self) {
+    /// Shows that steps are being done again.
+    pub fn doing_steps(&self) {
         self.bar.set_message(self.what.clone());
     }
 
@@ -98,12 +98,12 @@ impl Progress {
         }
     }
 
-    /// Tells something, above the bar.
+    /// Prints a text above the bar.
     pub fn say(&self, text: &str) {
         self.bar.suspend(|| console::message(text));
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
@@ -114,20 +114,20 @@ const BAR_AFTER: Duration = Duration::from_secs(1);
 /// A bar's whole length.
 const WHOLE: u64 = 1000;
 
-/// The setting up of a scene: most of it is the making of its atlas, or the measuring of food. Ctrl-C stops it.
+/// The set-up of a scene, most of which is making its atlas or measuring the distances to food. Ctrl-C stops it.
 pub struct SettingUp {
     what: String,
-    /// A spinner at first, because nobody knows how long it takes; draws nothing where there is no terminal.
+    /// A spinner at first, because its length is not known yet; draws nothing without a terminal.
     bar: ProgressBar,
     begun: Instant,
     cache: Option<PathBuf>,
-    /// What was done, and since when.
+    /// The phases so far, and when each began.
     phases: Mutex<Vec<(&'static str, Instant)>>,
     last_line: Mutex<Instant>,
 }
 
 impl SettingUp {
-    /// Begins `what`. Layouts of charts are kept in the folder, if there is one.
+    /// Begins `what`. Layouts of charts are cached in the folder, if there is one.
     pub fn new(what: &str, cache: Option<PathBuf>) -> Self {
         let style = ProgressStyle::with_template("{msg} {spinner}");
         let now = Instant::now();
@@ -148,10 +148,10 @@ impl SettingUp {
         setting_up
     }
 
-    /// Does it, and takes the bar away.
+    /// Does the work, then removes the bar.
     pub fn run<R>(&self, work: impl FnOnce(&Control<'_>) -> R) -> R {
         let done = work(&Control {
-            progress: Some(&|doing, done| self.tell(doing, done)),
+            progress: Some(&|doing, done| self.show(doing, done)),
             cancelled: Some(interrupt::flag()),
             cache: self.cache.as_deref(),
         });
@@ -159,7 +159,7 @@ impl SettingUp {
         done
     }
 
-    fn tell(&self, doing: &'static str, done: f32) {
+    fn show(&self, doing: &'static str, done: f32) {
         let now = Instant::now();
         let mut phases = unpoisoned(&self.phases);
         if phases.last().is_none_or(|(last, _)| *last != doing) {
@@ -190,7 +190,7 @@ impl SettingUp {
         }
     }
 
-    /// How long each part took that told of itself, in seconds; the last one until now.
+    /// How long each phase took, in seconds; the last one until now.
     pub fn seconds(&self) -> Vec<(&'static str, f64)> {
         let phases = unpoisoned(&self.phases);
         let ends = phases.iter().skip(1).map(|(_, begun)| *begun);
@@ -203,12 +203,12 @@ impl SettingUp {
     }
 }
 
-/// What a panic elsewhere has left is still good to read.
+/// Ignores poisoning: after a panic elsewhere the value can still be read.
 fn unpoisoned<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Where layouts are kept, beside the compiled pipelines.
+/// The folder of cached layouts, beside the compiled pipelines.
 pub fn atlas_cache() -> Option<PathBuf> {
     default_cache_folder().map(|folder: PathBuf| Path::join(&folder, "atlases"))
 }
@@ -233,7 +233,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_log_line_tells_steps_speed_and_time_left() {
+    fn a_log_line_has_steps_speed_and_time_left() {
         assert_eq!(
             log_line("torus", "steps", 120, 400, Duration::from_secs(60)),
             "torus: step 120 of 400, 2.0 steps/s, 140 s left"

@@ -1,4 +1,4 @@
-//! Two reports side by side: what they were made of, and the ratios of their times with how sure they are. `myxo compare`
+//! Two reports side by side: how their runs differ, and the ratios of their times with intervals. `myxo compare`
 //! and `myxo profile --compare` print these.
 
 use std::fmt::Write as _;
@@ -6,10 +6,10 @@ use std::fmt::Write as _;
 use super::report::{KernelTime, Report, Times};
 use super::settings;
 
-/// Copies that differ by more than this factor are of a machine that was not as fast both times.
+/// If the speeds of copies differ by more than this factor, the machine was not equally fast both times.
 const APART: f64 = 1.15;
 
-/// A ratio of medians, and where it lies with the confidence that the medians' own intervals have.
+/// A ratio of medians with its interval, of the same confidence as the medians' own intervals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ratio {
     pub value: f64,
@@ -18,8 +18,8 @@ pub struct Ratio {
 }
 
 impl Ratio {
-    /// Of `b` to `a`. Logarithms of medians differ as far as the medians' intervals allow, either side by itself: the two
-    /// errors are independent, so their squares add up.
+    /// The ratio of `b` to `a`. The errors of the two medians' logarithms, taken from their intervals, are independent, so their squares
+    /// add up, for each side separately.
     pub fn of(a: &Times, b: &Times) -> Option<Self> {
         let ([a, a_low, a_high], [b, b_low, b_high]) = (a.interval()?, b.interval()?);
         let below = (b / b_low).ln().hypot((a_high / a).ln());
@@ -49,14 +49,14 @@ impl std::fmt::Display for Ratio {
     }
 }
 
-/// What two runs were made of that differs: the name, and what each has.
+/// How the set-ups of two runs differ: the name of a setting, and its value in each.
 pub fn differences(a: &Report, b: &Report) -> Vec<(&'static str, String, String)> {
     let number = |known: Option<u64>| known.map_or("unknown".to_owned(), |n| n.to_string());
     let setup = |of: &Report| {
         [
             ("scene", of.scene.clone()),
             ("seed", of.seed.to_string()),
-            // What came before a kernel that ran alone is its warm-up.
+            // The steps before a kernel that ran alone are its warm-up.
             ("steps", number(of.alone.is_none().then_some(of.steps))),
             ("runs", number(of.alone.as_ref().and(of.samples))),
             ("warmup", number(of.warmup)),
@@ -89,7 +89,7 @@ pub fn differences_text(a: &Report, b: &Report) -> String {
                 let _ = writeln!(text, "settings   differ    {line}");
             }
         }
-        // Programs wrote reports without them.
+        // Earlier versions wrote reports without settings.
         (true, true) => {}
         (true, false) => text.push_str("settings   unknown   the first report has none\n"),
         (false, true) => text.push_str("settings   unknown   the second report has none\n"),
@@ -124,7 +124,7 @@ pub fn doubts_text(a: &Report, b: &Report) -> String {
         .any(|(what, ..)| !["seed", "steps", "runs", "commit"].contains(what));
     if has_other_work {
         text.push_str(
-            "warning: the two were not measured under the same conditions: a ratio tells of all that differs\n",
+            "warning: the two were not measured under the same conditions: a ratio shows the effect of all differences\n",
         );
     }
     let fewest = [a, b].into_iter().filter_map(Report::sample_count).min();
@@ -132,18 +132,18 @@ pub fn doubts_text(a: &Report, b: &Report) -> String {
         let what = if a.alone.is_some() { "runs" } else { "steps" };
         let _ = writeln!(
             text,
-            "warning: of fewer than 6 {what} an interval is from the least to the most, and tells nothing of other {what}"
+            "warning: of fewer than 6 {what} an interval is from the least to the most, and says nothing about other {what}"
         );
     }
     if a.repetitions.is_empty() || b.repetitions.is_empty() {
         text.push_str(
-            "note: one run each: intervals leave out what changes from run to run; `myxo profile --repeat` takes it in\n",
+            "note: one run each: intervals do not include changes from run to run; `myxo profile --repeat` includes them\n",
         );
     }
     text
 }
 
-/// What copies got through, where that shows that the machine was faster when one of the two was measured: both by the same way.
+/// The speeds of copies, made in the same way, if they show that the machine was faster in one of the two measurements.
 fn speeds_apart(a: &Report, b: &Report) -> Option<(f64, f64)> {
     let (a, b) = a.copy_bandwidth.zip(b.copy_bandwidth)?;
     if a.by_kernel != b.by_kernel {
@@ -153,7 +153,7 @@ fn speeds_apart(a: &Report, b: &Report) -> Option<(f64, f64)> {
     (a.max(b) > APART * a.min(b)).then_some((a, b))
 }
 
-/// The times of both: medians and their ratio where both have them, else means.
+/// The times of both: medians and their ratio where both have them, otherwise means.
 pub fn table(a: &Report, b: &Report) -> String {
     let mut text = String::new();
     let is_alone = a.alone.is_some() && b.alone.is_some();
@@ -176,7 +176,7 @@ pub fn table(a: &Report, b: &Report) -> String {
         ..Times::default()
     };
     let none = Times::default();
-    // A kernel alone is no part of a step.
+    // A kernel that ran alone is no part of a step.
     if !is_alone {
         row(&mut text, "gpu", &of_step(a), &of_step(b));
         row(&mut text, "wall", &wall(a), &wall(b));
@@ -235,14 +235,14 @@ mod tests {
     #[test]
     fn intervals_of_ratios_follow_from_those_of_medians() {
         let exact = times(10.0, 10.0, 10.0);
-        // Only one of them is unsure: the ratio is as unsure as that one.
+        // Only one of them has an interval: the ratio's interval has the same width.
         let ratio = Ratio::of(&exact, &times(20.0, 19.0, 22.0)).expect("both are known");
         assert!((ratio.value - 2.0).abs() < 1e-12);
         assert!((ratio.low - 1.9).abs() < 1e-12 && (ratio.high - 2.2).abs() < 1e-12);
         let ratio = Ratio::of(&times(10.0, 8.0, 12.5), &exact).expect("both are known");
         assert!((ratio.low - 0.8).abs() < 1e-12 && (ratio.high - 1.25).abs() < 1e-12);
         assert!(ratio.holds_one() && ratio.to_string().ends_with("0.800 - 1.250  may be equal"));
-        // Both: by 10 % each, root of two as much together.
+        // Both vary by 10 %: the ratio varies by the root of two times that.
         let unsure = times(10.0, 10.0 / 1.1, 11.0);
         let ratio = Ratio::of(&unsure, &unsure).expect("both are known");
         assert!((ratio.high.ln() - 1.1_f64.ln() * 2.0_f64.sqrt()).abs() < 1e-12);
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn another_warmup_and_another_hour_are_told() {
+    fn another_warmup_and_another_speed_give_warnings() {
         let copies = |gigabytes_per_second| {
             Some(Bandwidth {
                 gigabytes_per_second,
@@ -299,7 +299,7 @@ mod tests {
         );
     }
 
-    /// Steps of the warm-up are not what a kernel alone was measured in.
+    /// A kernel alone is measured in runs, not in the steps of its warm-up.
     #[test]
     fn kernels_alone_are_judged_by_their_runs() {
         let alone = |steps, samples| Report {
@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn what_differs_is_named_once() {
+    fn differences_are_named_once() {
         let a = Report {
             particles: 5,
             device: "abacus".to_owned(),

@@ -24,7 +24,7 @@ use super::times::Run;
 use super::{Command, Outcome, interrupt};
 use crate::console;
 
-/// More turns than anybody can follow.
+/// The most turns of the camera.
 const MOST_TURNS: f32 = 1000.0;
 
 /// Run a scene without a window and write pictures
@@ -71,7 +71,7 @@ pub struct Render {
     /// Steps from one picture of a sequence or film to the next
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
-    /// Begins sequences and films after so many steps: the network has grown then
+    /// Begins sequences and films after so many steps, when the network has grown
     #[arg(long, value_name = "N", default_value_t = 0)]
     from: u32,
     /// Lets the camera go round the scene so many times in a sequence or film; below 0 the other way round
@@ -85,7 +85,7 @@ pub struct Render {
 }
 
 impl Command for Render {
-    /// Checks everything that can be checked before the work, and does it.
+    /// Checks everything that can be checked beforehand, then runs and writes.
     fn run(&self) -> Result<Outcome> {
         check_distinct(
             self.out
@@ -104,7 +104,7 @@ impl Command for Render {
                 self.from, self.steps
             )));
         }
-        // Before files begin: they would be left where Ctrl-C ends the program by itself.
+        // Installed before files are begun: without the handler, Ctrl-C would leave unfinished files behind.
         interrupt::install()?;
         let report_sink = self.report.as_deref().map(Sink::create).transpose()?;
         let size = [self.size.width, self.size.height];
@@ -120,17 +120,17 @@ impl Command for Render {
             && !outputs.want_every_frame()
         {
             return Err(Error::Invalid(format!(
-                "{option} is for sequences and films, and no --out is one: leave it away, or write NAME.gif, NAME.mp4 or a folder"
+                "{option} is for sequences and films, and no --out is one: omit it, or write NAME.gif, NAME.mp4 or a folder"
             )));
         }
 
         let written = || self.out.iter().chain(&self.report);
         self.common.check_outputs(written())?;
         let mut session = Session::open(scene, &self.common, u64::from(self.steps))?;
-        // Masks and maps have been read since.
+        // Checked again: masks and maps are inputs, too, and have been read by now.
         self.common.check_outputs(written())?;
         let ran = self.film(&mut session, &mut outputs, size);
-        // Whatever happened: what there is of films becomes whole files.
+        // Even after an error, films are finished with the frames so far.
         outputs.finish();
         session.progress.finish();
         let completed = ran?;
@@ -145,7 +145,7 @@ impl Command for Render {
             ending.snapshot.step,
             report.state_hash
         ));
-        outputs.tell();
+        outputs.print_written();
         if let Some(sink) = report_sink {
             sink.write(report.to_json())?;
         }
@@ -160,7 +160,7 @@ impl Command for Render {
 }
 
 impl Render {
-    /// Has the scene what is to be shown?
+    /// Can the scene be shown in this view?
     fn check_view(&self, scene: &Scene) -> Result<()> {
         let show = scene.settings.picture.show;
         let word = show.word();
@@ -176,7 +176,7 @@ impl Render {
         }
         if self.turns != 0.0 && show.is_flat() {
             return Err(Error::Invalid(format!(
-                "--turns cannot turn the view {word}, which is flat: leave it away, or choose another --view"
+                "--turns cannot turn the view {word}, which is flat: omit it, or choose another --view"
             )));
         }
         if self.split && (show.is_flat() || self.size.width < 2) {
@@ -187,14 +187,14 @@ impl Render {
         Ok(())
     }
 
-    /// Runs the steps and takes the pictures; says whether all steps were run.
+    /// Runs the steps and takes the pictures; returns whether all steps were run.
     fn film(&self, session: &mut Session, outputs: &mut Outputs, size: [u32; 2]) -> Result<bool> {
         let mut camera = Photographer::new(session, size, outputs.want_every_frame(), self.split)?;
         camera.view.is_transparent = self.transparent;
         if self.turns != 0.0 && session.scene.settings.camera.distance <= 0.0 {
             camera.stand_back(&session.scene);
         }
-        // The picture after the last would be the first again, so that films of whole turns can be played round and round.
+        // The picture after the last would equal the first, so that films of whole turns can be looped.
         let pictures = (self.steps - self.from).div_ceil(self.every);
         camera.pictures = pictures.max(1);
         camera.turns = self.turns;
@@ -230,7 +230,7 @@ fn turns(text: &str) -> Result<f32, String> {
     }
 }
 
-/// What pictures can show, each with its help.
+/// The views, each with its help.
 fn views() -> impl TypedValueParser<Value = Show> {
     let values = Show::ALL.iter();
     let values = values.map(|show| PossibleValue::new(show.word()).help(show.help()));
@@ -242,20 +242,20 @@ fn views() -> impl TypedValueParser<Value = Show> {
     })
 }
 
-/// In a film the exposure follows the mean of the pictures so far, and later ones at least so quickly.
+/// In a film the exposure follows the mean of the pictures so far; each new picture counts at least this much.
 const SLOWEST_ADAPTATION: f32 = 0.12;
 
 /// Takes pictures of a session.
 struct Photographer {
     renderer: Renderer,
     offscreen: Offscreen,
-    /// For the texture beside the picture.
+    /// The view of the texture beside the picture.
     beside: Option<Offscreen>,
-    /// Of the first picture.
+    /// The camera of the first picture.
     view: View,
-    /// Of as many as these.
+    /// The number of pictures.
     pictures: u32,
-    /// How often it goes round meanwhile.
+    /// How often the camera goes round meanwhile.
     turns: f32,
     /// Pictures in a row: the exposure follows the trail slowly, so that films do not flicker.
     film: bool,
@@ -281,7 +281,7 @@ impl Photographer {
         })
     }
 
-    /// Goes as far away as it takes to see all of the scene from every side.
+    /// Moves the camera away until all of the scene is in the picture from every side.
     fn stand_back(&mut self, scene: &Scene) {
         let size = glam::UVec2::from_array(self.offscreen.canvas().size()).as_vec2();
         let camera = &mut self.view.camera;
@@ -292,7 +292,7 @@ impl Photographer {
     fn take(&mut self, session: &mut Session) -> Result<RgbaImage> {
         let mut rec = session.frames.begin()?;
         let mut view = self.view;
-        // The last one of a film is taken once more where it is asked for by itself.
+        // The last picture of a film is taken again for outputs of the last frame.
         let number = self.taken.min(self.pictures - 1);
         view.camera = (view.camera).turned(self.turns * number as f32 / self.pictures as f32);
         let atlas = View {
@@ -332,7 +332,7 @@ fn side_by_side(left: &RgbaImage, right: &RgbaImage) -> RgbaImage {
     both
 }
 
-/// Says what to do about a picture that the device cannot hold.
+/// The error for a picture that the device cannot hold, with advice.
 fn too_large([width, height]: [u32; 2], error: GpuError) -> Error {
     match error {
         GpuError::OutOfMemory { object, size, .. } => Error::Invalid(format!(

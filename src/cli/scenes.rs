@@ -87,7 +87,7 @@ fn keys() -> String {
         (
             "name",
             &object.name,
-            "What the object is called. Empty takes the mesh's name.",
+            "The name of the object. Empty takes the mesh's name.",
         ),
         (
             "mesh",
@@ -102,7 +102,7 @@ fn keys() -> String {
         );
     }
     text += "object.N.motion.keyframes = []\n    Where the object is at given times: { time = 0, position = [0, 0, 0], rotation = [0, 0, 0] }, times ascending, in seconds; position in world units and rotation in degrees, on top of the object's own.\n    A list of tables.\n";
-    text += "object.N.distance_to = []\n    The names of the objects that this one knows its distance to. Empty for all others.\n    A list of texts; restarts.\n";
+    text += "object.N.distance_to = []\n    The names of the objects that this one has distances to. Empty for all others.\n    A list of texts; restarts.\n";
     for parameter in OBJECT_PARAMETERS {
         describe(
             &mut text,

@@ -28,8 +28,8 @@ use crate::console;
 ///
 /// Every built-in scene runs a few steps, by every strategy, on the device and by the kernels' twins on
 /// the processor; some are painted on the way, and some have so few particles and texels that no group
-/// of a kernel is full. States are compared as hashes with those that the program carries. Where one differs,
-/// the first step, the first kernel and the first number are named.
+/// of a kernel is full. States are compared as hashes with those built into the program. If one differs, the first step, the first kernel
+/// and the first number are named.
 ///
 /// Exits 1 if anything differs.
 #[derive(Clone, Debug, Args)]
@@ -74,21 +74,21 @@ const KEPT: &str = include_str!("../../assets/hashes.tsv");
 /// Odd numbers, so that no group of a kernel is full by chance.
 const COMMON: &[&str] = &["particles.count=2001", "atlas.size=129"];
 
-/// Past the sorts of the first and of the 16th step.
+/// Steps of each run: past the sorts of the first and of the 16th step.
 const STEPS: u32 = 20;
 
-/// Where there are several objects: so few transfers fit their lists that some are refused.
+/// The transfer buffer of scenes with several objects: so small that some transfers are refused.
 const BUFFER: u32 = 40;
 
-/// In painted runs, dabs come before this step.
+/// In painted runs, the dabs are made before this step.
 const PAINTED_IN: u32 = STEPS / 2 + 1;
 
 /// These scenes have a painted run as well.
 const PAINTED: &[&str] = &["cube", "trio"];
 
-/// Runs with what built-in scenes do not use: a scene, the run's name, and what is set. Groups of kernels have 64 invocations: there are
-/// particles for less than one, for one, and for one more, in textures as small as they may be. No run is by `raster`, whose distances are as
-/// the device draws them; so `distance_merge` is the one kernel of a step that none has.
+/// Runs with features that built-in scenes do not use: a scene, the run's name, and what is set. Groups of kernels have 64 invocations:
+/// there are particles for less than one, for one, and for one more, in textures as small as they may be. No run is by `raster`, whose
+/// distances are as the device draws them; so `distance_merge` is the one kernel of a step that none has.
 const EXTRA: &[(&str, &str, &[&str])] = &[
     (
         "torus",
@@ -168,12 +168,12 @@ fn dabs(setup: &Setup) -> Vec<Dab> {
     dabs.collect()
 }
 
-/// What the table has for a run.
+/// The table's entry for a run.
 #[derive(Clone, Debug)]
 enum Kept {
-    /// None where it lacks the run.
+    /// The table has no entry for the run.
     Asked(Option<String>),
-    /// It is being made.
+    /// The table is being made.
     BeingMade,
 }
 
@@ -183,7 +183,7 @@ impl Default for Kept {
     }
 }
 
-/// A run, and the states that it has ended in.
+/// A run, and the hashes of its final states.
 #[derive(Clone, Debug, Default)]
 struct Row {
     scene: String,
@@ -198,7 +198,7 @@ struct Row {
 }
 
 impl Row {
-    /// Is every state that of the table? While that is made, there is none.
+    /// Does every state agree with the table? While the table is being made, there is nothing to compare.
     fn agrees(&self) -> bool {
         let mut states = [&self.device, &self.host].into_iter().flatten();
         let expected = match &self.kept {
@@ -209,7 +209,7 @@ impl Row {
     }
 }
 
-/// Only built-in scenes are in the table.
+/// Checks a scene's name: only built-in scenes are in the table.
 fn scene_name(name: &str) -> Result<String, String> {
     let names = || SCENES.iter().map(|scene| scene.name);
     match names().find(|known| *known == name) {
@@ -222,14 +222,14 @@ fn scene_name(name: &str) -> Result<String, String> {
 }
 
 impl Command for SelfTest {
-    /// Runs everything, prints a line a run, and what differs.
+    /// Runs everything, and prints a line for each run, with its differences.
     fn run(&self) -> Result<Outcome> {
         let outputs = || [&self.json, &self.table].into_iter().flatten();
         outputs().try_for_each(|path| Sink::check(path))?;
         check_distinct(outputs())?;
         if self.table.is_some() && self.engine == Engine::Gpu {
             return Err(Error::Invalid(
-                "--table takes the hashes of the processor: leave out --engine gpu".to_owned(),
+                "--table computes the hashes on the processor: omit --engine gpu".to_owned(),
             ));
         }
         interrupt::install()?;
@@ -276,7 +276,7 @@ impl Command for SelfTest {
 }
 
 impl SelfTest {
-    /// What is tested, and its arithmetic.
+    /// The head of the report: what is tested, and its arithmetic.
     fn head(&self, ctx: Option<&Context>, broken: Option<&[Broken]>) -> String {
         let commit = myxo::commit().map_or(String::new(), |commit| format!(" (commit {commit})"));
         let mut text = format!("myxo {}{commit}\n", env!("CARGO_PKG_VERSION"));
@@ -316,7 +316,7 @@ impl SelfTest {
         text
     }
 
-    /// Runs everything, and prints as it goes. Whether it has come to the end.
+    /// Runs everything, and prints as it goes. Returns whether it was completed.
     fn rows(&self, ctx: Option<&Arc<Context>>) -> Result<(Vec<Row>, bool)> {
         let scenes = SCENES.iter().map(|scene| scene.name);
         let scenes: Vec<&str> = scenes
@@ -535,7 +535,7 @@ fn runs_of(name: &str) -> Vec<Runs> {
     std::iter::once(own).chain(extra).collect()
 }
 
-/// Where triangles lie in the texture, and particles at their start.
+/// A hash of the places of triangles in the texture, and of particles at their start.
 fn layout(setup: &Setup) -> String {
     let mut crc = crc32fast::Hasher::new();
     crc.update(bytemuck::cast_slice(&setup.atlas.maps));

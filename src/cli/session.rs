@@ -1,4 +1,4 @@
-//! A scene that runs without a window: what `render` and `profile` have in common.
+//! A scene that runs without a window: code that `render`, `export` and `profile` share.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -27,34 +27,35 @@ use super::tracing::{Tracing, spanned};
 use super::{damaged, times};
 use crate::{console, room};
 
-/// What is said of a checkpoint whose scene names files by relative paths.
+/// The warning about a checkpoint whose scene names files by relative paths.
 const NOT_FOUND_FROM_ELSEWHERE: &str = "the models lie in a folder whose name is not Unicode, so the checkpoint names them relative to it: \
     keep the checkpoint in the scene's folder, or name the scene when you resume it";
 
 /// Frames that the host may be ahead of the device.
 const FRAMES_IN_FLIGHT: usize = 2;
-/// Copies of which the median is taken.
+/// Copies that the median is taken of.
 const COPIES: usize = 9;
-/// So much longer the device may take for each GiB.
+/// Added to the device's time limit for each GiB.
 const SECONDS_A_GIB: Duration = Duration::from_secs(30);
 
 /// A device that was opened for scenes.
 pub struct Opened {
     pub ctx: Arc<Context>,
-    /// Does it calculate as IEEE 754 says, so that runs end in the hashes of every other such device? `None` where that was not tried.
+    /// Does it calculate by IEEE 754, so that runs end in the same hashes as on every other such device? `None` if that was not
+    /// tested.
     pub is_as_everywhere: Option<bool>,
 }
 
-/// A device, a scene on it, and what is done between steps.
+/// A device, a scene on it, and the work between steps.
 pub struct Session {
     pub ctx: Arc<Context>,
     pub scene: Scene,
     pub simulation: Simulation,
     pub frames: Frames,
     pub progress: Progress,
-    /// What `--hash-every` has listed.
+    /// The hashes of `--hash-every`.
     hashes: Vec<StateHash>,
-    /// What `--measure-every` has measured.
+    /// The measures of `--measure-every`.
     measures: Vec<Measure>,
     options: CommonOptions,
     started: Instant,
@@ -64,16 +65,16 @@ pub struct Session {
     kernels: Vec<(String, u32)>,
     /// Does each kernel wait for the one before, so that it has a time of its own?
     pub separates: bool,
-    /// As [`Opened`] says it, of a run that goes on from no state of other arithmetic.
+    /// As in [`Opened`], but false if the run continues a state of other arithmetic.
     is_as_everywhere: Option<bool>,
-    /// Does one of them run alone?
+    /// Does one of the kernels run alone?
     is_alone: bool,
     /// How fast the device copies, once it was measured.
     bandwidth: Option<Bandwidth>,
     kept_busy: Option<KeptBusy>,
-    /// While it is measured: what the host has taken for each frame, milliseconds, to begin it, to record it and to submit it.
+    /// While measuring: the host's times for each frame in milliseconds, to begin, to record and to submit it.
     host_ms: Option<Vec<[f64; 3]>>,
-    /// Who else uses the host while times are taken.
+    /// Watches the host's load while times are taken.
     watch: Watch,
 }
 
@@ -81,15 +82,15 @@ pub struct Session {
 pub struct Ending {
     /// The state after the last step.
     pub snapshot: Snapshot,
-    /// From the first step to the last, compiling of kernels and what is written on the way included.
+    /// From the first step to the last, including the compilation of kernels and files written on the way.
     pub wall: Duration,
     /// Steps that this session did; with earlier repetitions, those of all.
     pub steps: u64,
-    /// Could the checkpoint not be written? Why has been told.
+    /// Did writing the checkpoint fail? The error has been printed.
     pub lacks_checkpoint: bool,
 }
 
-/// What earlier repetitions of a measurement have taken.
+/// Times of earlier repetitions of a measurement.
 #[derive(Default)]
 pub struct Earlier {
     timings: Timings,
@@ -99,14 +100,13 @@ pub struct Earlier {
 }
 
 impl Session {
-    /// Opens the device, sets the scene up, and goes on from `--resume` if there is one. It is told how far `steps`
-    /// steps have come.
+    /// Opens the device, sets the scene up, and continues from `--resume` if there is one. Progress is shown for `steps` steps.
     pub fn open(scene: Scene, options: &CommonOptions, steps: u64) -> Result<Self> {
         let opened = device(&options.device, std::slice::from_ref(&scene))?;
         Self::on(&opened, scene, options, steps)
     }
 
-    /// The same on a device that is open.
+    /// The same on an open device.
     pub fn on(opened: &Opened, scene: Scene, options: &CommonOptions, steps: u64) -> Result<Self> {
         let ctx = &opened.ctx;
         let mut is_as_everywhere = opened.is_as_everywhere;
@@ -182,7 +182,7 @@ impl Session {
         })
     }
 
-    /// One step, one submit. Does not wait for it, except where a hash or a check is due.
+    /// Submits one step. Waits for it only if a hash or a check is due.
     pub fn step(&mut self) -> Result<()> {
         self.submit(|simulation, rec| {
             rec.scope("step", |rec| simulation.record_step(rec));
@@ -213,7 +213,7 @@ impl Session {
         Ok(())
     }
 
-    /// One step, as a list of what is recorded.
+    /// Submits one step, and returns the list of what it recorded.
     pub fn list_step(&mut self) -> Result<Vec<Listed>> {
         let mut listed = Vec::new();
         self.submit(|simulation, rec| {
@@ -246,15 +246,15 @@ impl Session {
         if let Some(host_ms) = &mut self.host_ms {
             host_ms.push(took);
         }
-        self.tell_debug_entries();
+        self.print_debug_entries();
         Ok(())
     }
 
-    /// Prints what kernels told by `debug_value`, in the frames that are over.
-    fn tell_debug_entries(&self) {
-        let told = self.ctx.debug_entries();
-        if !told.entries.is_empty() || told.overflow > 0 {
-            self.progress.say(told.to_string().trim_end());
+    /// Prints the values that kernels passed to `debug_value`, in finished frames.
+    fn print_debug_entries(&self) {
+        let debug = self.ctx.debug_entries();
+        if !debug.entries.is_empty() || debug.overflow > 0 {
+            self.progress.say(debug.to_string().trim_end());
         }
     }
 
@@ -272,7 +272,7 @@ impl Session {
         Ok(())
     }
 
-    /// Measures how fast the device copies. Where there is no memory for that, the report goes without.
+    /// Measures how fast the device copies. If there is no memory for that, the report has no bandwidth.
     pub fn measure_bandwidth(&mut self) -> Result<()> {
         self.frames.wait_idle()?;
         self.bandwidth = match copy_bandwidth(&self.ctx, COPIES) {
@@ -288,7 +288,7 @@ impl Session {
         Ok(())
     }
 
-    /// Lets a graphics card come to the speed at which it stays, before times are taken.
+    /// Keeps a graphics card busy until its clock is steady, before times are taken.
     pub fn keep_busy(&mut self) -> Result<()> {
         self.frames.wait_idle()?;
         self.kept_busy = keep_busy(&self.ctx)?.map(Into::into);
@@ -309,7 +309,7 @@ impl Session {
         Ok(())
     }
 
-    /// Forgets the first of several steps: it compiles kernels, which is no part of what a step takes.
+    /// Forgets the first of several steps: it compiles kernels, which does not belong to the time of a step.
     pub fn forget_first(&mut self, of_steps: u32) -> Result<()> {
         if self.simulation.step() - self.first_step == 1 && of_steps > 1 {
             self.forget_times()?;
@@ -322,7 +322,7 @@ impl Session {
         &self.kernels
     }
 
-    /// Does what the next step does before a kernel. No step is possible any more.
+    /// Does the part of the next step before a kernel. After that no more steps are possible.
     pub fn run_before(&mut self, kernel: &str) -> Result<KernelAlone> {
         let mut alone = None;
         self.is_alone = true;
@@ -330,18 +330,17 @@ impl Session {
         alone.expect("it was recorded")
     }
 
-    /// Runs that kernel once, on what it would find in the next step.
+    /// Runs that kernel once, on the data that it would have in the next step.
     pub fn run_alone(&mut self, alone: &KernelAlone) -> Result<()> {
         self.submit(|simulation, rec| simulation.record_alone(rec, alone, "step"))
     }
 
-    /// Waits for the last step, checks and keeps the state. A checkpoint that cannot be written is told of and takes
-    /// nothing else with it.
+    /// Waits for the last step, checks and keeps the state. If the checkpoint cannot be written, the error is printed and the rest continues.
     pub fn finish(&mut self) -> Result<Ending> {
         spanned(&mut self.trace, "wait", || self.frames.wait_idle())?;
         let wall = self.started.elapsed();
         self.watch.end();
-        self.tell_debug_entries();
+        self.print_debug_entries();
         let mut snapshot = self.simulation.snapshot()?;
         self.check(&snapshot)?;
         let is_measured = self
@@ -388,7 +387,7 @@ impl Session {
         })
     }
 
-    /// Adds what this repetition has measured to the earlier ones.
+    /// Adds the times of this repetition to the earlier ones.
     pub fn add_to(&self, earlier: &mut Earlier, ending: &Ending) {
         let mut timings = self.frames.timings().clone();
         timings.prepend(&earlier.timings);
@@ -398,7 +397,7 @@ impl Session {
         earlier.steps += ending.steps;
     }
 
-    /// Puts what earlier repetitions have measured before what this one has: all of it counts alike.
+    /// Puts the times of earlier repetitions before those of this one; all count alike.
     pub fn add_earlier(&mut self, earlier: &Earlier, ending: &mut Ending) {
         self.frames.timings_mut().prepend(&earlier.timings);
         if let Some(host_ms) = &mut self.host_ms {
@@ -408,11 +407,11 @@ impl Session {
         ending.steps += earlier.steps;
     }
 
-    /// Measures the network, and tells of it.
+    /// Measures the network, and prints a line about it.
     fn measure(&mut self, snapshot: &Snapshot) {
         let network = Network::of(snapshot, self.simulation.setup());
         let measure = Measure::new(snapshot.step, network, &self.scene.settings.objects);
-        self.progress.say(&measure.told());
+        self.progress.say(&measure.line());
         self.measures.push(measure);
     }
 
@@ -426,7 +425,7 @@ impl Session {
         damaged::check(&self.scene, self.simulation.setup(), snapshot, checkpoint)
     }
 
-    /// Nothing that the validation layers said is let pass.
+    /// Fails if the validation layers have reported anything.
     pub fn check_messages(&self) -> Result<()> {
         let messages = self.ctx.messages();
         if messages.is_empty() {
@@ -446,7 +445,7 @@ impl Session {
         Report {
             steps: ending.steps,
             state_hash: hash_text(ending.snapshot.hash()),
-            // Distances that are drawn are rounded as the device likes.
+            // Rasterized distances are rounded differently on each device.
             hash_is_portable: (self.is_as_everywhere)
                 .map(|is| is && !self.simulation.settings().uses_raster()),
             hashes: self.hashes.clone(),
@@ -498,8 +497,8 @@ impl Session {
         }
     }
 
-    /// How many particles advance in what is measured. Where those that come in other forms of the kernel are only listed, only
-    /// the device knows.
+    /// How many particles advance in the measured part. If kernels of other forms take their particles from a list, only the device has the
+    /// number.
     fn advancing(&self) -> Option<u64> {
         let is_form = |(name, _): &(String, u32)| FORMS_OF_ADVANCE[1..].contains(&name.as_str());
         let is_part = self.kernels.iter().any(is_form);
@@ -526,7 +525,7 @@ impl Session {
     }
 }
 
-/// Each name once, in the order of their first, and how often it comes.
+/// Each name once, in the order of first occurrence, with its count.
 fn counted(names: Vec<String>) -> Vec<(String, u32)> {
     let mut counted: Vec<(String, u32)> = Vec::new();
     for name in names {
@@ -538,7 +537,7 @@ fn counted(names: Vec<String>) -> Vec<(String, u32)> {
     counted
 }
 
-/// Opens the device for scenes that are on it at the same time, and makes sure that it has room for each.
+/// Opens the device for scenes that are on it at the same time, and checks that it has room for all.
 pub fn device(options: &DeviceOptions, scenes: &[Scene]) -> Result<Opened> {
     let needed: u64 = scenes.iter().map(memory::needed).sum();
     let ctx = Context::new(&ContextOptions {
@@ -546,14 +545,14 @@ pub fn device(options: &DeviceOptions, scenes: &[Scene]) -> Result<Opened> {
         validation: options.validate,
         cache_folder: default_cache_folder(),
         compiler_reports: options.compiler_reports,
-        // A step of a large scene takes long.
+        // The time limit grows with the scene: a step of a large one takes long.
         timeout: ContextOptions::default().timeout + (needed >> 30) as u32 * SECONDS_A_GIB,
         ..ContextOptions::default()
     })?;
     for scene in scenes {
         memory::check(ctx.info(), scene)?;
     }
-    // Reports of what was compiled are of the scene's kernels.
+    // `--compiled` lists only the scene's kernels.
     let is_as_everywhere = if options.compiler_reports {
         None
     } else {
@@ -561,7 +560,7 @@ pub fn device(options: &DeviceOptions, scenes: &[Scene]) -> Result<Opened> {
     };
     if is_as_everywhere == Some(false) {
         console::message(
-            "this device does not calculate as IEEE 754 says, so that its state hashes are its own: `myxo selftest` says what differs",
+            "this device does not calculate by IEEE 754, so that its state hashes differ from those of other devices: `myxo selftest` says what differs",
         );
     }
     if scenes.len() > 1 {

@@ -1,5 +1,4 @@
-//! From corners of triangles, each of which has its own normal and its own place in the atlas, to vertices that
-//! triangles share.
+//! Joins corners of triangles with equal normals and places in the atlas to vertices that triangles share.
 
 use std::collections::HashMap;
 
@@ -9,13 +8,13 @@ use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Surface;
 use crate::render::normals::{CREASE_ANGLE, corner_normals, pack_normal};
 
-/// Places in the atlas that are nearer than this, in parts of a texel, are one.
+/// Places in the atlas closer than this, in parts of a texel, count as equal.
 const PARTS: f32 = 64.0;
 
 /// Vertices, and triangles of them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Shared {
-    /// For each vertex a corner, `3 * triangle + k`, that has what it has.
+    /// For each vertex one of its corners, `3 * triangle + k`, for the attributes.
     pub corners: Vec<u32>,
     /// Three for each triangle.
     pub indices: Vec<u32>,

@@ -1,10 +1,10 @@
-//! Binary glTF 2.0: one node an object, at its pose, with the trail on it, and the camera of the scene's pictures.
+//! Binary glTF 2.0: one node per object, at its pose, with the trail on it, and the camera of the scene's pictures.
 //!
-//! The material is a lit one: pictures are lit, and without light shapes cannot be read. Its base colour is what the
-//! surface has under white light, and the trail glows as much as in pictures. Materials without
-//! light (`KHR_materials_unlit`) would look alike from every side and in every viewer, and flat.
+//! The material is a lit one, because pictures are lit, and without light shapes are hard to see. Its base colour is that of the surface
+//! under white light, and the trail glows as much as in pictures. Materials without light (`KHR_materials_unlit`) would look equal from
+//! every side and in every viewer, but flat.
 //!
-//! The trail itself is the vertex attribute `_TRAIL`, for programs that colour by their own means. Colours of vertices
+//! The trail itself is the vertex attribute `_TRAIL`, for programs with their own colouring. Colours of vertices
 //! (`COLOR_0`) multiply a texture, so a file has the one or the other.
 
 use std::io::{self, Cursor, Write};
@@ -30,8 +30,8 @@ const CLAMP_TO_EDGE: u32 = 33_071;
 
 /// Light that the trail sends out itself, as in pictures.
 const GLOW: f32 = 0.34;
-/// The highlight of pictures is Blinn and Phong's with exponent 60, whose width a microfacet surface of this has
-/// (alpha^2 = 2 / (exponent + 2), and alpha is the square of the roughness).
+/// The roughness of a microfacet surface whose highlight is as wide as that of pictures, Blinn and Phong's with exponent 60 (alpha^2 = 2 /
+/// (exponent + 2), and alpha is the square of the roughness).
 const ROUGHNESS: f32 = 0.42;
 
 /// Writes everything.
@@ -88,7 +88,7 @@ pub(super) fn write(export: &Export<'_>, colors: Colors, out: &mut impl Write) -
     write_chunks(&document, &model.binary, out)
 }
 
-/// One node an object. A file says turns as quaternions.
+/// One node for each object, with its rotation as a quaternion.
 fn nodes(export: &Export<'_>) -> Vec<Value> {
     let objects = export.scene.settings.objects.iter();
     objects
@@ -140,7 +140,7 @@ fn material(colors: Colors) -> Value {
     material
 }
 
-/// The binary part, and what says where things lie in it.
+/// The binary part, and the views and accessors into it.
 #[derive(Default)]
 struct Model {
     binary: Vec<u8>,
@@ -223,7 +223,7 @@ impl Model {
         self.accessors.len() - 1
     }
 
-    /// Appends a picture as PNG, and gives its description.
+    /// Appends a picture as PNG, and returns its description.
     fn image(&mut self, name: &str, picture: &image::RgbImage) -> io::Result<Value> {
         let mut png = Cursor::new(Vec::new());
         picture

@@ -62,7 +62,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// The format of a file of this name; `None` where the ending says nothing.
+    /// The format of a file of this name; `None` if the ending is unknown.
     #[must_use]
     pub fn of(path: &Path) -> Option<Self> {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
@@ -78,10 +78,10 @@ impl Format {
 /// How a GLB carries the trail's colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Colors {
-    /// As a texture: every texel of the trail is there, however coarse the mesh is.
+    /// As a texture with every texel of the trail, however coarse the mesh is.
     #[default]
     Texture,
-    /// As colours of vertices, for programs without textures: as fine as the mesh.
+    /// As vertex colours, for programs without textures: only as fine as the mesh.
     Vertex,
 }
 
@@ -97,7 +97,7 @@ pub struct Export<'a> {
     pub distances: Option<Distances>,
     /// The pose of each object in the last step, counted from the scene's origins.
     pub world_from_object: Vec<Affine3A>,
-    /// The poses of those that were put there from outside, from scaled coordinates to the world's.
+    /// The poses of objects that were set by `set_pose`, from scaled coordinates to world coordinates.
     set_from_outside: Vec<Option<DAffine3>>,
     /// Seconds of the objects' motion.
     pub time: f64,
@@ -152,7 +152,7 @@ impl<'a> Export<'a> {
         self.scene.origins.iter().any(afar)
     }
 
-    /// The scene at this state as a scene file: every key, objects where they are and on their way. Particles, trail and
+    /// The scene at this state as a scene file: every key, with objects at their present poses and times. Particles, trail and
     /// areas that were painted are not in it; checkpoints keep those, and [`ExportFile::write`] puts areas beside it.
     #[must_use]
     pub fn scene_file(&self) -> String {
@@ -180,7 +180,7 @@ impl<'a> Export<'a> {
             }
         }
         format!(
-            "# {}, as it was at step {}. Particles and trail begin anew from this file; a checkpoint keeps them.\n\n{}",
+            "# {}, as it was at step {}. Particles and trail start again from this file; a checkpoint keeps them.\n\n{}",
             self.scene.name.replace('\n', " "),
             self.snapshot.step,
             areas.map_or_else(|| scene.to_toml(), |areas| scene.to_toml_beside(areas))
@@ -194,8 +194,7 @@ impl<'a> Export<'a> {
         Paint::new(&self.view, &self.snapshot.trail, &atlas.density)
     }
 
-    /// How far apart vertices lie in the trail's texture, in texels, on an average over edges: what is colours of
-    /// vertices loses what is finer.
+    /// The mean distance of neighbouring vertices in the trail's texture, in texels: vertex colours lose finer details.
     #[must_use]
     pub fn texels_between_vertices(&self) -> f32 {
         let maps = &self.setup.atlas.maps;
@@ -206,7 +205,7 @@ impl<'a> Export<'a> {
         lengths.sum::<f32>() / maps.len().max(1) as f32
     }
 
-    /// Writes it.
+    /// Writes the state in a format.
     ///
     /// # Errors
     /// When the disk is full, or it is larger than the format allows.
@@ -225,17 +224,17 @@ impl<'a> Export<'a> {
     }
 }
 
-/// A state on its way from the device, with all that it needs, so that another thread can write it while the simulation
-/// goes on.
+/// A state that is being copied from the device, with all data that its export needs, so that another thread can write it while the
+/// simulation continues.
 pub struct ExportOnTheWay {
-    /// All but what is on its way; to be changed as one likes.
+    /// Everything except the state; it may be changed.
     pub export: Export<'static>,
     copy: SnapshotCopy,
     ctx: Arc<Context>,
 }
 
 impl ExportOnTheWay {
-    /// Records copies of the present state of a simulation of `scene`. Waits for nothing.
+    /// Records copies of the present state of a simulation of `scene`. Does not wait.
     ///
     /// # Errors
     /// No memory.
@@ -247,10 +246,10 @@ impl ExportOnTheWay {
         })
     }
 
-    /// Waits until the frame is done that it was recorded in.
+    /// Waits until the frame in which it was recorded has finished.
     ///
     /// # Errors
-    /// When it was stopped, or the device was lost.
+    /// When it was cancelled, or the device was lost.
     pub fn wait(mut self, watch: &Watch) -> Result<Export<'static>> {
         while !self.copy.is_there() {
             if watch.is_cancelled() {
@@ -281,10 +280,10 @@ pub struct ExportFile {
 }
 
 impl ExportFile {
-    /// Begins it under a hidden name; the ending says what it will be.
+    /// Begins the file under a temporary name; the ending decides the format.
     ///
     /// # Errors
-    /// All that can be known before there is a state: an ending that means nothing, a folder that cannot be written.
+    /// Errors that do not depend on the state: an unknown ending, a folder that cannot be written.
     pub fn create(path: &Path) -> Result<Self> {
         let format = Format::of(path).ok_or_else(|| {
             Error::Invalid(format!(
@@ -299,7 +298,7 @@ impl ExportFile {
         })
     }
 
-    /// Does it have the trail at vertices only?
+    /// Does its format have the trail at vertices only?
     #[must_use]
     pub fn is_as_fine_as_its_mesh(&self, colors: Colors) -> bool {
         match self.format {
@@ -326,7 +325,7 @@ impl ExportFile {
     /// As [`write`](Self::write), with progress reports and cancellation by `watch`.
     ///
     /// # Errors
-    /// As [`write`](Self::write), and when it was stopped.
+    /// As [`write`](Self::write), and when it was cancelled.
     pub fn write_watched(
         self,
         export: &Export<'_>,
@@ -360,7 +359,7 @@ impl ExportFile {
             Ok(out.into_inner()?.into_inner())
         };
         let file = hidden().map_err(failure(&path))?;
-        // The scene has its name only when all that it names is there.
+        // The scene gets its name only after the files that it names exist.
         if is_scene && write_areas(&map, bias, atlas)?.is_some() {
             files.push(map);
         }

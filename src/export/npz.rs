@@ -1,4 +1,4 @@
-//! A zip archive of NumPy arrays: everything that the state is made of, in world coordinates where it can be.
+//! A zip archive of NumPy arrays: the whole state, in world coordinates where possible.
 //!
 //! `docs/npz.md` is this table with explanations; N particles, S texels per side, O objects, F foods, V vertices,
 //! T triangles.
@@ -61,7 +61,7 @@ use crate::sim::food::scent_of;
 use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::types::{Motion, Particle};
 
-/// Grows by one where arrays change their meaning.
+/// Increased by one when the meaning of an array changes.
 const LAYOUT_VERSION: i64 = 1;
 
 /// Writes everything.
@@ -144,7 +144,7 @@ impl<W: Seek> Seek for UntilFailed<W> {
     }
 }
 
-/// Row i is the particle with the id i, whatever slot it lies in.
+/// Row i is the particle with the id i, whatever its slot.
 fn write_particles<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io::Result<()> {
     let (surface, atlas) = (&export.setup.surface, &export.setup.atlas);
     let state = &*export.snapshot;
@@ -314,7 +314,7 @@ fn write_areas<W: Write + Seek>(
     to.typed("area_no_go", "|b1", &[side, side], &no_go)
 }
 
-/// Foods and markers, if there are any: their places, the scent of what is left of them, and which particles are fed.
+/// Foods and markers, if there are any: their places, their present scent, and which particles are fed.
 fn write_foods<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io::Result<()> {
     let atlas = &export.setup.atlas;
     let food_set = &export.setup.food_set;
@@ -467,7 +467,7 @@ elements!(
     [f32; 2]: "<f4", [f32; 3]: "<f4", [f64; 3]: "<f8", [f32; 6]: "<f4", [i32; 3]: "<i4", [f64; 16]: "<f8"
 );
 
-/// The archive. Entries are not compressed: floats hardly get smaller, and reading takes no time so.
+/// The archive. Entries are not compressed: floats hardly shrink, and reading is faster.
 struct Archive<W: Write + Seek>(ZipWriter<W>);
 
 impl<W: Write + Seek> Archive<W> {
@@ -475,7 +475,7 @@ impl<W: Write + Seek> Archive<W> {
         self.array(name, &[], &[value])
     }
 
-    /// Places that are counted from the scene's origin, as places in the world: in double precision if that is far away.
+    /// Converts places relative to the scene's origin to world coordinates, in double precision if the origin is far away.
     fn places(
         &mut self,
         export: &Export<'_>,
@@ -517,7 +517,7 @@ impl<W: Write + Seek> Archive<W> {
         let bytes: &[u8] = bytemuck::cast_slice(values);
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
-            // Sizes have 32 bits unless that is said before.
+            // Sizes have 32 bits unless large files are requested first.
             .large_file(bytes.len() as u64 + 1024 > u64::from(u32::MAX));
         self.0.start_file(format!("{name}.npy"), options)?;
         self.0.write_all(&header(kind, shape))?;

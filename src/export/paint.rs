@@ -12,16 +12,16 @@ use crate::render::exposure::{self, BIN_COUNT, Exposure, tone};
 /// The material under the trail, as in `shaders/include/shading.glsl`.
 const BARE: Vec3 = Vec3::new(0.021, 0.022, 0.025);
 
-/// From trail values to colours.
+/// Converts trail values to colours.
 pub struct Paint {
-    /// Linear light, from no trail to the brightest, and how much it hides of what is below.
+    /// Linear light, from no trail to the brightest, and the opacity over the material.
     table: Vec<Vec4>,
     /// The trail value of the brightest colour.
     pub brightest: f32,
 }
 
 impl Paint {
-    /// As a picture with this view has them; `density` says which texels belong to triangles.
+    /// The colours of a picture with this view; `density` is 0 for texels that belong to no triangle.
     #[must_use]
     pub fn new(view: &View, trail: &[f32], density: &[f32]) -> Self {
         Self {
@@ -101,7 +101,7 @@ fn texture(atlas: &Atlas, trail: &[f32], color: impl Fn(f32) -> Vec3 + Sync) -> 
         .expect("there is a pixel for each texel")
 }
 
-/// Gives every unknown pixel the colour of a nearest known one, going by sides, ring by ring.
+/// Gives every unknown pixel the colour of a nearest known one, by a flood fill over shared sides.
 fn spread(pixels: &mut [[u8; 3]], is_known: &mut [bool], size: usize) {
     let neighbours = |i: usize| {
         let (x, y) = (i % size, i / size);
@@ -170,7 +170,7 @@ mod tests {
         }
     }
 
-    /// Where nothing is known, nothing hangs.
+    /// Terminates if no pixel is known.
     #[test]
     fn an_empty_texture_stays_as_it_is() {
         let mut pixels = vec![[7; 3]; 4];

@@ -11,7 +11,7 @@ use super::Export;
 use super::corners::{self, Split};
 use crate::sim::field::trail_at;
 
-/// Writes everything.
+/// Writes the file.
 ///
 /// # Errors
 /// When the disk is full.

@@ -1,9 +1,9 @@
-//! Writing that can be followed and stopped from another thread.
+//! Writing with progress, which another thread can cancel.
 
 use std::io::{self, Seek, SeekFrom, Write};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// What of a file is written, and whether it is still wanted.
+/// The written bytes of a file, and whether it was cancelled.
 #[derive(Debug, Default)]
 pub struct Watch {
     cancelled: AtomicBool,
@@ -11,7 +11,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// The file is not wanted any more; writing fails with the next block, and leaves nothing.
+    /// Cancels the file: writing fails with the next block, and leaves no file.
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }

@@ -1,13 +1,12 @@
 //! The order in which buffers are used, and the barriers that follow from it.
 //!
-//! Each buffer keeps its last write and the reads since then. A recording keeps, for every two kinds of access, up to when
-//! the one is ordered before the other. So a [`Recorder`](super::Recorder) finds what a dispatch, a draw or a copy has to
-//! wait for, and records one barrier for all of it: none where nothing depends on anything.
+//! Each buffer keeps its last write and the reads since then. A recording keeps, for every two kinds of access, the work up to which the
+//! first is ordered before the second. From these a [`Recorder`](super::Recorder) finds what a dispatch, a draw or a copy has to wait for,
+//! and records one barrier for all of it, or none if nothing has to be ordered.
 //!
-//! A recording goes on from what those before it have ordered, because they are submitted to the one queue before it. Where two
-//! recordings are open at once, which is submitted first is not known: they share only what neither writes, and what they
-//! ordered counts for themselves only. Where one is dropped, what buffers keep is not what took place: the next one begins with a
-//! barrier for everything.
+//! A recording begins with the order of those before it, because they are submitted to the same queue before it. If two recordings are open
+//! at once, it is not known which is submitted first: they may share only buffers that neither writes, and each one's order counts for
+//! itself only. If a recording is dropped, the uses that buffers keep did not happen: the next one begins with a barrier for everything.
 //!
 //! Barriers are over all memory: drivers ignore the buffer ranges of buffer barriers.
 
@@ -113,17 +112,17 @@ impl Accesses {
     }
 }
 
-/// A barrier in the making: what is waited for, by what.
+/// A barrier to be recorded: the accesses before and after it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Wait {
-    /// Accesses that come before it, and those of them that have written.
+    /// Accesses before it that are waited for, and those of them that have written.
     pub(crate) before: Accesses,
     pub(crate) written: Accesses,
     pub(crate) after: Accesses,
 }
 
 impl Wait {
-    /// Waits for every work before, too, and lets none after it begin earlier.
+    /// Also orders every work before it and every work after it.
     pub(crate) fn separate(&mut self) {
         for access in [Access::Copy, Access::Kernel, Access::Vertex] {
             self.before.add(access);
@@ -162,21 +161,21 @@ impl Wait {
     }
 }
 
-/// Up to when what was done is ordered before what is done next. Everything that is recorded in a context has a number, by
-/// which it is counted.
+/// For every two kinds of access, up to which work they are ordered. All works that are recorded in a context are numbered.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Order {
-    /// For each pair of accesses: up to which work the first has finished before the second, and up to which its writes are visible.
+    /// For each pair of accesses: the work up to which the first has finished before the second, and the one up to which its writes are
+    /// visible.
     finished: [[u64; 6]; 6],
     visible: [[u64; 6]; 6],
-    /// A recording was dropped, so that buffers keep uses that did not take place, and lack others.
+    /// A recording was dropped, so buffers keep uses that did not happen, and lack others.
     is_unknown: bool,
 }
 
 /// The context's record of all recordings.
 #[derive(Debug, Default)]
 pub(crate) struct Recordings {
-    /// The number of what was recorded last.
+    /// The number of the last recorded work.
     now: u64,
     begun: u64,
     open: u64,
@@ -184,11 +183,11 @@ pub(crate) struct Recordings {
     order: Order,
 }
 
-/// One of them.
+/// A recording.
 #[derive(Debug)]
 pub(crate) struct Recording {
     number: u64,
-    /// No other one was open when it began.
+    /// No other recording was open when it began.
     was_alone: bool,
     pub(crate) order: Order,
 }
@@ -204,13 +203,13 @@ impl Recordings {
         }
     }
 
-    /// The number of the next thing that is recorded.
+    /// Numbers the next work.
     pub(crate) fn count(&mut self) -> u64 {
         self.now += 1;
         self.now
     }
 
-    /// The number of what was recorded last.
+    /// The number of the last recorded work.
     pub(crate) fn now(&self) -> u64 {
         self.now
     }
@@ -220,7 +219,7 @@ impl Recordings {
         if recording.was_alone && self.begun == recording.number {
             self.order = recording.order.clone();
         } else {
-            // Whatever depends on it waits anew.
+            // The order is not known, so later recordings wait again.
             let is_unknown = self.order.is_unknown;
             self.order = Order::default();
             self.order.is_unknown = is_unknown;
@@ -252,8 +251,8 @@ impl Order {
         self.visible[earlier.access as usize][to as usize] >= earlier.at
     }
 
-    /// A barrier is recorded after everything up to `now`. Barriers chain: what is ordered before something that this one waits
-    /// for is ordered before what comes after it as well.
+    /// Notes a barrier after all works up to `now`. Barriers chain: a work that is ordered before one that this barrier waits for is also
+    /// ordered before the works after it.
     pub(crate) fn wait(&mut self, wait: &Wait, now: u64) {
         let (finished, visible) = (self.finished, self.visible);
         for after in wait.after.each().map(|access| access as usize) {
@@ -303,8 +302,8 @@ pub(crate) struct Use {
 }
 
 impl History {
-    /// Adds to a barrier what has to be waited for before a use, of what was recorded up to `up_to`. `reason` is called with each
-    /// of it, and whether it wrote.
+    /// Adds the earlier uses that a use has to wait for to a barrier, except those after `up_to`. Calls `reason` with each of them, and
+    /// whether it wrote.
     pub(crate) fn wait_for(
         &self,
         order: &Order,
@@ -362,7 +361,7 @@ impl History {
         }
     }
 
-    /// Forgets everything: a full barrier on the device, as uploads and downloads record round themselves.
+    /// Forgets all uses, because of a full barrier, such as uploads and downloads record before and after themselves.
     pub(crate) fn clear(&mut self) {
         self.write = None;
         self.reads.clear();
@@ -373,7 +372,7 @@ impl History {
 mod tests {
     use super::*;
 
-    /// What a recording has.
+    /// An event of a recording.
     enum Event {
         Use {
             buffer: usize,
@@ -385,8 +384,8 @@ mod tests {
         Barrier(Wait),
     }
 
-    /// By looking at all barriers that come after a use, one by one: is it over before the next event if that has this access; and is
-    /// what it wrote visible there?
+    /// Goes through all barriers after a use, one by one: has the use finished before a next event with this access, and are its writes
+    /// visible there?
     fn is_over(later: &[Event], from: Access, to: Access) -> [bool; 2] {
         let [mut over, mut visible] = [Accesses::default(); 2];
         for event in later {
@@ -407,7 +406,7 @@ mod tests {
         [has(over), has(visible)]
     }
 
-    /// Is there a use before that this one must wait for, and does not? Uses of a shared buffer by one group need no order.
+    /// Is there an earlier use that this one must wait for, but does not? Uses of a shared buffer by one group need no order.
     fn has_hazard(
         events: &[Event],
         (buffer, access, writes): (usize, Access, bool),
@@ -443,7 +442,7 @@ mod tests {
             let mut order = Order::default();
             let mut histories: [History; 4] = Default::default();
             let mut events: Vec<Event> = Vec::new();
-            // The last one before an unordered group, which shares the first buffers.
+            // The last work before an unordered group, which shares the first two buffers.
             let mut group: Option<u64> = None;
             for at in 1..=30 {
                 group = match group {
@@ -463,7 +462,7 @@ mod tests {
                         uses.push((buffer, access, can_write && random(2) == 0));
                     }
                 }
-                // What is not shared is refused where another work of the group has to come before.
+                // A use of a buffer that is not shared is refused if it depends on another work of the group.
                 let is_refused = |&(buffer, _, writes): &(usize, Access, bool)| {
                     let conflict = |since| histories[buffer].conflict(writes, since, None);
                     shared(buffer).is_none() && group.and_then(conflict).is_some()
@@ -483,7 +482,7 @@ mod tests {
                 let hazard = |&one: &(usize, Access, bool)| has_hazard(&events, one, shared(one.0));
                 let is_needed = uses.iter().any(hazard);
                 let waits = !wait.before.is_empty();
-                // A kernel of a group waits as if it wrote what is shared.
+                // A kernel of a group waits as if it wrote the shared buffers.
                 assert!(
                     waits == is_needed || (waits && group.is_some()),
                     "work {at}"

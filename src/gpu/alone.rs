@@ -1,5 +1,5 @@
-//! One kernel of many alone: what comes before it takes place once, and then it does again and again, each time on what
-//! it found the first time. The same code records all of it as records the whole.
+//! One kernel of many alone: the works before it run once, then the kernel runs repeatedly, each time on the data that it had the first
+//! time. The code that records the whole also records these parts.
 
 use std::sync::Arc;
 
@@ -25,8 +25,8 @@ impl Recorder {
         }
     }
 
-    /// Records what `record` does before its first dispatch of a kernel, and keeps what that finds. `None` if there is no
-    /// such dispatch: then all was recorded.
+    /// Records the works of `record` before its first dispatch of a kernel, and saves the buffers that the kernel writes. `None` if there
+    /// is no such dispatch: then all was recorded.
     ///
     /// # Errors
     /// No memory.
@@ -62,7 +62,7 @@ impl Recorder {
             .filter(|(_, binding)| binding.access != BindingAccess::Read)
             .filter_map(|(resource, _): (&Resource<'_>, _)| resource.core())
             .collect();
-        // Parts of one buffer are bound one by one.
+        // Parts of one buffer are bound separately, so buffers may occur more than once.
         written.sort_by_key(|core| core.raw());
         written.dedup_by_key(|core| core.raw());
         self.admits_kernel(name, written)
@@ -94,7 +94,7 @@ impl Recorder {
         }
     }
 
-    /// A dispatch, or what counts as one, has been recorded.
+    /// A dispatch, or a work that counts as one, has been recorded.
     pub(crate) fn ends_alone(&mut self) {
         if matches!(self.part, Part::Within) {
             self.end_span();
@@ -102,7 +102,7 @@ impl Recorder {
         }
     }
 
-    /// Do copies and the like not take place now?
+    /// Are copies and similar works skipped now?
     pub(crate) fn skips(&self) -> bool {
         !matches!(self.part, Part::Whole | Part::Before(_))
     }
@@ -128,7 +128,7 @@ impl Recorder {
         Ok(Alone(Arc::new(Kept { kernel, buffers })))
     }
 
-    /// Between full barriers, beside the checks: a kernel that runs alone finds its buffers as if nothing had happened.
+    /// Copies between full barriers, without the usual checks, so that a kernel that runs alone has its first buffers again.
     fn copy_all(&self, from: &Extent, to: &Extent, size: u64) {
         let all = vk::PipelineStageFlags::ALL_COMMANDS;
         self.full_barrier(all);

@@ -31,8 +31,8 @@ pub struct CopyBandwidth {
 }
 
 impl CopyBandwidth {
-    /// Copies between two buffers of the device so many times, as `copy` records it; the words are a multiple of four. `None`
-    /// where it has no timestamps, or ones that are too coarse.
+    /// Copies between two buffers of the device so many times, as `copy` records it; the words are a multiple of four. `None` if the device
+    /// has no timestamps, or they are too coarse.
     ///
     /// # Errors
     /// When the device has no memory left, or is lost.

@@ -40,7 +40,7 @@ impl BorrowedDevice {
         self.extensions.contains(&name)
     }
 
-    /// The device as the rest of `gpu` takes it, and facts about what of it may be used.
+    /// The device as the rest of `gpu` uses it, and the facts about it.
     pub(super) fn take(self) -> GpuResult<(Device, DeviceInfo)> {
         let info = self.info()?;
         let instance = Instance::borrowed(
@@ -77,7 +77,7 @@ impl BorrowedDevice {
                 device: info.name,
             });
         }
-        // Whether it was made with that feature, its maker does not say.
+        // It is not known whether the device was made with that feature.
         info.has_addresses = false;
         info.queue_family = self.queue_family;
         info.timestamp_valid_bits = family.map_or(0, |family| family.timestamp_valid_bits);

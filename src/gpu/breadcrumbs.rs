@@ -1,7 +1,7 @@
 //! Breadcrumbs: which work the device has begun, for the error message after a hang or a lost device.
 //!
 //! Every dispatch, draw and copy writes a mark to host-visible memory right before it. The memory survives the
-//! loss of the device, when no call to the device returns anything any more.
+//! loss of the device, when calls to the device fail.
 
 use std::sync::Arc;
 

@@ -20,7 +20,7 @@ pub enum Domain {
     Device,
     /// As `Device`, but kernels access it by [`Texels`](super::Texels), or draws as indices, so it may be larger than a binding.
     Texels,
-    /// As `Texels`, for elements of 16 bytes. Where the device [has pages](super::DeviceInfo::has_pages), it may be larger than an
+    /// As `Texels`, for elements of 16 bytes. If the device [has pages](super::DeviceInfo::has_pages), it may be larger than an
     /// allocation: pipelines over [tables in pages](super::Tables) reach all of it.
     Pages,
     /// Written by the host, read by the device.
@@ -168,7 +168,7 @@ impl BufferCore {
         self.domain
     }
 
-    /// The raw handle, for crates that draw by themselves. Where it lies in several pages, that of the first one.
+    /// The raw handle, for crates that draw by themselves. If it has several pages, that of the first one.
     #[must_use]
     pub fn raw(&self) -> vk::Buffer {
         self.extent.first()
@@ -183,7 +183,7 @@ impl BufferCore {
     pub(crate) fn whole(&self) -> vk::Buffer {
         assert!(
             self.extent.is_whole(),
-            "`{}` lies in several pages, and is to be used in one piece",
+            "`{}` is stored in several pages, and this use needs it in one piece",
             self.name
         );
         self.extent.first()
@@ -232,7 +232,7 @@ impl BufferCore {
         }
     }
 
-    /// Adds to a barrier what a use has to wait for; see [`History::wait_for`].
+    /// Adds the earlier uses that a use has to wait for to a barrier; see [`History::wait_for`].
     pub(crate) fn wait_for(
         &self,
         order: &Order,
@@ -277,7 +277,7 @@ impl BufferCore {
         self.lock().has_content
     }
 
-    /// A full barrier was put round a blocking transfer.
+    /// Forgets uses before a blocking transfer, which has full barriers.
     pub(crate) fn forget_history(&self) {
         let mut state = self.lock();
         state.history.clear();
@@ -312,7 +312,7 @@ impl BufferCore {
         let readers = self.lock().readers;
         assert!(
             readers == 0,
-            "`{writer}` writes `{}` while the host holds a slice of it: drop what as_slice returned first",
+            "`{writer}` writes `{}` while the host holds a slice of it: drop the slice that as_slice returned first",
             self.name
         );
     }

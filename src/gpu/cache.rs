@@ -1,4 +1,4 @@
-//! The pipeline cache on disk: pipelines that were compiled once start at once the next time.
+//! The pipeline cache on disk: pipelines that were compiled once need no compilation the next time.
 //!
 //! One file a device and driver build. A file that is damaged, or of another driver, is ignored and replaced; nothing
 //! here can make the program fail.
@@ -29,7 +29,7 @@ pub(crate) struct PipelineCache {
 }
 
 impl PipelineCache {
-    /// Reads the device's file in `folder`; without a folder nothing is kept.
+    /// Reads the device's file in `folder`; without a folder nothing is cached.
     pub(crate) fn open(device: &ash::Device, info: &DeviceInfo, folder: Option<&Path>) -> Self {
         let Some(folder) = folder else {
             return Self::default();

@@ -1,4 +1,4 @@
-//! A device ready for work: the first thing that everything else in `gpu` needs.
+//! An open device, which everything else in `gpu` needs.
 
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -22,13 +22,13 @@ use super::options::ContextOptions;
 use super::pipelines::Pipelines;
 use super::staging::Staging;
 
-/// A device, its queue, its memory, and what waits to be freed.
+/// A device, its queue, its memory, and its deletion queue.
 pub struct Context {
     pub(crate) deletion_queue: DeletionQueue,
     /// Command buffer, fence and buffers of blocking transfers.
     pub(crate) staging: Mutex<Staging>,
     pub(crate) hazard_check: bool,
-    /// Do kernels of an unordered group wait for each other all the same, because the validation layer watches?
+    /// Do kernels of an unordered group still wait for each other, for the validation layer?
     pub(crate) orders_groups: bool,
     /// Kernels run in their form for graphics cards.
     pub(crate) card_forms: bool,
@@ -116,13 +116,13 @@ impl Context {
         Some(compiled.unwrap_or_else(PoisonError::into_inner).clone())
     }
 
-    /// Adds to that.
+    /// Adds reports to [`Self::compiled`].
     pub(crate) fn note_compiled(&self, more: Vec<Compiled>) {
         let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
         compiled.extend(more);
     }
 
-    /// The rest of a context.
+    /// Builds the context on a device.
     fn on(
         device: Device,
         mut info: DeviceInfo,
@@ -210,8 +210,7 @@ impl Context {
         self.submits.load(Ordering::Relaxed)
     }
 
-    /// Lets what is waited for take so much longer than the options say, a year at the most, because it is known to be much
-    /// work, for as long as the patience is kept.
+    /// Extends the timeout of waits by this time, by a year at most, until the returned value is dropped. Use it for known long work.
     #[must_use]
     pub fn wait_longer(self: &Arc<Self>, by: Duration) -> Patience {
         const A_YEAR: u128 = 365 * 86_400 * 1_000_000_000;
@@ -229,13 +228,13 @@ impl Context {
         self.timeout.saturating_add(patience)
     }
 
-    /// Lets everything that is submitted or waited for from now on fail as if the device had been lost, so that tests see
-    /// what a program makes of it.
+    /// Lets everything that is submitted or waited for from now on fail as if the device had been lost, so that tests see how a program
+    /// handles it.
     pub fn pretend_lost(&self) {
         self.is_lost.store(true, Ordering::Relaxed);
     }
 
-    /// Was the device lost? What is on its way to the host then never arrives.
+    /// Was the device lost? Pending readbacks then never arrive.
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.is_lost.load(Ordering::Relaxed)
@@ -249,7 +248,7 @@ impl Context {
         Ok(())
     }
 
-    /// Remembers an answer by which the device is lost.
+    /// Remembers a result that says that the device is lost.
     pub(crate) fn heard<T>(&self, answer: Result<T, vk::Result>) -> Result<T, vk::Result> {
         if matches!(answer, Err(vk::Result::ERROR_DEVICE_LOST)) {
             self.is_lost.store(true, Ordering::Relaxed);

@@ -96,7 +96,7 @@ impl Recorder {
         });
     }
 
-    /// Writes all of `data` to the start of a buffer, as [`update`](Self::update) does, in as many parts as it takes.
+    /// Writes all of `data` to the start of a buffer, as [`update`](Self::update) does, in as many parts as needed.
     ///
     /// # Panics
     /// If they do not fit the buffer.
@@ -155,8 +155,8 @@ impl Recorder {
         });
     }
 
-    /// Copies the bytes of `source` to `target`, with its upper left corner at `place`; what reaches over the edge is
-    /// cut off, and the rest of `target` is kept.
+    /// Copies the bytes of `source` to `target`, with its upper left corner at `place`; pixels beyond the edge are cut off, and the rest of
+    /// `target` is kept.
     ///
     /// # Panics
     /// If the formats do not match, either has several samples, or both are one.

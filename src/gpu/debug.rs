@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Entries that the host remembers until they are asked for.
+/// Entries that the host keeps until they are taken.
 const REMEMBERED: usize = 1 << 20;
 
 /// A value of the type that the kernel passed.

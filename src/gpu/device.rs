@@ -94,7 +94,7 @@ impl Device {
         Ok(device)
     }
 
-    /// One that is there already; `info` says what of it may be used.
+    /// A device of the caller; `info` has the features that may be used.
     pub(crate) fn of(
         instance: Instance,
         raw: ash::Device,
@@ -126,7 +126,7 @@ impl Device {
             let info = vk::DebugUtilsObjectNameInfoEXT::default()
                 .object_handle(handle)
                 .object_name(&name);
-            // SAFETY: the handle is from this device. A name that cannot be set is nothing to fail for.
+            // SAFETY: the handle is from this device. A failure to set a name is ignored.
             let _ = unsafe { debug_utils.set_debug_utils_object_name(&info) };
         }
     }

@@ -12,8 +12,8 @@ impl Recorder {
     /// Runs a kernel with at least `threads` invocations; none records nothing.
     ///
     /// # Panics
-    /// If one buffer is bound twice and written; where such things are checked, if a buffer has fewer elements than the
-    /// invocations need that the shader says need some each.
+    /// If one buffer is bound twice and written; with checks on, if a buffer has fewer elements than the invocations need, for buffers
+    /// whose shader declares that.
     pub fn dispatch<K: Kernel>(
         &mut self,
         pipeline: &Pipeline<K>,
@@ -45,7 +45,7 @@ impl Recorder {
         });
     }
 
-    /// Is every buffer long enough of which each invocation needs something?
+    /// Is every buffer long enough, if the shader declares what each invocation needs?
     fn check_lengths<K: Kernel>(&self, name: &str, threads: Threads, args: &K::Args<'_>) {
         if !self.ctx().hazard_check {
             return;

@@ -20,7 +20,7 @@ pub enum GpuError {
         /// The loader's message.
         reason: String,
     },
-    /// Validation was asked for and its layer is not installed.
+    /// Validation was requested, but its layer is not installed.
     #[error(
         "the layer VK_LAYER_KHRONOS_validation is not installed (Debian: apt install vulkan-validationlayers), or run without validation"
     )]
@@ -43,7 +43,7 @@ pub enum GpuError {
         /// One line a device.
         devices: String,
     },
-    /// The device that was asked for cannot run the kernels.
+    /// The requested device cannot run the kernels.
     #[error(
         "the device {device:?} cannot run the kernels: it lacks {missing}; choose another:\n{devices}"
     )]
@@ -55,7 +55,7 @@ pub enum GpuError {
         /// One line a device.
         devices: String,
     },
-    /// The device works and lacks something that only this call needs.
+    /// The device lacks something that only this call needs.
     #[error(
         "{what} needs {missing}, which the device {device:?} lacks; choose another by --device"
     )]
@@ -67,7 +67,7 @@ pub enum GpuError {
         /// Its name.
         device: String,
     },
-    /// A buffer or image that no resource of this device can be.
+    /// A buffer or image that is too large for this device.
     #[error(
         "{object:?} would take {size} bytes ({len} elements); {limit_name} is {limit} on this device: use at most {largest} elements"
     )]
@@ -95,7 +95,7 @@ pub enum GpuError {
         /// Why not.
         problem: String,
     },
-    /// Memory for a buffer or an image could not be had.
+    /// No memory for a buffer or an image.
     #[error("no memory for {object:?} ({size} bytes): {source}")]
     OutOfMemory {
         /// Name of the object.

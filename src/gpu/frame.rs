@@ -96,14 +96,14 @@ impl Frames {
         }
         self.ctx.collect_garbage();
         slot.resources.start(slot.unset)?;
-        // Until it is submitted: a frame that is dropped resets nothing, and parts of it may have run.
+        // This holds until the frame is submitted: a dropped frame resets nothing, and parts of it may have run.
         slot.unset = u32::MAX;
         let recorder = Recorder::new(Arc::clone(&slot.resources));
         self.next = (self.next + 1) % self.slots.len();
         Ok(recorder)
     }
 
-    /// Hands a frame to the device.
+    /// Submits a frame to the device.
     ///
     /// # Errors
     /// The device was lost, or is out of memory.
@@ -189,8 +189,8 @@ impl Frames {
         Ok(())
     }
 
-    /// Hands the next slice of a recording to the device, and waits for it. False where only what [`Frames::submit`]
-    /// takes is left.
+    /// Submits the next slice of a recording to the device, and waits for it. False if only the rest is left, which [`Frames::submit`]
+    /// submits.
     ///
     /// # Errors
     /// The device was lost, did not finish in time, or is out of memory.
@@ -254,7 +254,7 @@ impl Frames {
             (0..self.slots.len()).map(|i| &self.slots[(self.next + i) % self.slots.len()]);
         let mut begun = oldest_first
             .filter_map(|slot| Some((slot.resources.works_begun(), slot.pending.as_ref()?)));
-        // The device works in order: the newest frame that has begun is the one.
+        // The device works in order, so the newest begun frame has the last breadcrumb.
         let last = begun.rfind(|(count, _)| *count > 0);
         match last {
             Some((count, pending)) => blame(error, count, &pending.works),
@@ -327,7 +327,7 @@ fn run_next(recorder: &mut Recorder) -> GpuResult<bool> {
 }
 
 impl Pending {
-    /// The times of what it recorded, once it has finished.
+    /// The spans of the finished frame.
     fn into_spans(self, frame: &FrameResources) -> GpuResult<Vec<Span>> {
         if self.queries == 0 {
             return Ok(Vec::new());

@@ -25,7 +25,7 @@ pub enum Format {
     Rgba32Float,
     /// One float.
     R32Float,
-    /// One whole number; what clears it is 0.
+    /// One whole number; cleared to 0.
     R32Uint,
     /// Depth, 0 to 1.
     Depth32,
@@ -125,7 +125,7 @@ impl ImageState {
         stage: vk::PipelineStageFlags::TRANSFER,
         access: vk::AccessFlags::TRANSFER_WRITE,
     };
-    /// Given to the window. What comes next waits for the image at these stages.
+    /// Presented. The next use waits for the image at these stages.
     pub(crate) const SHOWN: Self = Self {
         layout: vk::ImageLayout::PRESENT_SRC_KHR,
         stage: vk::PipelineStageFlags::from_raw(
@@ -172,7 +172,7 @@ impl Image {
         Self::with_usage(ctx, name, size, format, samples, usage)
     }
 
-    /// For whatever it is used.
+    /// An image with these usages.
     pub(crate) fn with_usage(
         ctx: &Arc<Context>,
         name: &str,

@@ -78,7 +78,7 @@ pub struct DeviceInfo {
     pub max_group_count: u32,
     /// Invocations of a group.
     pub max_group_invocations: u32,
-    /// Storage buffers that one stage sees.
+    /// Storage buffers of one stage.
     pub max_storage_buffers: u32,
     /// Texel buffers that one stage writes to.
     pub max_storage_images: u32,
@@ -92,8 +92,8 @@ pub struct DeviceInfo {
     pub max_samples: u32,
     /// Invocations that run in lock-step.
     pub subgroup_size: u32,
-    /// Kernels can run in their form for graphics cards: subgroups have ballots, and as many storage buffers as a kernel has
-    /// bindings are seen by it.
+    /// Kernels can run in their form for graphics cards: subgroups have ballots, and a kernel may use as many storage buffers as it has
+    /// bindings.
     pub has_card_forms: bool,
     /// Kernels run in that form, or would if the device were opened: tables are storage blocks.
     pub reads_blocks: bool,

@@ -1,4 +1,4 @@
-//! The Vulkan instance: loader, layers, extensions, and the messenger that collects what validation says.
+//! The Vulkan instance: loader, layers, extensions, and the messenger that collects validation messages.
 
 use std::borrow::Cow;
 use std::ffi::{CStr, c_void};
@@ -35,7 +35,7 @@ impl Messages {
     }
 }
 
-/// Why the loader has no driver, as far as one can know from outside.
+/// Why the loader has no driver, as far as that can be found.
 fn no_driver() -> String {
     match manifests::chosen() {
         _ if let Some(problem) = manifests::problem() => problem,
@@ -49,7 +49,7 @@ fn no_driver() -> String {
     }
 }
 
-/// The loader fails, which most often is the fault of a manifest that it reads.
+/// The loader has failed, mostly because of a broken manifest.
 fn loader_failed(call: &'static str) -> impl FnOnce(vk::Result) -> GpuError {
     move |source| match manifests::problem() {
         Some(reason) => GpuError::NoVulkan { reason },
@@ -67,7 +67,7 @@ pub(crate) struct Instance {
     /// Kept alive for the messenger, which holds a pointer to it.
     pub(crate) messages: Arc<Messages>,
     pub(crate) has_debug_utils: bool,
-    /// Was it made here? Another's is left alone.
+    /// Was it created here? A borrowed one is not destroyed.
     pub(crate) is_own: bool,
     pub(crate) raw: ash::Instance,
     /// Keeps the loader in memory.

@@ -77,7 +77,7 @@ pub enum Resource<'a> {
     Texels(&'a TexelsCore),
     /// An image.
     Sampled(&'a Sampled),
-    /// Nothing: the shader does not get there with these constants.
+    /// Nothing: with these constants the shader does not access the binding.
     Absent(Absent),
 }
 
@@ -93,7 +93,7 @@ pub enum Absent {
 }
 
 impl<'a> Resource<'a> {
-    /// The buffer, unless it is absent or an image; images that are sampled only change when they are filled.
+    /// The buffer, unless it is absent or an image; sampled images change only when they are filled.
     pub(crate) fn core(self) -> Option<&'a BufferCore> {
         match self {
             Resource::Buffer(buffer) | Resource::FirstPart(buffer) => Some(buffer.core()),
@@ -419,7 +419,7 @@ impl PipelineCore {
         bound_as(binding, self.form)
     }
 
-    /// Is what this binding is given reached by the addresses of its pages?
+    /// Does the shader reach the argument of this binding by the addresses of its pages?
     pub(crate) fn reaches_pages(&self, binding: &Binding) -> bool {
         self.form.in_pages && binding.is_paged
     }

@@ -7,8 +7,8 @@ use std::fmt;
 pub enum Listed {
     /// A kernel, a copy or a pass, by its name.
     Work(String),
-    /// A barrier, and everything that it is for; nothing where it only separates two works, so that each has its own time, or
-    /// waits for everything, after a recording that was dropped.
+    /// A barrier and its reasons; none if it only separates two works, so that each has its own time, or waits for everything after a
+    /// dropped recording.
     Barrier(Vec<Reason>),
     /// Kernels that follow do not wait for each other, for this reason.
     Unordered(&'static str),
@@ -23,7 +23,7 @@ pub struct Reason {
     pub buffer: String,
     /// The name of the work before the barrier, and the word of its access.
     pub earlier: (&'static str, &'static str),
-    /// Did that write, or only read?
+    /// Did the earlier work write, or only read?
     pub earlier_wrote: bool,
     /// The name of the work after it, and the word of its access.
     pub later: (&'static str, &'static str),

@@ -87,7 +87,7 @@ fn problem_of(path: &Path, is_driver: bool) -> Option<String> {
     let of = |problem: String| Some(format!("the manifest {} {problem}", path.shown()));
     let bytes = match regular_file::read(path, MOST_BYTES) {
         Ok(bytes) => bytes,
-        // The loader goes on without it.
+        // The loader ignores missing files.
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
         Err(error) => return of(format!("cannot be read: {error}")),
     };
@@ -104,7 +104,7 @@ fn problem_of(path: &Path, is_driver: bool) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// Every beginning of a manifest but the whole is named with its file. What the loader makes of each depends on the loader.
+    /// Every proper prefix of a manifest is an error that names the file. The loader's own reaction depends on its version.
     #[test]
     fn a_manifest_that_is_cut_short_is_named() {
         let folder = tempfile::tempdir().unwrap();

@@ -26,9 +26,9 @@ pub struct Module {
     pub file: &'static str,
     /// What it wrote.
     pub spirv: &'static [u8],
-    /// The one for graphics cards, where there is one: it takes storage blocks for texel buffers, and subgroup ballots.
+    /// The form for graphics cards, if there is one: it uses storage blocks instead of texel buffers, and subgroup ballots.
     pub for_cards: Option<&'static Module>,
-    /// The one for tables in pages, where it has such: it takes their pages' addresses.
+    /// The form for tables in pages, if it has such tables: it uses their pages' addresses.
     pub for_pages: Option<&'static Module>,
 }
 

@@ -14,33 +14,32 @@ pub struct ContextOptions {
     pub validation: bool,
     /// The display that a window will be opened on.
     pub window: Option<RawDisplayHandle>,
-    /// Panic where a kernel binds one buffer twice and writes it: a check on the host of everything that is recorded. `None`
-    /// checks where `validation` is on, or the environment variable `MYXO_CHECK` is set, as tests do.
+    /// Panics if a kernel binds one buffer twice and writes it; the check runs on the host for everything that is recorded. `None` checks
+    /// if `validation` is on, or the environment variable `MYXO_CHECK` is set, as tests do.
     pub hazard_check: Option<bool>,
-    /// Leaves out the barrier of this number in every recording, counted from 0: only to see whether the validation layer would
-    /// notice.
+    /// Leaves out the barrier of this number in every recording, counted from 0, to test that the validation layer detects it.
     pub leave_out: Option<u32>,
     /// Timeout of waits for the device.
     pub timeout: Duration,
-    /// Note before each piece of work that it begins, so that a hang can be blamed on a kernel.
+    /// Leaves a mark before each work, so that errors after a hang can name the kernel.
     pub breadcrumbs: bool,
-    /// Where compiled pipelines are kept for the next start; see
-    /// [`default_cache_folder`](super::default_cache_folder). `None` keeps nothing.
+    /// The folder for compiled pipelines; see
+    /// [`default_cache_folder`](super::default_cache_folder). `None` caches nothing.
     pub cache_folder: Option<PathBuf>,
     /// Values that `debug_value` may write in a frame.
     pub debug_capacity: u32,
     /// Lowers the device's limits, so that tests of large sizes can be small.
     pub limits: Option<Limits>,
-    /// Run kernels in their form for graphics cards, where the device can: they read tables as storage blocks, and subgroups
-    /// append to lists together. `None`: on devices that are no CPUs and have storage blocks of 2 GiB, unless the environment
+    /// Run kernels in their form for graphics cards, if the device supports it: they read tables as storage blocks, and subgroups
+    /// append to lists together. `None`: on devices that are not CPUs and have storage blocks of 2 GiB, unless the environment
     /// variable `MYXO_CARD_FORMS` is 0 or 1. Results do not depend on it.
     pub card_forms: Option<bool>,
-    /// Asks the driver what it has compiled, for [`Context::compiled`](super::Context::compiled). Where it has not the extension
-    /// for that, nothing is asked.
+    /// Requests the driver's reports on compiled kernels, for [`Context::compiled`](super::Context::compiled), if it has the extension for
+    /// that.
     pub compiler_reports: bool,
 }
 
-/// Limits of a device that make large buffers take other ways.
+/// Limits of a device beyond which large buffers are accessed in other ways.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Bytes of one storage-buffer binding.

@@ -1,5 +1,5 @@
-//! Buffers in pages: what is larger than one binding, or one allocation, lies in several buffers of the same size, and shaders reach
-//! it by their addresses. One that fits has one page, and can be bound as any other, too.
+//! Buffers in pages: a buffer that is larger than one binding, or one allocation, lies in several Vulkan buffers of the same size, and
+//! shaders reach them by their addresses. A buffer that fits has one page, and can be bound like any other, too.
 
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -32,7 +32,7 @@ pub(crate) struct Piece {
 }
 
 impl Extent {
-    /// None yet, in pages of so many bytes; `u64::MAX` where there is to be one.
+    /// An extent without buffers, in pages of so many bytes; `u64::MAX` for a single page.
     pub(crate) fn in_pages(page: u64) -> Self {
         let buffers = Vec::new();
         Self { buffers, page }
@@ -61,7 +61,7 @@ impl Extent {
         &self.buffers
     }
 
-    /// The buffer that a byte lies in, where in it, and how many bytes it has from there on.
+    /// The buffer that a byte lies in, the offset in it, and the number of bytes from there on.
     fn find(&self, at: u64) -> (vk::Buffer, u64, u64) {
         let offset = at % self.page;
         let buffer = self.buffers[(at / self.page) as usize];

@@ -6,14 +6,14 @@ use super::buffer::Buffer;
 use super::error::GpuResult;
 use super::pages::Extent;
 
-/// A kernel that is to run alone, and what it found in the buffers that it writes.
+/// A kernel that is to run alone, and the first contents of the buffers that it writes.
 #[derive(Clone)]
 pub struct Alone(pub(super) Arc<Kept>);
 
 /// The shared data of an [`Alone`].
 pub(super) struct Kept {
     pub(super) kernel: String,
-    /// Each buffer that the kernel writes, what was in it, and how many bytes.
+    /// Each buffer that the kernel writes, its first content, and its size in bytes.
     pub(super) buffers: Vec<(Extent, Buffer<u32>, u64)>,
 }
 

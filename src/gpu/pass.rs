@@ -1,6 +1,6 @@
 //! Passes: draws into images.
 //!
-//! A pass brings its images into the right layout by itself. What else its draws read, and was written since the last pass, is
+//! A pass transitions its images to the right layout. Other buffers that its draws read, and that were written since the last pass, must be
 //! named by [`Recorder::make_visible`] before it begins: to [`Access::Vertex`] for shaders, to [`Access::Index`] for indices.
 
 use std::sync::Arc;
@@ -48,7 +48,7 @@ pub struct PassRecorder<'a> {
     format: Format,
     samples: u32,
     depth: Option<DepthTest>,
-    /// Is every draw timed by itself?
+    /// Is every draw timed separately?
     times_draws: bool,
     /// Is the pass skipped?
     skips: bool,
@@ -69,8 +69,8 @@ impl Recorder {
         self.pass_as(SpanKind::Scope, name, targets, None, record)
     }
 
-    /// As [`Recorder::pass`], of some rows of the images only; the others keep what they have. So a large picture can be
-    /// drawn in parts, with other work between them.
+    /// As [`Recorder::pass`], for some rows of the images only; the others keep their content. In this way a large picture can be drawn in
+    /// parts, with other work between them.
     ///
     /// # Panics
     /// As [`Recorder::pass`], and if the images do not have these rows.

@@ -1,5 +1,5 @@
-//! The pipelines of a context. They stay until it ends, so that none is compiled twice: programs that change constants back and
-//! forth, or begin anew on one context, find what was made before.
+//! The pipelines of a context. They stay until it ends, so that none is compiled twice: programs that change constants back and forth, or
+//! restart a scene on one context, find the earlier pipelines.
 
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher as _};
@@ -9,7 +9,7 @@ use ash::vk;
 
 use super::deletion_queue::Deletion;
 
-/// All that a pipeline is made from.
+/// The inputs of a pipeline.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct PipelineKey {
     shader: &'static str,
@@ -48,7 +48,7 @@ pub(crate) struct Form {
     pub(crate) in_pages: bool,
 }
 
-/// A pipeline and what belongs to it.
+/// A pipeline and its layouts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PipelineHandles {
     pub(crate) pipeline: vk::Pipeline,
@@ -74,7 +74,7 @@ impl Pipelines {
         self.lock().get(key).copied()
     }
 
-    /// Keeps what was just made, and returns what is to be used: where another thread was faster, the one that it made.
+    /// Adds a new pipeline, and returns the one to use: if another thread was faster, the one that it added.
     pub(crate) fn keep(&self, key: PipelineKey, made: PipelineHandles) -> PipelineHandles {
         *self.lock().entry(key).or_insert(made)
     }

@@ -14,8 +14,8 @@ use super::texels::Texels;
 /// Larger than any element.
 const WORDS: usize = 64;
 
-/// Anything: no invocation gets to it, so nothing ever waits for it. It belongs to a frame, because a context that owned a buffer
-/// would own itself.
+/// Buffers of any content: no invocation accesses them, so nothing ever waits for them. They belong to a frame, because a context that
+/// owned a buffer would own itself.
 pub(crate) struct Placeholder {
     floats: Texels<f32>,
     words: Texels<u32>,

@@ -56,7 +56,7 @@ pub enum DepthTest {
 pub struct RasterOptions {
     /// Format of the colour target.
     pub color: Format,
-    /// The pass has a depth target, and fragments behind what it holds are dropped.
+    /// The pass has a depth target, and fragments behind its depths are dropped.
     pub depth: bool,
     /// The depth test; equal for all draws of a pass.
     pub depth_test: DepthTest,
@@ -68,7 +68,7 @@ pub struct RasterOptions {
     pub topology: Topology,
     /// Blending.
     pub blend: Blend,
-    /// Triangles that turn their back (clockwise in the picture) are dropped.
+    /// Back faces (clockwise in the picture) are dropped.
     pub cull_back_faces: bool,
 }
 

@@ -1,5 +1,4 @@
-//! A frame in the making, and what everything that is recorded into it needs: its command buffer, scopes and their times, and
-//! marks for hangs and debug values.
+//! A frame that is being recorded: its command buffer, scopes and their times, and marks for hangs and debug values.
 
 use std::sync::Arc;
 
@@ -13,7 +12,7 @@ use super::part::Part;
 use super::slices::Slices;
 use super::timer::SpanKind;
 
-/// A frame in the making; [`Frames::begin`](super::Frames::begin) makes one and
+/// A frame that is being recorded; [`Frames::begin`](super::Frames::begin) makes one and
 /// [`Frames::submit`](super::Frames::submit) takes it.
 pub struct Recorder {
     pub(crate) frame: Arc<FrameResources>,
@@ -35,7 +34,7 @@ pub struct Recorder {
     /// The part of the work that is really recorded.
     pub(crate) part: Part,
     pub(crate) commands: Commands,
-    /// Everything so far, where that is listed.
+    /// The list of everything recorded so far, if requested.
     pub(crate) list: Option<Vec<Listed>>,
     pub(crate) is_in_pass: bool,
     /// Something was written that the host reads.
@@ -213,7 +212,7 @@ impl Recorder {
         }
     }
 
-    /// Written when everything before it has finished.
+    /// Writes a timestamp when everything before it has finished.
     pub(crate) fn stamp(&self, query: u32) {
         // SAFETY: the query lies in the pool, was reset at the start of the frame and is written once.
         unsafe {

@@ -1,4 +1,4 @@
-//! Statistics over many steps: what each kernel takes, and how scopes nest.
+//! Statistics over many steps: the time of each kernel, and the nesting of scopes.
 
 use super::timer::{Span, Timings};
 
@@ -218,7 +218,7 @@ impl<'a> Collector<'a> {
 
 impl Timings {
     /// Statistics where a step is one occurrence of the scope or frame called `step`: `"frame"` for whole frames,
-    /// or the name of the scope that is put round each step where a frame holds several.
+    /// or the name of the scope around each step if a frame holds several.
     #[must_use]
     pub fn report(&self, step: &str) -> Report {
         let mut collector = Collector::default();
@@ -232,9 +232,8 @@ impl Timings {
 impl Statistics {
     /// The statistics of samples in milliseconds; zeros for none.
     ///
-    /// The interval of the median is between two samples, by rank, and supposes nothing about how samples are
-    /// distributed: how many of `n` lie below the true median is binomial, about `n / 2 +- 1.96 * sqrt(n) / 2`. Of fewer
-    /// than six it is all of them.
+    /// The interval of the median is between two samples, by rank, and assumes nothing about the distribution of samples: how many of `n`
+    /// lie below the true median is binomial, about `n / 2 +- 1.96 * sqrt(n) / 2`. Of fewer than six it is all of them.
     #[must_use]
     pub fn of(mut samples: Vec<f64>) -> Self {
         if samples.is_empty() {
@@ -266,7 +265,7 @@ mod tests {
     use super::*;
     use crate::gpu::timer::SpanKind;
 
-    /// One that runs twice in every fourth step: kernels add up to the step, and its median is that of steps with it.
+    /// A kernel runs twice in every fourth step: kernels add up to the step, and its median is over the steps with it.
     #[test]
     fn rare_kernels_have_statistics_of_the_steps_that_have_them() {
         let span = |name: &str, kind, parent, begin_ns: f64, end_ns: f64| Span {

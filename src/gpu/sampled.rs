@@ -1,5 +1,5 @@
 //! Images that kernels sample: filled by a copy, read by `texelFetch` or, between texel centres, by the device's own
-//! bilinear sampler. The shader says `sampler2D`.
+//! bilinear sampler. The shader declares `sampler2D`.
 
 use std::sync::Arc;
 

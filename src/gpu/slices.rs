@@ -19,13 +19,13 @@ pub(crate) struct Slices {
     pub(crate) waiting: VecDeque<vk::CommandBuffer>,
     /// For each gap between slices the first of its two queries. The time between them is not the recording's.
     pub(crate) gaps: Vec<u32>,
-    /// The device was given one and is not known to have finished it.
+    /// A slice was submitted and may still be running.
     pub(crate) is_running: bool,
     /// Why the recording cannot be submitted.
     pub(crate) failed: Option<GpuError>,
 }
 
-/// Parts of about the same size, whole rows where there are several: kernels count their invocations by the width.
+/// Parts of about the same size, in whole rows if there are several rows: kernels count their invocations by the width.
 pub(crate) fn parts_of([width, rows]: [u32; 2], parts: u32) -> impl Iterator<Item = [[u32; 2]; 2]> {
     let whole = if rows > 1 { rows } else { width };
     let parts = parts.clamp(1, whole.max(1));
@@ -40,14 +40,14 @@ pub(crate) fn parts_of([width, rows]: [u32; 2], parts: u32) -> impl Iterator<Ite
     })
 }
 
-/// Takes what came in the gaps out of times: of each gap its two queries. A time is as much earlier as gaps have ended before.
+/// Subtracts gaps from times; each gap has two queries. A time is reduced by the length of all gaps that ended before it.
 pub(crate) fn without_gaps(ticks: &mut [u64], gaps: &[u32], mask: u64) {
     let Some(&start) = ticks.first() else {
         return;
     };
     // Counters wrap: count from the frame's own start.
     let since_start = |tick: u64| tick.wrapping_sub(start) & mask;
-    // Slices follow each other, so gaps do.
+    // Slices follow each other, so gaps are in order.
     let mut ends = Vec::with_capacity(gaps.len());
     let mut sum = 0;
     for &gap in gaps {

@@ -1,5 +1,5 @@
-//! A recording in slices: what takes the device long is handed to it kernel by kernel, and other frames come in between.
-//! Kernels that take long themselves are divided.
+//! A recording in slices: a recording that takes the device long is submitted kernel by kernel, so that other frames can run between. Slow
+//! kernels are divided.
 
 use std::time::Duration;
 
@@ -15,12 +15,12 @@ const WHAT: &str = "a slice of a frame";
 const LATELY: usize = 8;
 
 impl Recorder {
-    /// From now on every kernel ends a slice, and so does every picture or band of one. [`Frames::run_slice`](super::Frames::run_slice) hands slices to the device one
-    /// by one, and [`Frames::submit`](super::Frames::submit) takes whatever is left. What is submitted in between must not
-    /// touch what this recording uses, and has to come from another ring.
+    /// From now on every kernel ends a slice, and so does every picture or band of one. [`Frames::run_slice`](super::Frames::run_slice) submits slices one by one, and
+    /// [`Frames::submit`](super::Frames::submit) submits the rest. Frames submitted in between must not use the buffers of this recording,
+    /// and must come from another ring.
     ///
-    /// A dispatch of a kernel that has lately taken longer than `longest` is as many slices as that asks for, on devices
-    /// that are processors. [`Recorder::dispatch_indirect`] stays whole.
+    /// On devices that are processors, a dispatch of a kernel that has lately taken longer than `longest` is divided into slices of about
+    /// that time. [`Recorder::dispatch_indirect`] stays whole.
     pub fn slice(&mut self, longest: Duration, lately: &Timings) {
         self.slices.is_on = true;
         if !divides(self.ctx()) {
@@ -56,7 +56,7 @@ impl Recorder {
         parts_of(groups, parts)
     }
 
-    /// Dispatches a part of the groups of what is bound.
+    /// Dispatches a part of the groups of the bound kernel.
     pub(crate) fn dispatch_part(&self, [first, count]: [[u32; 2]; 2]) {
         // SAFETY: pipeline, descriptors and constants were bound for this layout, and where there is more than one part,
         // the pipeline was made for it.
@@ -71,7 +71,7 @@ impl Recorder {
         }
     }
 
-    /// Can the device be given the rest? Where a slice was not finished in time, this waits for it once more.
+    /// Checks that the rest can be submitted. If a slice was not finished in time, waits for it once more.
     pub(crate) fn settle_slices(&mut self) -> GpuResult<()> {
         if self.slices.is_running {
             self.ctx().wait_for(self.frame.fence, WHAT)?;
@@ -88,7 +88,7 @@ impl Recorder {
         let next = match self.frame.slice(self.slices.count) {
             Ok(next) => next,
             Err(error) => {
-                // The recording goes on in the present command buffer.
+                // The recording continues in the present command buffer.
                 self.slices.is_on = false;
                 self.slices.failed = Some(error);
                 return;

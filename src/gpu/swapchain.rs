@@ -79,7 +79,7 @@ impl Swapchain {
         Ok(swapchain)
     }
 
-    /// The window has this size now. Call it on every such event: not every system reports it by itself.
+    /// Sets the present size of the window. Call it on every resize event, because not every system reports the size otherwise.
     pub fn resize(&mut self, size: [u32; 2]) {
         if size != self.wanted_size {
             self.wanted_size = size;

@@ -1,5 +1,5 @@
 //! Texel buffers: a device buffer read as a one-dimensional texture, which is the fastest way to small tables on CPU
-//! drivers, and written as one, which reaches farther than a storage block. The shader says `samplerBuffer` and
+//! drivers, and written as one, which may be larger than a storage block. The shader declares `samplerBuffer` and
 //! `texelFetch`, or `imageBuffer` and `imageStore`.
 
 use std::marker::PhantomData;
@@ -140,7 +140,7 @@ impl<S: TexelScalar> Texels<S> {
             .buffer(core.whole())
             .format(format)
             .offset(part.start * texel)
-            // Vulkan has no empty views; buffers without elements have this much memory all the same.
+            // Vulkan has no empty views; buffers without elements have this much memory, too.
             .range((count * texel).max(texel));
         // SAFETY: the buffer is alive, and was made for texel views.
         let raw = unsafe { core.ctx().device.raw.create_buffer_view(&info, None) }

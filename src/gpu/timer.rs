@@ -20,7 +20,7 @@ pub enum SpanKind {
     Copy,
 }
 
-/// One measured stretch.
+/// One measured interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Span {
     /// Name of the kernel or the scope; `frame` for a whole frame.
@@ -55,7 +55,7 @@ impl Span {
 pub struct Timings {
     frames: VecDeque<Vec<Span>>,
     window: usize,
-    /// If given, only frames with this scope count, and of others the newest is there.
+    /// If given, only frames with this scope count; of the others only the newest is kept.
     counted: Option<String>,
 }
 

@@ -15,7 +15,7 @@ pub struct Trace {
     host: Vec<HostSpan>,
 }
 
-/// One stretch of the host's time.
+/// One interval of the host's time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HostSpan {
     /// Name of the host's work.
@@ -56,7 +56,7 @@ impl Trace {
         result
     }
 
-    /// Adds a stretch that was measured elsewhere.
+    /// Adds an interval that was measured elsewhere.
     pub fn add(&mut self, name: &str, begin: Instant, end: Instant) {
         let since =
             |moment: Instant| moment.saturating_duration_since(self.epoch).as_nanos() as u64;

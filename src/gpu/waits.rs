@@ -48,10 +48,10 @@ impl Recorder {
         self.list_entry(|| Listed::Ordered);
     }
 
-    /// Whether a work waits for what has used a buffer as if it wrote it, and up to which work.
+    /// Whether a work waits for earlier uses of a buffer as if it wrote it, and up to which work.
     ///
     /// # Panics
-    /// If it depends on another one of its group in what the two do not share.
+    /// If it depends on another work of its group by a buffer that the group does not share.
     fn waits_as(&self, work: &'static str, touch: &Touch<'_>) -> (bool, u64) {
         let Some(group) = &self.unordered else {
             return (touch.writes, u64::MAX);

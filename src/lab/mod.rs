@@ -23,7 +23,8 @@ mod host;
 mod interface;
 mod job;
 mod jobs;
-
+#[cfg(test)]
+mod key_list;
 mod layout;
 mod left;
 mod lines;

@@ -18,15 +18,14 @@ pub struct Counters {
     /// Particles that went into another object and were selected to change, the refused ones among them.
     #[serde(default)]
     pub selected: u64,
-    /// Particles that have arrived: on another object, or back on their own (`returned`); with the strategy `respawn`, that
-    /// began anew.
+    /// Particles that have arrived: on another object, or back on their own (`returned`); with the strategy `respawn`, that restarted.
     #[serde(default)]
     pub transferred: u64,
-    /// Particles that left for their own object, because they turned round at a no-go area or the texels around knew no triangle
-    /// of another one.
+    /// Particles that left for their own object, because they turned round at a no-go area or the surrounding texels had no nearest
+    /// triangle of another one.
     #[serde(default)]
     pub returned: u64,
-    /// Particles that went on from where their walk met the other object; the others went to its nearest point, or turned
+    /// Particles that continued from the place where their walk met the other object; the others went to its nearest point, or turned
     /// round at a no-go area.
     #[serde(default)]
     pub crossed: u64,
@@ -53,7 +52,7 @@ pub struct Flux {
 }
 
 impl Counters {
-    /// What a state tells.
+    /// Counts a state.
     #[must_use]
     pub fn of(snapshot: &Snapshot, setup: &Setup, objects: &[ObjectSettings]) -> Self {
         let census = snapshot.census();
@@ -63,7 +62,7 @@ impl Counters {
         let changed = |&(pair, count): &(usize, &u32)| {
             *count > 0 && pair / objects.len() != pair % objects.len()
         };
-        // From each object to itself.
+        // Transfers from an object to itself.
         let returned = transfers.flux.iter().step_by(objects.len() + 1);
         let flux = |(pair, &particles): (usize, &u32)| Flux {
             from: objects[pair / objects.len()].name.clone(),

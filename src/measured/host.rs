@@ -1,33 +1,32 @@
-//! The host that a measurement runs on: its processor, the command line, and who else has used it meanwhile.
+//! The host that a measurement runs on: its processor, the command line, and its load by other programs.
 
 use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
-/// Where other programs take more than this part of all processors, times are not worth comparing.
+/// If other programs take more than this part of all processors, times are not worth comparing.
 const BUSY: f64 = 0.1;
-/// Where the system does not say who uses processors: the load a core above which they are not, either.
+/// The load per core above which times are not worth comparing, on systems that do not report processor time.
 const BUSY_LOAD: f64 = 0.6;
 
-/// Who has used the host's processors in a stretch of time. Parts of all cores, 0 to 1; `null` where the system does not
-/// say.
+/// How busy the host's processors were during a measurement. Parts of all cores, 0 to 1; `null` if the system does not report them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HostLoad {
-    /// The load average of the minute before, by the number of cores.
+    /// The load average of the minute before, per core.
     pub before_per_core: Option<f64>,
-    /// What this program has taken; software drivers compute within it.
+    /// Taken by this program; software drivers compute within it.
     pub own: Option<f64>,
-    /// What all others have taken.
+    /// Taken by all other programs.
     pub others: Option<f64>,
-    /// What the machine below this virtual one has kept for itself.
+    /// Time that the hypervisor of a virtual machine has kept (steal).
     pub stolen: Option<f64>,
-    /// Were there so many others that times are not worth comparing? They took more than a tenth; or, where that is
-    /// not known, the load before was above 0.6 a core.
+    /// Was the host so busy that times are not worth comparing? Other programs took more than a tenth; or, if that is not known, the load
+    /// before was above 0.6 per core.
     pub is_busy: bool,
 }
 
 impl HostLoad {
-    /// What to tell people about a busy host.
+    /// A warning about a busy host.
     pub fn warning(&self) -> Option<String> {
         let (what, part) = match (self.others, self.stolen, self.before_per_core) {
             _ if !self.is_busy => return None,
@@ -52,7 +51,7 @@ impl HostLoad {
 /// Processor time so far, in ticks of the system's clock, summed over all cores.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Ticks {
-    /// Of everybody.
+    /// Of all programs.
     busy: u64,
     idle: u64,
     stolen: u64,
@@ -68,7 +67,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// To be begun before the warm-up: that makes load of its own.
+    /// Create it before the warm-up, which adds load of its own.
     pub fn new() -> Self {
         Self {
             before_per_core: load_average().map(|[minute, ..]| minute / cores()),
@@ -78,15 +77,15 @@ impl Watch {
         }
     }
 
-    /// From here on times are taken.
+    /// The measurement begins.
     pub fn begin(&mut self) {
         self.since = ticks();
         self.begun = Instant::now();
     }
 
-    /// Until here.
+    /// The measurement ends.
     pub fn end(&mut self) {
-        // The clock ticks a hundred times a second: what is shorter is counted too coarsely.
+        // The clock ticks a hundred times a second, which is too coarse for shorter measurements.
         if self.begun.elapsed().as_millis() < 100 {
             self.since = None;
         }
@@ -98,14 +97,14 @@ impl Watch {
         }
     }
 
-    /// What was seen.
+    /// The load so far.
     pub fn load(&self) -> HostLoad {
         load(self.before_per_core, self.sums)
     }
 }
 
 fn load(before_per_core: Option<f64>, sums: Ticks) -> HostLoad {
-    // Systems that sample who is busy at each tick, but time every thread exactly, may give the whole less than a part.
+    // Systems that sample busy cores at each tick, but time every thread exactly, may report less for the whole than for a part.
     let busy = sums.busy.max(sums.own);
     let all = (busy + sums.idle + sums.stolen) as f64;
     let part = |ticks: u64| (all > 0.0).then(|| ticks as f64 / all);
@@ -251,7 +250,7 @@ mod tests {
             },
         );
         assert_eq!((fine.own, fine.others), (Some(1.0), Some(0.0)));
-        // Nothing known but the load before.
+        // Only the load before is known.
         assert!(!load(Some(0.5), Ticks::default()).is_busy);
         let loaded = load(Some(1.5), Ticks::default()).warning();
         let loaded = loaded.expect("it is busy");

@@ -1,10 +1,10 @@
-//! What `--measure-every` tells of the network along the way.
+//! The measures of the network that `--measure-every` takes along the way.
 
 use myxo::scene::settings::ObjectSettings;
 use myxo::sim::network::{Network, Part};
 use serde::{Deserialize, Serialize};
 
-/// What was measured of the network after a step.
+/// Measures of the network after a step.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Measure {
     /// Steps done.
@@ -12,22 +12,22 @@ pub struct Measure {
     /// On all objects together.
     #[serde(flatten)]
     pub network: Network,
-    /// On each of them.
+    /// On each object.
     pub objects: Vec<ObjectMeasure>,
 }
 
-/// What was measured on one object.
+/// Measures on one object.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObjectMeasure {
     /// Its name.
     pub name: String,
-    /// What is there.
+    /// Its measures.
     #[serde(flatten)]
     pub part: Part,
 }
 
 impl Measure {
-    /// Of the network after so many steps.
+    /// The measures after so many steps.
     pub fn new(step: u64, mut network: Network, objects: &[ObjectSettings]) -> Self {
         let parts = objects.iter().zip(std::mem::take(&mut network.objects));
         let named = |(object, part): (&ObjectSettings, Part)| ObjectMeasure {
@@ -42,7 +42,7 @@ impl Measure {
     }
 
     /// As a line of text.
-    pub fn told(&self) -> String {
+    pub fn line(&self) -> String {
         let Network {
             length,
             covered,

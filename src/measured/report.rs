@@ -1,4 +1,4 @@
-//! The report of a headless run: what ran where, how it ended, and what it cost, as JSON.
+//! The report of a headless run: the device, the scene, the final state and the times, as JSON.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -20,7 +20,7 @@ use super::host::{self, HostLoad};
 use super::measures::Measure;
 use super::times::between_kernels;
 
-/// Bytes of a file that are read: far more than a report has, and not all of one that never ends.
+/// The most bytes that are read of a file: far more than a report has, in case the file never ends.
 const LARGEST: u64 = 64 << 20;
 
 /// Everything about one run. Times are `null` where the device has no timestamps.
@@ -34,18 +34,18 @@ pub struct Report {
     pub scene: String,
     /// The seed.
     pub seed: u64,
-    /// Every key of the scene as it was run, as a scene file has them: `settings["physarum"]["speed"]`. `null` in reports
-    /// of programs that did not write it.
+    /// Every key of the scene as it was run, as a scene file has them: `settings["physarum"]["speed"]`. `null` in reports of earlier
+    /// versions.
     #[serde(default, skip_serializing_if = "Value::is_null")]
     pub settings: Value,
     /// Steps that were run, fewer than asked for when interrupted; of `profile` those after the warm-up, in all
     /// repetitions. Of a kernel alone those before it, which the state is of.
     pub steps: u64,
-    /// How many steps the GPU times are of, or runs of a kernel alone, in all repetitions. Programs have written reports
-    /// without it; [`Report::sample_count`] knows of these, too.
+    /// How many steps the GPU times are of, or runs of a kernel alone, in all repetitions. Reports of earlier versions lack it;
+    /// [`Report::sample_count`] handles them, too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub samples: Option<u64>,
-    /// Steps before those that were measured, by `profile`. Programs have written reports without it.
+    /// Warm-up steps of `profile`. Reports of earlier versions lack it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warmup: Option<u64>,
     /// Particles of all objects together.
@@ -54,20 +54,20 @@ pub struct Report {
     pub atlas_size: u32,
     /// Triangles of all objects together.
     pub triangles: u64,
-    /// Sum over everything that the state holds, as 16 hexadecimal digits; empty in reports of a window.
+    /// The hash of the whole state, as 16 hexadecimal digits; empty in reports of a window.
     pub state_hash: String,
-    /// Does the run end in this hash on every device? `true` where the device calculates as IEEE 754 says, distances are not drawn
-    /// (`distance.method = "raster"`), and the run goes on from no state of other arithmetic. `null` where that was not tried: by
-    /// `profile --compiled`, and by programs that did not know.
+    /// Does the run end in this hash on every device? `true` where the device calculates by IEEE 754, distances are not drawn
+    /// (`distance.method = "raster"`), and the run does not continue a state of other arithmetic. `null` if that was not tested: by
+    /// `profile --compiled`, and by earlier versions.
     #[serde(default)]
     pub hash_is_portable: Option<bool>,
-    /// Which arithmetic the steps have. Hashes of different ones cannot be compared, and those without one with no others.
+    /// The version of the arithmetic of the steps. Hashes of different versions, and hashes without a version, cannot be compared.
     #[serde(default)]
     pub arithmetic: Option<u32>,
-    /// The hash along the way, where `--hash-every` asked for it.
+    /// The hashes along the way, with `--hash-every`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hashes: Vec<StateHash>,
-    /// What `--measure-every` has measured of the network along the way, and at the end.
+    /// The measures of the network along the way and at the end, with `--measure-every`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub measures: Vec<Measure>,
     /// GPU time of a step, between timestamps at its beginning and end: the mean of those that were measured. `render`
@@ -76,16 +76,16 @@ pub struct Report {
     /// The same with its spread.
     #[serde(default)]
     pub gpu_step: Times,
-    /// Of that mean what no kernel takes: barriers, timestamps, whatever else a device does between two of them.
+    /// The part of that mean between kernels: barriers, timestamps, and other work of the device.
     #[serde(default)]
     pub gpu_ms_between_kernels: Option<f64>,
-    /// What the host takes for a step, where it was measured: by `profile`.
+    /// The host's time for a step, measured by `profile`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub host_step: Option<HostTimes>,
-    /// Time of a step as people experience it: the mean of those that were run. `null` where none were, but a kernel alone.
+    /// Wall time of a step: the mean of those that were run. `null` if none were run, as for a kernel alone.
     #[serde(default)]
     pub wall_ms_per_step: Option<f64>,
-    /// Where the GPU time goes.
+    /// The GPU time of each kernel.
     pub kernels: Vec<KernelTime>,
     /// The kernel that `--kernel` ran alone: then the times of `kernels` are of its runs, and none are of steps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -96,12 +96,12 @@ pub struct Report {
     /// How long a graphics card was kept busy before times were taken, by `profile`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kept_busy: Option<KeptBusy>,
-    /// Each repetition of the measurement by itself, where `--repeat` asked for several.
+    /// The results of each repetition, with `--repeat`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub repetitions: Vec<Repetition>,
-    /// What was counted; `null` in reports of a window.
+    /// Counts of the final state; `null` in reports of a window.
     pub counters: Option<Counters>,
-    /// Foods and markers, and what is left of them.
+    /// Foods and markers, and their remaining amounts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub foods: Vec<FoodLeft>,
     /// Whether Vulkan's validation layers were on; times are not worth comparing then.
@@ -118,7 +118,7 @@ pub struct Report {
     pub processor: Option<String>,
     /// The host's load averages over 1, 5 and 15 minutes at the end of the run.
     pub load_average: Option<[f64; 3]>,
-    /// Who has used the host's processors while times were taken.
+    /// How busy the host's processors were while times were taken.
     #[serde(default)]
     pub host_load: Option<HostLoad>,
 }
@@ -132,27 +132,27 @@ pub struct StateHash {
     pub hash: String,
 }
 
-/// A food or a marker, and what is left of it. Lengths are world units.
+/// A food or a marker, and its remaining amount. Lengths are world units.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FoodLeft {
     /// The name of the object that it lies on.
     pub object: String,
-    /// Where, in the world, as the last step had it.
+    /// Its place in the world at the last step.
     pub position: [f64; 3],
     /// How far along the surface it is sensed.
     pub radius: f64,
     /// How far along the surface it is eaten; 0 for a marker.
     pub size: f64,
-    /// What sensors read more where it lies, when all of it is there.
+    /// The scent where it lies, at its full amount.
     pub strength: f32,
-    /// How many meals it was at the start; 0 for no end of them.
+    /// Its meals at the start; 0 for an endless amount.
     pub amount: u32,
-    /// How many are left; `null` where there is no end of them.
+    /// The meals that are left; `null` for an endless amount.
     pub remaining: Option<u32>,
 }
 
 impl FoodLeft {
-    /// Of each, first those that the scene names.
+    /// All foods and markers, those that the scene names first.
     #[must_use]
     pub fn all(
         snapshot: &Snapshot,
@@ -184,8 +184,8 @@ impl FoodLeft {
     }
 }
 
-/// Times and their spread over the steps that were measured; `null` where the device has no timestamps. Of a kernel that
-/// not every step has the mean is over all of them, and all else over those that have it.
+/// Times and their spread over the steps that were measured; `null` where the device has no timestamps. For a kernel that not every step
+/// has, the mean is over all steps, and the other values are over the steps that have it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Times {
     /// Arithmetic mean.
@@ -203,29 +203,29 @@ pub struct Times {
     /// With `median_high_ms`: where the median lies. By ranks, with 95 % confidence for independent steps; with
     /// repetitions at least from their lowest to their highest median.
     pub median_low_ms: Option<f64>,
-    /// The upper end of it.
+    /// The upper end of that interval.
     pub median_high_ms: Option<f64>,
 }
 
-/// What the host takes for a step: all that it does from one step to the next but to wait for the device. The device does
-/// not wait for it, unless it takes longer than the step.
+/// The host's time for a step: all its work from one step to the next, without waiting for the device. The device waits for the host only
+/// if this takes longer than the step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HostTimes {
-    /// Beginning the frame: reading the times of the one before it in its place, freeing what nobody needs any more, and
-    /// making room for commands and times anew. Programs have written reports without it.
+    /// Beginning the frame: reading the times of the frame that used this slot before, freeing unused objects, and resetting the buffers
+    /// for commands and times. Reports of earlier versions lack it.
     #[serde(default)]
     pub beginning: Times,
-    /// Recording the commands, and what the step needs to know for that: poses, and which distances are taken.
+    /// Recording the commands, with the poses and the list of distances that the step needs.
     pub recording: Times,
-    /// Submitting, once.
+    /// The submission.
     pub submitting: Times,
-    /// All of it.
+    /// The sum.
     #[serde(alias = "both")]
     pub all: Times,
 }
 
 impl HostTimes {
-    /// Of steps that took so many milliseconds to begin, to record and to submit; nothing of none.
+    /// The medians of steps that took so many milliseconds to begin, to record and to submit; `None` without steps.
     #[must_use]
     pub fn of(steps: &[[f64; 3]]) -> Option<Self> {
         if steps.is_empty() {
@@ -264,7 +264,7 @@ impl Times {
         self.median_high_ms = self.median_high_ms.map(|high| high.max(median_ms));
     }
 
-    /// Median and the ends of its interval, of what takes any time at all; `None` where no interval is known.
+    /// The median and the ends of its interval, if they are above 0; `None` if there is no interval.
     pub fn interval(&self) -> Option<[f64; 3]> {
         let median = self.median_ms.filter(|ms| *ms > 0.0)?;
         Some([median, self.median_low_ms?, self.median_high_ms?])
@@ -274,34 +274,34 @@ impl Times {
 /// The times of one kernel.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct KernelTime {
-    /// The kernel.
+    /// The name of the kernel.
     pub name: String,
     /// How often it is dispatched in a step.
     pub dispatches_per_step: f64,
     /// The part of the steps that have it, 0 to 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub of_steps: Option<f64>,
-    /// Of a step's dispatches together.
+    /// The time of all its dispatches in a step.
     #[serde(flatten)]
     pub time: Times,
     /// Part of the GPU time of the whole step, 0 to 1, by means.
     pub share: Option<f64>,
-    /// What it gets through.
+    /// Its throughput.
     #[serde(default)]
     pub throughput: Option<Throughput>,
     /// The bytes that it must read and write in a step; `super::work` says how they are counted.
     #[serde(default)]
     pub bytes_per_step: Option<f64>,
-    /// As many of them in a second, in units of 10^9.
+    /// These bytes per second, in units of 10^9.
     #[serde(default)]
     pub gigabytes_per_second: Option<f64>,
-    /// The same as part of what copies get through.
+    /// The same, relative to the speed of copies.
     #[serde(default)]
     pub of_copy_bandwidth: Option<f64>,
 }
 
 impl KernelTime {
-    /// Its times as they are part of each step: of a kernel that not every step has, the mean only.
+    /// Its times as a part of each step: for a kernel that not every step has, only the mean.
     pub fn in_each_step(&self) -> Times {
         if self.of_steps.is_none_or(|part| part >= 1.0) {
             return self.time;
@@ -313,12 +313,12 @@ impl KernelTime {
     }
 }
 
-/// How much a kernel gets through, by the median of its times; by the mean where not every step has it.
+/// The throughput of a kernel, by the median of its times; by the mean if not every step has it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Throughput {
-    /// What is counted: `particles`, `texels`.
+    /// The unit: `particles`, `texels`.
     pub of: String,
-    /// How many of them in a second.
+    /// How many per second.
     pub per_second: f64,
 }
 
@@ -327,7 +327,7 @@ pub struct Throughput {
 pub struct KeptBusy {
     /// Seconds.
     pub seconds: f64,
-    /// Were its times steady then?
+    /// Were its times steady at the end?
     pub is_steady: bool,
 }
 
@@ -343,17 +343,17 @@ impl From<yardstick::KeptBusy> for KeptBusy {
 /// How fast the device copies: by its own copies or by a kernel, whichever is faster.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bandwidth {
-    /// Bytes read and bytes written in a second, together, in units of 10^9, by the median.
+    /// Bytes read plus bytes written per second, in units of 10^9, by the median.
     pub gigabytes_per_second: f64,
     /// Bytes of a copy, from one buffer of the device to another.
     pub size_in_bytes: u64,
     /// How many were measured.
     pub runs: usize,
-    /// Time of one.
+    /// Time of a copy.
     pub median_ms: f64,
     /// Standard deviation.
     pub std_ms: f64,
-    /// Did a kernel copy? Else the device's own copies were as fast.
+    /// Did a kernel copy? If not, the device's own copies were at least as fast.
     #[serde(default)]
     pub by_kernel: bool,
 }
@@ -395,7 +395,7 @@ impl From<&myxo::gpu::Report> for Repetition {
     }
 }
 
-/// Widens the intervals of medians, of the step and of its kernels, by what changes from run to run.
+/// Widens the intervals of medians, of the step and of its kernels, by the medians of the repetitions.
 pub fn widen(step: &mut Times, kernels: &mut [KernelTime], repetitions: &[Repetition]) {
     for repetition in repetitions {
         step.include(repetition.step_ms);
@@ -430,7 +430,7 @@ impl Report {
         kernels.any(|kernel| kernel.time.mean_ms.is_some())
     }
 
-    /// A report of times, with what is known about the device and the scene, all else empty.
+    /// A report of times, with the facts about the device and the scene; everything else is empty.
     #[must_use]
     pub fn of(
         info: &DeviceInfo,
@@ -462,7 +462,7 @@ impl Report {
         }
     }
 
-    /// A report with what is known about the program and the host, all else empty.
+    /// A report with the facts about the program and the host; everything else is empty.
     #[must_use]
     pub fn of_this_host() -> Self {
         Self::default().on_this_host()

@@ -1,4 +1,4 @@
-//! The settings of a run as reports have them: every key of its scene file; and which of them two runs have otherwise.
+//! The settings of a run as reports have them: every key of its scene file; and the differences between two runs.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,8 @@ pub fn of(scene: &Scene, settings: &Settings) -> Value {
     toml::from_str(&scene.to_toml_as(settings)).expect("a scene file is TOML without dates")
 }
 
-/// What the second run has otherwise: `physarum.speed = 0.006, which was 0.004`. Not the seed, which reports have by itself.
+/// The settings of the second run that differ: `physarum.speed = 0.006, which was 0.004`. The seed is left out: reports have it as a field
+/// of its own.
 pub fn differences(first: &Value, second: &Value) -> Vec<String> {
     let mut lines = Vec::new();
     compare("", first, second, &mut lines);
@@ -40,7 +41,7 @@ fn compare(key: &str, first: &Value, second: &Value, lines: &mut Vec<String>) {
             }
         }
         (a, b) if a == b => {}
-        // A section that a version does not have, key by key; not so an object or a food.
+        // A section that one version lacks is compared key by key; an object or a food is not.
         (Value::Null, Value::Object(_)) if !ends_with_number(key) => {
             compare(key, &json!({}), second, lines);
         }
@@ -98,7 +99,7 @@ mod tests {
         assert!(settings["radius"].as_f64() > Some(0.0), "as measured");
     }
 
-    /// Reports of another scene than the present one would be taken for what it takes now: `make bench` measures anew.
+    /// Catches recorded reports of scenes that have changed since; `make bench` measures them anew.
     #[test]
     fn recorded_reports_are_of_the_scenes_as_they_are() {
         let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/results");
@@ -114,11 +115,11 @@ mod tests {
         assert!(checked >= 5, "{checked} reports");
     }
 
-    /// Says how many scenes a report has settings of. Reports of programs that did not write them name their commit.
+    /// Returns how many scenes a report has settings of. Reports of versions without settings name their commit.
     fn check_report(path: &Path) -> usize {
         let json = std::fs::read(path).expect("it can be read");
         let report: Value = serde_json::from_slice(&json).expect("it is JSON");
-        // Those that took turns are two.
+        // Reports of two scenes in turn have two.
         let first = report.get("first").unwrap_or(&report);
         let command = first["command"].as_str().expect("it is text");
         let words: Vec<&str> = command.split(' ').collect();
@@ -145,7 +146,7 @@ mod tests {
         recorded
             .map(|(recorded, (scene, set))| {
                 let mut lines = differences(recorded, &of_scene(scene, &set));
-                // Keys that have come since, and how pictures look, take no time of a step.
+                // New keys and the look of pictures do not change the time of a step.
                 lines.retain(|line| !line.ends_with("which was not set"));
                 lines.retain(|line| !line.starts_with("picture.") && !line.starts_with("camera."));
                 assert!(lines.is_empty(), "{}: {lines:?}", path.display());
@@ -154,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_that_differ_are_told_as_a_resumed_run_tells_them() {
+    fn keys_that_differ_are_listed_as_a_resumed_run_lists_them() {
         let a = of_scene("trio", &["physarum.speed=0.004", "radius=1.5"]);
         assert!(differences(&a, &a).is_empty());
         let b = [

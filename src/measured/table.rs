@@ -1,8 +1,8 @@
-//! Tables of numbers as text, and numbers as people read them.
+//! Tables of numbers as text, and numbers with prefixes.
 
 use std::fmt::Write as _;
 
-/// Columns two blanks apart, the first flush left, the others flush right, none that is empty; a rule below the header, and
+/// Columns two blanks apart, the first flush left, the others flush right, without empty columns; a rule below the header, and
 /// one above row number `ruled`. All rows have as many columns as the first.
 pub fn aligned(rows: &[impl AsRef<[String]>], ruled: Option<usize>) -> String {
     let rows: Vec<&[String]> = rows.iter().map(AsRef::as_ref).collect();
@@ -30,7 +30,7 @@ pub fn aligned(rows: &[impl AsRef<[String]>], ruled: Option<usize>) -> String {
     text
 }
 
-/// Three digits and a prefix, to be followed by what is counted: `12.3 M `.
+/// Three digits and a prefix, to be followed by the unit: `12.3 M `.
 pub fn short(value: f64) -> String {
     let (scaled, prefix) = match value {
         v if v >= 1e9 => (v * 1e-9, "G "),

@@ -10,16 +10,16 @@ use super::report::{Bandwidth, KeptBusy, KernelTime, Throughput, Times};
 use super::table::{aligned, short};
 use super::work::work_of;
 
-/// What rows need to know besides times.
+/// The facts that rows need besides times.
 #[derive(Clone, Copy)]
 pub struct Of<'a> {
     /// Of the scene.
     pub setup: &'a Setup,
     /// How particles are cut into segments, of which a step sorts one.
     pub segments: Segments,
-    /// How many particles advance in what was measured, if that is known.
+    /// How many particles advance in the measured part, if that is known.
     pub advancing: Option<u64>,
-    /// Of copies, if it was measured.
+    /// The speed of copies, if it was measured.
     pub bandwidth: Option<Bandwidth>,
     /// How long the device was kept busy first, if it was.
     pub kept_busy: Option<KeptBusy>,
@@ -27,7 +27,7 @@ pub struct Of<'a> {
 
 /// The rows of the report.
 pub fn rows(report: &gpu::Report, of: Of<'_>) -> Vec<KernelTime> {
-    // Of what not every step has, the median is that of the steps that have it.
+    // For kernels that not every step has, the median is over the steps that have them.
     let of_a_step = |row: &gpu::Row| {
         if row.steps < report.steps {
             row.time.mean_ms
@@ -45,7 +45,7 @@ pub fn rows(report: &gpu::Report, of: Of<'_>) -> Vec<KernelTime> {
         );
         let mut ms = of_a_step(row);
         if row.name == "advance" {
-            // All together advance all particles: those that the first lists are left to the others.
+            // All forms of `advance` together advance all particles: those that the first one lists are advanced by the others.
             let listed = report.rows.iter();
             let listed = listed.filter(|row| FORMS_OF_ADVANCE[1..].contains(&row.name.as_str()));
             ms += listed.map(of_a_step).sum::<f64>();
@@ -87,13 +87,13 @@ pub fn unavailable(report: &gpu::Report, has_timestamps: bool) -> Option<&'stati
 pub enum Run {
     /// All kernels of a step.
     Step,
-    /// The same, whose kernels may overlap: none has a time of its own.
+    /// All kernels of a step, overlapping: none has a time of its own.
     Overlapping,
     /// One kernel alone.
     Kernel,
 }
 
-/// Of a mean step, what no kernel takes.
+/// The part of a mean step between kernels.
 pub fn between_kernels(report: &gpu::Report) -> f64 {
     let kernels: f64 = report.rows.iter().map(|row| row.time.mean_ms).sum();
     report.step.mean_ms - kernels
@@ -102,9 +102,9 @@ pub fn between_kernels(report: &gpu::Report) -> f64 {
 /// The table: kernel, dispatches a step, mean, median, 95th percentile, standard deviation, least and most, share, bytes,
 /// throughput; what lies between kernels; the whole step; and what bytes are compared with.
 pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
-    // A kernel alone is no part of anything.
+    // A kernel alone has no share.
     let share = if run == Run::Step { "share" } else { "" };
-    // Of a whole step these say nothing.
+    // These values do not apply to a whole step.
     let of_kernels = |title| if run == Run::Overlapping { "" } else { title };
     let header = [
         of_kernels("kernel"),
@@ -121,7 +121,7 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
         "throughput",
     ];
     let step = &report.step;
-    // Enough digits to tell kernels apart, whatever the device's speed.
+    // Enough digits to distinguish kernels on fast devices, too.
     let decimals = if step.mean_ms < 1.0 { 4 } else { 3 };
     let milliseconds = |ms: f64| format!("{ms:.decimals$}");
     let mut cells = vec![header.map(str::to_owned)];

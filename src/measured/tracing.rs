@@ -1,11 +1,11 @@
-//! The host's side of a session's trace, and what brings the device's to the same clock.
+//! The host's side of a session's trace, and the conversion of the device's times to the same clock.
 
 use std::time::Instant;
 
 use myxo::gpu::{Calibration, Context, Timings, Trace};
 use myxo::{Error, Result};
 
-/// What the host does, as long as it is traced.
+/// The host's spans while it is traced.
 pub struct Tracing {
     trace: Trace,
     calibration: Option<Calibration>,
@@ -67,7 +67,7 @@ impl Tracing {
     }
 }
 
-/// Does something of which a trace shows how long it takes.
+/// Does `work` as a span of the trace.
 pub fn spanned<R>(trace: &mut Option<Tracing>, name: &str, work: impl FnOnce() -> R) -> R {
     match trace {
         Some(tracing) => tracing.trace.span(name, |_| work()),

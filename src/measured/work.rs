@@ -1,10 +1,9 @@
-//! What kernels work on: how many particles or texels there are in a step, and how many bytes they must read and write.
+//! The work of kernels: the number of particles or texels in a step, and the bytes that they must read and write.
 //!
-//! Bytes are those that no layout of the same buffers could do without, each counted once a particle or texel, whatever
-//! caches keep: a particle's record and its motion are read and written, one texel of trail is read for each of the three
-//! sensors, one count is read and written for the deposit. Tables of triangles, which many particles share,
-//! are not counted, nor texels that only bilinear reads touch. So the rate says how much of the memory's speed is put to
-//! use, and not what the memory is kept busy with.
+//! Bytes are those that every layout of the same buffers needs, each counted once per particle or texel, regardless of caches: a particle's
+//! record and its motion are read and written, one texel of trail is read for each of the three sensors, one count is read and written for
+//! the deposit. Tables of triangles, which many particles share, are not counted, nor texels that only bilinear reads touch. Therefore the
+//! rate shows how much of the memory's speed is used for necessary data, not the whole traffic.
 
 use myxo::sim::Setup;
 use myxo::sim::sorting::Segments;
@@ -26,8 +25,8 @@ pub struct Work {
     pub bytes: f64,
 }
 
-/// The work of a kernel in a step in which it is dispatched so often. Each particle advances once;
-/// `advancing` of them were measured, if that is known. `None` where only the device knows.
+/// The work of a kernel in a step with so many dispatches of it. Each particle advances once;
+/// `advancing` of them were measured, if that is known. `None` if only the device has the number.
 pub fn work_of(
     kernel: &str,
     dispatches: f64,

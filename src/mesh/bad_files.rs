@@ -1,4 +1,4 @@
-//! Tests with broken models: each is refused with words that help, and none makes a reader panic.
+//! Tests with broken models: each is refused with a helpful message, and none makes a reader panic.
 //!
 //! They call the readers directly, because [`super::load`] catches panics.
 
@@ -283,7 +283,7 @@ fn bad_stl_files_are_explained() {
     }
 }
 
-/// No count or type in a PLY header is believed, and what is wrong is named with its place.
+/// No count or type in a PLY header is trusted, and errors have their place.
 #[test]
 fn bad_ply_files_are_explained() {
     for encoding in [Encoding::Ascii, Encoding::Little, Encoding::Big] {
@@ -501,7 +501,10 @@ fn bad_glb_files_are_explained() {
             good[..100].to_vec(),
             "the JSON chunk of the GLB should have 420 bytes, and 80 follow. The file is damaged or cut off",
         ),
-        (edited(4, 1), "this is GLB version 1, and version 2 is read"),
+        (
+            edited(4, 1),
+            "this is GLB version 1, and only version 2 can be read",
+        ),
         (good[..16].to_vec(), "has no JSON chunk"),
         (
             good[..good.len() - 4].to_vec(),
@@ -536,7 +539,11 @@ fn bad_gltf_descriptions_are_explained() {
             "{\"asset",
             "the glTF description cannot be read",
         ),
-        ("\"2.0\"", "\"1.0\"", "this is glTF 1.0, and glTF 2 is read"),
+        (
+            "\"2.0\"",
+            "\"1.0\"",
+            "this is glTF 1.0, and only glTF 2 can be read",
+        ),
         (
             "\"scene\":0",
             "\"scene\":9",
@@ -745,12 +752,12 @@ fn models_name_only_files_beside_them() {
 
     let absolute = folder.path().join("secret.bin");
     let absolute = absolute.to_str().unwrap();
-    let outside = "lies outside of its folder";
+    let outside = "is outside of its folder";
     for (uri, words) in [
         ("data/A..B%20c.bin", ""),
         ("data/../data/./A..B c.bin", ""),
         ("../models/data/A..B c.bin", ""),
-        // Names that were not escaped; the escaped reading comes first.
+        // Names that were not escaped; they are unescaped first.
         ("part 10%.bin", ""),
         ("a%20b.bin", ""),
         ("both%20.bin", ""),
@@ -761,8 +768,11 @@ fn models_name_only_files_beside_them() {
         ("zero.bin", outside),
         (absolute, outside),
         ("/etc/hostname", outside),
-        ("file:///etc/hostname", "which is no file beside it"),
-        ("http://localhost/secret.bin", "which is no file beside it"),
+        ("file:///etc/hostname", "which is not the path of a file"),
+        (
+            "http://localhost/secret.bin",
+            "which is not the path of a file",
+        ),
         ("data", "no regular file"),
         ("", "no regular file"),
         ("short.bin", "buffers[0] should have 48 bytes, and has 20"),

@@ -1,5 +1,5 @@
 //! Built-in meshes by name: `cube`, `torus`, `icosphere`, `plane` and `capsule`, each with parameters that have defaults,
-//! and the models that come with the program.
+//! and the embedded models.
 //!
 //! A name is written as in a web address: `torus`, `torus?major=64&minor=32`.
 
@@ -116,18 +116,18 @@ impl Mesh {
             }
         };
         parameters.finish()?;
-        // Wheels have at most some millions, which is known only now.
+        // Wheels have at most some millions of triangles, which are counted only here.
         parameters.limit(mesh.corners.len() as u64)?;
         Ok(mesh)
     }
 }
 
-/// The parameters behind a built-in's name; each is taken once, and what is left over is an error.
+/// The parameters after a built-in's name; each is removed when read, and the rest is an error.
 struct Parameters<'a> {
     mesh: &'a str,
     given: Vec<(&'a str, &'a str)>,
     known: Vec<&'static str>,
-    /// Triangles that there is room for.
+    /// The most triangles.
     most: u64,
 }
 

@@ -29,7 +29,7 @@ pub(crate) fn previous(halfedge: u32) -> u32 {
     }
 }
 
-/// Every half-edge, sorted so that those of one edge stand together, and ascending within an edge.
+/// Every half-edge, sorted so that those of one edge are adjacent, and ascending within an edge.
 pub(crate) struct EdgeGroups {
     sorted: Vec<(u64, u32)>,
 }

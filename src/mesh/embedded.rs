@@ -1,5 +1,4 @@
-//! Models that come inside the program, so that every built-in scene runs from anywhere. `assets/README.md` says where
-//! they are from and what licences they have.
+//! Models embedded in the program, so that every built-in scene runs from any folder. `assets/README.md` has their sources and licences.
 
 use std::path::Path;
 
@@ -16,7 +15,7 @@ const MODELS: &[(&str, &[u8])] = &[
 /// The model with this name, if there is one.
 pub(super) fn model(name: &str, most: u64) -> Option<Result<Mesh, MeshError>> {
     let (name, bytes) = MODELS.iter().find(|(model, _)| *model == name)?;
-    // The path is for the ending, and for messages; nothing is read from it.
+    // The path is only used for its ending and for messages; nothing is read from it.
     let path = format!("builtin:{name}.glb");
     Some(from_bytes(
         name,

@@ -19,7 +19,7 @@ pub enum MeshError {
     Bad {
         /// The file, or the name of the built-in mesh.
         place: String,
-        /// What is wrong with it.
+        /// The problem.
         problem: MeshProblem,
     },
     /// No built-in mesh has this name.
@@ -28,7 +28,7 @@ pub enum MeshError {
         suggestion(nearest)
     )]
     UnknownBuiltin {
-        /// What was asked for.
+        /// The requested name.
         name: String,
         /// The most similar name, if one is similar.
         nearest: Option<String>,
@@ -40,7 +40,7 @@ pub enum MeshError {
     Parameter {
         /// The built-in mesh.
         name: String,
-        /// What is wrong, and what would be right.
+        /// The problem, and the allowed values.
         problem: String,
     },
 }
@@ -48,7 +48,7 @@ pub enum MeshError {
 /// A problem of a model. Vertices and triangles are numbered from 0, lines of text from 1.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshProblem {
-    /// The file is none of those that can be read.
+    /// The file's format is not supported.
     #[error(
         "this is no OBJ, STL, PLY, glTF or GLB file: {found}. Export the model as one of these"
     )]
@@ -62,13 +62,13 @@ pub enum MeshProblem {
     /// A model's animation that an object cannot follow.
     #[error("{0}")]
     Animation(String),
-    /// Nothing to walk on.
+    /// There are no triangles.
     #[error("there are no triangles: {found}. Export the model with its faces")]
     NoTriangles {
-        /// What the file holds instead.
+        /// The file's content instead.
         found: String,
     },
-    /// Nothing to walk on is left.
+    /// No triangle has an area.
     #[error("of {count} triangles none has an area: the model is broken or scaled to nothing")]
     AllDegenerate {
         /// How many there were.
@@ -76,7 +76,7 @@ pub enum MeshProblem {
     },
     /// A vertex that a triangle uses is NaN or infinite.
     #[error(
-        "vertex {vertex}{} is not finite: {position:?}, used by face {face}. Repair the model or export it anew",
+        "vertex {vertex}{} is not finite: {position:?}, used by face {face}. Repair the model or export it again",
         at_line(line)
     )]
     NonFiniteVertex {
@@ -91,7 +91,7 @@ pub enum MeshProblem {
     },
     /// A face names a vertex that does not exist.
     #[error(
-        "face {face}{} names {what} {index}, and the file has {}. The file is damaged: export the model anew",
+        "face {face}{} names {what} {index}, and the file has {}. The file is damaged: export the model again",
         at_line(line),
         range(*first, *count)
     )]
@@ -109,12 +109,12 @@ pub enum MeshProblem {
         /// How many there are.
         count: u64,
     },
-    /// More than the half-edge numbers reach.
+    /// More than half-edge numbers can count.
     #[error(
         "{count} {what}, and {most} are the most that can be numbered: split or simplify the model"
     )]
     TooMany {
-        /// What there are too many of, such as `triangles`.
+        /// The name of the counted elements, such as `triangles`.
         what: &'static str,
         /// How many there are.
         count: u64,
@@ -150,13 +150,13 @@ pub enum MeshProblem {
     BadLine {
         /// Number of the line.
         line: usize,
-        /// What it lacks.
+        /// The problem.
         why: String,
         /// Its beginning.
         text: String,
     },
-    /// A binary or JSON structure that cannot be right.
-    #[error("{0}. The file is damaged or cut off: export or download it anew")]
+    /// An invalid binary or JSON structure.
+    #[error("{0}. The file is damaged or cut off: export or download it again")]
     Damaged(String),
     /// Something that glTF allows and that is not supported.
     #[error("{0}")]
@@ -171,7 +171,7 @@ pub enum MeshProblem {
     },
     /// The reader itself failed.
     #[error(
-        "this file led the reader into a mistake ({0}). Please report it, with the file; exporting the model anew may help"
+        "this file made the reader fail ({0}). Please report it, with the file; exporting the model again may help"
     )]
     Panicked(String),
 }

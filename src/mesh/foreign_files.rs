@@ -1,9 +1,9 @@
-//! Models that other programs wrote, in `tests/models/`, against what other readers measure of them.
+//! Tests with models written by other programs, in `tests/models/`, compared with measurements by other readers.
 //!
-//! Where a value comes from, by the word in its line:
+//! The source of a value, by the word in its line:
 //! - `blender`: the surface that Blender 5.0.1 itself shows, before it wrote the file;
 //! - `numpy`: the formulas of the glTF specification (nodes, skins, morph targets, instances, quantization, sparse
-//!   accessors) in NumPy 1.26.4, written for this table and by no look at the reader here;
+//!   accessors) in NumPy 1.26.4, written for this table independently of the reader here;
 //! - `trimesh`: trimesh 5.2.0, everything in the file as one mesh, without its repairs.
 //!
 //! Border edges are counted after vertices of equal float32 coordinates have become one (SciPy 1.17.1 for those that only
@@ -14,7 +14,7 @@ use glam::Vec3;
 use super::bad_files::try_mesh;
 use super::load::Extent;
 
-/// A file, and what is right for it.
+/// A file, and its expected values.
 struct Foreign {
     name: &'static str,
     bytes: &'static [u8],
@@ -23,7 +23,7 @@ struct Foreign {
     area: f64,
     low: [f32; 3],
     high: [f32; 3],
-    /// All that the report says of it.
+    /// The whole expected report.
     oddities: &'static [&'static str],
 }
 
@@ -42,7 +42,7 @@ macro_rules! foreign {
     };
 }
 
-/// Each line says what it alone would catch.
+/// Each line names the feature that only it tests.
 const FILES: &[Foreign] = &[
     // blender: a mirrored node below a stretched one, which together shear; five more nodes with the same mesh.
     foreign!("blender_nodes.glb", 132 triangles, 0 open, area 108.99764,
@@ -102,7 +102,7 @@ const FILES: &[Foreign] = &[
         &["32 border vertices that coincide with others within rounding error, made one with these"]),
 ];
 
-/// Catches what tests with files made here cannot: where this reader and its tests take the formats in the same wrong way.
+/// Catches misunderstandings of the formats that this reader and its own tests share.
 #[test]
 fn other_programs_files_are_what_other_readers_measure() {
     for file in FILES {
@@ -127,7 +127,7 @@ fn other_programs_files_are_what_other_readers_measure() {
     }
 }
 
-/// Messages name the compression of two programs as these call it, so that users know which switch to turn off.
+/// Messages use the names that two programs give to compression, so that users find the option to turn off.
 #[test]
 fn other_programs_compression_is_named() {
     let files: [(&str, &[u8], &str); 2] = [

@@ -1,4 +1,4 @@
-//! Toothed wheels, as built-in meshes: involute teeth, which roll on one another and touch on both flanks.
+//! Toothed wheels, as built-in meshes: involute teeth, which roll on each other and touch on both flanks.
 //!
 //! Two wheels mesh when their pitch circles touch and `radius / teeth` is the same for both. Tooth 0 points along +X; the
 //! axis is Y.
@@ -34,9 +34,9 @@ pub struct Gear {
     pub is_ring: bool,
 }
 
-/// Width of the edges that are taken off, in modules.
+/// Width of the chamfers, in modules.
 const CHAMFER: f64 = 0.14;
-/// Between the line of contact and the tangent of the pitch circles.
+/// The pressure angle, between the line of contact and the tangent of the pitch circles.
 const PRESSURE_ANGLE: f64 = 22.5 * PI / 180.0;
 
 impl Gear {

@@ -1,4 +1,4 @@
-//! From a path to a mesh: which reader, how much to read, and what happens when a reader fails.
+//! Loading a mesh from a path: the choice of the reader, limits of sizes, and handling of failures.
 
 use std::any::Any;
 use std::io::Read;
@@ -11,21 +11,21 @@ use super::{Mesh, MeshError, RigidTrack, gltf, obj, ply, stl};
 use crate::plain_text::Shown as _;
 use crate::regular_file;
 
-/// No model, and no file that a model names, is read beyond this size.
+/// The largest model, or file that a model names.
 pub(crate) const MOST_BYTES: u64 = 2 << 30;
 
-/// How much of a model is taken.
+/// The part of a model that is loaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Extent {
-    /// All triangles of the default scene, where its nodes put them.
+    /// All triangles of the default scene, with the transforms of its nodes.
     Scene,
     /// The first primitive of the first mesh, as it is.
     FirstPrimitive,
 }
 
 impl Mesh {
-    /// Loads an OBJ, STL, PLY, glTF or GLB file: everything in it as one mesh. Of a glTF file that is what its default
-    /// scene shows at rest, with morph targets, skins and instances applied.
+    /// Loads an OBJ, STL, PLY, glTF or GLB file: everything in it as one mesh. For a glTF file, that is the content of its default scene at
+    /// rest, with morph targets, skins and instances applied.
     ///
     /// # Errors
     /// When the file cannot be read, is damaged, or has nothing to walk on; the message says where and what to do.
@@ -42,8 +42,8 @@ impl Mesh {
         load(path.as_ref(), Extent::FirstPrimitive, MOST_TRIANGLES as u64)
     }
 
-    /// Reads a model that is in memory. The ending of `path` says of what kind it is, and its folder is where files that a
-    /// glTF model names lie; `path` itself is not read.
+    /// Reads a model that is in memory. The ending of `path` says of what kind it is, and its folder has the files that a glTF model names;
+    /// `path` itself is not read.
     ///
     /// # Errors
     /// As [`Mesh::load`].
@@ -107,7 +107,7 @@ impl RigidTrack {
     /// As [`RigidTrack::open`].
     pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self, MeshProblem> {
         let folder = path.parent().unwrap_or(Path::new(""));
-        // The second wall against what strangers write, as for triangles.
+        // A second protection against untrusted files, as for triangles.
         catch_unwind(AssertUnwindSafe(|| gltf::read_track(bytes, folder)))
             .unwrap_or_else(|panic| Err(MeshProblem::Panicked(panic_text(panic.as_ref()))))
     }
@@ -118,7 +118,7 @@ fn load(path: &Path, extent: Extent, most: u64) -> Result<Mesh, MeshError> {
     from_bytes(&name_of(path), path, &bytes, extent, most)
 }
 
-/// What people call a model: the name of its file without its ending.
+/// The name of a model: that of its file without its ending.
 fn name_of(path: &Path) -> String {
     path.file_stem().map_or_else(
         || "mesh".to_owned(),
@@ -134,7 +134,7 @@ pub(crate) fn from_bytes(
     extent: Extent,
     most: u64,
 ) -> Result<Mesh, MeshError> {
-    // The readers are written not to panic; this is the second wall, because models come from strangers.
+    // The readers are written not to panic; catching panics is a second protection, because models are untrusted.
     let parsed = catch_unwind(AssertUnwindSafe(|| {
         if let Some(count) = stl::declared_triangles(bytes) {
             check_count(count, most)?;
@@ -161,8 +161,8 @@ fn check_count(count: u64, most: u64) -> Result<(), MeshProblem> {
     Err(MeshProblem::NoRoom { count, most })
 }
 
-/// Reads the triangles of a model whose bytes are given; `path` says of what kind it is, and where files that it names
-/// would lie.
+/// Reads the triangles of a model whose bytes are given; `path` has the ending that selects the format, and the folder of files that the
+/// model names.
 #[cfg(test)]
 pub(crate) fn parse(path: &Path, bytes: &[u8], extent: Extent) -> Result<Soup, MeshProblem> {
     parse_within(path, bytes, extent, u64::MAX)

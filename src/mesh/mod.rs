@@ -3,10 +3,10 @@
 //! This layer has neither Vulkan nor particles.
 //!
 //! A model comes in through `load` (files, read by `obj`, `stl`, `ply` and `gltf`) or [`builtin`] as a `soup` of
-//! triangles. [`origin`] says where its coordinates are counted from, `weld` makes one vertex of those at one place and drops what has no area, `stitch` joins borders that
-//! coincide within rounding error, `orient` makes windings agree, and the result is a [`Mesh`] with a [`MeshReport`] of
-//! all that. [`surface`] pools meshes for the kernels, with the rotation across every edge; [`walk`] is the reference for
-//! walks on it.
+//! triangles. [`origin`] chooses the origin of its coordinates, `weld` merges vertices at one place and drops triangles without area,
+//! `stitch` joins borders that coincide within rounding error, `orient` makes windings agree, and the result is a [`Mesh`] with a
+//! [`MeshReport`]. [`surface`] pools meshes for the kernels, with the rotation across every edge; [`walk`] is the reference for walks on
+//! it.
 //!
 //! Conventions, stated once:
 //! - half-edge `h = 3 * triangle + corner` runs from that corner to the next one of its triangle;
@@ -57,31 +57,30 @@ pub use gltf::RigidTrack;
 pub use report::MeshReport;
 use walk::SurfacePoint;
 
-/// One model: welded, consistently wound, without degenerate triangles, and with a report of what was done to it.
+/// One model: welded, consistently wound, without degenerate triangles, and with a report of repairs.
 ///
-/// Triangles keep the order of the file. A triangle of the file that was dropped leaves no gap, so `file_triangle`
-/// says which one each came from.
+/// Triangles keep the order of the file. Dropped triangles leave no gap, so `file_triangle` has the number of each in the file.
 #[derive(Clone, Debug)]
 pub struct Mesh {
-    /// What people call it: the file's name without its ending, or the built-in's name.
+    /// Its name: the file's name without its ending, or the built-in's name.
     pub name: String,
     /// Welded vertices, in the file's own coordinates counted from `origin`; every one is a corner of some triangle.
     pub positions: Vec<Vec3>,
-    /// Where positions are counted from, in the file's coordinates; zero unless the model is small and far from there.
+    /// The origin of positions, in the file's coordinates; zero unless the model is small and far from zero.
     pub origin: DVec3,
     /// The corners of each triangle, wound to agree with its neighbours; the edge from the first to the second is the
     /// shortest.
     pub corners: Vec<[u32; 3]>,
-    /// For each triangle, which corner of the file's triangle each of its corners is. They differ where winding was
-    /// mended, and because every triangle begins with its shortest edge: in a needle, the tangent frame along a long
-    /// edge would lose digits of everything that a walk computes.
+    /// For each triangle, which corner of the file's triangle each of its corners is. They differ where winding was repaired, and because
+    /// every triangle begins with its shortest edge: in a needle, the tangent frame along a long edge would lose digits of everything that
+    /// a walk computes.
     pub file_corners: Vec<[u8; 3]>,
     /// The triangle's number in the file, polygons cut up; ascending.
     pub file_triangle: Vec<u32>,
     /// Texture coordinates of each triangle's corners (in the order of `corners`), if the model has them everywhere;
     /// as the file has them, so `v` points up in OBJ and PLY and down in glTF.
     pub uvs: Option<Vec<[Vec2; 3]>>,
-    /// Sizes, topology, and everything odd.
+    /// Sizes, topology, and defects.
     pub report: MeshReport,
 }
 
@@ -95,7 +94,7 @@ impl Mesh {
         )
     }
 
-    /// The point that a file means by a face and the weights of its three corners, in the file's order and numbering.
+    /// The point given by a face of the file and the weights of its three corners, in the file's order and numbering.
     /// `None` when the file has no such triangle, or it was dropped.
     #[must_use]
     pub fn point_from_file(&self, face: u32, weights: [f64; 3]) -> Option<SurfacePoint> {
@@ -108,7 +107,7 @@ impl Mesh {
         })
     }
 
-    /// Whether a triangle is wound against the file.
+    /// Is a triangle wound against the file?
     ///
     /// # Panics
     /// When the mesh has no such triangle.

@@ -1,8 +1,8 @@
 //! OBJ files: text with vertices (`v`), texture coordinates (`vt`) and faces (`f`).
 //!
 //! `tobj` reads the numbers. It is given only the lines that make a surface, because it takes a polyline of three
-//! vertices for a triangle, stops at a comment behind a face, and reads neither CR alone as a line end nor UTF-16. It
-//! says neither which line nor which face is wrong, so where it fails the lines are read once more, for the message.
+//! vertices for a triangle, stops at a comment behind a face, and reads neither CR alone as a line end nor UTF-16. Its errors name neither
+//! the line nor the face, so after an error the lines are read again, for the message.
 
 use glam::{DVec2, DVec3, Vec2};
 
@@ -10,11 +10,11 @@ use super::error::MeshProblem;
 use super::soup::Soup;
 use super::text;
 
-/// Reads everything in the file as one surface. Triangles are numbered face by face, n - 2 for a face of n corners, as
-/// [`triangulate`](super::polygon::triangulate) hands them over.
+/// Reads everything in the file as one surface. Triangles are numbered face by face, n - 2 for a face of n corners, as returned by
+/// [`triangulate`](super::polygon::triangulate).
 pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
     let lines = SurfaceLines::collect(&text::decode(bytes));
-    // Faces that tobj overlooks or overflows with.
+    // Faces that tobj skips or on which it overflows.
     if lines.has_odd_faces
         && let Some(problem) = lines.find_problem()
     {
@@ -25,7 +25,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
         ignore_lines: true,
         ..Default::default()
     };
-    // Materials are never read: they say nothing about the surface, and their paths come from strangers.
+    // Materials are never read: the surface does not need them, and their paths are untrusted.
     let no_materials = |_: &std::path::Path| Err(tobj::LoadError::MaterialParseError);
     let (models, _) = tobj::load_obj_buf(&mut lines.text.as_bytes(), &options, no_materials)
         .map_err(|error| lines.explain(&error.to_string()))?;
@@ -37,7 +37,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
         .filter(|mesh| !mesh.indices.is_empty())
         .ok_or_else(|| lines.no_triangles())?;
     let positions: Vec<DVec3> = chunks(&mesh.positions).map(DVec3::from_array).collect();
-    // Beyond float32 a number is as good as infinite.
+    // Beyond float32 a number counts as infinite.
     if !positions.iter().all(|p| p.as_vec3().is_finite()) {
         return Err(lines.explain("a vertex is not finite"));
     }
@@ -118,7 +118,7 @@ impl SurfaceLines {
             every_corner_has_uv: true,
             ..Self::default()
         };
-        // A line that goes on, and the number of its first part.
+        // A line that continues, and the number of its first part.
         let mut continued = String::new();
         let mut first = None;
         for (index, line) in text::lines(file).enumerate() {
@@ -207,7 +207,7 @@ impl SurfaceLines {
         self.text.push('\n');
     }
 
-    /// What stands behind a keyword, line by line, with the line's number in the file.
+    /// The text after a keyword, line by line, with the line's number in the file.
     fn of<'a>(
         &'a self,
         keyword: &'a str,
@@ -260,7 +260,7 @@ impl SurfaceLines {
         }
     }
 
-    /// Finds what is wrong with a file that `tobj` refused, or that has a vertex that is not finite.
+    /// Finds the problem of a file that `tobj` refused, or that has a vertex that is not finite.
     fn explain(&self, otherwise: &str) -> MeshProblem {
         self.find_problem()
             .unwrap_or_else(|| MeshProblem::Damaged(otherwise.to_owned()))

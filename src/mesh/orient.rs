@@ -9,12 +9,12 @@ use super::edges::{EdgeGroups, ends};
 use super::surface::NONE;
 use crate::portable::atan2;
 
-/// Flips triangles until neighbours agree, and says which were flipped: of those, corners 1 and 2 are swapped.
+/// Flips triangles until neighbours agree, and returns which were flipped: their corners 1 and 2 are swapped.
 ///
-/// Triangles that share an edge of two settle first, breadth first from the lowest number, so that what cannot agree
-/// (a Moebius band) is cut along a short line. Then the pieces that meet at edges of three or more triangles settle, so
-/// that the first half-edge there gets a twin. In each piece the majority keeps its winding, unless the piece is closed:
-/// then it is made to face outwards, or inwards where it is the wall of a cavity and came so.
+/// Triangles that share an edge with no third one are oriented first, breadth first from the lowest number, so that a surface that cannot
+/// be oriented (a Moebius band) is cut along a short line. Then the pieces that meet at edges of three or more triangles are oriented, so
+/// that the first half-edge there gets a twin. In each piece the majority keeps its winding, unless the piece is closed: then it is made to
+/// face outwards, or inwards if it is the wall of a cavity and faced inwards in the file.
 pub(crate) fn orient(
     positions: &[Vec3],
     corners: &mut [[u32; 3]],
@@ -59,7 +59,7 @@ pub(crate) fn orient(
     flipped
 }
 
-/// Lets winding spread over edges of exactly two triangles: what to flip, the part of each triangle, and their number.
+/// Spreads winding over edges of exactly two triangles; returns the triangles to flip, the part of each triangle, and the number of parts.
 fn flood(corners: &[[u32; 3]], groups: &EdgeGroups) -> (Vec<bool>, Vec<u32>, usize) {
     let mut across = vec![NONE; 3 * corners.len()];
     for group in groups.iter() {
@@ -276,7 +276,7 @@ impl Pieces {
         (root, turned)
     }
 
-    /// Demands that two parts be turned against each other, or not; false when they already are otherwise.
+    /// Requires that two parts are flipped relative to each other, or not; returns false if that contradicts earlier requirements.
     fn join(&mut self, one: u32, other: u32, differ: bool) -> bool {
         let (root, turned) = self.find(one);
         let (other_root, other_turned) = self.find(other);

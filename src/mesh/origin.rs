@@ -1,13 +1,13 @@
-//! Where coordinates are counted from. Single precision has 24 bits: of a model a metre wide that stands 5,000 km from
-//! the origin, as in map coordinates, it would keep steps of half a metre. So what is far from the origin is counted
-//! from a place nearby, chosen in double precision before anything is rounded.
+//! Origins of coordinates. Single precision has 24 bits: a model a metre wide that is 5,000 km from the origin, as in map coordinates,
+//! would have steps of half a metre. Therefore coordinates far from the origin are counted from a place nearby, chosen in double precision
+//! before anything is rounded.
 
 use glam::DVec3;
 
 use crate::portable::power_of_two_from;
 
-/// In extents of a model or scene: what reaches no farther from the origin is counted from the origin itself. Single
-/// precision loses five bits there at the most.
+/// In extents of a model or scene: within this distance from the origin, coordinates are counted from the origin itself. Single precision
+/// loses at most five bits there.
 const NEAR: f64 = 16.0;
 
 /// In extents: how far apart the places are that a scene's coordinates can be counted from. One about the origin that is
@@ -17,8 +17,8 @@ const APART: f64 = 8.0;
 /// Fewer steps of single precision across a model are reported: details are lost that a picture shows.
 const FEW: f64 = 65_536.0;
 
-/// Where the coordinates of a mesh in a box are counted from: the origin, or if the box is small and far away, its middle.
-/// So a mesh about the origin that is moved, and whose coordinates are decimals, keeps nearly all of them to the bit.
+/// The origin of the coordinates of a mesh in a box: zero, or if the box is small and far away, its middle.
+/// If a mesh around the origin with decimal coordinates is moved, nearly all of them keep their bits.
 #[must_use]
 pub fn of_mesh(low: DVec3, high: DVec3) -> DVec3 {
     if is_far_away(low, high) {
@@ -28,9 +28,8 @@ pub fn of_mesh(low: DVec3, high: DVec3) -> DVec3 {
     }
 }
 
-/// Where the coordinates of a scene in a box are counted from: the origin, or if the box is small and far away, a place
-/// near its middle. That is a multiple of a power of two, so that the difference from it is exact where a scene is moved
-/// by such a multiple.
+/// The origin of the coordinates of a scene in a box: zero, or if the box is small and far away, a place
+/// near its middle. That is a multiple of a power of two, so that the difference from it is exact if a scene is moved by such a multiple.
 #[must_use]
 pub fn of_scene(low: DVec3, high: DVec3) -> DVec3 {
     if !is_far_away(low, high) {

@@ -1,7 +1,7 @@
 //! PLY files, binary and text: a header that describes elements (vertices, faces) and their properties, then the values.
 //!
-//! Counts in the file are never believed: nothing is allocated for them, and every round of a loop over them takes a
-//! value from the file, so that a count beyond it ends where the file ends.
+//! Counts in the file are not trusted: nothing is allocated for them, and every iteration over them reads a value, so that a count that is
+//! too large ends at the end of the file.
 
 mod values;
 
@@ -16,7 +16,7 @@ use super::soup::{MOST_TRIANGLES, Soup};
 use super::text::{self, bad_line, beginning};
 use values::Values;
 
-/// Whether a file begins as all PLY files do.
+/// Does a file begin like a PLY file?
 pub(crate) fn is_ply(bytes: &[u8]) -> bool {
     // Four characters of UTF-16 and a byte order mark.
     let beginning = text::decode(&bytes[..bytes.len().min(10)]);
@@ -41,7 +41,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Soup, MeshProblem> {
     }
     let mut values = Values::new(&header, bytes);
     let soup = header.read_values(&mut values);
-    // What makes sense and is all that there is needs no second look.
+    // If the values fit and end with the file, there is no second attempt.
     if soup.is_ok() && values.is_at_end() {
         return soup;
     }
@@ -264,7 +264,7 @@ impl Header {
     }
 }
 
-/// What stands behind the word `property`.
+/// The text after the word `property`.
 fn property(words: &[&str]) -> Option<Property> {
     let (length, kind, name) = match *words {
         ["list", length, kind, name] => (Some(Kind::named(length)?), kind, name),
@@ -281,7 +281,7 @@ fn property(words: &[&str]) -> Option<Property> {
 /// Names of the list of vertices in a face.
 const CORNERS: &[&str] = &["vertex_indices", "vertex_index"];
 
-/// What is read so far. Faces may come before their vertices, so the counts are those of the header.
+/// The values so far. Faces may come before their vertices, so the counts are those of the header.
 #[derive(Default)]
 struct Model {
     vertex_count: u64,
@@ -409,7 +409,7 @@ impl Model {
 
     fn into_soup(self) -> Result<Soup, MeshProblem> {
         let vertex_uvs = self.vertex_uvs.as_ref();
-        // A face's own coordinates come first: they know of seams. Strips have none.
+        // A face's own coordinates take precedence, because they have seams. Strips have none.
         let corner_uvs = self.corner_uvs.as_ref().filter(|_| self.strips.is_empty());
         let is_finite = |uvs: &Vec<Vec2>| uvs.iter().all(|uv| uv.is_finite());
         let has_uvs = corner_uvs.or(vertex_uvs).is_some_and(is_finite);

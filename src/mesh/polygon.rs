@@ -5,12 +5,12 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-/// Cuts a polygon of n corners into n - 2 triangles between them, wound as it is, and hands each over as three corner
-/// numbers.
+/// Cuts a polygon of n corners into n - 2 triangles between them, wound as it is, and calls `triangle` with the three corner numbers of
+/// each.
 ///
-/// Where the fan (0, k, k + 1) covers the polygon, as with every convex one, it is taken: files of points on triangles
-/// count on these numbers. Elsewhere ears are clipped in the polygon's own plane. Returns false where the triangles may
-/// overlap: where no ear is left, as in polygons that cross themselves, and where the search for ears takes too long.
+/// If the fan (0, k, k + 1) covers the polygon, as with every convex one, it is used: files of points on triangles rely on this numbering.
+/// Otherwise ears are clipped in the polygon's own plane. Returns false where the triangles may overlap: where no ear is left, as in
+/// polygons that cross themselves, and where the search for ears takes too long.
 pub(crate) fn triangulate(corners: &[DVec3], mut triangle: impl FnMut([u32; 3])) -> bool {
     let fan = (1..corners.len().saturating_sub(1) as u32).map(|k| [0, k, k + 1]);
     let normal = normal(corners);

@@ -1,5 +1,4 @@
-//! Tests with random damage: no reader panics, and whatever is let through can be walked on. Seeds are fixed, so a
-//! failure comes back.
+//! Tests with random damage: no reader panics, and every accepted mesh can be walked on. Seeds are fixed, so failures are reproducible.
 
 use glam::Vec3;
 
@@ -68,7 +67,7 @@ fn no_mutation_makes_a_reader_panic() {
     );
 }
 
-/// Whatever is let through can be walked on, at any scale that a scene may ask for.
+/// Every accepted mesh can be walked on, at any scale that a scene may have.
 fn assert_walkable(mesh: &Mesh, what: &str) {
     for scale in [1.0, 1.1, 1e-3, 1e3] {
         let valid = Surface::build(&[(mesh, scale)]).validate();

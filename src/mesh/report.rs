@@ -1,4 +1,4 @@
-//! What a mesh is like, everything odd about it, and what was done about that.
+//! A mesh's sizes and topology, its defects, and their repairs.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 use super::edges::{next, previous};
 use super::surface::NONE;
 
-/// So many names of a kind are listed in a report.
+/// The most names of a kind that a report lists.
 const MOST_NAMES: usize = 8;
 
 /// Sizes, topology and oddities of one mesh; printed in one line when nothing is odd.
@@ -18,7 +18,7 @@ pub struct MeshReport {
     pub vertices: usize,
     /// Edges, borders included.
     pub edges: usize,
-    /// Pieces that hang together over edges.
+    /// Connected parts.
     pub parts: usize,
     /// Half-edges without a twin.
     pub border_edges: usize,
@@ -103,7 +103,7 @@ impl MeshReport {
         self.euler_characteristic = fans.all as i64 - self.edges as i64 + corners.len() as i64;
     }
 
-    /// Whether no edge is open.
+    /// Is no edge open?
     #[must_use]
     pub fn is_closed(&self) -> bool {
         self.border_edges == 0
@@ -139,7 +139,7 @@ impl MeshReport {
         text + &format!(", genus {}", self.genus())
     }
 
-    /// Everything odd, one sentence each, with what was done about it; empty when all is well.
+    /// All defects, one sentence each, with their treatment; empty if there are none.
     #[must_use]
     pub fn oddities(&self) -> Vec<String> {
         let mut list = Vec::new();
@@ -175,8 +175,8 @@ impl MeshReport {
         );
         note(
             self.open_seams,
-            "border edge that coincides with another one within rounding error, left open",
-            "border edges that coincide with others within rounding error, left open",
+            "border edge that coincides with another one within rounding error, not joined",
+            "border edges that coincide with others within rounding error, not joined",
         );
         note(
             self.non_manifold_edges,
@@ -328,7 +328,7 @@ fn count_parts(twins: &[u32]) -> usize {
     parts
 }
 
-/// Fans: the runs of triangles round a vertex that hang together over edges. A plain vertex has one.
+/// Fans: the runs of triangles around a vertex that are connected over edges. A plain vertex has one.
 struct Fans {
     all: usize,
     pinched_vertices: usize,

@@ -1,4 +1,4 @@
-//! Triangles as a file gives them, and the way from there to a [`Mesh`].
+//! Triangles as in a file, and their conversion to a [`Mesh`].
 
 use glam::{DVec3, Vec2, Vec3};
 
@@ -19,21 +19,21 @@ pub(crate) const FARTHEST: f64 = 1e12;
 /// Of a triangle's shortest edge: a corner that is moved farther changes how the triangle looks.
 const CHANGED: f64 = 0.01;
 
-/// What a loader read: vertices and triangles in file order, nothing merged and nothing mended.
+/// The output of a loader: vertices and triangles in file order, nothing merged and nothing repaired.
 #[derive(Debug, Default)]
 pub(crate) struct Soup {
     /// Vertices, as precise as the file has them; those of several primitives one after the other.
     pub positions: Vec<DVec3>,
-    /// Corners of each triangle, in range: loaders check that, for they know what the file calls them.
+    /// Corners of each triangle, in range: loaders check that, because their messages need the file's numbering.
     pub triangles: Vec<[u32; 3]>,
     /// Texture coordinates of each triangle's corners, if every one has them.
     pub uvs: Option<Vec<[Vec2; 3]>>,
-    /// What the loader itself saw and left out; the rest of the report is filled in later.
+    /// The loader's part of the report; the rest is filled in later.
     pub seen: MeshReport,
 }
 
 impl Soup {
-    /// Where positions are counted from. Vertices without triangles do not count.
+    /// The origin of positions. Vertices without triangles do not count.
     fn origin(&self) -> DVec3 {
         let used = || self.triangles.as_flattened().iter();
         let used = || used().map(|&vertex| &self.positions[vertex as usize]);
@@ -84,7 +84,7 @@ impl Soup {
 }
 
 impl Mesh {
-    /// Welds, drops what is degenerate, makes the winding agree, and reports all of it.
+    /// Welds, drops degenerate triangles, makes the winding agree, and reports all of it.
     pub(crate) fn from_soup(name: &str, soup: Soup) -> Result<Self, MeshProblem> {
         let origin = soup.origin();
         if origin.abs().max_element() > FARTHEST {

@@ -9,7 +9,7 @@
 //! - their triangles do not lie on each other ([`FOLDED`]): the two sides of a thin wall stay apart;
 //! - no triangle that a vertex of theirs belongs to loses its area or turns over.
 //!
-//! What is that close and stays open is counted for the report.
+//! Such close borders that stay open are counted for the report.
 
 use std::collections::{HashMap, HashSet};
 
@@ -30,18 +30,18 @@ const OF_EDGE: f64 = 0.02;
 /// other: five degrees.
 const FOLDED: f64 = 0.996;
 
-/// Other borders near one of about its length that are looked at; where there are more, it is left open.
+/// The most candidates of about equal length near a border; with more, it stays open.
 const MOST_NEAR: usize = 64;
 
 /// The shortest edge and the lowest height that a triangle may have: float32 can still multiply two such lengths'
 /// ratios, and a scene's scale has room below.
 const SMALLEST_LENGTH: f64 = 1e-30;
 
-/// Rounds in which joints that do damage are left out; after them all are.
+/// Rounds in which harmful joints are left out; after them all are left out.
 const MOST_ROUNDS: usize = 8;
 
 /// Joins borders that nearly coincide, by giving triangles the first of the vertices that become one. Corners of each
-/// triangle are different before and after. Says whether anything was joined.
+/// triangle are different before and after. Returns whether anything was joined.
 pub(crate) fn stitch(
     positions: &[Vec3],
     corners: &mut [[u32; 3]],
@@ -152,10 +152,10 @@ impl<'a> Seams<'a> {
         self.at(a).distance(self.at(b)) <= f64::from(tolerance)
     }
 
-    /// For each border the one that lies on it.
+    /// For each border edge, the one that coincides with it.
     ///
-    /// Borders are in grids by their middles, those of each length (up to a factor of two) in one of their own: a cell is as
-    /// wide as such borders may be apart, so few share it, however small they are in the model.
+    /// Border edges are in grids by their middles, with a separate grid for each length (up to a factor of two): a cell is as wide as such
+    /// edges may be apart, so that few share a cell, also in small parts of the model.
     fn partners(&self, borders: &[u32]) -> Vec<Partner> {
         let mut in_cell: HashMap<[i64; 4], Vec<u32>> = HashMap::with_capacity(borders.len());
         for (border, &halfedge) in borders.iter().enumerate() {
@@ -169,7 +169,7 @@ impl<'a> Seams<'a> {
             let apart = self.reach.min(OF_EDGE * length);
             let mut found = Partner::None;
             let mut looked_at = 0;
-            // What lies on it may be a little shorter or longer.
+            // The coinciding border may be slightly shorter or longer.
             let level = exponent_of(length);
             for level in level - 1..=level + 1 {
                 let [low, high] = [-apart, apart].map(|way| self.cell(level, middle + way));
@@ -234,9 +234,9 @@ impl<'a> Seams<'a> {
         one.dot(other) > FOLDED
     }
 
-    /// Leaves out what would take the area from a triangle, or turn it over.
+    /// Leaves out joints that would make a triangle lose its area or flip.
     fn without_damage(&self, mut first_of: HashMap<u32, u32>) -> HashMap<u32, u32> {
-        // Some of what is left out may have kept another triangle whole, so it is looked at until nothing is wrong.
+        // Leaving out a joint may harm another triangle, so this repeats until there is no harm.
         for _ in 0..MOST_ROUNDS {
             let first = |vertex: u32| first_of.get(&vertex).copied().unwrap_or(vertex);
             let normal =
@@ -299,12 +299,12 @@ impl Clusters {
     fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         if a != b {
-            // The first in the file stands for all.
+            // The first in the file represents the set.
             self.parent.insert(a.max(b), a.min(b));
         }
     }
 
-    /// Vertices that another one stands for, with that one.
+    /// Vertices that another one replaces, with that one.
     fn first_of(mut self) -> HashMap<u32, u32> {
         let vertices: Vec<u32> = self.parent.keys().copied().collect();
         vertices.into_iter().map(|v| (v, self.root(v))).collect()
@@ -344,7 +344,7 @@ mod tests {
         soup
     }
 
-    /// Without this a model that another program rounded falls into a strip, and walks end at its seam.
+    /// Without this a model that another program rounded would be an open strip, and walks would end at its seam.
     #[test]
     fn seams_close_up_to_a_millionth_of_the_diagonal() {
         for error in [0.0, 1e-16, 1e-9, 1e-7, 1e-6] {
@@ -359,7 +359,7 @@ mod tests {
             assert_eq!(report.vertices, 512, "{error:e}");
             assert_eq!(report.open_seams, 0);
         }
-        // What is farther apart than rounding is a border, which the summary names.
+        // A gap larger than rounding is a border, which the summary mentions.
         let report = Mesh::from_soup("torus", torus(1e-4)).unwrap().report;
         assert_eq!((report.border_edges, report.stitched_vertices), (96, 0));
         assert!(report.summary().contains("96 border edges"), "{report}");

@@ -1,5 +1,5 @@
-//! What a straight walk through a strip of triangles needs, laid out flat as it goes: for every edge the triangle behind it
-//! and where that one's third corner lies as seen from the edge. One look an edge, and no rotation of headings.
+//! The data for a straight walk through a strip of triangles, unfolded into the plane: for every edge the triangle behind it and the place
+//! of that triangle's third corner relative to the edge. A walk needs one read per edge, and no rotation of headings.
 //! [`walk`](super::walk) is the reference.
 
 use bytemuck::{Pod, Zeroable};
@@ -15,7 +15,7 @@ pub struct StripEdge {
     /// Its triangle times 4 plus its corner: the edge as that triangle sees it. [`NONE`] at an open border, where the
     /// triangle itself lies behind, mirrored.
     pub twin: u32,
-    /// Where its third corner lies along the edge, in parts of the edge, from the start that it sees.
+    /// The position of its third corner along the edge, in parts of the edge, from the start as that triangle sees it.
     pub along: f32,
     /// How far off the edge, in parts of the edge; positive.
     pub off: f32,
@@ -23,7 +23,7 @@ pub struct StripEdge {
     pub pad: u32,
 }
 
-/// A triangle, what lies behind its edges, and where it lies in the atlas: all that a step asks for, side by side.
+/// A triangle, the triangles behind its edges, and its place in the atlas: all data of a step, contiguous.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct StripTriangle {
@@ -33,7 +33,7 @@ pub struct StripTriangle {
     pub shape: Triangle,
     /// Its place in the atlas.
     pub map: AtlasMap,
-    /// Which bins particles on it come to when they are sorted; zeros until bins are numbered.
+    /// The bins of particles on it when they are sorted; zeros until bins are numbered.
     pub bins: TileBins,
 }
 
@@ -91,7 +91,7 @@ impl Surface {
             .collect()
     }
 
-    /// Where the third corner of a half-edge's triangle lies along the half-edge and off it, in parts of its length.
+    /// The position of the third corner of a half-edge's triangle along the half-edge and off it, in parts of its length.
     fn third_corner(&self, halfedge: u32) -> DVec2 {
         let Triangle { ab, cp, ch, .. } = self.triangles[halfedge as usize / 3];
         let corners = [

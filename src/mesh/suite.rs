@@ -1,4 +1,4 @@
-//! Meshes to test with: plain ones and the known-nasty. A geometry test takes a suite, not a file.
+//! Meshes for tests: simple ones and known difficult ones. Geometry tests use a suite, not a file.
 
 use std::f64::consts::{PI, TAU};
 
@@ -36,7 +36,7 @@ pub fn open() -> Vec<Mesh> {
     ]
 }
 
-/// Meshes that need mending.
+/// Meshes that need repair.
 #[must_use]
 pub fn odd() -> Vec<Mesh> {
     vec![

@@ -1,4 +1,4 @@
-//! The pooled surface: every object's triangles in one set of arrays, with all that a walk needs, precomputed.
+//! The pooled surface: every object's triangles in one set of arrays, with precomputed data for walks.
 //!
 //! Triangle ids are global over all objects of a scene; a triangle says which object it belongs to.
 
@@ -111,7 +111,7 @@ impl Seam {
     /// Units of a whole.
     pub const UNITS: u32 = 32_768;
 
-    /// One with weights in [`Seam::UNITS`].
+    /// A seam with weights in [`Seam::UNITS`].
     #[must_use]
     pub fn new(texel: u32, source: [u32; 4], units: [u32; 4]) -> Self {
         assert_eq!(units.iter().sum::<u32>(), Self::UNITS);
@@ -268,7 +268,7 @@ impl Surface {
     /// other.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its numbers.
+    /// The first violation, with its numbers.
     pub fn validate(&self) -> Result<(), String> {
         let triangle_count = self.corners.len();
         if self.triangles.len() != triangle_count || self.halfedges.len() != 3 * triangle_count {
@@ -401,7 +401,7 @@ impl Surface {
     }
 }
 
-/// The frame of a triangle at a scale. Where rounding the scaled corners to float32 leaves no area, the exact ones do.
+/// The frame of a triangle at a scale. If the scaled corners have no area after rounding to float32, it uses the exact ones.
 fn frame_of(mesh: &Mesh, corners: &[u32; 3], scale: f32) -> Frame {
     let [a, b, c] = corners.map(|vertex| mesh.positions[vertex as usize]);
     let rounded = [a * scale, b * scale, c * scale].map(|position| position.as_dvec3());

@@ -1,11 +1,10 @@
 //! Distance along the surface: the length of the shortest path to the nearest of some places, exact on the triangles.
 //!
-//! The places' light is followed over the edges, as Mitchell, Mount and Papadimitriou (1987) and Chen and Han (1990) do:
-//! a window is the part of an edge that is seen from one place through one strip of triangles laid flat. Windows go on in
-//! the order of their distance, each only where no window that went over the edge before is as near; those that a path by a
-//! vertex beats are dropped (Xin and Wang 2009). So an edge keeps a few windows, however many ways lead there: over
-//! n triangles that are all reached they become as many as n^1.5. Shortest paths turn only at vertices with more than a full
-//! angle round them and at borders: these are places of their own.
+//! Windows are propagated over the edges, as by Mitchell, Mount and Papadimitriou (1987) and Chen and Han (1990): a window is the part of
+//! an edge that is visible from one place through one strip of unfolded triangles. Windows are propagated in the order of their distance,
+//! each only where no earlier window over the edge is equally near; windows that are longer than a path by a vertex are dropped (Xin and
+//! Wang 2009). Thus an edge keeps only a few windows: over n reached triangles there are about n^1.5. Shortest paths turn only at vertices
+//! with more than a full angle round them and at borders: these are places of their own.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -24,12 +23,12 @@ mod window;
 
 /// Lengths of paths count as different if they differ by more than this part of an edge.
 const ROUNDING: f64 = 1e-9;
-/// Places are moved so far, in weights, into their triangles: from an edge nothing is seen through it.
+/// Places are moved into their triangles by this much, in weights: from a place on an edge, no window through it is visible.
 const INSET: f64 = 1e-7;
-/// Windows and turns from one look at whether to stop until the next: some milliseconds.
+/// Windows and turns between two checks for cancellation: some milliseconds.
 const BETWEEN_LOOKS: u64 = 4096;
 
-/// What comes next: a window that enters a triangle by a half-edge, or a vertex that paths turn at.
+/// The next event: a window that enters a triangle by a half-edge, or a vertex at which paths turn.
 #[derive(Clone, Copy, Debug)]
 enum Next {
     Enter(u32, Window),
@@ -86,8 +85,8 @@ pub struct SurfaceDistance<'a> {
 }
 
 impl<'a> SurfaceDistance<'a> {
-    /// From the nearest of the sources, as far as `reach`, a world length. Objects without a source are not reached. What
-    /// is taken grows with the triangles within reach.
+    /// From the nearest of the sources, as far as `reach`, a world length. Objects without a source are not reached. Memory and time grow
+    /// with the triangles within reach.
     ///
     /// # Panics
     /// If a source is on no triangle of the surface.
@@ -167,9 +166,9 @@ struct Search<'a> {
     leaving: Vec<u32>,
     /// Those of the window that enters, kept so that no memory is taken for each.
     parts: Vec<(f64, f64)>,
-    /// Tests measure what is found against what is found without.
+    /// Tests compare results with and without cutting.
     cuts: bool,
-    /// Vertices that some path has come to, and those of all objects with a source.
+    /// The number of vertices reached by a path, and of those of all objects with a source.
     reached_count: u32,
     to_reach: u32,
 }
@@ -245,7 +244,7 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// How much is done when windows have come so far: by area of what is reached, or by vertices where all are.
+    /// The progress at this distance: by the area within reach, or by vertices if everything is within reach.
     fn share(&self, distance: f64) -> f32 {
         let way = distance / self.found.reach;
         let by_distance = way * way;
@@ -255,7 +254,7 @@ impl<'a> Search<'a> {
 
     fn done(self) -> SurfaceDistance<'a> {
         let mut distance = self.found;
-        // What is only a vertex's own path further on.
+        // Only the continuation of a vertex's own path.
         for (h, windows) in distance.windows.iter_mut().enumerate() {
             if windows.is_empty() {
                 continue;
@@ -343,7 +342,7 @@ impl<'a> Search<'a> {
         is_beaten(window, ends[0], ends[1], seen_from(surface, h).length)
     }
 
-    /// Through a triangle, what of it no other window beats.
+    /// Propagates the part of a window that no other window beats through a triangle.
     fn enter(&mut self, h: u32, window: Window) {
         if self.is_beaten(h, &window) {
             return;

@@ -1,4 +1,4 @@
-//! Models as text: encodings, line ends, and what messages quote.
+//! Models as text: encodings, line ends, and quotes in messages.
 
 use std::borrow::Cow;
 
@@ -14,7 +14,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Cow<'_, str> {
     String::from_utf8_lossy(without_mark(bytes))
 }
 
-/// Whether a file is UTF-16: it begins with a byte order mark or with two ASCII characters of two bytes each.
+/// Is a file UTF-16? It begins with a byte order mark or with two ASCII characters of two bytes each.
 pub(crate) fn is_utf16(bytes: &[u8]) -> bool {
     wide(bytes).is_some()
 }
@@ -66,7 +66,7 @@ pub(crate) fn beginning(text: &str) -> String {
     text.chars().take(60).map(printable).collect()
 }
 
-/// What is wrong with a number in the style of other countries or of Fortran.
+/// The problem of a number in the style of other countries or of Fortran.
 fn nearly_number(word: &str) -> Option<String> {
     if word.len() > 40 || word.parse::<f64>().is_ok() {
         return None;

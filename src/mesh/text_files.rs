@@ -1,4 +1,4 @@
-//! Tests of what OBJ, STL and PLY files may contain. Every right value follows from the shape: a cube of side 2 has 12
+//! Tests of valid contents of OBJ, STL and PLY files. Every expected value follows from the shape: a cube of side 2 has 12
 //! triangles and area 24, and is closed.
 
 use glam::{DVec3, Vec2, Vec3};
@@ -205,7 +205,7 @@ fn ball_about(place: [f64; 3]) -> (Vec<String>, Vec<[u32; 3]>) {
 }
 
 /// Areas of a ball in map coordinates, as NumPy 2.4.6 gives them from the same text in double precision; in single precision
-/// the area of the second is off by 15 %. Would catch: anything that is rounded before it is counted from nearby.
+/// the area of the second is off by 15 %. Would catch: rounding before the origin is moved nearby.
 #[test]
 fn models_in_map_coordinates_keep_their_area() {
     for (place, expected) in [
@@ -261,8 +261,7 @@ fn models_in_map_coordinates_keep_their_area() {
     }
 }
 
-/// One vertex far from the others leaves them too few steps of single precision. Would catch: triangles that are lost
-/// without a word about why.
+/// One vertex far from the others leaves them too few steps of single precision. Would catch: triangles that are dropped without a message.
 #[test]
 fn a_vertex_far_from_the_others_is_reported() {
     let (vertices, triangles) = ball_about([512_345.678, 231.5, 5_412_345.678]);
@@ -780,7 +779,7 @@ fn ply_files_are_read() {
     }
 }
 
-/// Where a vertex has the number, the highest value of a type is that vertex and no end of a strip.
+/// If there is a vertex of that number, the highest value of a type is that vertex and no end of a strip.
 #[test]
 fn the_highest_index_may_be_a_vertex() {
     let mut text = "ply\nformat ascii 1.0\nelement vertex 256\nproperty float x\nproperty float y\nproperty float z\n\

@@ -1,6 +1,6 @@
 //! Straight walks on the surface in double precision: straight in each triangle, unfolded across each edge.
 //!
-//! This is the reference that the kernels are measured against, and what seams are laid out by. Kernels walk in float32, in
+//! This is the reference for the kernels, and seams are computed with it. Kernels walk in float32, in
 //! two forms: particles and sensors by `shaders/include/strip.glsl` (twin `sim::strip_walk`), transfers, folding
 //! and queries by `shaders/include/walk.glsl` (twin `sim::walker`).
 
@@ -19,7 +19,7 @@ pub struct SurfacePoint {
     pub v: f64,
 }
 
-/// A walk that is asked for: where it begins, where it heads and how far it goes.
+/// A requested walk: its start, heading and length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WalkQuery {
     /// The start.
@@ -30,10 +30,10 @@ pub struct WalkQuery {
     pub length: f64,
 }
 
-/// What a walk does at an open border.
+/// Behaviour of a walk at an open border.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BorderRule {
-    /// The heading is mirrored and the walk goes on.
+    /// The heading is mirrored and the walk continues.
     Reflect,
     /// The walk ends at the border.
     Stop,
@@ -50,7 +50,7 @@ pub enum WalkStatus {
     OutOfAttempts,
 }
 
-/// Where a walk ended.
+/// The end of a walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WalkEnd {
     /// The end point.
@@ -81,7 +81,7 @@ pub struct Frame {
 impl Frame {
     /// The frame of one triangle of a surface.
     ///
-    /// Where rounding the scaled corners to float32 left no area, the shape is the one that kernels walk on, and the
+    /// If rounding the scaled corners to float32 left no area, the shape is the one that kernels walk on, and the
     /// triangle's plane is some plane through its longest edge.
     #[must_use]
     pub fn of(surface: &Surface, triangle: u32) -> Self {

@@ -1,5 +1,5 @@
-//! Can the backs of an object's triangles be seen from outside of it? Not where it encloses a volume and faces outwards
-//! everywhere. A closed surface may also cross itself, so that a part of it lies inside out before all eyes.
+//! Tests whether back faces of an object can be seen from outside. They cannot if the object encloses a volume and faces outwards
+//! everywhere. A closed surface may also cross itself, so that a part of it is visible inside out.
 
 use glam::{Vec3, Vec3A};
 use rayon::prelude::*;
@@ -9,9 +9,9 @@ use crate::kept_files::{Hash, KeptFile, OCCLUSION};
 use crate::mesh::atlas::{AtlasError, Control};
 use crate::mesh::surface::Surface;
 
-/// Triangles that rays begin at, about: of larger objects every second, third and so on.
+/// About so many triangles are tested; of larger objects every second, third and so on.
 const SAMPLES: usize = 20_000;
-/// Of the rays behind a triangle so many must get away: one may slip through where two triangles meet.
+/// A back face counts as visible if so many rays from it escape: a single one may pass between two triangles.
 const AWAY: usize = 2;
 /// Rays begin so far behind a triangle, in radii of the object.
 const OFF: f32 = 1e-5;
@@ -70,7 +70,7 @@ fn key(surface: &Surface) -> u128 {
     hash.finish()
 }
 
-/// Looks from the backs of triangles: from inside, no ray gets away.
+/// Casts rays from the backs of triangles: from inside, no ray escapes.
 fn are_seen(positions: &[Vec3], corners: &[[u32; 3]]) -> bool {
     let Some(rays) = Rays::new(positions, corners) else {
         return true;
@@ -179,7 +179,7 @@ mod tests {
         assert!(are_seen(&positions, &corners));
     }
 
-    /// A ball with another one in it whose inside is out: a hollow, or a bump if it sticks out.
+    /// A ball with a smaller, inverted ball in it: a hollow, or a visible back face if it sticks out.
     #[test]
     fn everybody_sees_what_sticks_out_inside_out() {
         let (ball, triangles) = mesh("builtin:icosphere?subdivisions=3");

@@ -1,4 +1,4 @@
-//! The orbit camera: where a picture is taken from, and how a hand moves it.
+//! The orbit camera, and its motion by drags and the wheel.
 //!
 //! World space is right-handed with +Y up. Clip space is Vulkan's: y down, and depth reversed, 1 at the near
 //! plane and 0 at infinity, which spreads the precision of a float depth buffer evenly.
@@ -9,8 +9,8 @@ use std::f32::consts::TAU;
 use glam::camera::rh::{proj::vulkan, view};
 use glam::{Mat4, Vec2, Vec3, Vec4Swizzles};
 
-/// The steepest pitch, in radians: straight up would leave the picture without an upright. It is within the 88 degrees that
-/// scene files may say.
+/// The steepest pitch, in radians: straight up would leave the picture without an up direction. It is within the 88 degrees that scene
+/// files allow.
 pub const MAX_PITCH: f32 = 1.535;
 
 /// Distances are kept in this range of the scene's radius, so that a wheel cannot lose the scene.
@@ -22,7 +22,7 @@ const FIT_MARGIN: f32 = 1.06;
 /// Margin round the points of [`Camera::fit_points`], as a factor of the picture's sides.
 const POINT_MARGIN: f32 = 1.1;
 
-/// From so many sides [`Camera::fit_all_round`] looks; what lies between two of them is within the margin.
+/// The number of directions that [`Camera::fit_all_round`] tests; the margin covers those between.
 const SIDES_OF_A_TURN: u32 = 24;
 
 /// A camera that turns about a point.
@@ -55,7 +55,7 @@ impl Default for Camera {
     }
 }
 
-/// Where a camera can stand.
+/// Standard directions of a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// At +Z.
@@ -73,7 +73,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// All of them, and as buttons call them.
+    /// All directions, with the titles of their buttons.
     pub const ALL: &'static [(Self, &'static str)] = &[
         (Self::Front, "Front"),
         (Self::Back, "Back"),
@@ -87,9 +87,9 @@ impl Side {
 /// A half line in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it begins.
+    /// The start.
     pub origin: Vec3,
-    /// Where it goes; a unit vector.
+    /// The direction; a unit vector.
     pub direction: Vec3,
 }
 
@@ -134,7 +134,7 @@ impl Camera {
         }
     }
 
-    /// As [`fit_points`](Self::fit_points), for all directions on a turn about the target: as far away as the widest view needs.
+    /// As [`fit_points`](Self::fit_points), for all directions on a turn about the target: at the distance that the widest view needs.
     pub fn fit_all_round(&mut self, points: impl IntoIterator<Item = Vec3>, size: Vec2) {
         let points: Vec<Vec3> = points.into_iter().collect();
         let distances = (0..SIDES_OF_A_TURN).map(|side| {
@@ -145,14 +145,14 @@ impl Camera {
         self.distance = distances.fold(0.0, f32::max);
     }
 
-    /// Where it is after so many turns about the target, at the same height; those below 0 go the other way round.
+    /// The camera after so many turns about the target, at the same height; negative ones go the other way round.
     #[must_use]
     pub fn turned(mut self, turns: f32) -> Self {
         self.yaw = (self.yaw + turns * TAU).rem_euclid(TAU);
         self
     }
 
-    /// Where the eye is.
+    /// The position of the eye.
     #[must_use]
     pub fn eye(&self) -> Vec3 {
         self.target + self.distance * self.backward()
@@ -179,13 +179,14 @@ impl Camera {
         self.backward().cross(self.right())
     }
 
-    /// What lies less far before the eye than this is not drawn, world units.
+    /// The near distance: nearer points are not drawn, world units.
     #[must_use]
     pub fn near(&self) -> f32 {
         0.01 * self.distance
     }
 
-    /// How far from the eye something can be and yet not be drawn, in the corners of a picture of `size` pixels.
+    /// The largest distance from the eye at which points may still be nearer than the near plane, in the corners of a picture of `size`
+    /// pixels.
     #[must_use]
     pub fn near_corner(&self, size: Vec2) -> f32 {
         let up = (0.5 * self.vertical_fov).tan();
@@ -224,22 +225,21 @@ impl Camera {
         (clip.w > 0.0).then(|| (clip.xy() / clip.w * 0.5 + 0.5) * size)
     }
 
-    /// Turns the scene with the hand: `drag` in pixels; a picture's height is half a turn.
+    /// Orbits by a drag, in pixels; a picture's height is half a turn.
     pub fn orbit(&mut self, drag: Vec2, size: Vec2) {
         let radians_per_pixel = std::f32::consts::PI / size.y.max(1.0);
         self.yaw = (self.yaw - drag.x * radians_per_pixel).rem_euclid(TAU);
         self.pitch = (self.pitch + drag.y * radians_per_pixel).clamp(-MAX_PITCH, MAX_PITCH);
     }
 
-    /// Moves the scene with the hand: what lies at the target's depth stays under the pointer.
+    /// Pans by a drag: the point at the target's depth stays under the pointer.
     pub fn pan(&mut self, drag: Vec2, size: Vec2) {
         let world_per_pixel =
             2.0 * self.distance * (0.5 * self.vertical_fov).tan() / size.y.max(1.0);
         self.target += (self.up() * drag.y - self.right() * drag.x) * world_per_pixel;
     }
 
-    /// Multiplies the distance by `factor` (below 1 comes nearer); what the pointer is on, at the target's depth,
-    /// stays under the pointer.
+    /// Multiplies the distance by `factor` (below 1 comes nearer); the point at the target's depth stays under the pointer.
     pub fn zoom(&mut self, factor: f32, pixel: Vec2, size: Vec2) {
         let (nearest, farthest) = DISTANCE_RANGE;
         let distance = (self.distance * factor)
@@ -250,7 +250,7 @@ impl Camera {
         self.distance = distance;
     }
 
-    /// Turns where it stands: `drag` in pixels; a picture's height is its field of view.
+    /// Rotates about the eye: `drag` in pixels; a picture's height is its field of view.
     pub fn look(&mut self, drag: Vec2, size: Vec2) {
         let eye = self.eye();
         let radians_per_pixel = self.vertical_fov / size.y.max(1.0);
@@ -259,12 +259,12 @@ impl Camera {
         self.target = eye - self.distance * self.backward();
     }
 
-    /// Goes a way, to the right, up and backward as it looks, in world units; it goes on looking the same way.
+    /// Translates to the right, up and backward, in camera axes and world units; the direction does not change.
     pub fn travel(&mut self, way: Vec3) {
         self.target += way.x * self.right() + way.y * self.up() + way.z * self.backward();
     }
 
-    /// Opens or closes, and comes nearer or goes back, so that what lies at the target's depth stays as large.
+    /// Changes the field of view and the distance such that objects at the target's depth keep their size.
     pub fn set_field_of_view(&mut self, vertical_fov: f32) {
         let before = (0.5 * self.vertical_fov).tan();
         self.vertical_fov = vertical_fov;

@@ -1,4 +1,4 @@
-//! What pictures are drawn into.
+//! The images that pictures are drawn into.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ const SAMPLES: u32 = 4;
 
 /// The images that a picture is drawn into.
 pub struct Canvas {
-    /// What is drawn into; several samples per pixel, where the device has them.
+    /// The render target; several samples per pixel, if the device has them.
     pub(super) color: Image,
     /// One sample a pixel, if `color` has more.
     pub(super) resolved: Option<Image>,
@@ -17,7 +17,7 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// Images of `size` pixels, each side at least 1, with smooth edges where the device has several samples per pixel.
+    /// Images of `size` pixels, each side at least 1, with smooth edges if the device has several samples per pixel.
     ///
     /// # Errors
     /// When the device has no images of that size, or no memory for them.
@@ -60,8 +60,8 @@ impl Canvas {
     }
 }
 
-/// What a picture may cost. On a device that is a CPU, smooth edges take some four times as long; quick pictures may be drawn
-/// from vertices that triangles share there, and show trails a little softer from near.
+/// The quality of a picture. On a device that is a CPU, smooth edges take about four times as long; quick pictures may use shared vertices
+/// there, and show trails slightly softer from near.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quality {
     /// One sample a pixel.

@@ -1,4 +1,4 @@
-//! How a layout looks: a colour for each chart, and the atlas as a picture, texel by texel.
+//! Pictures of a layout: a colour for each chart, and the atlas texel by texel.
 //!
 //! Charts that touch, on the surface or in the texture, get different colours. A gutter is a darker shade of its chart;
 //! edges at which charts end are drawn as light lines, open borders of the surface as amber ones.
@@ -13,7 +13,7 @@ use crate::mesh::surface::{AtlasMap, NONE, Surface};
 /// Red, green and blue as the eye sees them (sRGB).
 type Color = [u8; 3];
 
-/// Hues 30 degrees apart in OKLCH, of two lightnesses in turn, all calm.
+/// Hues 30 degrees apart in OKLCH, of two alternating lightnesses, all of low chroma.
 const PALETTE: [Color; 12] = [
     [99, 187, 192],
     [176, 119, 87],
@@ -32,20 +32,20 @@ const UNUSED: Color = [22, 23, 26];
 const SEAM: Color = [244, 242, 235];
 const BORDER: Color = [255, 196, 84];
 const EDGE: Color = [30, 31, 35];
-/// What a gutter keeps of its chart's light.
+/// The share of its chart's light that a gutter has.
 const GUTTER_LIGHT: f32 = 0.42;
-/// How strong lines are at most.
+/// The largest opacity of lines.
 const SEAM_STRENGTH: f32 = 0.75;
 const EDGE_STRENGTH: f32 = 0.4;
-/// Edges of triangles that are smaller, in pixels, fade away: they would only be noise.
+/// Edges of triangles that are smaller than this, in pixels, fade out: they would only be noise.
 const EDGE_FADES: (f32, f32) = (1.8, 5.0);
-/// Seams of charts that are smaller, in pixels along their side, fade away.
+/// Seams of charts that are smaller than this, in pixels along their side, fade out.
 const SEAM_FADES: (f32, f32) = (5.0, 16.0);
 /// The window's atlas shows no triangle edges beyond this size: they take the longest to draw, and at such sizes a
 /// picture from afar shows none.
 const EDGES_UP_TO: u32 = 4096;
 
-/// What the last byte of a pixel says before it is a picture.
+/// Values of a pixel's last byte before it becomes alpha.
 mod kind {
     pub const OWNED: u8 = 255;
     pub const OWNED_LINE: u8 = 254;
@@ -134,7 +134,7 @@ pub fn chart_colors(surface: &Surface, atlas: &Atlas) -> Vec<[u8; 3]> {
     color.into_iter().map(|c| PALETTE[c]).collect()
 }
 
-/// Which charts lie beside which, on the surface or in the texture: both ways, in order, each once.
+/// Pairs of neighbouring charts, on the surface or in the texture: both ways, sorted, each once.
 fn neighbours(surface: &Surface, atlas: &Atlas) -> Vec<(u32, u32)> {
     /// Charts share long borders, so a sample of texels finds all neighbours.
     const MOST_LOOKED_AT: usize = 200_000;
@@ -167,7 +167,7 @@ fn neighbours(surface: &Surface, atlas: &Atlas) -> Vec<(u32, u32)> {
         .flat_map_iter(|gutter| {
             let own = atlas.chart[gutter.triangle as usize];
             let (x, y) = (gutter.texel % atlas.pitch, gutter.texel / atlas.pitch);
-            // Farther ones too, which the eye takes for neighbours.
+            // Slightly farther ones, too, which look like neighbours.
             [1, 2, 4, 8, 16]
                 .into_iter()
                 .flat_map(|away| [(away, 0), (0, away)])
@@ -262,7 +262,7 @@ impl Painter<'_> {
         }
     }
 
-    /// Per chart: seams of tiny ones would cover them.
+    /// Per chart, because seams would cover tiny charts.
     fn seam_strengths(&self) -> Vec<f32> {
         let mut area = vec![0.0; self.atlas.chart_count as usize];
         for (map, &chart) in self.atlas.maps.iter().zip(&self.atlas.chart) {
@@ -276,7 +276,7 @@ impl Painter<'_> {
     fn paint_line(&self, pixels: &mut [[u8; 4]], ends: [Vec2; 2], color: Color, strength: f32) {
         let side = self.atlas.size * self.scale;
         let [a, b] = ends.map(|end| end * self.scale as f32);
-        // Close enough that no pixel on the way is missed but for a corner of it.
+        // Close enough that no pixel on the line is skipped, except where the line only cuts a corner.
         let steps = (2.0 * (b - a).abs().max_element()).ceil().max(1.0);
         for step in 0..=steps as u32 {
             let at = a.lerp(b, step as f32 / steps);
@@ -285,7 +285,7 @@ impl Painter<'_> {
             let lined = match pixel[3] {
                 kind::OWNED => kind::OWNED_LINE,
                 kind::GUTTER => kind::GUTTER_LINE,
-                // A line is there already, or, at a chart's corner, rounding leads out of it.
+                // There is a line already, or, at a chart's corner, rounding has left the chart.
                 _ => continue,
             };
             let [r, g, b, _] = *pixel;
@@ -294,7 +294,7 @@ impl Painter<'_> {
     }
 }
 
-/// How much of an edge line a pixel has, 0 to 1; `position` in texels.
+/// The coverage of a pixel by an edge line, 0 to 1; `position` in texels.
 fn edge_strength(map: &AtlasMap, position: DVec2, pixels_per_texel: f32) -> f32 {
     let (du, dv) = (map.du.as_dvec2(), map.dv.as_dvec2());
     let twice_area = du.perp_dot(dv).abs();

@@ -1,4 +1,4 @@
-//! Colour maps: what a trail value between 0 and 1 looks like.
+//! Colour maps: the colours of trail values between 0 and 1.
 //!
 //! A map is a few control points in sRGB, evenly spaced, joined by a smooth curve in OKLab, where equal steps look
 //! equal (Ottosson, "A perceptual color space for image processing", 2020). It reaches the shaders as a table of
@@ -66,7 +66,7 @@ impl ColorMap {
         let place = value.clamp(0.0, 1.0) * (points.len() - 1) as f32;
         let i = (place as usize).min(points.len() - 2);
         let point = |k: isize| {
-            // Beyond an end the curve goes on straight.
+            // Beyond an end the curve continues straight.
             let last = points.len() as isize - 1;
             let lab = |k: isize| oklab_from_linear(linear_from_hex(points[k as usize]));
             match k {
@@ -83,8 +83,8 @@ impl ColorMap {
         linear_from_oklab(lab).clamp(Vec3::ZERO, Vec3::ONE)
     }
 
-    /// The table for the shaders: linear light, and in `w` how much of what is below is hidden, 0 to 1. Up to a share `darkest`
-    /// of the brightest trail, 0 to below 1, all of it has the first colour, and hides nothing.
+    /// The table for the shaders: linear light, and in `w` the opacity, 0 to 1. Up to a share `darkest` of the brightest trail, 0 to below
+    /// 1, the trail has the first colour and is transparent.
     #[must_use]
     pub fn table(self, darkest: f32) -> Vec<Vec4> {
         (0..LENGTH)
@@ -102,7 +102,7 @@ pub fn ground(darkest: f32) -> f32 {
     tone(darkest, 1.0)
 }
 
-/// What is left of a brightness, 0 to 1, above that.
+/// The brightness above that, scaled to 0 to 1.
 #[must_use]
 pub fn above(brightness: f32, darkest: f32) -> f32 {
     let ground = ground(darkest);

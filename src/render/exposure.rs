@@ -1,4 +1,4 @@
-//! Exposure: which trail value gets the brightest colour, found on the GPU from a histogram of the trail.
+//! Exposure: the trail value that gets the brightest colour, found on the GPU from a histogram of the trail.
 //!
 //! This file has the CPU twins of its two kernels; [`super::renderer`] records them.
 
@@ -34,7 +34,7 @@ impl Default for Exposure {
 }
 
 impl Exposure {
-    /// For pictures in a row: follows the trail slowly, so that nothing flickers.
+    /// For sequences of pictures: follows the trail slowly, to avoid flicker.
     #[must_use]
     pub fn following() -> Self {
         Self::Auto {
@@ -53,7 +53,7 @@ pub fn tone(trail: f32, brightest: f32) -> f32 {
     ((1.0 + shoulder) * x / (x + shoulder)).min(1.0)
 }
 
-/// Distance between sampled texels. Odd, so that it does not fall in step with the rows of the atlas.
+/// Distance between sampled texels. Odd, so that it does not align with the rows of the atlas.
 #[must_use]
 pub fn stride(texel_count: u32) -> u32 {
     (texel_count / SAMPLES) | 1

@@ -15,7 +15,7 @@ use egui_ash_renderer::{
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Format, GpuError, PassRecorder};
 
-/// What egui needs on the device.
+/// The objects that egui needs on the device.
 pub struct Gui {
     ctx: Arc<Context>,
     /// Taken by `drop` only.
@@ -25,7 +25,7 @@ pub struct Gui {
 }
 
 impl Gui {
-    /// For images of this format, with as many frames in flight as the window has.
+    /// A painter for images of this format, with the window's number of frames in flight.
     ///
     /// # Errors
     /// When the device refuses the pipeline or has no memory.
@@ -59,7 +59,7 @@ impl Gui {
         Ok(gui)
     }
 
-    /// Takes over what changed in egui's textures. Rare (a letter that was not shown before, a closed image), so it
+    /// Applies changes of egui's textures. Rare (a letter that was not shown before, a closed image), so it
     /// may wait for the device.
     ///
     /// # Errors
@@ -71,7 +71,7 @@ impl Gui {
         if !delta.free.is_empty()
             && let Err(error) = self.ctx.wait_idle()
         {
-            // The textures go with the device, and egui takes changes that are dropped for a mistake.
+            // The textures are lost with the device; egui would report dropped changes as a mistake.
             delta.clear();
             return Err(error.into());
         }
@@ -92,7 +92,7 @@ impl Gui {
         first_error.map_or(Ok(()), |error| Err(failed("a texture", error)))
     }
 
-    /// Draws an interface over what the pass holds; the pass must have no depth and one sample a pixel.
+    /// Draws an interface over the content of the pass; the pass must have no depth and one sample a pixel.
     ///
     /// # Errors
     /// When there is no memory for the vertices.

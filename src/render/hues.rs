@@ -11,10 +11,10 @@ const LIGHTNESS: f32 = 0.75;
 const CHROMA: f32 = 0.125;
 /// Radians from OKLab's first axis to red.
 const RED: f32 = 0.5;
-/// Turns from the hue of one object to that of the next: the golden ratio's, so that however many there are, no two that
-/// follow each other are alike.
+/// Turns from the hue of one object to that of the next: the golden ratio's, so that consecutive objects have different hues, however many
+/// there are.
 const BETWEEN_OBJECTS: f32 = 0.381_966;
-/// Of the first object.
+/// The hue of the first object.
 const FIRST: f32 = 0.14;
 
 /// Light of a hue, in turns from red by way of yellow, green and blue. Twin of `hue_light` in `shading.glsl`.
@@ -24,7 +24,7 @@ pub fn hue_light(turn: f32) -> Vec3 {
     linear_from_oklab(Vec3::new(LIGHTNESS, ab.x, ab.y)).clamp(Vec3::ZERO, Vec3::ONE)
 }
 
-/// The light in which the views show an object.
+/// The light of an object in the views.
 #[must_use]
 pub fn object_light(object: usize) -> Vec3 {
     hue_light((FIRST + BETWEEN_OBJECTS * object as f32).fract())

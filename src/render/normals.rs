@@ -35,7 +35,7 @@ pub fn corner_normals(surface: &Surface, crease_angle: f32) -> Vec<Vec3> {
         }
     }
 
-    // Weighted by the angle at the corner, so that the way a polygon was cut into triangles does not show.
+    // Weighted by the angle at the corner, so that the result does not depend on how a polygon was cut into triangles.
     let mut sums = vec![Vec3::ZERO; face_normals.len() * 3];
     for corner in 0..sums.len() {
         let here = corner_position(corner);

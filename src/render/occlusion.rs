@@ -1,6 +1,6 @@
-//! How much of the sky each corner of a mesh sees past its own object: hollows and gaps are darker than what stands out.
+//! The share of the sky that each corner of a mesh sees past its own object, for ambient occlusion.
 //!
-//! Found once by rays through a tree of boxes. Objects are rigid, so it stays valid however they move. Occlusion by other objects
+//! Computed once by rays through a tree of boxes. Objects are rigid, so it stays valid however they move. Occlusion by other objects
 //! is computed from the distances between objects, in the picture itself.
 
 use std::collections::HashMap;
@@ -18,9 +18,9 @@ use crate::mesh::surface::Surface;
 const RAYS: (usize, usize) = (8, 48);
 /// Rays of all places together, about: a fifth of a second on two cores; more would be felt when a scene is opened.
 const ALL_RAYS: usize = 500_000;
-/// With more places than this pictures look for nothing, and everything sees the whole sky.
+/// With more places than this, occlusion is not computed, and all places see the whole sky.
 pub(super) const MOST_PLACES: usize = 200_000;
-/// What is farther hides nothing, in radii of the object.
+/// Occluders farther than this do not count, in radii of the object.
 const REACH: f32 = 0.8;
 /// How far from the surface rays begin, in radii of the object.
 const OFF: f32 = 2e-3;
@@ -35,8 +35,8 @@ const BATCH: usize = 100_000;
 /// How open corners are; the number of places where there are too many.
 pub type Openness = Result<Vec<u8>, usize>;
 
-/// For each corner of each triangle, `3 * triangle + corner`, the share of the sky above it that is open, squared so that
-/// hollows can be seen at a glance: 0 to 255; the number of places where there are more than `most_places`. `normals` has one
+/// For each corner of each triangle, `3 * triangle + corner`, the share of the sky above it that is open, squared for
+/// stronger contrast: 0 to 255; the number of places where there are more than `most_places`. `normals` has one
 /// for each. It is kept in the control's folder, if that has one, and read the next time.
 ///
 /// # Errors
@@ -150,7 +150,7 @@ fn open_share(object: &Rays, corner: Vec3A, normal: Vec3A, fan: &[Vec3]) -> f32 
     let reach = REACH * object.radius;
     let from = corner + OFF * object.radius * normal;
     let (side, other) = normal.any_orthonormal_pair();
-    // 1 by what is close, 0 by what is as far as `reach`, or by nothing.
+    // 1 for a close occluder, 0 for one at `reach` or for none.
     let hidden: f32 = fan
         .iter()
         .map(|ray| ray.x * side + ray.y * other + ray.z * normal)

@@ -1,4 +1,4 @@
-//! Pictures without a window: a canvas and the way of its pixels to the host.
+//! Pictures without a window: a canvas and the readback of its pixels.
 
 use std::sync::Arc;
 
@@ -56,7 +56,7 @@ impl Offscreen {
         Ok(Self { canvas, pixels })
     }
 
-    /// What to draw on.
+    /// The canvas to draw on.
     #[must_use]
     pub fn canvas(&self) -> &Canvas {
         &self.canvas

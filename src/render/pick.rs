@@ -1,11 +1,11 @@
-//! What lies under the pointer: the first triangle that a ray meets, found on the host.
+//! Picking: the first triangle that a ray meets, found on the host.
 
 use glam::{Affine3A, Vec3};
 
 use super::camera::Ray;
 use crate::mesh::surface::Surface;
 
-/// Where a ray meets a surface.
+/// The hit of a ray with a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Global triangle id.
@@ -128,11 +128,11 @@ impl Ray {
     }
 }
 
-/// Round the rays of a bundle.
+/// The cone around the rays of a bundle.
 #[derive(Clone, Copy)]
 struct Cone {
     axis: Ray,
-    /// Of half its angle.
+    /// The cosine and sine of half its angle.
     sin: f32,
     cos: f32,
 }
@@ -149,7 +149,7 @@ impl Cone {
             let sin = ray.direction.cross(axis.direction).length();
             if is_before { sin } else { 1.0 }
         });
-        // A little wider than they are, for rounding.
+        // Slightly wider than the rays, for rounding.
         let sin = (sines.fold(0.0, f32::max) + 1e-4).min(1.0);
         Self {
             axis,
@@ -158,12 +158,12 @@ impl Cone {
         }
     }
 
-    /// Is a ball perhaps in it? What is not is far from it or behind it.
+    /// May a ball intersect the cone?
     fn may_meet(&self, middle: Vec3, reach: f32) -> bool {
         let from = middle - self.axis.origin;
         let along = from.dot(self.axis.direction);
         let beside = (from.length_squared() - along * along).max(0.0).sqrt();
-        // Rounding of long ways is more than that of what is small.
+        // Far away rounding errors are larger than small balls.
         let reach = 1.001 * reach + 1e-5 * along.abs();
         along >= -reach && beside * self.cos - along * self.sin <= reach
     }
@@ -293,7 +293,7 @@ mod tests {
             pick(&surface, &poses, &ray(Vec3::new(3.0, 0.0, 0.0), Vec3::Y)),
             None
         );
-        // Behind the eye is not in front of it.
+        // A triangle behind the eye is not hit.
         assert_eq!(
             pick(&surface, &poses, &ray(Vec3::new(0.1, 0.2, 3.0), Vec3::Z)),
             None

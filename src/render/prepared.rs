@@ -1,6 +1,5 @@
-//! What pictures need of a setup and the host finds without a device: smooth normals, how open corners are, the colours of
-//! charts, vertices that triangles share. It takes a while for large meshes, and so it has a step of its own that can go on
-//! beside something else.
+//! Data for pictures that the host computes without a device: smooth normals, ambient occlusion of corners, colours of charts, shared
+//! vertices. Large meshes take a while, so this is a separate step that can run in parallel with others.
 
 use bytemuck::allocation::pod_collect_to_vec;
 use glam::{Vec3, Vec4};
@@ -18,20 +17,20 @@ use crate::sim::Setup;
 /// Name of the last part of this work in progress reports.
 const COLOURING: &str = "colouring charts";
 
-/// What a [`Renderer`](super::Renderer) puts on the device.
+/// The data that a [`Renderer`](super::Renderer) uploads.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    /// For quick pictures: corners of triangles that look alike are one of these, and which of them each corner is.
+    /// For quick pictures: vertices for corners with equal attributes, and the vertex of each corner.
     pub(super) shared: Option<(Vec<SharedVertex>, Vec<u32>)>,
     /// Packed, one for each corner of each triangle.
     pub(super) normals: Vec<u32>,
     /// How much of the sky each corner sees, four to a word.
     pub(super) openness: Vec<u32>,
-    /// If the openness was not computed: for how many places it would have been.
+    /// If ambient occlusion was not computed: the number of its places.
     unlooked: Option<usize>,
     /// One per object.
     pub(super) object_colors: Vec<Vec4>,
-    /// What each texel is, and in which colour its chart is shown.
+    /// The kind of each texel, and the colour of its chart.
     pub(super) texels: Vec<u32>,
     /// The colour and the seams of each triangle.
     pub(super) charts: Vec<u32>,
@@ -40,7 +39,7 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Finds it for pictures of a setup.
+    /// Computes the data for pictures of a setup.
     #[must_use]
     pub fn new(setup: &Setup) -> Self {
         Self::with_control(setup, &Control::default()).expect("nothing stops it")
@@ -93,12 +92,12 @@ impl Prepared {
         Ok(prepared)
     }
 
-    /// What pictures have to do without, if anything.
+    /// A warning about missing features of pictures, if any.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
         self.unlooked.map(|places| {
             format!(
-                "ambient occlusion is left out: there are {} corners to look from, more than {}",
+                "ambient occlusion is left out: there are {} corners to compute it for, more than {}",
                 grouped(places as f64),
                 grouped(MOST_PLACES as f64)
             )

@@ -18,7 +18,7 @@ pub(super) struct Rays {
 }
 
 impl Rays {
-    /// `None` where they have no size, or none that is a number.
+    /// `None` if they have no size or a coordinate is NaN.
     pub fn new(positions: &[Vec3], corners: &[[u32; 3]]) -> Option<Self> {
         let corner = |vertex: u32| Vec3A::from(positions[vertex as usize]);
         let triangles: Vec<Triangle> = corners
@@ -48,8 +48,7 @@ impl Rays {
         })
     }
 
-    /// How far a ray goes between two distances until it meets a triangle, from whichever side; the farther one if it
-    /// meets none.
+    /// The distance at which a ray first meets a triangle, from either side, between two distances; the larger one if it meets none.
     pub fn free(&self, from: Vec3A, direction: Vec3A, begin: f32, end: f32) -> f32 {
         let mut nearest = end;
         let ray = Ray::new(from, direction, begin, end);

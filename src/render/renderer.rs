@@ -1,8 +1,8 @@
-//! Draws a simulation: the lit surface with its trail, particles, what else a view asks for, the unwrapped atlas.
+//! Draws a simulation: the lit surface with its trail, particles, the other views, the unwrapped atlas.
 //!
 //! Shaders write linear light; the images of a [`Canvas`] are of an sRGB format, which encodes it, once. Geometry is
-//! pulled from the simulation's own buffers; the renderer adds only what pictures need, such as smooth normals, and for quick
-//! pictures vertices that triangles share.
+//! pulled from the simulation's own buffers; the renderer adds only data for pictures, such as smooth normals, and for quick pictures
+//! shared vertices.
 
 mod fields;
 mod foods;
@@ -58,7 +58,7 @@ struct Pipelines {
     quick_surface: Option<Sides<QuickSurfaceDraw>>,
     fields: Sides<FieldsDraw>,
     particles: RasterPipeline<ParticlesDraw>,
-    /// Particles in the hues of headings, which must not add up to white.
+    /// Particles in the hues of headings, blended so that they do not add up to white.
     headings: RasterPipeline<ParticlesDraw>,
     background: RasterPipeline<BackgroundDraw>,
     atlas_view: RasterPipeline<AtlasViewDraw>,
@@ -137,7 +137,7 @@ pub struct Renderer {
     openness: Buffer<u32>,
     /// One per object.
     object_colors: Buffer<Vec4>,
-    /// What each texel is, and in which colour its chart is shown.
+    /// The kind of each texel, and the colour of its chart.
     texels: Texture<u32>,
     /// The colour and the seams of each triangle.
     charts: Buffer<u32>,
@@ -146,7 +146,7 @@ pub struct Renderer {
     /// The slots of the particles that are drawn.
     order: Buffer<u32>,
     histogram: Buffer<u32>,
-    /// The trail value of the brightest colour, from picture to picture.
+    /// The trail value of the brightest colour, kept from picture to picture.
     brightest: Buffer<f32>,
     is_first: bool,
     shape: Shape,
@@ -163,11 +163,11 @@ struct Shot<'a> {
     view: &'a View,
     lighting: Lighting,
     size: Vec2,
-    /// Nothing is seen from behind.
+    /// No back face is visible.
     fronts_only: bool,
 }
 
-/// Sizes of what is drawn.
+/// Sizes of the drawn data.
 #[derive(Clone, Copy, Debug)]
 struct Shape {
     corner_count: u32,
@@ -180,7 +180,7 @@ struct Shape {
     radius: f32,
 }
 
-/// How many particles a picture may have: more than a storage block lists are drawn in part.
+/// How many particles a picture may have: of more than a storage block can list, only a part is drawn.
 fn most_drawn(ctx: &Context, particles: usize) -> usize {
     let limit = ctx.info().max_storage_buffer_range / size_of::<u32>() as u64;
     particles.min(usize::try_from(limit).unwrap_or(usize::MAX))
@@ -195,7 +195,7 @@ impl Renderer {
         Self::from_prepared(ctx, setup, &Prepared::new(setup), format)
     }
 
-    /// As [`Renderer::new`], where what the host has to find was found before, such as on another thread.
+    /// As [`Renderer::new`], with data that the host has prepared before, for example on another thread.
     ///
     /// # Errors
     /// As [`Renderer::new`].
@@ -289,7 +289,7 @@ impl Renderer {
         self.draw_pictures(rec, state, &[(*view, canvas, rows)]);
     }
 
-    /// Records several pictures of the same moment, exposed as the first of the views says.
+    /// Records several pictures of the same moment, with the exposure of the first view.
     pub fn draw_beside(&mut self, rec: &mut Recorder, state: &State, pictures: &[(View, &Canvas)]) {
         let pictures = pictures.iter().copied();
         let whole = pictures.map(|(view, canvas)| (view, canvas, 0..canvas.size()[1]));
@@ -334,7 +334,7 @@ impl Renderer {
         });
     }
 
-    /// What the simulation writes and pictures read.
+    /// Buffers that the simulation writes and pictures read.
     fn read<'a>(&'a self, state: &'a State) -> Vec<&'a dyn AnyBuffer> {
         let mut read: Vec<&dyn AnyBuffer> = vec![
             &state.trail.front,
@@ -347,7 +347,7 @@ impl Renderer {
             &self.colors,
             &state.objects.poses,
         ];
-        // Was painted between steps, if anything was.
+        // Painting between steps writes it.
         if let Some(bias) = &state.bias {
             read.push(bias);
         }
@@ -406,7 +406,7 @@ impl Renderer {
                 Some(field) => self.draw_fields(pass, &shot, field),
                 None => self.draw_surface(pass, &shot),
             }
-            // Brushes paint, and food is put, in every view of the surface.
+            // Painted areas and food are shown in every view of the surface.
             self.draw_painted(pass, &shot);
             Self::draw_foods(pass, &shot);
             Self::draw_background(pass, &shot);
@@ -480,7 +480,7 @@ impl Renderer {
                     ExposeParams {
                         count: 1,
                         clipped_share,
-                        // The first picture has nothing to follow.
+                        // The first picture has no earlier exposure to follow.
                         adaptation: if self.is_first { 1.0 } else { adaptation },
                     },
                 );
@@ -489,7 +489,7 @@ impl Renderer {
         self.is_first = false;
     }
 
-    /// After the surface, because then it fills only the pixels that nothing covers.
+    /// Drawn after the surface, so that it fills only uncovered pixels.
     fn draw_background(pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
         let (view, size) = (shot.view, shot.size);
         if view.is_transparent {

@@ -1,6 +1,6 @@
-//! Vertices for pictures: corners of triangles that look alike are one, so that a device shades it once.
+//! Vertices for pictures: corners with equal attributes are one vertex, so that a device shades it once.
 //!
-//! Round a vertex of the mesh, corners differ where a crease breaks the normal and where the texture is cut.
+//! Corners around a vertex of the mesh differ at creases, which break the normal, and at seams of the texture.
 
 use std::sync::Arc;
 
@@ -11,9 +11,9 @@ use crate::gpu::{Buffer, Context, Domain, GpuError, Texels, reaches_by_index};
 use crate::mesh::surface::{AtlasMap, NONE};
 use crate::sim::types::Vertex;
 
-/// Corners whose places in the atlas are nearer than this are at one place, in texels. Each triangle has rounded its own.
+/// Places in the atlas closer than this, in texels, count as equal, because each triangle has rounded its own.
 const SAME_TEXEL: f32 = 1.0 / 32.0;
-/// Vertices that are looked through for one that is alike. Where so many differ round one place, one more costs nothing.
+/// The most vertices of a place that are searched for an equal one. If so many differ, one more does not matter.
 const MOST_LOOKS: usize = 16;
 
 /// Two texels of four words: `shaders/include/shared_vertex.glsl` reads them.
@@ -39,7 +39,7 @@ impl SharedVertex {
     }
 }
 
-/// What corners are joined by.
+/// The attributes by which corners are joined.
 pub(super) struct Corners<'a> {
     /// The vertex of each, three per triangle.
     pub vertex_of: &'a [u32],
@@ -52,10 +52,10 @@ pub(super) struct Corners<'a> {
     pub openness: &'a [u8],
 }
 
-/// The vertices, in the order in which triangles come to them, and which of them each corner is.
+/// The vertices, in the order of triangles, and the vertex of each corner.
 pub(super) fn share(corners: &Corners<'_>) -> (Vec<SharedVertex>, Vec<u32>) {
     let mut shared: Vec<SharedVertex> = Vec::with_capacity(corners.vertices.len());
-    // Of each vertex of the mesh the last one that came from it, and of each of those the one before.
+    // For each vertex of the mesh the last shared vertex made from it, and for each of those the previous one.
     let mut last = vec![NONE; corners.vertices.len()];
     let mut before: Vec<u32> = Vec::with_capacity(corners.vertices.len());
     let join = |(corner, &vertex): (usize, &u32)| {
@@ -88,7 +88,7 @@ pub(super) fn share(corners: &Corners<'_>) -> (Vec<SharedVertex>, Vec<u32>) {
 pub(super) struct SharedVertices {
     /// Two texels per vertex.
     pub vertices: Texels<u32>,
-    /// Which of them each corner of each triangle is.
+    /// The vertex of each corner of each triangle.
     pub indices: Buffer<u32>,
 }
 
@@ -140,7 +140,7 @@ mod tests {
             })
             .collect();
         let vertex_of = surface.corners.as_flattened();
-        // Those of a vertex see as much, but for one corner.
+        // Corners of a vertex have equal openness, except one corner.
         let mut openness: Vec<u8> = vertex_of.iter().map(|v| (v % 200) as u8).collect();
         openness[4] = 255;
         let (shared, indices) = share(&Corners {
@@ -150,7 +150,7 @@ mod tests {
             normals: &normals,
             openness: &openness,
         });
-        // Each corner finds what it had.
+        // Each corner's vertex has its attributes.
         assert_eq!(indices.len(), vertex_of.len());
         for (corner, &index) in indices.iter().enumerate() {
             let found = shared[index as usize];
@@ -174,7 +174,8 @@ mod tests {
 
     #[test]
     fn corners_that_look_alike_are_one_vertex() {
-        // Closed and smooth: half as many vertices as triangles, and those of the cuts once more; one corner sees more.
+        // Closed and smooth: half as many vertices as triangles, and those of the cuts once more; and one more for the corner with another
+        // openness.
         let (triangles, torus) = shared("torus", AtlasMethod::Charts);
         assert!(
             (triangles / 2 + 1..triangles * 6 / 10).contains(&torus.len()),

@@ -1,4 +1,4 @@
-//! What a picture shows: the camera, what is drawn, in which colours and how bright.
+//! The view of a picture: camera, drawn things, colours and brightness.
 
 use glam::{Vec2, Vec3};
 
@@ -8,16 +8,16 @@ use super::exposure::Exposure;
 use crate::scene::Scene;
 use crate::scene::settings::{CameraSettings, ColorMap, Drawn, PictureSettings, Show};
 
-/// Everything that a picture of a simulation depends on, but the simulation.
+/// Everything that a picture depends on besides the simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Where the picture is taken from.
+    /// The camera.
     pub camera: Camera,
     /// What is drawn.
     pub show: Show,
     /// Colours of the trail.
     pub color_map: ColorMap,
-    /// How bright the trail is.
+    /// The exposure of the trail.
     pub exposure: Exposure,
     /// Share of the brightest trail up to which everything has the darkest colour, 0 to below 1.
     pub darkest: f32,
@@ -27,17 +27,15 @@ pub struct View {
     pub most_particles: u32,
     /// Behind the objects, in sRGB, 0 to 1.
     pub background: Vec3,
-    /// Is there nothing behind the objects? Pictures have alpha then, by which their light is multiplied. The unwrapped
-    /// atlas fills its picture in any case.
+    /// Is there nothing behind the objects? Pictures have premultiplied alpha then. The unwrapped atlas always fills its picture.
     pub is_transparent: bool,
-    /// How much of the atlas's charts is shown, in colours of their own: 0 nothing, 0.5 under the trail, 1 nothing
-    /// else.
+    /// The strength of the atlas's charts, in their own colours: 0 hides them, 0.5 shows them under the trail, 1 shows only them.
     pub charts: f32,
     /// The part of the atlas that is shown.
     pub atlas: AtlasWindow,
-    /// Where the light comes from.
+    /// The direction of the light.
     pub light: Light,
-    /// How much darker places are that see little of the sky, 0 to 1.
+    /// The strength of ambient occlusion, 0 to 1.
     pub occlusion: f32,
     /// Are food and markers drawn?
     pub shows_food: bool,
@@ -45,7 +43,7 @@ pub struct View {
     pub shows_areas: bool,
 }
 
-/// Where the key light comes from, seen from the camera, with which it moves: what is seen is lit.
+/// The direction of the key light relative to the camera, with which it moves, so that visible surfaces are lit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Degrees to the right; 0 is on the camera's side of the scene, 180 behind the scene.
@@ -70,7 +68,7 @@ impl Light {
         Vec3::new(level * sin, up, level * cos)
     }
 
-    /// Goes with the hand, `drag` in pixels, as if it took hold of a large ball; a picture's height is half a turn.
+    /// Moves the light by a drag, in pixels, like rotating a large ball; a picture's height is half a turn.
     pub fn drag(&mut self, drag: Vec2, size: Vec2) {
         let degrees = 180.0 / size.y.max(1.0);
         self.azimuth = (self.azimuth + drag.x * degrees + 180.0).rem_euclid(360.0) - 180.0;
@@ -81,25 +79,25 @@ impl Light {
 /// Which part of the atlas a picture shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AtlasWindow {
-    /// What is in the middle of the picture, as a share of the atlas's side: `(0, 0)` is its first texel.
+    /// The place in the middle of the picture, as a share of the atlas's side: `(0, 0)` is its first texel.
     pub middle: Vec2,
     /// 1 fits the whole atlas into the picture, more magnifies.
     pub zoom: f32,
 }
 
-/// Zooms of the atlas that make sense.
+/// The allowed zooms of the atlas.
 const ATLAS_ZOOM_RANGE: (f32, f32) = (0.5, 64.0);
-/// How often in a minute it is looked where moving objects are, so that all of them fit the picture.
+/// The number of times in a minute at which positions of moving objects are sampled, so that all of them fit the picture.
 const MOVING_TIMES: u32 = 48;
-/// Of how many vertices of each.
+/// The number of vertices of each that are sampled.
 const MOVING_VERTICES: usize = 64;
 /// The largest distance that scene files take, scene radii.
 const FARTHEST: f32 = 50.0;
-/// Room left round the whole atlas.
+/// The margin around the whole atlas.
 const ATLAS_MARGIN: f32 = 1.04;
 
 impl View {
-    /// The view that a scene's file asks for, in a picture of `size` pixels.
+    /// The view of a scene's file, in a picture of `size` pixels.
     #[must_use]
     pub fn of(scene: &Scene, size: Vec2) -> Self {
         let picture = &scene.settings.picture;
@@ -132,7 +130,7 @@ impl View {
         view
     }
 
-    /// Shows what a scene's file asks for, from where the camera is.
+    /// Applies the settings of a scene's file, except the camera.
     pub fn take(&mut self, picture: &PictureSettings) {
         self.show = picture.show;
         self.color_map = picture.color_map;
@@ -193,7 +191,7 @@ impl View {
     }
 }
 
-/// Every vertex of a scene, in world space, and where some of those of moving objects come to in the first minute.
+/// Every vertex of a scene, in world space, and the places of some vertices of moving objects in the first minute.
 pub fn points(scene: &Scene) -> impl Iterator<Item = Vec3> {
     let moving = scene.settings.objects.iter().enumerate();
     let moving: Vec<usize> = moving
@@ -222,8 +220,8 @@ pub fn points(scene: &Scene) -> impl Iterator<Item = Vec3> {
 }
 
 impl Camera {
-    /// The camera that a scene's file describes; `center` and `radius` are the scene's. A distance of 0 is as near
-    /// as a picture of `size` pixels allows.
+    /// The camera that a scene's file describes; `center` and `radius` are the scene's. A distance of 0 fits the scene into a picture of
+    /// `size` pixels.
     #[must_use]
     pub fn from_settings(settings: &CameraSettings, center: Vec3, radius: f32, size: Vec2) -> Self {
         let target = center + radius * Vec3::from_array(settings.target);
@@ -241,8 +239,8 @@ impl Camera {
         camera
     }
 
-    /// What a scene's file says about this camera: angles to 0.0001 degrees and lengths to 0.00001 scene radii, far less than
-    /// a pixel, so that people read round numbers.
+    /// The settings of this camera for a scene's file: angles to 0.0001 degrees and lengths to 0.00001 scene radii, far less than a pixel,
+    /// so that numbers are short.
     #[must_use]
     pub fn to_settings(&self, center: Vec3) -> CameraSettings {
         let degrees = |angle: f32| ((f64::from(angle).to_degrees() * 1e4).round() / 1e4) as f32;
@@ -281,7 +279,7 @@ impl AtlasWindow {
         self.middle * atlas_size as f32 - 0.5 * size * self.texels_per_pixel(atlas_size, size)
     }
 
-    /// Moves the atlas with the hand; `drag` in pixels.
+    /// Pans the atlas by a drag, in pixels.
     pub fn pan(&mut self, drag: Vec2, size: Vec2) {
         self.middle -= drag * self.texels_per_pixel(1, size);
         self.middle = self.middle.clamp(Vec2::ZERO, Vec2::ONE);

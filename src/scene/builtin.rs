@@ -1,16 +1,16 @@
-//! The scenes and presets that come with the program, as the TOML texts in `assets/`.
+//! The built-in scenes and presets, the TOML texts in `assets/`.
 
-/// A scene or preset that comes with the program.
+/// A built-in scene or preset.
 #[derive(Clone, Copy, Debug)]
 pub struct Builtin {
-    /// What `SCENE` or `--preset` calls it.
+    /// Its name for `SCENE` or `--preset`.
     pub name: &'static str,
-    /// Its TOML text, which begins with a comment that says what it is.
+    /// Its TOML text, which begins with a comment that describes it.
     pub text: &'static str,
 }
 
 impl Builtin {
-    /// What it is, in a sentence: the comment at its beginning.
+    /// Its description: the comment at its beginning.
     #[must_use]
     pub fn summary(&self) -> &'static str {
         self.text

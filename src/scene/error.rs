@@ -1,4 +1,4 @@
-//! What can be wrong with a scene, said so that its owner can mend it.
+//! Errors of a scene, each with advice.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use crate::mesh::MeshError;
 use crate::plain_text::Shown as _;
 use crate::plain_text::quoted;
 
-/// Why there is no scene.
+/// Why a scene could not be loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// No built-in scene has this name, and no file either.
@@ -17,7 +17,7 @@ pub enum SceneError {
         "there is no scene `{name}`{suggestion}: the built-in ones are {known}; a scene can also be a .toml file or a model (.obj, .stl, .ply, .glb, .gltf)"
     )]
     UnknownScene {
-        /// What was asked for.
+        /// The requested name.
         name: String,
         /// `, did you mean ...?`, or nothing.
         suggestion: String,
@@ -38,7 +38,7 @@ pub enum SceneError {
         "there is no preset `{name}`{suggestion}: the presets are {known}; a preset can also be a .toml file"
     )]
     UnknownPreset {
-        /// What was asked for.
+        /// The requested name.
         name: String,
         /// `, did you mean ...?`, or nothing.
         suggestion: String,
@@ -50,7 +50,7 @@ pub enum SceneError {
     ReadPreset {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The scene file could not be read.
@@ -58,15 +58,15 @@ pub enum SceneError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// Keys or values are wrong; the message lists the first of them, and says how many there are.
     #[error("{}", problems.describe(&scene.to_string_lossy()))]
     Problems {
-        /// The scene that was asked for.
+        /// The requested scene.
         scene: PathBuf,
-        /// What is wrong.
+        /// The problems.
         problems: Problems,
     },
     /// An object's mesh cannot be used.
@@ -74,21 +74,20 @@ pub enum SceneError {
     Object {
         /// The object's name, or its place in the file.
         object: String,
-        /// What is wrong with its mesh.
+        /// The problem of its mesh.
         source: MeshError,
     },
-    /// The objects are too small or too large to measure lengths by.
+    /// The objects are too small or too large to define the unit of lengths.
     #[error(
         "the scene radius comes to {radius:e} world units, which lengths cannot be multiplied by: set `radius`, or scale the objects"
     )]
     Radius {
-        /// What was measured or set.
+        /// The measured or set radius.
         radius: f32,
     },
     /// An object is a rod or a needle, too thin for directions in single precision.
     #[error(
-        "object `{}`: most of its surface is triangles up to {times:.0e} times as long as wide, and 5e6 is the most that particles \
-         find their way on: make it thicker, or split them into shorter ones",
+        "object `{}`: most of its surface consists of triangles up to {times:.0e} times as long as wide, and particles can walk on triangles up to 5e6: make the object thicker, or split the triangles into shorter ones",
         quoted(object)
     )]
     TooThin {

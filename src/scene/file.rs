@@ -1,5 +1,5 @@
-//! Scene files in and out, and the changes of the command line, all by way of the parameter table: what is unknown,
-//! of the wrong type or out of range is gathered, so that one error lists everything there is to mend.
+//! Reading and writing scene files, and the changes of the command line, all by the parameter table. Keys and values that are unknown, of
+//! the wrong type or out of range are collected, so that one error lists all problems.
 
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
@@ -14,12 +14,12 @@ use super::problems::{Problem, Problems};
 use super::settings::{FoodSettings, MOST_FOODS, MOST_OBJECTS, ObjectSettings, Settings};
 use super::suggest::{first_of, is_section, nearest, nearest_key};
 
-/// Reads scene text into settings, step by step, and gathers everything wrong on the way.
+/// Reads scene text into settings, step by step, and collects all problems.
 #[derive(Debug)]
 pub struct Reader {
-    /// The settings so far; whatever was wrong kept its value from before.
+    /// The settings so far; wrong values were not applied.
     pub settings: Settings,
-    /// What was wrong so far.
+    /// The problems so far.
     pub problems: Problems,
     place: Place,
     /// Were objects left out, because there are so many?
@@ -33,12 +33,12 @@ enum Place {
         prefix: String,
         line_ends: Vec<usize>,
     },
-    /// Something on the command line, as it was typed.
+    /// An argument of the command line, as typed.
     Argument(String),
 }
 
 impl Reader {
-    /// Begins with `settings`, which what is read changes.
+    /// Begins with `settings`.
     #[must_use]
     pub fn new(settings: Settings) -> Self {
         Self {
@@ -56,7 +56,7 @@ impl Reader {
         }
     }
 
-    /// Reads the TOML text of a preset: the sections of a look, and nothing else. Food is scattered only where it says so.
+    /// Reads the TOML text of a preset: the sections of a look, and nothing else. Without the key, no food is scattered.
     pub fn preset(&mut self, prefix: &str, text: &str) {
         let Some(table) = self.parse(prefix, text) else {
             return;
@@ -67,7 +67,7 @@ impl Reader {
         } else if table.get_ref().is_empty() {
             self.problem(0, format!("it has nothing of a look: {PARTS}"));
         } else {
-            // Of most looks scattered food is no part.
+            // Most looks have no scattered food.
             self.settings.feeding.scattered = 0;
             self.table("", table.get_ref());
         }
@@ -88,7 +88,7 @@ impl Reader {
         }
     }
 
-    /// Takes one `KEY=VALUE`. The value is read as TOML; what is not TOML is taken as a bare word.
+    /// Applies one `KEY=VALUE`. The value is read as TOML; if it is not TOML, it is a bare word.
     pub fn assignment(&mut self, assignment: &str) {
         self.place = Place::Argument(format!("--set {assignment}"));
         let pair = assignment
@@ -120,7 +120,7 @@ impl Reader {
     /// The settings, if nothing was wrong with them.
     ///
     /// # Errors
-    /// Everything that was wrong, and everything else that is out of range.
+    /// All problems so far, and all values that are out of range.
     pub fn finish(mut self) -> Result<Settings, Problems> {
         self.problems
             .extend(out_of_range(&self.settings).into_iter().map(Problem::from));
@@ -159,7 +159,7 @@ impl Reader {
     }
 
     fn table(&mut self, section: &str, table: &DeTable<'_>) {
-        // The map is sorted by key; people read from the top.
+        // The map is sorted by key, but problems are listed in the order of the file.
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
         for (key, value) in entries {
@@ -172,7 +172,7 @@ impl Reader {
         }
     }
 
-    /// Takes the value of one dotted key that stands at offset `at`.
+    /// Applies the value of one dotted key at offset `at`.
     fn value(&mut self, key: &str, value: &Spanned<DeValue<'_>>, at: usize) {
         if key == "object" {
             return self.objects(value, at);
@@ -210,10 +210,7 @@ impl Reader {
     fn unknown(&mut self, key: &str, at: usize) {
         self.problem_with(at, || {
             if is_section(key) {
-                format!(
-                    "{key} is a section: keys such as {} stand in it",
-                    first_of(key)
-                )
+                format!("{key} is a section, with keys such as {}", first_of(key))
             } else if let Some(nearest) = nearest_key(key) {
                 format!("{key}: no such key; did you mean {nearest}?")
             } else {
@@ -382,7 +379,7 @@ impl Reader {
     }
 }
 
-/// Those of a list of tables, if it is one.
+/// The tables of a list of tables, if it is one.
 fn tables<'a, 'b>(value: &'a Spanned<DeValue<'b>>) -> Option<Vec<&'a DeTable<'b>>> {
     match value.get_ref() {
         DeValue::Array(array) => array.iter().map(|item| item.get_ref().as_table()).collect(),
@@ -414,7 +411,7 @@ fn wrong_type(key: &str, expected: &str, found: &DeValue<'_>) -> Refusal {
 }
 
 /// Sets one parameter of `target`. `key` is looked up, or with a component's index behind it; `full` is for messages.
-/// What was `typed` stands on the command line.
+/// `typed` values come from the command line.
 fn set<T>(
     table: &[Parameter<T>],
     target: &mut T,
@@ -539,7 +536,7 @@ pub(super) fn three(array: &DeArray<'_>) -> Option<[f64; 3]> {
 
 pub(super) fn number(value: &DeValue<'_>) -> Option<f64> {
     match value {
-        // More digits than an i64 holds are out of every range, as what they come to in floats.
+        // Numbers with more digits than an i64 holds are out of every range; they become floats.
         DeValue::Integer(integer) => match i64::from_str_radix(integer.as_str(), integer.radix()) {
             Ok(whole) => Some(whole as f64),
             Err(_) => integer.as_str().parse().ok().or(Some(f64::INFINITY)),

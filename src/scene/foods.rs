@@ -1,4 +1,4 @@
-//! What must hold of food and markers beside the ranges of their keys.
+//! Checks of food and markers besides the ranges of their keys.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use super::error::SceneError;
 use super::problems::{Problem, listed};
 use super::settings::{MOST_FOODS, Settings, Start};
 
-/// Names the only object where that is left out, so that it stays clear when there are more.
+/// Fills in the name of the only object if it is left out, so that it stays right when objects are added.
 pub(super) fn name(settings: &mut Settings) {
     if let [only] = &settings.objects[..] {
         let foods = settings.foods.iter_mut();
@@ -16,8 +16,7 @@ pub(super) fn name(settings: &mut Settings) {
     }
 }
 
-/// Makes sure that each lies on an object, that there are not too many, and that their trail can be counted. Objects have
-/// their names.
+/// Checks that each lies on an object, that there are not too many, and that their trail can be counted. Objects must have names.
 pub(super) fn check(scene: &str, settings: &Settings) -> Result<(), SceneError> {
     let mut messages = problems(settings);
     messages.extend(start_problem(settings));
@@ -34,7 +33,7 @@ pub(super) fn check(scene: &str, settings: &Settings) -> Result<(), SceneError> 
     })
 }
 
-/// Everything of that that does not hold, one sentence each. Where particles begin matters only when they do.
+/// All violations, one sentence each. The start is checked only if particles are about to begin.
 #[must_use]
 pub fn problems(settings: &Settings) -> Vec<String> {
     let mut messages = Vec::new();

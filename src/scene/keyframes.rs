@@ -17,7 +17,7 @@ const FARTHEST: f64 = 1e9;
 /// Degrees, to either side.
 const MOST_TURNED: f64 = 36_000.0;
 
-/// Reads the value of `key`; or says what is wrong with it.
+/// Reads the value of `key`, or returns its problem.
 pub(super) fn read(key: &str, value: &DeValue<'_>) -> Result<Vec<Keyframe>, String> {
     let DeValue::Array(array) = value else {
         return Err(format!(
@@ -54,7 +54,7 @@ pub(super) fn read(key: &str, value: &DeValue<'_>) -> Result<Vec<Keyframe>, Stri
     Ok(frames)
 }
 
-/// What is wrong with keyframes that were not read from a file.
+/// The problem of keyframes that were not read from a file, if any.
 pub(super) fn check(key: &str, frames: &[Keyframe], problems: &mut Vec<OutOfRange>) {
     if frames.len() > MOST {
         problems.push(OutOfRange {

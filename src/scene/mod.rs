@@ -1,8 +1,8 @@
 //! Scenes: objects, parameters and the files that hold them. [`Scene::load`] turns a name or a file into meshes on
 //! one pooled surface and checked settings: all that a simulation needs.
 //!
-//! Settings have world coordinates in double precision. What is computed, `sim` and `render` alike, counts them from
-//! [`Origins::world`] in single precision, and calls that world space.
+//! Settings have world coordinates in double precision. `sim` and `render` use coordinates relative to [`Origins::world`] in single
+//! precision, which they call world space.
 
 pub mod builtin;
 mod error;
@@ -37,16 +37,16 @@ use motion::{Origins, pose_from};
 use problems::{Problem, Problems, listed};
 use settings::{AreaSettings, ObjectSettings};
 
-/// World coordinates reach no farther from zero.
+/// The largest world coordinate.
 const FARTHEST: f64 = 4e12;
 
 /// The look of a bare model.
 const MODELS_PRESET: &str = "network";
 
-/// What the command line changes about a scene, in the order in which it is applied.
+/// Changes of a scene by the command line, in the order in which they are applied.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
-    /// The name of a preset that comes with the program, or a file of one.
+    /// The name of a built-in preset, or a preset's file.
     pub preset: Option<String>,
     /// `KEY=VALUE`, later ones over earlier ones.
     pub set: Vec<String>,
@@ -63,9 +63,9 @@ pub struct Scene {
     pub settings: Settings,
     /// One mesh for each object, in the mesh's own coordinates.
     pub meshes: Vec<Mesh>,
-    /// The animation of each object's model, where the object follows it.
+    /// The animation of each object's model, if the object follows it.
     pub tracks: Vec<Option<RigidTrack>>,
-    /// Where coordinates are counted from, for each object; the world's origin is the same for all.
+    /// The origins of coordinates for each object; the world's origin is the same for all.
     pub origins: Vec<Origins>,
     /// All objects pooled, scaled to world lengths, each counted from its origin in `origins`.
     pub surface: Surface,
@@ -82,8 +82,8 @@ impl Scene {
     /// `builtin:MESH`), which makes a scene of one object with the look of the preset `network`.
     ///
     /// # Errors
-    /// When nothing has that name, a file cannot be read, a key is unknown, a value is not allowed (all of them in one
-    /// error), or a mesh is not fit to walk on.
+    /// If there is no scene of that name, a file cannot be read, a key is unknown, a value is not allowed (all of them in one error), or a
+    /// mesh cannot be used.
     pub fn load(scene: &Path, overrides: &Overrides) -> Result<Self, SceneError> {
         let (name, settings, folder) = Self::read(scene, overrides)?;
         Self::from_settings(name, settings, folder)
@@ -113,7 +113,7 @@ impl Scene {
                     mesh,
                     ..ObjectSettings::default()
                 }];
-                // By the plain defaults a network is gone after some hundred steps.
+                // With the plain defaults a network dies out after some hundred steps.
                 if let Some(preset) = builtin::preset(MODELS_PRESET) {
                     reader.preset("", preset.text);
                 }
@@ -133,7 +133,7 @@ impl Scene {
         Ok((name, settings, folder))
     }
 
-    /// As [`read`](Self::read), for the text of a scene file, which errors call `scene`.
+    /// As [`read`](Self::read), for the text of a scene file; errors use the name `scene`.
     ///
     /// # Errors
     /// When a key is unknown, or a value is not allowed.
@@ -255,8 +255,8 @@ impl Scene {
         poses(&self.settings.objects, &self.tracks, &self.origins, time)
     }
 
-    /// A sentence for each object that is so small and so far from the others that single precision, which holds the poses
-    /// and places of all of them, has few steps across it at the start.
+    /// A warning for each object that is so small and so far from the others that single precision, in which all poses and places are
+    /// stored, resolves it coarsely at the start.
     #[must_use]
     pub fn coarse_objects(&self) -> Vec<String> {
         let poses = self.world_from_object();
@@ -275,8 +275,7 @@ impl Scene {
         coarse.collect()
     }
 
-    /// The scene as a file that gives the same wherever it is saved: every key, the radius as measured, and mesh
-    /// paths absolute.
+    /// The scene as a file that loads equally from any folder: every key, the measured radius, and absolute mesh paths.
     #[must_use]
     pub fn to_toml(&self) -> String {
         self.to_toml_as(&self.settings)
@@ -294,8 +293,8 @@ impl Scene {
         self.to_toml_with(&self.settings, Some(areas))
     }
 
-    /// Does a scene file elsewhere find the models, masks and maps? Not if they lie in a folder whose name is not Unicode:
-    /// then they are named relative to the scene's folder.
+    /// Does a scene file in another folder find the models, masks and maps? Not if they lie in a folder whose name is not Unicode: then
+    /// paths are relative to the scene's folder.
     #[must_use]
     pub fn is_found_from_everywhere(&self) -> bool {
         let settings = &self.settings;
@@ -344,7 +343,7 @@ fn overridden(
         };
         match overrides.set.iter().find(is_seed) {
             None => reader.seed(seed),
-            // Which of the two is meant is unknown.
+            // It is unknown which of the two is meant.
             Some(assignment) => reader.problems.push(Problem {
                 place: format!("--seed {seed}"),
                 message: format!(
@@ -365,12 +364,12 @@ fn name_of(path: &Path) -> String {
     stem.to_string_lossy().into_owned()
 }
 
-/// On average. Every built-in scene has several texels per triangle.
+/// The mean number. Every built-in scene has several texels per triangle.
 const MOST_TRIANGLES_A_TEXEL: u64 = 16;
-/// So many take a second, and what the atlas says of them names the size that has room.
+/// This many load in a second, and the error of the atlas names a size that is large enough.
 const FEW_TRIANGLES: u64 = 1 << 20;
 
-/// Before the names of what comes with the program.
+/// The prefix of built-in names.
 pub(crate) const BUILTIN: &str = "builtin:";
 
 /// The kind of a SCENE argument.
@@ -411,18 +410,17 @@ impl Source {
     }
 }
 
-/// How many triangles a scene has room for in its atlas. Where several share a texel, particles can no longer be
-/// distinguished; with
-/// more than these, none of what takes long is begun.
+/// How many triangles a scene has room for in its atlas. If many triangles share a texel, particles cannot be distinguished any more; with
+/// more triangles, loading stops before long work begins.
 fn most_triangles(settings: &Settings) -> u64 {
     let texels = u64::from(settings.atlas.size).pow(2);
     (texels * MOST_TRIANGLES_A_TEXEL).max(FEW_TRIANGLES)
 }
 
-/// Names the nameless after their meshes, and keeps names apart.
+/// Names objects without a name after their meshes, and makes names unique.
 fn name_objects(objects: &mut [ObjectSettings], meshes: &[Mesh]) {
     let mut taken = HashSet::with_capacity(objects.len());
-    // Of names that were wanted again, the next number to try: the smaller ones stay taken.
+    // For repeated names, the next number to try: smaller ones are taken.
     let mut next: HashMap<String, u32> = HashMap::new();
     for (object, mesh) in objects.iter_mut().zip(meshes) {
         let wanted = match object.name.trim() {
@@ -455,7 +453,7 @@ fn check_ranges(scene: &str, settings: &Settings) -> Result<(), SceneError> {
     })
 }
 
-/// How much longer than wide a triangle may be: in thinner ones, single precision has no directions.
+/// The largest ratio of length to width of a triangle: in thinner ones, directions have no digits in single precision.
 const THINNEST: f64 = 2e-7;
 
 /// Refuses objects most of whose surface is triangles so thin that a particle on them has no direction.
@@ -591,7 +589,7 @@ fn tracks(
         }
         match RigidTrack::open(&object.mesh, folder) {
             Ok(track) => tracks[i] = Some(track),
-            // By its place: not every object has a name yet.
+            // By its index, because not every object has a name yet.
             Err(source) => problems.push(Problem {
                 place: String::new(),
                 message: format!("object.{i}.motion.model: {source}"),

@@ -1,7 +1,7 @@
-//! How objects move: what a scene file says about it, and where an object is at a time.
+//! Motion of objects: its settings, and the pose of an object at a time.
 //!
-//! Everything is evaluated from the time itself, in double precision, and nothing is summed up from step to step: an
-//! hour in, a gear is where it would be had the hour been skipped. An object's pose is rigid, and put together as
+//! Everything is computed from the time itself, in double precision, and nothing is accumulated from step to step: after an hour a gear is
+//! exactly where a scene that starts there has it. An object's pose is rigid, and composed as
 //!
 //! `orbit * position * keyframe * rotation * (swing * spin about the pivot)`, the last of them first,
 //!
@@ -74,7 +74,7 @@ impl Default for MotionSettings {
 }
 
 impl MotionSettings {
-    /// Is the object where it stands, at all times?
+    /// Is the object at rest at all times?
     #[must_use]
     pub fn is_still(&self) -> bool {
         let zero = |vector: &[f32; 3]| *vector == [0.0; 3];
@@ -85,7 +85,7 @@ impl MotionSettings {
             && self.keyframes.is_empty()
     }
 
-    /// Is nothing said about motion? Then files do not mention it.
+    /// Is it the default? Then files leave it out.
     #[must_use]
     pub fn is_default(&self) -> bool {
         *self == Self::default()
@@ -103,8 +103,8 @@ pub struct Keyframe {
     pub rotation: [f32; 3],
 }
 
-/// Origins of an object's coordinates and of the world's, chosen so that single precision has digits to spare
-/// for both, wherever they are. Both are zero unless something small is far from its origin.
+/// Origins of an object's coordinates and of the world's, chosen so that single precision is enough for both, wherever they are. Both are
+/// zero unless something small is far from its origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Origins {
     /// The origin of computations in world space, in world coordinates.
@@ -180,8 +180,8 @@ pub fn pose_from(
     origins: &Origins,
 ) -> DAffine3 {
     let motion = &object.motion;
-    // A surface about the object's own origin stands near the world's here, so that single precision is enough; then a
-    // scene that is moved far away keeps its bits, whatever its decimals become there.
+    // With the object's own origin the surface is near the world's origin, so single precision is enough; a scene that is moved far away
+    // then keeps its bits, despite the rounding of its coordinates there.
     let near = |place: DVec3| {
         if origins.surface == DVec3::ZERO {
             place.as_vec3().as_dvec3()
@@ -251,7 +251,7 @@ fn turn(degrees: DVec3) -> DQuat {
     turn_about(degrees / angle, angle.to_radians())
 }
 
-/// The rotation of a turning rate, degrees per second, after a time; whole turns are subtracted before they cost digits.
+/// The rotation of a turning rate, degrees per second, after a time; whole turns are subtracted first, to keep precision.
 fn turn_for(rate: [f32; 3], time: f64) -> DQuat {
     let rate = wide(rate);
     let speed = rate.length();

@@ -1,5 +1,5 @@
-//! The table of everything that can be changed about a scene: what it is called, what it may be, and whether a
-//! change waits for a restart. Validation, the panel, `--set` and the manual all read this table and no other.
+//! The table of all parameters of a scene: name, allowed values, and whether a change needs a restart. Validation, the panel, `--set` and
+//! the manual all read this table and no other.
 
 #[macro_use]
 mod macros;
@@ -22,11 +22,11 @@ pub use table::{MOST_RADIUS, PARAMETERS};
 pub struct Parameter<T: 'static = Settings> {
     /// Dotted, as in the file: `trail.decay`. Keys of an object lack the `object.N.` in front, those of a food `food.N.`.
     pub key: &'static str,
-    /// As people call it.
+    /// The name in the panel.
     pub name: &'static str,
-    /// Unit of the value, empty where it has none.
+    /// Unit of the value; empty if it has none.
     pub unit: &'static str,
-    /// One or two sentences: what it does, and what its special values mean.
+    /// One or two sentences: its effect, and the meaning of special values.
     pub help: &'static str,
     /// When a change takes effect.
     pub effect: Effect,
@@ -101,11 +101,11 @@ pub enum Kind<T: 'static> {
         /// Sets the components.
         set: fn(&mut T, [f64; 3]),
     },
-    /// A number that an object has for itself, or shares with the scene.
+    /// A number that an object has of its own, or shares with the scene.
     Own(Own<T>),
     /// A text.
     Text {
-        /// What it is: `the name of an object`.
+        /// Its meaning: `the name of an object`.
         what: &'static str,
         /// A path, relative to the scene file?
         is_path: bool,
@@ -116,16 +116,16 @@ pub enum Kind<T: 'static> {
     },
 }
 
-/// A number that an object may have for itself.
+/// A number that an object may have of its own.
 #[derive(Debug)]
 pub struct Own<T: 'static> {
-    /// What is allowed, ends included.
+    /// The allowed range, ends included.
     pub range: (f64, f64),
-    /// What a slider offers.
+    /// The slider's range.
     pub slider: (f64, f64),
     /// How a slider spreads it.
     pub scale: Scale,
-    /// Reads the value; `None` where it is the scene's.
+    /// Reads the value; `None` if it is the scene's.
     pub get: fn(&T) -> Option<f64>,
     /// Reads the scene's.
     pub shared: fn(&PhysarumSettings) -> f64,
@@ -136,9 +136,9 @@ pub struct Own<T: 'static> {
 /// A number, its range and its slider.
 #[derive(Debug)]
 pub struct Number<T: 'static> {
-    /// What is allowed, ends included.
+    /// The allowed range, ends included.
     pub range: (f64, f64),
-    /// What a slider offers: the interesting part of `range`.
+    /// The slider's range: the interesting part of `range`.
     pub slider: (f64, f64),
     /// How a slider spreads it.
     pub scale: Scale,
@@ -162,7 +162,7 @@ impl<T> Number<T> {
     }
 }
 
-/// Does the value lie in the range, ends included? Compared as f32, which is what a file's 0.1 becomes. NaN lies in
+/// Does the value lie in the range, ends included? Compared as f32, because settings are stored so. NaN lies in
 /// no range.
 pub(super) fn inside(value: f64, (low, high): (f64, f64)) -> bool {
     value as f32 >= low as f32 && value as f32 <= high as f32
@@ -173,7 +173,7 @@ pub(super) fn inside(value: f64, (low, high): (f64, f64)) -> bool {
 pub enum Scale {
     /// Evenly.
     Linear,
-    /// By factors; a slider that begins at 0 keeps its left end for 0.
+    /// Logarithmically; the left end of a slider that begins at 0 is 0.
     Logarithmic,
 }
 
@@ -182,9 +182,9 @@ pub enum Scale {
 pub struct OutOfRange {
     /// Dotted key, with `object.N.` where it belongs to an object.
     pub key: String,
-    /// The value as people write it.
+    /// The value as text.
     pub value: String,
-    /// What would be allowed, with the unit.
+    /// The allowed values, with the unit.
     pub allowed: String,
 }
 
@@ -213,7 +213,7 @@ impl<T> Parameter<T> {
         }
     }
 
-    /// Gives `to` the value that `from` has.
+    /// Copies the value of `from` to `to`.
     pub fn copy(&self, from: &T, to: &mut T) {
         match &self.kind {
             Kind::Number(number) => (number.set)(to, (number.get)(from)),
@@ -224,7 +224,7 @@ impl<T> Parameter<T> {
         }
     }
 
-    /// What is allowed, as people say it: `0 to 1`, `reflect or stop`.
+    /// The allowed values as text: `0 to 1`, `reflect or stop`.
     #[must_use]
     pub fn allowed(&self) -> String {
         let unit = if self.unit.is_empty() {
@@ -360,7 +360,7 @@ fn joined(words: &[&str], conjunction: &str) -> String {
     }
 }
 
-/// A number as people write it, with commas from 10,000 on.
+/// A number as text, with commas from 10,000 on.
 #[must_use]
 pub fn grouped(value: f64) -> String {
     if value.fract() != 0.0 || value.abs() < 10_000.0 {

@@ -1,5 +1,4 @@
-//! Presets: looks, that is, values for `[physarum]`, `[trail]` and `[feeding]` and the colours of the trail, that come with
-//! the program or lie in files.
+//! Presets: looks, that is, values for `[physarum]`, `[trail]` and `[feeding]` and the colours of the trail, built in or from files.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -13,7 +12,7 @@ use super::parameters::{Kind, PARAMETERS, Parameter};
 use super::settings::Settings;
 use crate::regular_file;
 
-/// The sections of scene files that a look consists of. Of the last it has the colours of the trail alone.
+/// The sections of scene files that a look consists of. The last one has only the colours of the trail.
 const SECTIONS: [&str; 4] = ["physarum", "trail", "feeding", PICTURE];
 const PICTURE: &str = "picture";
 const COLOURS: &str = "color_map";
@@ -22,14 +21,14 @@ const COLOURS: &str = "color_map";
 pub(super) const PARTS: &str =
     "the sections [physarum], [trail] and [feeding], and picture.color_map";
 
-/// How particles walk and sense rather than what comes of it: presets leave these as they are.
+/// Keys of the method of walking and sensing, which presets do not change.
 const HOW: [&str; 3] = [
     "physarum.border",
     "physarum.edge_crossing_attempts",
     "physarum.sensing",
 ];
 
-/// Does a look consist of it?
+/// Is the key part of a look?
 #[must_use]
 pub fn is_look(parameter: &Parameter) -> bool {
     match parameter.section() {
@@ -38,7 +37,7 @@ pub fn is_look(parameter: &Parameter) -> bool {
     }
 }
 
-/// The look of `settings` as the text of a preset; `summary`, one line, says what it is.
+/// The look of `settings` as the text of a preset; `summary`, one line, describes it.
 ///
 /// ```
 /// use myxo::scene::{presets, settings::Settings};
@@ -67,14 +66,14 @@ pub fn to_toml(settings: &Settings, summary: &str) -> String {
     text
 }
 
-/// Is the text a look and nothing else? A scene file that has no more than a look is one, too.
+/// Does the text hold a look and nothing else? A scene file with only the keys of a look counts, too.
 #[must_use]
 pub fn is_preset(text: &str) -> bool {
     DeTable::parse(text)
         .is_ok_and(|table| !table.get_ref().is_empty() && foreign(table.get_ref()).is_none())
 }
 
-/// The first key that no look has, and where it begins.
+/// The first key that is not part of a look, and its offset.
 pub(super) fn foreign(table: &DeTable<'_>) -> Option<(usize, String)> {
     let sections = table.iter().filter_map(|(section, value)| {
         let name = section.get_ref();
@@ -89,7 +88,7 @@ pub(super) fn foreign(table: &DeTable<'_>) -> Option<(usize, String)> {
     sections.min_by_key(|&(start, _)| start)
 }
 
-/// The text of the preset that `wanted` names: one that comes with the program, or a `.toml` file.
+/// The text of a preset by name: a built-in one, or a `.toml` file.
 pub(super) fn text_of(wanted: &str) -> Result<Cow<'static, str>, SceneError> {
     if let Some(preset) = builtin::preset(wanted) {
         return Ok(Cow::Borrowed(preset.text));

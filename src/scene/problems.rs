@@ -8,12 +8,12 @@ use crate::plain_text;
 /// Problems that a message lists, and that are kept; the others are counted.
 pub const MOST_LISTED: usize = 20;
 
-/// One thing that is wrong with a scene file, a preset or a `--set`.
+/// One problem of a scene file, a preset or a `--set`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// Its place: `line 7`, `--set trail.decay=2`, `preset spots`; empty without a particular place.
     pub place: String,
-    /// The problem, and what would be right.
+    /// The problem, and advice.
     pub message: String,
 }
 
@@ -67,13 +67,13 @@ impl Problems {
         }
     }
 
-    /// How many there are, listed or not.
+    /// The number of problems, listed or not.
     #[must_use]
     pub fn len(&self) -> usize {
         self.count
     }
 
-    /// Is nothing wrong?
+    /// Are there no problems?
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.count == 0
@@ -84,7 +84,7 @@ impl Problems {
         self.listed.iter()
     }
 
-    /// All that is wrong with `scene`, as a message.
+    /// All problems of `scene`, as a message.
     pub(super) fn describe(&self, scene: &str) -> String {
         let scene = plain_text::quoted(scene);
         match &self.listed[..] {
@@ -103,7 +103,7 @@ impl Problems {
     }
 }
 
-/// Names one behind the other: the first ones, and how many more there are.
+/// A list of the first names, and the number of the others.
 pub(super) fn listed<'n>(mut names: impl Iterator<Item = &'n str>) -> String {
     let first: Vec<&str> = names.by_ref().take(MOST_LISTED).collect();
     match names.count() {
@@ -136,7 +136,7 @@ impl From<Vec<Problem>> for Problems {
 mod tests {
     use super::*;
 
-    /// Catches a list that keeps every text of a file with millions of mistakes, or that makes texts which are not shown.
+    /// Catches a list that keeps every text of a file with millions of mistakes, or builds texts that are not shown.
     #[test]
     fn only_listed_problems_have_texts() {
         let mut problems = Problems::default();

@@ -2,7 +2,7 @@
 //! [`super::file`] reads and writes them.
 //!
 //! Conventions, stated once: lengths are in scene radii unless a key says world units, angles are in degrees,
-//! the scene's up axis is +Y. What a key may hold is said by [`super::parameters`], not here.
+//! the scene's up axis is +Y. The allowed values are in [`super::parameters`], not here.
 
 mod choices;
 mod food;
@@ -27,7 +27,7 @@ use super::motion::{self, MotionSettings};
 /// A whole scene file. `Settings::default()` is a valid scene: one torus.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
-    /// Everything random depends on it; 0 to 4,294,967,295.
+    /// All random numbers depend on it; 0 to 4,294,967,295.
     pub seed: u64,
     /// The scene radius in world units, by which all lengths are multiplied; 0 measures it from the objects.
     pub radius: f32,
@@ -86,7 +86,7 @@ impl Default for Settings {
 /// `[particles]`
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParticleSettings {
-    /// How many particles walk on all objects together.
+    /// The number of particles on all objects together.
     pub count: u32,
     /// Their start places.
     pub start: Start,
@@ -145,7 +145,7 @@ impl Default for AreaSettings {
 pub struct TimeSettings {
     /// Seconds of the objects' motion that pass in a step.
     pub dt: f32,
-    /// Seconds of their motion that lie before the first step.
+    /// Seconds of their motion before the first step.
     pub start: f32,
     /// The most steps a second in the window; 0 for no cap.
     pub steps_per_second: f32,
@@ -164,7 +164,7 @@ impl Default for TimeSettings {
 /// `[trail]`
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TrailSettings {
-    /// How much of a texel is replaced by the mean of its neighbourhood in a step, 0 to 1.
+    /// The share of a texel that is replaced by the mean of its neighbourhood in a step, 0 to 1.
     pub diffusion: f32,
     /// Reach of that neighbourhood, in texels.
     pub diffusion_distance: u32,
@@ -189,7 +189,7 @@ pub struct AtlasSettings {
     pub method: AtlasMethod,
     /// Side of the square texture, in texels.
     pub size: u32,
-    /// For `grid`: side of a cell in texels; 0 for as large as fits.
+    /// For `grid`: side of a cell in texels; 0 for the largest that fits.
     pub cell_size: u32,
 }
 
@@ -258,7 +258,7 @@ pub struct CameraSettings {
     pub azimuth: f32,
     /// Degrees above the horizon.
     pub elevation: f32,
-    /// From the target, in scene radii; 0 for as far as shows every object whole.
+    /// From the target, in scene radii; 0 for the distance at which all objects fit into the picture.
     pub distance: f32,
     /// The point that the camera looks at, in scene radii from the scene's centre.
     pub target: [f32; 3],
@@ -289,7 +289,7 @@ pub struct PictureSettings {
     pub show: Show,
     /// Colours of the trail.
     pub color_map: ColorMap,
-    /// How much of the atlas's charts is shown: 0 nothing, 0.5 under the trail, 1 nothing else.
+    /// The strength of the atlas's charts: 0 hides them, 0.5 shows them under the trail, 1 shows only them.
     pub charts: f32,
     /// Diameter of a drawn particle, in pixels.
     pub particle_size: f32,
@@ -297,13 +297,13 @@ pub struct PictureSettings {
     pub light_azimuth: f32,
     /// Degrees above the camera.
     pub light_elevation: f32,
-    /// How much darker places are that see little of the sky, 0 to 1.
+    /// The strength of ambient occlusion, 0 to 1.
     pub occlusion: f32,
     /// Are food and markers drawn?
     pub food: Drawn,
     /// Are the areas drawn that were painted to attract, to repel or as no-go?
     pub areas: Drawn,
-    /// Behind the objects: red, green and blue as the eye sees them (sRGB), 0 to 1.
+    /// The background: red, green and blue in sRGB, 0 to 1.
     pub background: [f32; 3],
 }
 
@@ -326,10 +326,10 @@ impl Default for PictureSettings {
     }
 }
 
-/// Objects that a scene may have: how far each is from each of the others is planned on the host.
+/// The most objects of a scene: the host plans distances for all pairs.
 pub const MOST_OBJECTS: usize = 4096;
 
-/// `[[object]]`: a mesh and where it stands.
+/// `[[object]]`: a mesh and its pose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ObjectSettings {
     /// The object's name; empty takes the mesh's name.

@@ -7,7 +7,7 @@ use super::error::SceneError;
 use super::problems::{Problem, listed};
 use super::settings::{Heading, Settings, Start, StartSettings};
 
-/// Lets the paths of masks and area maps mean the same wherever they are read.
+/// Makes the paths of masks and area maps absolute.
 pub(super) fn from_everywhere(settings: &mut Settings, folder: &Path) {
     let objects = settings.objects.iter_mut();
     let masks = objects.map(|object| &mut object.start.mask);
@@ -19,8 +19,8 @@ pub(super) fn from_everywhere(settings: &mut Settings, folder: &Path) {
     }
 }
 
-/// Makes a path that begins in a folder one that begins nowhere. One that leads through a name that is not Unicode stays as
-/// it is: a scene file cannot say it.
+/// Makes a path relative to a folder absolute. A path through a name that is not Unicode is not changed, because a scene file cannot hold
+/// it.
 pub(super) fn make_whole(path: &mut String, folder: &Path) {
     let whole = folder.join(&*path);
     let whole = std::path::absolute(&whole).unwrap_or(whole);
@@ -29,8 +29,7 @@ pub(super) fn make_whole(path: &mut String, folder: &Path) {
     }
 }
 
-/// Makes sure that starts have what they need: an object of that name, a mask to begin on, a direction to head in.
-/// Objects have their names.
+/// Checks that starts have their inputs: an object of that name, a mask, a direction. Objects must have names.
 pub(super) fn check(scene: &str, settings: &Settings) -> Result<(), SceneError> {
     let mut messages = Vec::new();
     let wanted = &settings.particles.start_object;

@@ -13,7 +13,7 @@ impl Settings {
         }
     }
 
-    /// Are distances taken by the graphics pipeline?
+    /// Are distances computed by the graphics pipeline?
     #[must_use]
     pub fn uses_raster(&self) -> bool {
         self.objects.len() > 1 && self.distance.method == DistanceMethod::Raster
@@ -21,19 +21,19 @@ impl Settings {
 }
 
 impl Strategy {
-    /// Do sensors see other objects? Where particles change to them, they do.
+    /// Do sensors see other objects? They do if particles can change to them.
     #[must_use]
     pub fn sees_across(self) -> bool {
         !matches!(self, Self::None | Self::Respawn)
     }
 
-    /// Do particles that go into another object begin anew, anywhere on their own?
+    /// Do particles that go into another object restart anywhere on their own?
     #[must_use]
     pub fn begins_anew(self) -> bool {
         self == Self::Respawn
     }
 
-    /// May particles be sorted? By one strategy each keeps its slot for good.
+    /// May particles be sorted? With one strategy each keeps its slot.
     #[must_use]
     pub fn may_sort(self) -> bool {
         self != Self::Scattered

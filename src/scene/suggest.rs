@@ -49,7 +49,7 @@ pub(super) fn nearest_key(unknown: &str) -> Option<String> {
         })
 }
 
-/// The candidate nearest to a mistyped word, if one is near enough to have been meant.
+/// The candidate nearest to a mistyped word, if it is similar enough.
 pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let length = word.chars().count();
     let limit = (length / 3).clamp(1, 4);

@@ -1,4 +1,4 @@
-//! Tests of scenes as their users meet them: files, overrides, messages.
+//! Tests of scenes: files, overrides, messages.
 
 mod feeding;
 mod loading;

@@ -1,10 +1,10 @@
-//! Which bindings are one argument of the host: each of its own, but for the ways into one texture, which go together by their
-//! names (`shaders/include/texels.glsl`), and which may be absent.
+//! Which bindings form an argument of the host: one each, except that the access paths of a texture form one argument by their names
+//! (`shaders/include/texels.glsl`); and which arguments may be absent.
 
 use super::interface::rust_type;
 use super::model::{Access, Binding, Resource, Shader, Ty};
 
-/// Endings of the names of ways into a texture; the host's texture has a field of each name.
+/// Endings of the names of access paths; the host's texture has a field of each name.
 const WAYS: [&str; 5] = ["texels", "quads", "low", "high", "block"];
 
 /// A field of the arguments.
@@ -12,10 +12,10 @@ pub struct Argument {
     pub name: String,
     /// Indices of its bindings.
     pub bindings: Vec<usize>,
-    /// Of the host's field, without the reference.
+    /// The type of the host's field, without the reference.
     pub ty: String,
     pub access: Access,
-    /// What the shader says of it.
+    /// The shader's remark.
     pub remark: Option<String>,
     pub may_be_absent: bool,
 }
@@ -47,7 +47,7 @@ pub fn arguments(bindings: &[Binding], sources: &[&Shader]) -> Result<Vec<Argume
 }
 
 impl Argument {
-    /// Another way into the same texture.
+    /// Adds another access path of the same texture.
     fn add(&mut self, way: Self, binding: &Binding) -> Result<(), String> {
         if self.ty != way.ty {
             return Err(format!(
@@ -70,7 +70,7 @@ pub fn argument_of(binding: &Binding) -> &str {
     split(binding).map_or(&binding.name, |(name, _)| name)
 }
 
-/// The texture's name and the way into it, if the binding is one.
+/// The texture's name and the access path, if the binding is one.
 fn split(binding: &Binding) -> Option<(&str, &str)> {
     let (name, way) = binding.name.rsplit_once('_')?;
     (!name.is_empty() && WAYS.contains(&way)).then_some((name, way))
@@ -105,7 +105,7 @@ fn host_type(binding: &Binding) -> Result<String, String> {
     })
 }
 
-/// What `resources` binds for a binding, as an expression.
+/// The expression of `resources` for a binding.
 pub fn resource(binding: &Binding, may_be_absent: bool) -> Result<String, String> {
     let name = argument_of(binding);
     let one = if may_be_absent {
@@ -132,7 +132,7 @@ pub fn resource(binding: &Binding, may_be_absent: bool) -> Result<String, String
     ))
 }
 
-/// What is bound in place of an absent argument.
+/// The resource that is bound in place of an absent argument.
 fn absent(binding: &Binding) -> Result<&'static str, String> {
     match binding.resource {
         Resource::Storage(_) => Ok("Block"),

@@ -1,11 +1,11 @@
-//! Writes what kernels and draws have in common: the handle, and the structs of its arguments, parameters and constants.
+//! Writes the common parts of kernels and draws: the handle, and the structs of its arguments, parameters and constants.
 
 use std::fmt::Write;
 
 use super::arguments::{Argument, argument_of, arguments, resource};
 use super::model::{Access, Binding, Constant, Field, Resource, Shader, Struct, Ty};
 
-/// What a kernel and a draw have in common.
+/// The common parts of a kernel and a draw.
 pub struct Interface<'a> {
     pub stem: &'a str,
     pub handle: &'a str,
@@ -110,7 +110,7 @@ impl Interface<'_> {
         Ok(())
     }
 
-    /// How many elements an invocation needs of a binding: `// one an invocation` behind its declaration says so.
+    /// The number of elements that an invocation needs of a binding, from a remark `// one an invocation` behind its declaration.
     fn each(&self, binding: &Binding) -> Result<u32, String> {
         let remark = self.remark(&binding.name).unwrap_or_default();
         match remark.split_once(" an invocation") {
@@ -335,7 +335,7 @@ pub fn camel_case(stem: &str) -> String {
         .collect()
 }
 
-/// Bytes of an element, as an expression; 0 for what is no storage block.
+/// Bytes of an element, as an expression; 0 unless it is a storage block.
 fn element_size(binding: &Binding) -> Result<String, String> {
     Ok(match &binding.resource {
         Resource::Storage(element) => format!("size_of::<{}>()", rust_type(element)?),
@@ -343,10 +343,10 @@ fn element_size(binding: &Binding) -> Result<String, String> {
     })
 }
 
-/// What the constants of `include/texels.glsl` come from, for every shader that includes it.
+/// The source of the constants of `include/texels.glsl`, for every shader that includes it.
 const PATHS: &str = "crate::sim::texel_paths::TexelPaths";
 
-/// The field of it that such a constant has.
+/// The field of it for such a constant.
 fn path_of(constant: &str) -> Option<&'static str> {
     match constant {
         "TEXELS_IN_QUADS" => Some("in_quads"),

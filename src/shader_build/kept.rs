@@ -2,31 +2,31 @@
 //! compiler itself has changed.
 //!
 //! Each shader has a file in the output folder's `compiled/`: a hash of everything that its modules depend on, and the
-//! modules. A file that is damaged counts as none.
+//! modules. A damaged file is ignored.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::hash::{DefaultHasher, Hasher};
 use std::path::{Path, PathBuf};
 
-/// What is compiled of one shader.
+/// The compiled modules of one shader.
 pub struct Modules {
     /// Words of the unoptimised module, with names.
     pub plain: Vec<u32>,
     /// Words of the optimised module.
     pub optimized: Vec<u32>,
-    /// The one for graphics cards; empty where the shader has no such form.
+    /// Words of the module for graphics cards; empty if the shader has no such form.
     pub for_cards: Vec<u32>,
-    /// The one for tables in pages; empty where the shader has none.
+    /// Words of the module for tables in pages; empty if the shader has none.
     pub for_pages: Vec<u32>,
     /// The compiler's warnings, one per line.
     pub warnings: Vec<String>,
 }
 
-/// The folder of what was compiled.
+/// The folder of compiled modules.
 pub struct Kept {
     folder: PathBuf,
-    /// A hash of the running program and of shaderc, where that is a library of its own.
+    /// A hash of the running program and of shaderc, if that is a shared library.
     compiler: u64,
 }
 
@@ -50,7 +50,7 @@ impl Kept {
         })
     }
 
-    /// The modules of the shader `name`, kept or made.
+    /// The modules of the shader `name`, from the cache or new.
     pub fn get_or_make(
         &self,
         name: &str,
@@ -107,7 +107,7 @@ fn includes(text: &str) -> Vec<String> {
     lines.collect()
 }
 
-/// Words as a file holds them.
+/// Words in the byte order of files.
 pub fn bytes(words: &[u32]) -> Vec<u8> {
     words.iter().flat_map(|word| word.to_le_bytes()).collect()
 }

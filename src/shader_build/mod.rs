@@ -1,10 +1,9 @@
 //! From GLSL to SPIR-V and typed Rust handles; runs inside `build.rs`, so nothing here uses Vulkan.
 //!
 //! Every shader is compiled twice: an unoptimised module is reflected, because optimising strips the names, and the
-//! optimised one is shipped. A kernel that includes `tables.glsl` has a form for graphics cards
-//! besides, which not every device can run, and a shader with tables that may outgrow a binding has a form for such, in pages.
-//! Shaders are compiled side by side, and only those of which a file has changed (`kept`).
-//! `reflect` reads SPIR-V into a small `model` and `generate` writes the model as Rust.
+//! optimised one is shipped. A kernel that includes `tables.glsl` also has a form for graphics cards, which not every device can run, and a
+//! shader with tables that may outgrow a binding has a form for tables in pages. Shaders are compiled in parallel, and only if one of their
+//! files has changed (`kept`). `reflect` reads SPIR-V into a small `model` and `generate` writes the model as Rust.
 
 pub mod arguments;
 pub mod generate;
@@ -27,16 +26,16 @@ use shaderc::{
     ShaderKind, TargetEnv,
 };
 
-/// What a kernel includes that has a form for graphics cards.
+/// The include by which a kernel has a form for graphics cards.
 const TABLES: &str = "#include \"tables.glsl\"";
 
-/// How a table is declared that may outgrow a binding.
+/// The declaration of a table that may outgrow a binding.
 const PAGED: &str = "PAGED_";
 
-/// How many pages such a table has at the most; `src/gpu/pages.rs` has it from the same file.
+/// The most pages of such a table; `src/gpu/pages.rs` reads it from the same file.
 const MOST_PAGES: &str = include_str!("most_pages.txt");
 
-/// For which devices, or which tables, a shader is compiled.
+/// The form of a shader: for which devices, or which tables, it is compiled.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Form {
     /// Every device.
@@ -52,7 +51,7 @@ enum Form {
 /// this name) and `selftest.rs` (kernels of
 /// `shaders/selftest`, for the tests of `gpu`), each with its draws, and the SPIR-V files.
 ///
-/// Returns the compiler's warnings; the error has one line a problem, each with file and line.
+/// Returns the compiler's warnings; the error has one line per problem, each with file and line.
 pub fn build(shaders: &Path, out: &Path) -> Result<Vec<String>, String> {
     let include = shaders.join("include");
     let kept = Kept::open(out)?;
@@ -95,7 +94,7 @@ pub fn build(shaders: &Path, out: &Path) -> Result<Vec<String>, String> {
                 write(&out.join(shader.pages_file()), &kept::bytes(words))?;
             }
         }
-        // The self-test's handles belong to `gpu`, which does not know the simulation's structs.
+        // The self-test's handles belong to `gpu`, which does not use the simulation's structs.
         let shared = if compute_file == "kernels.rs" {
             shared_structs(&include)?
         } else {
@@ -135,7 +134,7 @@ fn side_by_side<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) ->
     all.into_iter().map(|(_, result)| result).collect()
 }
 
-/// Compiles and reflects one file, or takes what was kept of it.
+/// Compiles and reflects one file, or uses its cached modules.
 fn compile(path: &Path, include: &Path, kept: &Kept) -> Result<Shader, String> {
     let source =
         fs::read_to_string(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
@@ -205,7 +204,7 @@ fn compile(path: &Path, include: &Path, kept: &Kept) -> Result<Shader, String> {
     Ok(shader)
 }
 
-/// In the form for graphics cards no texel buffer is left: the host binds each as a storage block.
+/// Checks that the form for graphics cards has no texel buffer: the host binds each as a storage block.
 fn check_card_form(stem: &str, words: &[u32], source: &str) -> Result<(), String> {
     let shader = reflect::reflect(stem, Stage::Compute, words, source)?;
     let texels = shader.bindings.iter().find(|binding| {
@@ -220,7 +219,7 @@ fn check_card_form(stem: &str, words: &[u32], source: &str) -> Result<(), String
     })
 }
 
-/// The form for pages reaches exactly those bindings by addresses that are marked as paged for the host.
+/// Checks that the form for pages accesses exactly those bindings by addresses that are marked as paged for the host.
 fn check_pages_form(
     stem: &str,
     stage: Stage,
@@ -307,7 +306,7 @@ fn to_spirv(
         Stage::Fragment => (ShaderKind::Fragment, "MYXO_FRAGMENT"),
     };
     options.add_macro_definition(macro_name, None);
-    // What is drawn has no form for cards.
+    // Shaders of draws have no form for cards.
     if form == Form::Card || (form == Form::Pages && stage == Stage::Compute) {
         options.add_macro_definition("MYXO_CARD", None);
     }

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-/// The name of the block that `include/debug.glsl` declares; the recorder binds it by itself.
+/// The name of the block that `include/debug.glsl` declares; the recorder binds it automatically.
 pub const DEBUG_BLOCK: &str = "myxo_debug";
 
-/// What a shader is run by.
+/// The stage of a shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// `.comp`
@@ -41,11 +41,11 @@ pub struct Shader {
     pub remarks: BTreeMap<String, String>,
     /// The module to ship.
     pub optimized: Vec<u32>,
-    /// The module for graphics cards, where it is another one.
+    /// The module for graphics cards, if it differs.
     pub for_cards: Option<Vec<u32>>,
-    /// The module for tables in pages, where there is one.
+    /// The module for tables in pages, if there is one.
     pub for_pages: Option<Vec<u32>>,
-    /// What the compiler warned of.
+    /// The compiler's warnings.
     pub warnings: Vec<String>,
 }
 
@@ -74,7 +74,7 @@ impl Shader {
     }
 }
 
-/// How a block is declared.
+/// The declared access to a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// `readonly`
@@ -85,7 +85,7 @@ pub enum Access {
     ReadWrite,
 }
 
-/// What is bound.
+/// The kind of a binding.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Resource {
     /// A storage block; the type is that of one element.
@@ -129,7 +129,7 @@ pub enum Ty {
     Struct(String),
 }
 
-/// A member with its place.
+/// A member with its offset.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     /// Name in the shader.
@@ -165,7 +165,7 @@ pub struct Constant {
 }
 
 impl Ty {
-    /// Bytes of the host's type, where it does not depend on a struct.
+    /// Bytes of the host's type, if it does not depend on a struct.
     pub fn size(&self) -> Option<usize> {
         match self {
             Ty::U32 | Ty::I32 | Ty::F32 | Ty::Bool => Some(4),

@@ -1,8 +1,8 @@
-//! What reflection leaves out: a few facts read from the words of the module, and remarks read from the source.
+//! Facts that reflection does not provide: some are read from the words of the module, and remarks from the source.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What spirq does not say: defaults of specialization constants, the literal group size, and one built-in.
+/// Facts that spirq does not provide: defaults of specialization constants, the literal group size, and one built-in.
 pub struct RawModule {
     /// Invocations along the three axes.
     pub group_size: [u32; 3],
@@ -74,7 +74,7 @@ pub fn header(source: &str) -> Vec<String> {
         .collect()
 }
 
-/// The numbers of blocks called `Pages` and a number: of bindings that a module reaches by the addresses of their pages.
+/// The numbers of blocks called `Pages` and a number: of bindings that a module accesses by the addresses of their pages.
 pub fn paged_bindings(words: &[u32]) -> BTreeSet<u32> {
     const NAME: u32 = 5;
     let mut found = BTreeSet::new();
@@ -120,7 +120,7 @@ pub fn remarks(source: &str) -> BTreeMap<String, String> {
             } else {
                 declared
             };
-            // `const uint N = 5`, `{ vec4 values[]; }`, `float table[3]`: what stands before is the name's.
+            // `const uint N = 5`, `{ vec4 values[]; }`, `float table[3]`: the name is what precedes.
             let declared = declared.trim_end().trim_end_matches(['}', ';', ' ']);
             let declared = declared.split('=').next()?.trim_end();
             let declared = declared.rfind('[').map_or(declared, |at| &declared[..at]);

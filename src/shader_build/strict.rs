@@ -1,13 +1,13 @@
-//! Refuses what devices may round as they like: kernels that decide the state of a simulation give the same bits everywhere only by
-//! sums, differences and products that no compiler may contract, and by what `shaders/include/strict.glsl` makes of them.
+//! Refuses operations that devices may round differently. Kernels that decide the state of a simulation give the same bits everywhere only
+//! if they use sums, differences and products that no compiler may contract, and functions of `shaders/include/strict.glsl`.
 //!
-//! Optimised modules are looked at, because the optimiser contracts, too. Where in the text an instruction comes from, an
-//! unoptimised module with lines says.
+//! Optimised modules are checked, because the optimiser contracts, too. An unoptimised module with line numbers gives the place of an
+//! instruction in the text.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Kernels in `shaders` that decide no state: they are of pictures, or answer what is asked of depths.
+/// Kernels in `shaders` that decide no state: they are for pictures, or for queries of depths.
 pub const NOT_OF_STATE: &[&str] = &["depth_queries", "draw_order", "expose", "trail_histogram"];
 
 /// Does a kernel decide the state of a simulation? Every one in `shaders` does, unless a list says otherwise; those of other folders
@@ -18,7 +18,7 @@ pub fn must_be(path: &Path, stem: &str) -> bool {
     is_of_steps && !NOT_OF_STATE.contains(&stem)
 }
 
-/// What is said of a kernel that is not strict: a line a violation, with its place where that is known.
+/// The report on a kernel that is not strict: one line per violation, with its place if that is known.
 pub fn report(
     name: &str,
     optimized: &BTreeSet<Violation>,
@@ -36,7 +36,7 @@ pub fn report(
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// Something that is not strict, and where in the text it is, if the module says so.
+/// A violation of strict arithmetic, and its place in the text, if the module has it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Violation {
     /// File and line.
@@ -61,8 +61,8 @@ fn contracts(op: u32) -> Option<&'static str> {
     }
 }
 
-/// Instructions that give the same floats everywhere: they move numbers, choose among them, or convert integers. Whatever else has a float
-/// as its result is refused, but for arithmetic that does not contract and for calls of functions, which are looked at by themselves.
+/// Instructions that give the same floats everywhere: they move numbers, choose among them, or convert integers. All other instructions
+/// with a float as their result are refused, except arithmetic that does not contract and calls of functions, which are checked separately.
 fn moves_floats(op: u32) -> bool {
     matches!(
         op,
@@ -82,7 +82,7 @@ fn moves_floats(op: u32) -> bool {
     )
 }
 
-/// What has no place in strict arithmetic, by name.
+/// Instructions that strict arithmetic does not allow, by name, and the advice.
 fn refused(op: u32) -> Option<(&'static str, &'static str)> {
     Some(match op {
         136 => ("OpFDiv", "write quotient() or reciprocal()"),
@@ -103,13 +103,13 @@ fn refused(op: u32) -> Option<(&'static str, &'static str)> {
     })
 }
 
-/// What of GLSL.std.450 is exact, but for the sign of zeros.
+/// Is a function of GLSL.std.450 exact, but for the sign of zeros?
 fn is_exact(function: u32) -> bool {
     // FAbs, SAbs, SSign, Floor; minima, maxima and clamps; the lowest and highest bit.
     matches!(function, 4 | 5 | 7 | 8 | 37..=45 | 73..=75)
 }
 
-/// What a function of GLSL.std.450 is called, and what to write instead.
+/// The name of a function of GLSL.std.450, and what to write instead.
 fn function(number: u32) -> String {
     let (name, instead) = match number {
         6 => ("FSign", "compare"),
@@ -137,14 +137,14 @@ fn function(number: u32) -> String {
     format!("{name}: {instead}")
 }
 
-/// All that is not strict in a module.
+/// All violations in a module.
 pub fn violations(words: &[u32]) -> BTreeSet<Violation> {
     const STRING: u32 = 7;
     const LINE: u32 = 8;
     const NO_LINE: u32 = 317;
     const EXT_INST_IMPORT: u32 = 11;
     const TYPE_FLOAT: u32 = 22;
-    // Vectors, matrices, arrays of either kind: of what, is their second operand.
+    // Vectors, matrices, arrays of either kind: the second operand is the element type.
     const TYPES_OF_ONE: [u32; 4] = [23, 24, 28, 29];
     const TYPE_STRUCT: u32 = 30;
     const FUNCTION_END: u32 = 56;
@@ -193,19 +193,19 @@ pub fn violations(words: &[u32]) -> BTreeSet<Violation> {
     found
 }
 
-/// What of a module decides whether an instruction is strict.
+/// The parts of a module that decide whether an instruction is strict.
 #[derive(Default)]
 struct Known {
     /// Results that may not be contracted.
     strict: BTreeSet<u32>,
-    /// Types that have a float in them. Names and decorations of types come before the types, all else after.
+    /// Types that contain a float. In a module, names and decorations precede types, and everything else follows.
     floats: BTreeSet<u32>,
-    /// The set of GLSL.std.450.
+    /// The id of the import of GLSL.std.450.
     math: Option<u32>,
 }
 
 impl Known {
-    /// What is not strict about an instruction.
+    /// The violation by an instruction, if any.
     fn violation(&self, op: u32, of: u32, result: u32, operands: &[u32]) -> Option<String> {
         const EXT_INST: u32 = 12;
         const SPEC_CONSTANT_OP: u32 = 52;

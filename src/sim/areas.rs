@@ -1,10 +1,10 @@
-//! Areas that attract, repel or may not be entered, as a picture of the whole texture: what a scene begins with, and what
-//! painted areas are kept in.
+//! Areas that attract, repel or may not be entered, as a picture of the whole texture: the areas of a scene at its start, and the form in
+//! which painted areas are saved.
 //!
 //! | colour | value |
 //! | --- | --- |
-//! | green, 0 to full | sensors read 0 to `strength` trail units more |
-//! | blue, 0 to full | as much less |
+//! | green, 0 to full | 0 to `strength` trail units are added to sensor readings |
+//! | blue, 0 to full | as much is subtracted |
 //! | red, by more than half beyond green and blue | particles do not enter ([`NO_GO`]) |
 //! | black, white, grey, transparent | nothing |
 
@@ -78,7 +78,7 @@ impl AreaMap {
     /// The bias, one value per texel, gutters filled. An owned texel has the value of the pixel at its centre.
     ///
     /// # Errors
-    /// When it says nothing of any.
+    /// When the picture has no areas.
     pub fn bias(&self, atlas: &Atlas, strength: f32) -> Result<Vec<f32>> {
         let (width, height) = self.pixels.dimensions();
         let at = |place: u32, side: u32| {
@@ -138,7 +138,7 @@ fn value(Rgba([red, green, blue, alpha]): Rgba<u16>, strength: f32) -> f32 {
 /// 16 bits a colour.
 pub type AreaPicture = ImageBuffer<Rgb<u16>, Vec<u16>>;
 
-/// A picture of areas, and the strength of a full colour in it; none where there is nothing to be seen.
+/// A picture of areas, and the strength of a full colour in it; none if there are no visible areas.
 #[must_use]
 pub fn picture_of(bias: &[f32], atlas: &Atlas) -> Option<(AreaPicture, f32)> {
     let values = || owned(atlas).filter_map(|texel| bias.get(texel as usize).copied());
@@ -163,8 +163,8 @@ pub fn picture_of(bias: &[f32], atlas: &Atlas) -> Option<(AreaPicture, f32)> {
     Some((pixels, if strength > 0.0 { strength } else { usual }))
 }
 
-/// Writes areas as a PNG that [`AreaMap`] reads, and gives the strength that it is meant for. Nothing is written, and none is
-/// given, where there is nothing to be seen.
+/// Writes areas as a PNG that [`AreaMap`] reads, and returns the strength for it. If there are no visible areas, writes nothing and returns
+/// none.
 ///
 /// # Errors
 /// When the file cannot be written.
@@ -218,9 +218,8 @@ pub fn keep_beside(
     Ok((AreaSettings { map, strength }, Some(path)))
 }
 
-/// Writes what attracts as a mask for [starts](super::start::Mask), and gives which texels it is taken from: white where it
-/// attracts at least as much as it does in the middle of all of them by strength, the darker the less below that. None where
-/// nothing attracts.
+/// Writes attracting areas as a mask for [starts](super::start::Mask), and returns their texels. Texels with at least the median strength
+/// are white, weaker ones are proportionally darker. None if nothing attracts.
 ///
 /// # Errors
 /// When the file cannot be written.
@@ -296,11 +295,11 @@ mod tests {
         assert_eq!(strength, 80.0);
         let again = AreaMap::open(&path, 61).unwrap().bias(&atlas, strength);
         for (texel, (was, is)) in bias.iter().zip(again.unwrap()).enumerate() {
-            // Gutters may mix what is no-go with what is not.
+            // Gutters may mix no-go areas with others.
             let near = 2e-5 * was.abs().max(strength);
             assert!((was - is).abs() <= near, "{was} became {is} at {texel}");
         }
-        // Twice as strong as it says.
+        // With twice the strength.
         let twice = AreaMap::open(&path, 61)
             .unwrap()
             .bias(&atlas, 160.0)
@@ -347,7 +346,7 @@ mod tests {
         }
     }
 
-    /// The layout of the atlas may stay as the lowest layer of a map: its colours make no walls.
+    /// The layout of the atlas may be the lowest layer of a map: its colours make no walls.
     #[test]
     fn the_colours_of_a_layout_are_no_walls() {
         for [red, green, blue] in [

@@ -1,4 +1,4 @@
-//! Is the arithmetic of a device that of the host? Steps end in the same bits only if it is. Twin of `shaders/arithmetic.comp`.
+//! Is the arithmetic of a device that of the host? Only then do steps give the same bits. Twin of `shaders/arithmetic.comp`.
 
 use std::sync::Arc;
 
@@ -11,16 +11,16 @@ use crate::gpu::{Buffer, Context, Frames, Pipeline, Threads};
 use crate::rng::{Purpose, random};
 use crate::strict;
 
-/// Version of the arithmetic of steps. Changes that make runs end in other states increase it. Checkpoints hold the version that
+/// Version of the arithmetic of steps. It is increased by changes with which runs end in other states. Checkpoints hold the version that
 /// they were written with; those of earlier programs have none.
 pub const VERSION: u32 = 1;
 
 /// An operation in which the device deviates from IEEE 754.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Broken {
-    /// The rule, as people read it.
+    /// The rule, for people.
     pub rule: &'static str,
-    /// For how many of the numbers it is broken.
+    /// The number of tested numbers for which it is broken.
     pub times: usize,
     /// The first ones, as bits.
     pub words: [u32; 4],
@@ -30,7 +30,7 @@ pub struct Broken {
     pub expected: f32,
 }
 
-/// Numbers that are tried: zeros and equal ones, some that are near 1, and others of all sizes that scenes have.
+/// The tested numbers: zeros and equal ones, some that are near 1, and others of all sizes that scenes have.
 #[must_use]
 pub fn numbers() -> Vec<UVec4> {
     let of = |i: u32| {
@@ -145,7 +145,7 @@ pub fn on_device(ctx: &Arc<Context>, numbers: &[UVec4]) -> Result<Vec<[Vec4; 6]>
     Ok(rows)
 }
 
-/// Has a device the arithmetic of every other one, as far as a few numbers show?
+/// Does a device have the arithmetic of all others, as far as a few numbers show?
 ///
 /// # Errors
 /// When the device fails or has too little memory.
@@ -156,7 +156,7 @@ pub fn is_everywhere(ctx: &Arc<Context>) -> Result<bool> {
     Ok(compared(&numbers, &found).is_empty())
 }
 
-/// Every rule that a device breaks; none where its states are those of other devices.
+/// Every rule that a device breaks; none if its states are those of other devices.
 ///
 /// # Errors
 /// When the device fails or has too little memory.
@@ -166,7 +166,7 @@ pub fn broken(ctx: &Arc<Context>) -> Result<Vec<Broken>> {
     Ok(compared(&numbers, &found))
 }
 
-/// Every rule by which what was found is wrong.
+/// Every rule that the results break.
 #[must_use]
 pub fn compared(numbers: &[UVec4], found: &[[Vec4; 6]]) -> Vec<Broken> {
     let mut broken: Vec<Broken> = Vec::new();

@@ -9,9 +9,9 @@ use super::sorting::Bins;
 use super::types::{Pose, Window};
 use crate::scene::settings::Strategy;
 
-/// Puts a state in the order that a strategy needs: with windows, each object's particles together; and at the start, those together
-/// that lie together in the atlas, which steps keep so. Particles in flight, which checkpoints of earlier versions have, land where
-/// objects stand now. A state that is in order stays as it is.
+/// Puts a state in the order that a strategy needs: with windows, each object's particles together; and at the start, particles that are
+/// near each other in the atlas, an order that steps maintain. Particles in flight, which checkpoints of earlier versions have, land at the
+/// present poses. A state that is in order does not change.
 #[must_use]
 pub fn arranged(
     mut state: Snapshot,
@@ -25,7 +25,7 @@ pub fn arranged(
     }
     if !state.transfers.in_flight.is_empty() {
         land_all(&mut state, setup, poses);
-        // The old windows are those of another strategy.
+        // The old windows belong to another strategy.
         state.transfers.windows.clear();
     }
     if !strategy.has_windows() {
@@ -40,7 +40,7 @@ pub fn arranged(
     state
 }
 
-/// All that are in flight arrive.
+/// Lets all particles in flight land.
 fn land_all(state: &mut Snapshot, setup: &Setup, poses: &[Pose]) {
     let ground = Ground::of(setup, poses);
     for transfer in std::mem::take(&mut state.transfers.in_flight) {
@@ -55,7 +55,7 @@ fn land_all(state: &mut Snapshot, setup: &Setup, poses: &[Pose]) {
     }
 }
 
-/// Puts particles in the order of their bins, which objects have one after the other.
+/// Puts particles in the order of their bins, which are numbered object by object.
 fn sort(state: &mut Snapshot, setup: &Setup) {
     let Bins { tile_shift, count } = setup.bins;
     let bins = state.particles.par_iter();
@@ -66,7 +66,7 @@ fn sort(state: &mut Snapshot, setup: &Setup) {
     for bin in 0..count as usize {
         places[bin + 1] += places[bin];
     }
-    // One table after the other: of many particles a second copy of each takes much memory.
+    // One table after the other, because second copies of both take much memory.
     state.particles = scattered(&state.particles, &bins, places.clone());
     state.motions = scattered(&state.motions, &bins, places);
 }
@@ -82,7 +82,7 @@ fn scattered<T: Copy>(elements: &[T], bins: &[u32], mut places: Vec<usize>) -> V
     sorted
 }
 
-/// The windows of particles that lie in the order of objects.
+/// The windows of particles that are in the order of objects.
 fn windows(state: &Snapshot, setup: &Setup) -> Vec<Window> {
     let mut counts = vec![0; setup.poses.len()];
     for particle in &state.particles {
@@ -91,7 +91,7 @@ fn windows(state: &Snapshot, setup: &Setup) -> Vec<Window> {
     let ring = state.particles.len() as u32;
     let windows = counts.into_iter().scan(0, |start, count| {
         let window = Window {
-            // The window behind the last slot begins at the first one.
+            // A window that would begin behind the last slot begins at the first one.
             start: if *start == ring { 0 } else { *start },
             count,
         };

@@ -26,24 +26,24 @@ use crate::scene::settings::Settings;
 pub struct TileLooks {
     /// One per tile and pair.
     pub hints: Vec<u32>,
-    /// One per hint of a tile: the face that it names.
+    /// One per tile and candidate: a face.
     pub candidates: Vec<u32>,
-    /// The tiles whose texels are looked at.
+    /// The tiles whose texels are searched.
     pub listed: Vec<ListedTile>,
 }
 
 /// Particles that change objects, and the windows that objects have of the particles.
 #[derive(Clone, Debug)]
 pub struct TransferArrays {
-    /// One per object, where there are windows.
+    /// One per object, if there are windows.
     pub windows: Vec<Window>,
-    /// One: what the lists hold, and what was counted.
+    /// One: lengths of the lists, and counters.
     pub flow: Vec<Flow>,
     /// Changes of each window.
     pub borders: Vec<Border>,
     /// Groups of the kernels that work on transfers, as [`Counter`](super::work::Counter) has them.
     pub groups: [DispatchGroups; 5],
-    /// Slots of particles that were selected.
+    /// Slots of selected particles.
     pub particle_indices: Vec<u32>,
     /// Their transfers.
     pub transfers: Vec<Transfer>,
@@ -138,7 +138,7 @@ pub struct Arrays {
     pub distances: Vec<f32>,
     /// One per texel: the nearest triangle of another object.
     pub nearest: Vec<u32>,
-    /// One per texel: the place on another object where walks go on.
+    /// One per texel: the place on another object where walks continue.
     pub across: Vec<u32>,
     /// One per texel: the triangle of that place.
     pub across_triangles: Vec<u32>,
@@ -156,7 +156,7 @@ pub struct Arrays {
     pub margins: Vec<f32>,
     /// Results for the tiles of the jobs.
     pub looks: TileLooks,
-    /// One per texel: the slot of the face that was drawn there, and 1.
+    /// One per texel: the slot of the face that was drawn there, plus 1.
     pub winners: Vec<u32>,
     /// Transfers.
     pub transfers: TransferArrays,

@@ -17,8 +17,8 @@ pub fn physarums(settings: &Settings, setup: &Setup) -> Vec<Physarum> {
         .collect()
 }
 
-/// Factor on deposits and decrowding weights. If the settings have the density that they were made for, this factor keeps the
-/// mean of the trail at its value there, whatever the number of particles and the size of the texture.
+/// Factor on deposits and decrowding weights. If the settings name the density that they were made for, this factor keeps the mean of the
+/// trail at its value for that density, for any number of particles and any size of the texture.
 #[must_use]
 pub fn deposit_factor(settings: &Settings, setup: &Setup) -> f32 {
     let reference = settings.physarum.reference_density;
@@ -72,7 +72,7 @@ mod tests {
         }
     }
 
-    /// Each of the object's own values does there what the scene's would, and nothing elsewhere.
+    /// Each of the object's own values has the effect of the scene's on that object, and none elsewhere.
     #[test]
     fn objects_have_values_of_their_own() {
         let scene = |key: &str, value: f32| {

@@ -1,5 +1,5 @@
-//! Both engines side by side: the first thing in which a device and the twins differ, found kernel by kernel. Which they never do on a
-//! device whose [arithmetic](super::arithmetic) is the host's.
+//! Both engines side by side: the first difference between a device and the twins, found kernel by kernel. There is none on a device whose
+//! [arithmetic](super::arithmetic) is the host's.
 
 use std::fmt;
 use std::sync::Arc;
@@ -23,9 +23,9 @@ use crate::scene::Scene;
 /// The first difference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// In which step, counted from 1.
+    /// The step, counted from 1.
     pub step: u32,
-    /// After which kernel.
+    /// The kernel after which it appeared.
     pub kernel: String,
     /// The array that differs: `trail`, `particles`, ...
     pub field: &'static str,
@@ -37,7 +37,7 @@ pub struct Difference {
     pub device: String,
     /// The twins' value.
     pub host: String,
-    /// How many elements differ.
+    /// The number of elements that differ.
     pub count: usize,
 }
 
@@ -60,14 +60,14 @@ impl fmt::Display for Difference {
     }
 }
 
-/// How a word is shown.
+/// The format of a word.
 #[derive(Clone, Copy)]
 enum As {
     Number,
     Float,
 }
 
-/// A table of what a step changes: rows of words.
+/// A table of data that a step changes: rows of words.
 struct Field {
     name: &'static str,
     columns: &'static [(&'static str, As)],
@@ -116,7 +116,7 @@ const TRANSFERS: &[(&str, As)] = &[
     ("pad1", As::Number),
 ];
 
-/// The state of one engine that is compared. Buffers that change roles have the names of their roles in reads.
+/// The state of one engine that is compared. Buffers that change roles have the names of their reading roles.
 struct Everything {
     particles: Vec<Particle>,
     motions: Vec<Motion>,
@@ -126,7 +126,7 @@ struct Everything {
     previous_deposits: Vec<u32>,
     meals: Vec<u32>,
     scent: Vec<f32>,
-    /// Empty before something is painted that stays.
+    /// Empty before any bias is painted.
     bias: Vec<f32>,
     /// Present with several objects.
     near: Option<Near>,
@@ -209,8 +209,8 @@ impl Everything {
         }
     }
 
-    /// As tables, in an order that no list shows in: particles by their ids. What lies across where another object covers the surface only
-    /// where that `is_unfolded`.
+    /// As tables, in an order that does not depend on lists: particles by their ids. Places on other objects, for covered texels, are
+    /// included only if `is_unfolded`.
     fn fields(self, kernels: &[&str], is_unfolded: bool) -> Vec<Field> {
         let mut slots: Vec<usize> = (0..self.particles.len()).collect();
         slots.sort_by_key(|&slot| self.particles[slot].id);
@@ -244,7 +244,7 @@ impl Everything {
                 add("triangles across", TRIANGLES, triangles);
             }
         }
-        // Later the slots that transfers name hold other particles.
+        // Later the slots of transfers hold other particles.
         if kernels.contains(&"transfer_out") {
             let mut transfers = self.leaving;
             for transfer in &mut transfers {
@@ -303,8 +303,8 @@ fn kernel_of(brush: Brush) -> &'static str {
     }
 }
 
-/// Runs a scene on both engines, kernel by kernel, up to the first difference. Takes long: everything is compared after each kernel.
-/// `dabs` are painted in their order before step `painted_in`, which is 2 or later.
+/// Runs a scene on both engines, kernel by kernel, up to the first difference. This is slow, because everything is compared after each
+/// kernel. `dabs` are painted in their order before step `painted_in`, which is 2 or later.
 ///
 /// # Errors
 /// When the device fails or has too little memory, or a dab is out of range.
@@ -359,8 +359,8 @@ pub fn first_difference(
     Ok(None)
 }
 
-/// Does a work finish what the one before has begun? Particles that `advance` lists advance in its other forms, and the twin of the
-/// first form advances all.
+/// Does a work belong to the kernel before it? Particles that `advance` lists advance in its other forms, and the twin of the first form
+/// advances all.
 fn goes_on(work: &dyn Work) -> bool {
     let kernels = work.kernels();
     kernels

@@ -10,10 +10,10 @@ use crate::scene::settings::{DistanceMethod, Settings};
 /// Triangles that `distance_brute` looks at in a round of its loop.
 const FACES_A_ROUND: u64 = 4;
 
-/// Makes sure that no object's others have more triangles than the device looks at, where that is the method.
+/// With the method `brute`, makes sure that the other objects of no object have more triangles than the device can search.
 ///
 /// # Errors
-/// Names the first such object, how many there are, and what does it.
+/// Names the first such object, the number of triangles, and what helps.
 pub fn check(device: &DeviceInfo, surface: &Surface, settings: &Settings) -> Result<(), String> {
     let is_asked = settings.objects.len() > 1 && settings.distance.method == DistanceMethod::Brute;
     if !is_asked || device.kind != DeviceKind::Cpu {

@@ -1,5 +1,5 @@
-//! The table of buffers: what each is called, what its elements are, and how many a scene has. From it come the buffers
-//! themselves and what a scene is said to take before any of it is taken.
+//! The table of buffers: name, type and number of elements of each. The buffers are made from it, and the memory that a scene needs is
+//! computed from it beforehand.
 
 use std::marker::PhantomData;
 use std::ops::Deref;
@@ -21,7 +21,7 @@ use crate::mesh::atlas::{PackedEntries, PackedRow};
 use crate::mesh::strip::StripTriangle;
 use crate::mesh::trees::{Dipole, Face, Node};
 
-/// How many there are of what buffers are for.
+/// The numbers from which the lengths of buffers follow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Particles.
@@ -30,19 +30,19 @@ pub struct Counts {
     pub objects: u64,
     /// Texels of the texture.
     pub texels: u64,
-    /// Blocks of texels of which any is in use.
+    /// Blocks of texels with at least one texel in use.
     pub blocks: u64,
     /// Gutter texels that are read.
     pub seams: u64,
     /// Texels that exchange across seams.
     pub rows: u64,
-    /// Packs of what they exchange with.
+    /// Packs of their exchange entries.
     pub entries: u64,
     /// Triangles of all objects.
     pub triangles: u64,
     /// Vertices of all objects.
     pub vertices: u64,
-    /// Particles that are put in order at once.
+    /// Particles that are reordered at once.
     pub segment: u64,
     /// Bins that particles are sorted into.
     pub bins: u64,
@@ -50,27 +50,27 @@ pub struct Counts {
     pub windows: u64,
     /// Transfers that the lists hold; 1 where particles do not change objects.
     pub transfers: u64,
-    /// Entries of the tables for particles that begin anew: triangles and objects, or 1 and 1.
+    /// Entries of the tables for particles that restart: triangles and objects, or 1 and 1.
     pub respawn: (u64, u64),
     /// Texels that have a bias; 0 while nothing is painted.
     pub painted: u64,
     /// Foods and markers.
     pub foods: u64,
-    /// Texels that any of them reaches, and one more; and how often.
+    /// Texels that any of them reaches, plus one; and the number of pairs of such a texel and a food.
     pub scents: (u64, u64),
-    /// Owned texels, where distances between objects are taken.
+    /// Owned texels, if there are distances between objects.
     pub samples: u64,
     /// Tiles of them.
     pub tiles: u64,
     /// Tiles of jobs: whole groups of an object.
     pub job_tiles: u64,
-    /// Others of an object of which a tile remembers something.
+    /// Hints per tile.
     pub hints: u64,
     /// Nodes of trees.
     pub nodes: u64,
-    /// Triangles that own texels, where distances are drawn.
+    /// Triangles that own texels, if distances are drawn.
     pub outlines: u64,
-    /// Are they drawn?
+    /// Are distances drawn?
     pub is_drawn: bool,
 }
 
@@ -85,12 +85,12 @@ impl Counts {
         self.objects * self.objects.saturating_sub(1)
     }
 
-    /// Texels of what food has.
+    /// Texels of the fields of food.
     fn food(&self) -> u64 {
         if self.foods > 0 { self.texels } else { 0 }
     }
 
-    /// `count` with the method `raster`, else 0.
+    /// `count` with the method `raster`, otherwise 0.
     fn drawn(&self, count: u64) -> u64 {
         if self.is_drawn { count } else { 0 }
     }
@@ -139,7 +139,7 @@ impl<T: Pod> Row<T> {
     /// No memory.
     ///
     /// # Panics
-    /// When they are not as many as the table says.
+    /// When their number is not that of the table.
     pub(super) fn of(
         &self,
         ctx: &Arc<Context>,
@@ -151,7 +151,7 @@ impl<T: Pod> Row<T> {
         Buffer::from_slice_in(ctx, self.name, elements, self.domain)
     }
 
-    /// The buffer as kernels see it.
+    /// The buffer as a table of texels for kernels.
     ///
     /// # Errors
     /// When it has more texels than one view of the device holds.
@@ -159,7 +159,7 @@ impl<T: Pod> Row<T> {
         Texels::new(buffer, self.components)
     }
 
-    /// Both.
+    /// The buffer, both as a block and as texels.
     ///
     /// # Errors
     /// As [`texels`](Self::texels).
@@ -205,7 +205,7 @@ impl<T> AnyRow for Row<T> {
     }
 }
 
-/// A buffer, and the same as kernels read or write it as texels.
+/// A buffer, and its view as texels for kernels.
 pub struct Store<T, S = u32> {
     buffer: Buffer<T>,
     /// Its texels.
@@ -236,7 +236,7 @@ macro_rules! table {
     };
 }
 
-/// Bins of half a key, of those by which it is decided which particles leave.
+/// Bins for one half of the keys that decide which particles leave.
 pub const LIMIT_BINS_COUNT: u32 = 1 << 16;
 
 /// No larger than a storage block.
@@ -246,7 +246,8 @@ const LARGE: Domain = Domain::Texels;
 /// It may be larger than any buffer of the device.
 const PAGED: Domain = Domain::Pages;
 
-// Name, how large it may be, components of its texels, and how many. What each is for stands where it lies: in `State`, `Transfers`, `FoodBuffers` and `Raster`.
+// Name, limit of size, components of its texels, and number of elements. The fields of `State`, `Transfers`, `FoodBuffers` and `Raster` say
+// what each is for.
 table! {
     PARTICLES: Particle = "particles", PAGED 4, |n| n.particles;
     MOTIONS: Motion = "motions", PAGED 4, |n| n.particles;

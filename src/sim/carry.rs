@@ -1,4 +1,4 @@
-//! Carries a grown state over to a scene with more or fewer objects, or with another atlas size.
+//! Transfers the state of a running simulation to a scene with more or fewer objects, or with another atlas size.
 
 use rayon::prelude::*;
 
@@ -10,12 +10,11 @@ use super::snapshot::{FoodState, Snapshot};
 use super::transfers::TransferState;
 use super::types::{Motion, Particle};
 
-/// The state of `old` on the surface of `new`; `from` says for each object of `new` which of `old` it was, if any. Particles
-/// and trail stay where they are on their object, and so does what is left of food. As many as would begin on objects that are
-/// new begin there, from everywhere alike, so that these have their share; those whose object has gone begin anew, spread over
-/// all that is there. Distances and transfers begin anew.
+/// The state of `old` on the surface of `new`; `from` says for each object of `new` which of `old` it was, if any. Particles and trail stay
+/// at their places on their objects, and food keeps its remaining amounts. New objects get as many particles as would begin on them, taken
+/// uniformly from everywhere; particles whose object was removed restart, spread over all objects. Distances and transfers restart.
 ///
-/// None where that has no meaning: with another number of particles, or an object that has become another mesh.
+/// None if that is impossible: with another number of particles, or if an object has another mesh.
 #[must_use]
 pub fn carried(
     snapshot: &Snapshot,
@@ -29,8 +28,8 @@ pub fn carried(
     }
     let is_new = |place: &usize| from[object_of(new, new.particles[*place].triangle)].is_none();
     let count = new.particles.len();
-    // Start places follow ids, so the ids that draw places on new objects lay in one region before. Moving them would empty it.
-    // Instead every n-th particle moves, whose places were spread over all objects.
+    // Start places follow ids, so the ids that draw places on new objects were in one region before. Moving those would empty it. Instead
+    // every n-th particle moves; the places of these were spread over all objects.
     let new_places: Vec<usize> = (0..count).filter(is_new).collect();
     let new_place = |id: usize| {
         let before = |id: usize| (id as u64 * new_places.len() as u64 / count as u64) as usize;
@@ -50,7 +49,7 @@ pub fn carried(
         }
         let was = object_of(old, particle.triangle);
         let Some(object) = to[was] else {
-            // For the same reason they do not begin where they would, but each in another's place.
+            // For the same reason, each begins at the start place of another one.
             return begins_at((id + count / 2) % count);
         };
         let triangle = particle.triangle - first(old, was) + first(new, object);
@@ -98,7 +97,7 @@ pub fn carried(
             .map(|(from, pose)| from.map_or(*pose, |was| snapshot.last_poses[was]))
             .collect(),
         origin: new.origin(),
-        // Each field by name, so that none that is added is forgotten here.
+        // Each field by name, so that the compiler finds a new field that is missing here.
         distance_poses: Vec::new(),
         kept_pairs: Vec::new(),
         particles,
@@ -114,10 +113,10 @@ pub fn carried(
     })
 }
 
-/// Painted areas of `old`, one per texel, on the surface of `new`: all that [`carried`] does with them, also where there is
-/// another number of particles. Nothing stays nothing.
+/// Painted areas of `old`, one per texel, on the surface of `new`: as in [`carried`], also with another number of particles. An empty bias
+/// stays empty.
 ///
-/// None where an object has become another mesh.
+/// None if an object has another mesh.
 #[must_use]
 pub fn carried_bias(
     bias: &[f32],
@@ -131,7 +130,7 @@ pub fn carried_bias(
     }
     let pitch = old.atlas.pitch;
     Some(field(old, new, from, &|position| {
-        // Gutters may mix what is no-go with what is not: here it is one or the other.
+        // Gutters may mix no-go areas with others: here each value is one or the other.
         match bias[texel_at(position, pitch) as usize] {
             value if value < NO_GO_BELOW => NO_GO,
             value if value < -GREATEST => 0.0,
@@ -140,7 +139,7 @@ pub fn carried_bias(
     }))
 }
 
-/// For each object of `old` its index in `new`, if it still exists; `None` if one has got another mesh.
+/// For each object of `old` its index in `new`, if it still exists; `None` if one has another mesh.
 fn becoming(old: &Setup, new: &Setup, from: &[Option<usize>]) -> Option<Vec<Option<usize>>> {
     let triangles = |setup: &Setup, object: usize| {
         let range = setup.surface.objects.get(object)?;
@@ -167,7 +166,7 @@ fn first(setup: &Setup, object: usize) -> u32 {
     setup.surface.objects[object].triangles.0
 }
 
-/// A field of `new`, gutters filled, by what is read of `old` at the same places of the surface; 0 on what is new.
+/// A field of `new`, gutters filled, with the values of `old` at the same places of the surface; 0 on new objects.
 fn field(
     old: &Setup,
     new: &Setup,
@@ -190,7 +189,7 @@ fn field(
     values
 }
 
-/// Meals left of each of the new scene's foods: unchanged foods keep theirs.
+/// The remaining meals of each of the new scene's foods: unchanged foods keep theirs.
 fn left_of(snapshot: &Snapshot, old: &Setup, new: &Setup, from: &[Option<usize>]) -> Vec<u32> {
     let left = |place: &FoodPlace| {
         let object = place.object as usize;
@@ -255,7 +254,7 @@ mod tests {
         (simulation, snapshot)
     }
 
-    /// Checks that a simulation goes on from the state, without losing particles.
+    /// Checks that a simulation continues from the state, without losing particles.
     fn goes_on(settings: &Settings, state: &Snapshot) {
         let new = setup(settings);
         state.validate(&new).unwrap();
@@ -319,7 +318,7 @@ mod tests {
         assert!((share - 12.3 / (24.0 + 2.0 * 12.3)).abs() < 0.04, "{share}");
         goes_on(&more, &three);
 
-        // They come from everywhere: on either side of each of the others as large a part stays.
+        // They come from everywhere: on both sides of each of the other objects the same share stays.
         let halves = |state: &Snapshot, setup: &Setup, object: u32| {
             let surface = &setup.surface;
             let mut counts = [0_u32; 6];
@@ -353,7 +352,7 @@ mod tests {
         let less = settings(&[BALL]);
         let alone = carried(&state, simulation.setup(), &setup(&less), &[Some(1)]).unwrap();
         assert_eq!(alone.particles.len(), 3000);
-        // And they go everywhere, each to a place of its own.
+        // They go everywhere, each to a different place.
         let mut places: Vec<[u32; 3]> = (alone.particles.iter())
             .map(|p| [p.triangle, p.u.to_bits(), p.v.to_bits()])
             .collect();
@@ -368,7 +367,7 @@ mod tests {
             assert!((off - 1.0).abs() < 0.15, "{before}, {after} of {grown}");
         }
         goes_on(&less, &alone);
-        // Another mesh, or another number of particles: nothing can be taken over.
+        // With another mesh, or another number of particles, nothing can be transferred.
         assert!(carried(&state, simulation.setup(), &setup(&less), &[Some(0)]).is_none());
         let mut fewer = less;
         fewer.particles.count = 10;

@@ -1,4 +1,4 @@
-//! Checkpoints: the whole state in one file, so that an interrupted run goes on and ends in the same hash.
+//! Checkpoints: the whole state in one file, so that an interrupted run continues and ends in the same hash.
 //!
 //! Layout, little-endian: the magic `MYXOCKPT`, a version (u32), the length of the header (u32), the header (JSON),
 //! then the parts that `src/sim/kept.rs` lists, in that order and as they lie in memory, then the CRC-32 of all that precedes
@@ -84,7 +84,7 @@ impl Checkpoint {
         }
     }
 
-    /// Checks that a simulation of `scene` can go on from here. Returns notes on settings that differ and take effect from now on,
+    /// Checks that a simulation of `scene` can continue from here. Returns notes on settings that differ and take effect from now on,
     /// such as `trail.decay = 0.9, which was 0.95`, and a note if the checkpoint was written with other arithmetic.
     ///
     /// # Errors
@@ -93,7 +93,7 @@ impl Checkpoint {
         let same_layout = self.layout == layout(setup);
         let mut reader = Reader::new(Settings::default());
         reader.text("", &self.scene);
-        // A scene that this program cannot read is at least another one.
+        // A scene that this program cannot read counts as a different one.
         let Ok(then) = reader.finish() else {
             return Err("it was written with a scene that this version cannot read".to_owned());
         };
@@ -192,15 +192,15 @@ impl Checkpoint {
             && begins == *MAGIC
     }
 
-    /// The scene that it was written with, and what the user wants otherwise; `path` is where it lies.
+    /// The scene that it was written with, with the user's overrides; `path` is that of the checkpoint.
     ///
     /// # Errors
-    /// When the scene cannot be read, or a mesh is no longer where it was.
+    /// When the scene cannot be read, or a mesh is no longer at its path.
     pub fn own_scene(&self, path: &Path, overrides: &Overrides) -> Result<Scene> {
         let settings = Scene::read_text(path, &self.scene, overrides)?;
         let name = path.file_stem().unwrap_or(path.as_os_str());
         let name = name.to_string_lossy().into_owned();
-        // Its paths are absolute, but for those that lead through names that are not Unicode.
+        // Its paths are absolute, except those with names that are not Unicode.
         let folder = path.parent().map(Path::to_owned).unwrap_or_default();
         Ok(Scene::from_settings(name, settings, folder)?)
     }
@@ -284,7 +284,7 @@ impl Checkpoint {
     }
 }
 
-/// The whole file if it begins with `magic`, or else its beginning only: whatever else it is may be very large.
+/// The whole file if it begins with `magic`, otherwise only its beginning, because other files may be very large.
 fn read_like(path: &Path, magic: &[u8]) -> std::io::Result<Vec<u8>> {
     let (mut file, _) = regular_file::open(path)?;
     let mut bytes = Vec::new();
@@ -321,7 +321,7 @@ mod tests {
     use crate::sim::twin;
     use crate::sim::types::{Flow, Motion, Particle, Transfer, Window};
 
-    /// Every field by name and none empty, so that a field that the list of what is kept lacks is missed.
+    /// Every field by name and none empty, so that the tests find a field that the list of kept parts lacks.
     fn checkpoint() -> Checkpoint {
         Checkpoint {
             scene: "seed = 9\n".to_owned(),
@@ -382,7 +382,7 @@ mod tests {
         }
     }
 
-    /// Would catch: a state of another arithmetic that goes on without a word.
+    /// Would catch: a state of another arithmetic that continues without a note.
     #[test]
     fn states_of_another_arithmetic_go_on_with_a_note() {
         let mut settings = Settings::default();
@@ -407,7 +407,7 @@ mod tests {
         );
     }
 
-    /// Catches marks and counts of one step that go on from a checkpoint of an earlier version.
+    /// Catches marks and counts of one step that are kept from a checkpoint of an earlier version.
     #[test]
     fn what_earlier_versions_kept_of_turns_is_forgotten() {
         let mut earlier = checkpoint();

@@ -1,5 +1,4 @@
-//! How many there are of everything that a scene has buffers for: exactly, once it is set up, and about, from its settings and
-//! meshes alone.
+//! The numbers of elements in a scene's buffers: exact, from its setup, or approximate, from its settings and meshes alone.
 
 use super::buffers::Counts;
 use super::distance::{GROUP, MOST_HINTS, TILE_SAMPLES};
@@ -11,7 +10,7 @@ use crate::scene::Scene;
 use crate::scene::settings::Settings;
 
 impl Counts {
-    /// The counts of a scene that is set up.
+    /// The exact counts of a scene, from its setup.
     #[must_use]
     pub fn of(setup: &Setup, settings: &Settings) -> Self {
         let (atlas, distance, food_set) = (&setup.atlas, &setup.distance, &setup.food_set);
@@ -61,8 +60,8 @@ impl Counts {
         }
     }
 
-    /// About those of a scene that has no atlas yet: seams, the lists of transfers, and those of what food reaches are not
-    /// known; of several objects every texel is counted as if it belonged to one.
+    /// The approximate counts of a scene that has no atlas yet. Those of seams, of the lists of transfers and of the texels within reach of
+    /// food are unknown; with several objects, every texel counts as owned.
     #[must_use]
     pub fn about(scene: &Scene) -> Self {
         let settings = &scene.settings;
@@ -98,8 +97,8 @@ impl Counts {
     }
 }
 
-/// Room for particles that are put in order: for the longest segment, as a graphics card has it, and with windows for all that
-/// a step can displace.
+/// Room for particles that are reordered: for the longest segment, as on a graphics card, and with windows for all that a step can
+/// displace.
 fn segment(settings: &Settings, particles: u64, objects: u64) -> u64 {
     let strategy = settings.strategy();
     let sorted = if strategy.may_sort() {

@@ -1,5 +1,4 @@
-//! The host's side of a simulation, for either engine: settings, time, poses, and which distances are known. It
-//! plans the steps.
+//! The host's side of a simulation, for either engine: settings, time, poses, and the state of distances. It plans the steps.
 
 use std::sync::Arc;
 
@@ -18,7 +17,7 @@ use super::work::Step;
 use crate::error::Result;
 use crate::scene::settings::Settings;
 
-/// The number of a step in which distances are due, and a sort: both are in steps whose numbers are multiples of something.
+/// The number of a step with distances and a sort: both are due in steps whose numbers are multiples of some number.
 const DUE: u64 = 0;
 
 /// A simulation without its buffers.
@@ -38,7 +37,7 @@ pub struct Course {
     /// The parameters of particles on the engine after the steps so far.
     physarums: Vec<Physarum>,
     planner: DistancePlanner,
-    /// How many particles a fed one counted as in the last step.
+    /// The number of particles that a fed one counted as in the last step.
     fed_deposit: u32,
     step: u64,
 }
@@ -71,7 +70,7 @@ impl Course {
         }
     }
 
-    /// The next step, which counts as done.
+    /// The next step. It then counts as done.
     #[must_use]
     pub fn next(&mut self, means: Means) -> Step {
         self.follow_settings();
@@ -86,8 +85,7 @@ impl Course {
         step
     }
 
-    /// A step that has every kernel that those to come can have by such settings. It is for no engine: which distances it takes is
-    /// made up.
+    /// A step with every kernel that later steps can have by such settings. It is not to be executed: its update of distances is arbitrary.
     #[must_use]
     pub fn of_every_kernel(&self, settings: &Settings, means: Means) -> Step {
         let mut plan = Plan::new(settings, &self.setup, self.step, means);
@@ -98,8 +96,8 @@ impl Course {
         step(&plan)
     }
 
-    /// The next step with everything that one can have: with a sort, and with the distances that are due. Where nothing has moved
-    /// since they were last taken no step takes any, and they come as in the first one. Nothing counts as done.
+    /// The next step with a sort, and with the distances that are due. If nothing has moved since they were last computed, it has the
+    /// distances of the first step. The step does not count as done.
     #[must_use]
     pub fn with_everything(&self, means: Means, changes: Changes) -> (Step, DistanceUpdate) {
         let mut plan = Plan::new(&self.settings, &self.setup, self.step, means);
@@ -161,7 +159,7 @@ impl Course {
         Some(poses)
     }
 
-    /// The last step's pose stays where it was; the next step comes by the rate that the settings have now.
+    /// Applies a changed time step: the last step's poses stay, and the next step uses the new rate.
     pub fn follow_settings(&mut self) {
         self.movement
             .set_dt(self.settings.time.dt, self.last_step());
@@ -184,13 +182,13 @@ impl Course {
         &self.poses
     }
 
-    /// Has any step taken distances?
+    /// Has any step computed distances?
     #[must_use]
     pub fn has_distances(&self) -> bool {
         self.planner.has_taken()
     }
 
-    /// Sets where an object is from the next step on, whatever the scene says; `None` gives it back to the scene.
+    /// Sets the pose of an object from the next step on, in place of the scene's; `None` restores the scene's.
     ///
     /// # Errors
     /// When there is no such object, or the pose is not rigid.
@@ -198,7 +196,7 @@ impl Course {
         self.movement.set_pose(object, world_from_object)
     }
 
-    /// The pose that an object was given from outside, if it was.
+    /// The pose of an object that was set from outside, if any.
     #[must_use]
     pub fn set_pose_of(&self, object: usize) -> Option<DAffine3> {
         self.movement.set_pose_of(object)
@@ -219,7 +217,7 @@ impl Course {
         self.movement.time_at(self.last_step())
     }
 
-    /// A snapshot with the parts on the host; those in buffers are still to be filled in.
+    /// A snapshot with the parts on the host; the caller adds those in buffers.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
@@ -237,7 +235,7 @@ impl Course {
         }
     }
 
-    /// Goes on from a snapshot of the same scene; distances are not known.
+    /// Continues from a snapshot of the same scene; distances are not known.
     ///
     /// # Errors
     /// When its poses are damaged, or are those of another number of objects. Then nothing has changed.

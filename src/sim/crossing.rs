@@ -1,4 +1,4 @@
-//! Where a walk on one object meets the surface of another, and which way it goes on there. Twin of
+//! Meetings of a walk on one object with the surface of another, and its continuation there. Twin of
 //! `shaders/include/crossing.glsl`.
 
 use glam::{Vec2, Vec3};
@@ -14,13 +14,13 @@ use crate::mesh::trees::search::{UNLIMITED, first_crossing, nearest_on, slack_of
 use crate::mesh::trees::sides::{Sides, is_outside};
 use crate::strict::{cross3, dot3, inverse_root, root, share};
 
-/// Planes count as parallel where the squared cross product of their unit normals is less than this.
+/// Planes count as parallel if the squared cross product of their unit normals is less than this.
 const PARALLEL_SQUARE: f32 = 1e-6;
 
 /// The surface, the poses of its objects, and the data for crossings and inside tests.
 #[derive(Clone, Copy)]
 pub struct Terrain<'a> {
-    /// The surface and where its objects stand.
+    /// The surface and the poses of its objects.
     pub ground: Ground<'a>,
     /// Crossings from triangle to triangle.
     pub halfedges: &'a [HalfEdge],
@@ -30,7 +30,7 @@ pub struct Terrain<'a> {
     pub roots: &'a [u32],
     /// The rule that decides whether a place is inside.
     pub sign_rule: u32,
-    /// Do walks come back from open borders?
+    /// Are walks reflected at open borders?
     pub reflects: bool,
 }
 
@@ -43,7 +43,7 @@ pub struct Meeting {
     pub u: f32,
     /// Weight of corner C.
     pub v: f32,
-    /// How much of the segment comes before it.
+    /// The share of the segment before it.
     pub t: f32,
     /// Heading of the walk.
     pub heading: Vec3,
@@ -128,7 +128,7 @@ impl Terrain<'_> {
         })
     }
 
-    /// The walk that goes on from a meeting: outwards if `side` is 1, inwards if it is -1.
+    /// The walk that continues from a meeting: outwards if `side` is 1, inwards if it is -1.
     #[must_use]
     pub fn walker_from(&self, meeting: &Meeting, side: f32, rest: f32) -> Walker {
         let triangle = self.sides.faces[meeting.slot as usize].triangle;
@@ -161,7 +161,7 @@ impl Terrain<'_> {
             .ground
             .place_in(object, self.flight_of_walker(w).position);
         let slot = nearest_on(nodes, faces, tree, place, UNLIMITED);
-        // As the kernel does where a search has not ended.
+        // As in the kernel for a search that has not ended.
         if slot == NONE {
             return 0.0;
         }
@@ -234,7 +234,7 @@ impl Terrain<'_> {
         first
     }
 
-    /// The walker on the target, with which a walk goes on behind a crossing.
+    /// The walker on the target, with which a walk continues behind a crossing.
     #[must_use]
     pub fn walker_on_target(
         &self,

@@ -2,9 +2,9 @@
 
 use super::kernels::{DepthQueriesConstants, DepthQueriesParams};
 
-/// By the bits.
+/// By the bits of the float.
 pub const DEPTH_ORDERED: u32 = 0;
-/// Straight.
+/// Linear.
 pub const DEPTH_CLIP: u32 = 1;
 /// By the logistic curve.
 pub const DEPTH_LOGISTIC: u32 = 2;

@@ -1,4 +1,4 @@
-//! The trail's diffusion alone, without particles, deposits and decay: what `myxo query diffuse` answers.
+//! The trail's diffusion alone, without particles, deposits and decay, for `myxo query diffuse`.
 
 use std::sync::Arc;
 
@@ -15,13 +15,13 @@ use crate::error::{Error, Result};
 use crate::gpu::{Context, Frames, Pipeline, Recorder, Threads};
 use crate::mesh::atlas::{Atlas, GREATEST_DIFFUSION};
 
-/// Steps that are handed to the device together.
+/// Steps that are submitted to the device together.
 const BATCH: u64 = 16;
 
-/// Texels between the taps of `diffuse.comp` at the most: it looks no farther than at the next four.
+/// The largest distance between the taps of `diffuse.comp`, texels: it reads no farther than the next four.
 const GREATEST_DISTANCE: u32 = 4;
 
-/// A trail on an atlas that does nothing but spread.
+/// A trail on an atlas that only spreads.
 pub struct Diffusion {
     ctx: Arc<Context>,
     diffuse: Pipeline<Diffuse>,
@@ -35,8 +35,7 @@ pub struct Diffusion {
 }
 
 impl Diffusion {
-    /// An empty trail that spreads by `diffusion` a step, at most [`GREATEST_DIFFUSION`], over the taps that the atlas's
-    /// gutter is for.
+    /// An empty trail that spreads by `diffusion` a step, at most [`GREATEST_DIFFUSION`], over the taps that the atlas's gutter allows.
     ///
     /// # Errors
     /// When the device fails, a buffer is larger than it allows, or the gutter is wider than taps can be apart.
@@ -101,7 +100,7 @@ impl Diffusion {
         Ok(self.ctx.download(&self.trail.front)?)
     }
 
-    /// Spreads for `steps` steps. Reports now and then how many more are done, and stops when the callback returns `false`.
+    /// Spreads for `steps` steps. Reports at intervals how many more are done, and stops when the callback returns `false`.
     ///
     /// # Errors
     /// When the device fails.

@@ -16,10 +16,10 @@ use crate::scene::settings::{DepthMapping, DistanceMethod, SignRule};
 /// Invocations of a group of the kernels; a job begins with one.
 pub(super) const GROUP: u32 = 64;
 
-/// Room that a tile has for faces that may be nearest.
+/// The number of faces that may be nearest for which a tile has room.
 pub const TILE_CANDIDATES: u32 = 32;
 
-/// Most hints of a tile. Objects with more others within reach look at the rest of them sample by sample.
+/// Most hints of a tile. If more other objects are within reach, the rest of them are searched sample by sample.
 pub(super) const MOST_HINTS: u32 = 16;
 
 /// Data for distances between objects, on the host; empty for a single object.
@@ -100,7 +100,7 @@ impl DistanceSetup {
         (threads / TILE_SAMPLES) as usize
     }
 
-    /// How many samples those have room for.
+    /// How many samples these tiles have room for.
     #[must_use]
     pub fn samples_in_tiles(&self) -> usize {
         self.tiles_len() * TILE_SAMPLES as usize
@@ -119,7 +119,7 @@ impl DistanceSetup {
         MOST_HINTS.min(most as u32)
     }
 
-    /// Is there any distance to take?
+    /// Are there no distances to compute?
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.ranges.is_empty()
@@ -129,7 +129,7 @@ impl DistanceSetup {
 /// The update of distances in a step; without jobs there is none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DistanceUpdate {
-    /// The objects whose distances are taken.
+    /// The objects whose distances are computed.
     pub jobs: Vec<DistanceJob>,
     /// The other objects within their reach.
     pub pairs: Vec<ObjectPair>,
@@ -138,36 +138,36 @@ pub struct DistanceUpdate {
     /// For each pair: the world length beyond which the other object's triangles do not matter. That is the reach, or the largest
     /// distance that a place inside of the object can have from all of them.
     pub farthest: Vec<f32>,
-    /// For each pair: how far places of the one object have moved in the other's space since the last update, at the most;
-    /// [`UNKNOWN_MOVE`] if that is not known.
+    /// For each pair: upper bound on the movement of the one object's places in the other's space since the last update; [`UNKNOWN_MOVE`]
+    /// if unknown.
     pub moves: Vec<f32>,
-    /// How many invocations that are.
+    /// The number of invocations.
     pub thread_count: u32,
-    /// Are all distances taken, whatever was known of them?
+    /// Are all distances computed, also those that were known?
     pub is_first: bool,
 }
 
-/// Remembers how objects stood when their distances were last taken.
+/// Keeps the poses for which the objects' distances were last computed.
 #[derive(Clone, Debug, Default)]
 pub struct DistancePlanner {
     /// For each object: its pairs then. `None` before the first time.
     last: Vec<Option<Vec<NearPair>>>,
     /// The poses then.
     poses: Vec<Pose>,
-    /// Pairs of objects that have moved by rounding since theirs were taken, which was with these poses.
+    /// Pairs of objects that have moved by no more than rounding since theirs were computed, with the poses of that time.
     kept: KeptPairs,
-    /// How they were taken.
+    /// The settings that they were computed with.
     rules: Option<DistanceRules>,
 }
 
-/// How distances are taken; all are taken anew when that changes.
+/// The settings for computing distances; when they change, all distances are computed again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistanceRules {
     /// A world length.
     pub reach: f32,
-    /// By which kernel.
+    /// The kernel.
     pub method: DistanceMethod,
-    /// How they become depths, if they do.
+    /// The mapping from distances to depths, for the method `raster`.
     pub depth: DepthMapping,
     /// The rule that decides whether a place is inside of an object.
     pub sign: SignRule,
@@ -181,13 +181,13 @@ pub struct DistanceRules {
     pub sight: f32,
     /// Are places behind crossings found at all?
     pub sees_across: bool,
-    /// Edge crossings of a walk, and whether it comes back from open borders.
+    /// Edge crossings of a walk, and whether it is reflected at open borders.
     pub walk: (u32, bool),
 }
 
 impl DistancePlanner {
-    /// As in a run that goes on after an interruption: all distances are unknown, and were last taken with `poses`, but for
-    /// those of pairs that were `kept`. There are none of those before the first time.
+    /// For a run that is resumed: all distances are unknown. They were last computed with `poses`, except those of the `kept` pairs. Before
+    /// the first time there are no poses.
     #[must_use]
     pub fn resumed(poses: &[Pose], kept: &[KeptPair]) -> Self {
         Self {
@@ -197,19 +197,19 @@ impl DistancePlanner {
         }
     }
 
-    /// The poses that distances were last taken with; none before the first time, and none with a single object.
+    /// The poses for which distances were last computed; none before the first time, and none with a single object.
     #[must_use]
     pub fn poses(&self) -> &[Pose] {
         &self.poses
     }
 
-    /// The pairs of objects whose distances were last taken with other poses, which differ from those by rounding.
+    /// The pairs of objects whose distances were last computed with other poses, which differ from those by rounding.
     #[must_use]
     pub fn kept(&self) -> Vec<KeptPair> {
         self.kept.to_vec()
     }
 
-    /// Have any been taken since it was made?
+    /// Have any distances been computed since it was made?
     #[must_use]
     pub fn has_taken(&self) -> bool {
         !self.last.is_empty()
@@ -288,7 +288,7 @@ impl DistanceUpdate {
         self.thread_count / TILE_SAMPLES
     }
 
-    /// How many rounds `raster` takes: in each, every job has one of its pairs. The first one clears what was.
+    /// How many rounds `raster` takes: in each, every job has one of its pairs. The first one clears the old distances.
     #[must_use]
     pub fn rounds(&self) -> u32 {
         let most = self.jobs.iter().map(|job| job.pair_count).max();
@@ -382,7 +382,7 @@ fn pairs_of(
                 first_face: other.first_face,
                 face_count: other.face_count,
                 first_node: other.first_node,
-                // Winding numbers know an inside of whatever encloses most of a place.
+                // By winding numbers, a place may be inside of an open object that encloses most of it.
                 is_closed: u32::from(other.is_closed || rules.sign == SignRule::Winding),
             };
             Some(NearPair {
@@ -395,7 +395,7 @@ fn pairs_of(
 }
 
 /// The near pairs whose relative pose has moved by no more than rounding since they were taken, and the pose that they
-/// were taken with: that of the pair that was kept until now, or else the one of `before`, which is empty at first.
+/// were taken with: that of the pair that was kept until now, otherwise the one of `before`, which is empty at first.
 fn kept_pairs(
     setup: &DistanceSetup,
     kept: &KeptPairs,
@@ -466,8 +466,8 @@ impl Placed {
     }
 }
 
-/// Is some face of either box a plane that keeps the boxes further apart than `reach`? Boxes that only edges keep apart
-/// count as near, which costs time and nothing else.
+/// Is some face of either box a plane that keeps the boxes further apart than `reach`? Boxes that only edges keep apart count as near,
+/// which only costs time.
 fn boxes_are_apart(own: &Tree, other: &Tree, other_from_own: &DAffine3, reach: f64) -> bool {
     let apart = |from: &Tree, to: &Tree, to_from: &DAffine3| {
         let centre = 0.5 * (from.low.as_dvec3() + from.high.as_dvec3());

@@ -1,5 +1,5 @@
-//! The typed handles of what is drawn, as the build generates them from `shaders/*.vert` and `shaders/*.frag`: pictures,
-//! and what the step lets the graphics pipeline do.
+//! The typed handles of what is drawn, as the build generates them from `shaders/*.vert` and `shaders/*.frag`: pictures, and the draws of a
+//! step.
 
 #![allow(
     clippy::identity_op,

@@ -1,4 +1,4 @@
-//! Sums and products of which nothing is lost, as pairs of the rounded value and what rounding dropped of it. Twin of
+//! Exact sums and products, as pairs of the rounded value and its rounding error. Twin of
 //! `shaders/include/exact.glsl`.
 
 /// The sum of two numbers (Knuth 1969).

@@ -25,7 +25,7 @@ pub fn weights_at(map: &AtlasMap, position: [f32; 2]) -> [f32; 2] {
     ]
 }
 
-/// The texel that holds a point. What is negative, or no number, counts as 0.
+/// The texel that holds a point. Negative coordinates and NaN count as 0.
 #[must_use]
 pub fn texel_at(position: [f32; 2], pitch: u32) -> u32 {
     position[1] as u32 * pitch + position[0] as u32

@@ -32,11 +32,11 @@ pub const MOST_AMOUNT: u32 = 60_000_000;
 const MOST_FALLOFFS: usize = 1 << 24;
 /// Name of the measuring of distances to food in progress reports.
 pub const MEASURING: &str = "measuring food";
-/// Share of the work for a food that finds ways over triangles. The rest goes through texels.
+/// The share of a food's work that measures paths over triangles. The rest processes texels.
 const WAYS_SHARE: f32 = 0.8;
-/// A marker is drawn as large as food of this part of its radius, but no larger than [`MARKER_RADIUS`].
+/// A marker is drawn as food with this share of its radius, but no larger than [`MARKER_RADIUS`].
 const MARKER_SHARE: f64 = 0.08;
-/// World lengths for a part of the object's own extent.
+/// As a share of the object's own extent.
 const MARKER_RADIUS: f64 = 0.03;
 
 /// Falloffs below this count as 0: products with smaller ones could underflow on some devices.
@@ -49,11 +49,11 @@ pub struct FoodPlace {
     pub object: u32,
     /// Its place on the surface.
     pub point: SurfacePoint,
-    /// How far along the surface sensors read it.
+    /// The distance along the surface up to which sensors read it.
     pub radius: f64,
-    /// Trail units that sensors read more at its place; negative to repel.
+    /// Trail units that are added to sensor readings at its place; negative to repel.
     pub strength: f32,
-    /// How far along the surface it is eaten; 0 for a marker.
+    /// The distance along the surface up to which it is eaten; 0 for a marker.
     pub size: f64,
     /// Its number of meals; 0 for an endless food.
     pub amount: u32,
@@ -65,7 +65,7 @@ impl FoodPlace {
         self.radius.max(self.size)
     }
 
-    /// Has the other food the same place and reach, whatever its strength and amount?
+    /// Does the other food have the same place and reach, with any strength and amount?
     fn reaches_as(&self, other: &Self) -> bool {
         (self.point, self.reach()) == (other.point, other.reach())
     }
@@ -99,14 +99,14 @@ impl FoodPlace {
         }
     }
 
-    /// Its state on the device: uneaten, or with `remaining` meals left.
+    /// Its state on the device: uneaten, or with `remaining` meals.
     #[must_use]
     pub fn meal(&self, remaining: Option<u32>) -> Meal {
         let Self {
             amount, strength, ..
         } = *self;
         let mut meal = Meal {
-            // Endless food always has a meal left.
+            // Endless food always has a remaining meal.
             remaining: if amount == 0 {
                 1
             } else {
@@ -128,7 +128,7 @@ impl FoodPlace {
 }
 
 impl Meal {
-    /// Sets the scent by the amount that is left, in levels.
+    /// Sets the scent by the remaining amount, in levels.
     pub(super) fn smell(&mut self) {
         self.level = (LEVELS * self.remaining).div_ceil(self.amount);
         self.scent = self.strength * (self.level as f32 * (1.0 / LEVELS as f32));
@@ -156,11 +156,11 @@ pub struct FoodSet {
 }
 
 impl FoodSet {
-    /// Measures the distances of texels from these places, or takes them from `before` where it has them. Reports progress as
+    /// Measures the distances of texels from these places, or takes them from `before` if it has them. Reports progress as
     /// [`MEASURING`].
     ///
     /// # Errors
-    /// When the falloff table would have more entries than it may, and [`AtlasError::Cancelled`] when it was stopped.
+    /// When the falloff table would have more entries than it may, and [`AtlasError::Cancelled`] when it was cancelled.
     pub fn new(
         surface: &Surface,
         atlas: &Atlas,
@@ -186,7 +186,7 @@ impl FoodSet {
                     falloff[texel as usize] = value;
                     entries.push((texel, food, value));
                 }
-                // Where two discs overlap, the nearer one is eaten.
+                // If two discs overlap, the nearer food is eaten.
                 if f64::from(distance) < place.size && distance < nearest[texel as usize] {
                     nearest[texel as usize] = distance;
                     plates[texel as usize] = food + 1;
@@ -238,7 +238,7 @@ impl FoodSet {
         self.scented.len().saturating_sub(1) as u32
     }
 
-    /// The state of each on the device, with `remaining` meals left if given, else with all of them.
+    /// The state of each on the device, with `remaining` meals if given, otherwise with all of them.
     #[must_use]
     pub fn meals(&self, remaining: Option<&[u32]>) -> Vec<Meal> {
         let places = self.places.iter().enumerate();
@@ -247,8 +247,8 @@ impl FoodSet {
             .collect()
     }
 
-    /// Meals left of each after a change from `before` to this set. Unchanged foods keep theirs, and so does a food that has moved,
-    /// if it is the only one.
+    /// The remaining meals of each after a change from `before` to this set. Unchanged foods keep theirs, and so does a food that has
+    /// moved, if it is the only one.
     #[must_use]
     pub fn kept(&self, before: &Self, remaining: &[u32]) -> Vec<u32> {
         let mut was: Vec<Option<(&FoodPlace, u32)>> = (before.places.iter())
@@ -303,7 +303,7 @@ fn only(are: impl Iterator<Item = bool>) -> Option<usize> {
     place.filter(|_| places.next().is_none())
 }
 
-/// The texels within reach of each place, taken from `before` where it has them.
+/// The texels within reach of each place, taken from `before` if it has them.
 fn reached_by_all(
     surface: &Surface,
     atlas: &Atlas,
@@ -316,7 +316,7 @@ fn reached_by_all(
         let same = before.places.iter().position(|was| was.reaches_as(place));
         same.map(|i| Arc::clone(&before.reached[i]))
     };
-    // The share done of each, as the bits of a float.
+    // The finished share of each, as the bits of a float.
     let done: Vec<AtomicU32> = places.iter().map(|_| AtomicU32::new(0)).collect();
     let reported = Mutex::new(0.0_f32);
     let report = |i: usize, share: f32| {
@@ -335,7 +335,7 @@ fn reached_by_all(
             Some(reached) => reached,
             None => {
                 let of_this = |_: &'static str, share: f32| {
-                    // A cancellation is seen at the next check.
+                    // The next check detects a cancellation.
                     let _ = report(i, WAYS_SHARE * share);
                 };
                 let control = Control {

@@ -11,7 +11,7 @@ use crate::strict::{
     cross3, direction3_or, dot2, dot3, quotient, settled, settled3, share, within,
 };
 
-/// The surface and where its objects stand.
+/// The surface and the poses of its objects.
 #[derive(Clone, Copy)]
 pub struct Ground<'a> {
     /// Tangent-frame shapes.
@@ -120,7 +120,7 @@ pub fn nearest_weights(shape: &Triangle, x: f32, y: f32) -> [f32; 2] {
 }
 
 impl<'a> Ground<'a> {
-    /// The ground of a scene with these poses.
+    /// The surface of a scene with these poses.
     #[must_use]
     pub fn of(setup: &'a Setup, poses: &'a [Pose]) -> Self {
         Self {
@@ -151,7 +151,7 @@ impl Ground<'_> {
         }
     }
 
-    /// The place of weights of B and C on a triangle of that frame, object space.
+    /// The place with given weights of B and C on a triangle with that frame, object space.
     pub(super) fn position(&self, triangle: u32, frame: &Frame, [u, v]: [f32; 2]) -> Vec3 {
         let shape = &self.triangles[triangle as usize];
         let along = u * shape.ab + v * shape.cp;

@@ -75,7 +75,7 @@ pub trait Part: Sync {
     /// Its bytes in memory, and in a checkpoint.
     fn bytes<'a>(&self, snapshot: &'a Snapshot) -> &'a [u8];
 
-    /// Takes it from the front of the rest of a checkpoint; none if that is too short.
+    /// Reads it from the beginning of the rest of a checkpoint; none if that is too short.
     fn read(&self, snapshot: &mut Snapshot, rest: &mut &[u8], lengths: &mut Lengths) -> Option<()>;
 
     /// Compares its length with that of its buffer by the table.
@@ -112,7 +112,7 @@ pub trait Part: Sync {
     fn upload(&self, ctx: &Context, state: &State, snapshot: &Snapshot) -> Result<(), GpuError>;
 }
 
-/// A part on its way to the host.
+/// A part being copied to the host.
 pub trait PartCopy: Send {
     /// Has its frame finished? Does not wait.
     fn is_there(&mut self) -> bool;
@@ -173,7 +173,7 @@ pub fn upload(ctx: &Context, state: &State, snapshot: &Snapshot) -> Result<(), G
 pub struct Copies(Vec<Box<dyn PartCopy>>);
 
 impl Copies {
-    /// Records the copies: of the state as all that was recorded so far leaves it.
+    /// Records copies of the state after everything recorded so far.
     ///
     /// # Errors
     /// No memory.
@@ -183,7 +183,7 @@ impl Copies {
         Ok(Self(copies.collect::<Result<_, _>>()?))
     }
 
-    /// Has the frame finished? Does not wait. What is there is kept, and stays.
+    /// Has the frame finished? Does not wait. Copied parts are kept.
     pub fn are_there(&mut self) -> bool {
         self.0.iter_mut().all(|copy| copy.is_there())
     }
@@ -196,9 +196,9 @@ impl Copies {
     }
 }
 
-/// A buffer on its way to the host.
+/// A buffer being copied to the host.
 pub struct BufferCopy<T> {
-    /// One for as much of it as the device allocates at once.
+    /// One for each part of the size that the device allocates at once.
     readbacks: VecDeque<Readback<T>>,
     elements: Vec<T>,
 }
@@ -300,7 +300,7 @@ struct Device<T: 'static, D: 'static> {
     /// None if the scene or its strategy does not use it.
     buffer: fn(&State) -> Option<&Buffer<D>>,
     to_host: fn(Vec<D>) -> Vec<T>,
-    /// None if the buffer is made anew on resuming.
+    /// None if resuming makes a new buffer.
     to_device: Option<ToDevice<T, D>>,
 }
 
@@ -317,7 +317,7 @@ const fn on_host<T: 'static>() -> Device<T, T> {
     }
 }
 
-/// A part in a buffer that stays as long as the simulation: resuming uploads it from here.
+/// A part in a permanent buffer: resuming uploads it from here.
 const fn permanent<T>(
     row: &'static Row<T>,
     buffer: fn(&State) -> Option<&Buffer<T>>,
@@ -328,7 +328,7 @@ const fn permanent<T>(
     }
 }
 
-/// A part in a buffer that resuming makes anew with its contents, because its size depends on them or it is not always there.
+/// A part in a buffer that resuming replaces by a new one with its contents, because its size depends on them or it is not always present.
 const fn remade<T>(row: &'static Row<T>, buffer: fn(&State) -> Option<&Buffer<T>>) -> Device<T, T> {
     converted(row, buffer, |elements| elements)
 }
@@ -416,7 +416,7 @@ impl<T: Pod, D: Pod + Send> Part for Section<T, D> {
     }
 }
 
-/// A line of the list on its way to the host.
+/// A line of the list being copied to the host.
 struct SectionCopy<T: 'static, D: 'static> {
     section: &'static Section<T, D>,
     copy: BufferCopy<D>,

@@ -1,11 +1,10 @@
 //! The host's workaround for Mesa's CPU driver, lavapipe, which ends the loops of an invocation after a number of rounds. Details,
 //! and the kernels' part, are in `shaders/include/loops.glsl`.
 
-/// Rounds of its loops that an invocation surely has. lavapipe has 65,535; the rest is for what a kernel does beside the
-/// loops that are counted.
+/// Loop rounds that every invocation has. lavapipe has 65,535; the rest is for other loops of a kernel than those that are counted.
 pub const ROUNDS: u32 = 60_000;
 
-/// How many dispatches take so many rounds, if each goes on where the one before has stopped.
+/// The number of dispatches for so many rounds, if each continues where the one before has stopped.
 #[must_use]
 pub fn dispatches_of(rounds: u64) -> u32 {
     rounds.div_ceil(ROUNDS.into()) as u32

@@ -17,16 +17,16 @@ use crate::scene::Scene;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{DistanceMethod, Settings};
 
-/// Bytes that the buffers of a simulation take on the device, before anything is painted by hand. Pictures come on top: some bytes a
-/// pixel, and about 4 a texel and 20 a triangle; of quick pictures on a device that is a CPU 28 to 108 a triangle more.
+/// Bytes that the buffers of a simulation take on the device, without areas that are painted later. Pictures need more: some bytes a pixel,
+/// about 4 a texel and 20 a triangle, and for quick pictures on a CPU device another 28 to 108 a triangle.
 #[must_use]
 pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
     bytes(&Counts::of(setup, settings))
 }
 
-/// About how many bytes a scene takes on the device, from its settings and meshes, before there is an atlas: what its
-/// seams take, what the raster method draws from, the lists of transfers and those of whom food reaches come on top; of
-/// several objects every texel is counted as if it belonged to one.
+/// About how many bytes a scene takes on the device, from its settings and meshes, before there is an atlas. Not included are the tables of
+/// seams, the inputs of the raster method, the lists of transfers, and those of the texels within reach of food. With several objects,
+/// every texel counts as owned.
 #[must_use]
 pub fn needed(scene: &Scene) -> u64 {
     bytes(&Counts::about(scene))
@@ -38,19 +38,19 @@ pub fn needed_for_painted(scene: &Scene) -> u64 {
     painted_bytes(texel_count(scene.settings.atlas.size.into()))
 }
 
-/// Bytes that a painted bias takes on top, on `texels` texels.
+/// Additional bytes for a painted bias on `texels` texels.
 #[must_use]
 pub fn painted_bytes(texels: u64) -> u64 {
     texels * TEXEL
 }
 
-/// How the tables of so many particles lie.
+/// How the tables of so many particles are stored.
 #[must_use]
 pub fn tables(device: &DeviceInfo, particles: u64) -> Tables {
     Tables::of_size(device, particles * PARTICLE)
 }
 
-/// How many particles the device's buffers hold: kernels reach each as a texel, or where there are pages, its place in a list.
+/// How many particles the device's buffers hold: kernels access each as a texel, or with pages by its place in a list.
 #[must_use]
 pub fn most_particles(device: &DeviceInfo) -> u64 {
     particle_limit(device).0
@@ -81,7 +81,7 @@ pub fn largest_atlas_of(device: &DeviceInfo, settings: &Settings) -> u64 {
     size
 }
 
-/// How many texels may be owned where several objects have distances between them, and which limit says so.
+/// The largest number of owned texels with distances between several objects, and the name of the limit.
 fn sample_limit(device: &DeviceInfo, settings: &Settings) -> (u64, &'static str) {
     let (single, limit_name) = single_elements(device);
     let padding = settings.objects.len() as u64 * PADDING;
@@ -106,7 +106,7 @@ fn largest_block(settings: &Settings, texels: u64) -> u64 {
     }
 }
 
-/// Says why an atlas of the scene's size is too large, and what is not.
+/// The message that an atlas of the scene's size is too large, with the largest size that fits.
 fn too_large_an_atlas(device: &DeviceInfo, settings: &Settings) -> String {
     let size = u64::from(settings.atlas.size);
     let texels = texel_count(size);
@@ -155,7 +155,7 @@ fn too_large_an_atlas(device: &DeviceInfo, settings: &Settings) -> String {
     )
 }
 
-/// How many particles there may be, and which limit says so.
+/// The largest number of particles, and the name of the limit.
 fn particle_limit(device: &DeviceInfo) -> (u64, &'static str) {
     if device.has_pages {
         let (bytes, limit_name) = largest_buffer(device);
@@ -172,7 +172,7 @@ fn texel_limit(device: &DeviceInfo) -> (u64, &'static str) {
     texels.min((device.max_memory_allocation_size / TEXEL, ALLOCATION))
 }
 
-/// The side of the largest texture with so many texels at the most.
+/// The side of the largest texture with at most so many texels.
 fn side_of(texels: u64) -> u64 {
     let mut size = texels.isqrt();
     // Rows are padded to whole quads of texels.
@@ -301,11 +301,10 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
     }
 }
 
-/// Makes sure that the tables of an atlas's seams are no larger than the device allows. How large they are shows only
-/// when the atlas is there.
+/// Makes sure that the tables of an atlas's seams are no larger than the device allows. Their size is known only once the atlas exists.
 ///
 /// # Errors
-/// Names the table that is too large, the device's limit, and what makes it smaller.
+/// Names the table that is too large, the device's limit, and how to make it smaller.
 pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
     let quads = quad_bytes(device);
     let tables = [
@@ -346,10 +345,10 @@ pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
     ))
 }
 
-/// Makes sure that a simulation that is under way can take distances as the settings say.
+/// Makes sure that a running simulation can compute distances by the settings' method.
 ///
 /// # Errors
-/// Names the method, the device's limit, and the way that is left.
+/// Names the method, the device's limit, and the method that works.
 pub fn check_method(device: &DeviceInfo, setup: &Setup, settings: &Settings) -> Result<()> {
     let method = settings.distance.method;
     let samples = size_of_val(&setup.distance.samples[..]) as u64;
@@ -374,13 +373,13 @@ pub fn check_method(device: &DeviceInfo, setup: &Setup, settings: &Settings) -> 
     Err(too_large(
         device,
         &format!(
-            "distance.method = \"{}\" {what}, and {limit}: use distance.method = \"bvh\", or begin anew with a smaller atlas.size",
+            "distance.method = \"{}\" {what}, and {limit}: use distance.method = \"bvh\", or restart with a smaller atlas.size",
             method.word()
         ),
     ))
 }
 
-/// As the atlas of such a scene says it, but never with a size that this device does not hold.
+/// The error of the atlas, but never with advice of a size that this device does not hold.
 #[must_use]
 pub fn atlas_error(device: &DeviceInfo, settings: &Settings, error: AtlasError) -> Error {
     let (what, needed, about, advice) = match &error {
@@ -407,7 +406,7 @@ pub fn atlas_error(device: &DeviceInfo, settings: &Settings, error: AtlasError) 
             format!("the texture coordinates of object {object}"),
             u64::from(*needed),
             if *tried { "" } else { "about " },
-            "mend them, or choose atlas.method charts or grid",
+            "repair them, or choose atlas.method charts or grid",
         ),
         _ => return Error::Atlas(error),
     };
@@ -451,7 +450,7 @@ const VERTEX: u64 = size_of::<Vertex>() as u64;
 const SAMPLE: u64 = size_of::<SurfaceSample>() as u64;
 /// Bytes of the faces that may be nearest to a tile, for each of its samples.
 const CANDIDATES: u64 = (TILE_CANDIDATES / TILE_SAMPLES) as u64 * size_of::<u32>() as u64;
-/// Samples that an object's job of distances may have room for beyond its own.
+/// The most samples of padding in an object's job of distances.
 const PADDING: u64 = GROUP as u64 - 1;
 
 fn holds(device: &DeviceInfo) -> String {
@@ -470,7 +469,7 @@ fn largest_buffer(device: &DeviceInfo) -> (u64, &'static str) {
     }
 }
 
-/// A number of bytes as people say it: `128 MiB`, `1.5 GiB`.
+/// A number of bytes for people: `128 MiB`, `1.5 GiB`.
 #[must_use]
 pub fn human(bytes: u64) -> String {
     let count = bytes as f64;

@@ -1,8 +1,8 @@
-//! How far an object has moved as another one sees it, and whether that is more than rounding.
+//! How far an object has moved relative to another one, and whether that is more than rounding.
 //!
-//! Poses in the world are kept in single precision. Objects that move together therefore never stand to each other in
-//! exactly the same way twice, although nothing has changed between them. What they were last taken with is kept until
-//! they have moved away from that, so that slow motion adds up and counts at last.
+//! Poses in the world are kept in single precision. Therefore the relative pose of objects that move together changes by rounding in every
+//! step. The pose for which their distances were last computed is kept until they have moved away from it by more than rounding, so that
+//! slow motion adds up and counts in the end.
 
 use std::collections::BTreeMap;
 
@@ -12,22 +12,21 @@ use glam::{DVec3, DVec4};
 use super::types::Pose;
 use crate::mesh::trees::Tree;
 
-/// Two objects whose distances were last taken with another pose than the one that they have now, which differs from it by
-/// rounding only.
+/// Two objects whose relative pose differs, by rounding only, from the one for which their distances were last computed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct KeptPair {
     /// Takes places of the object to the other one's space.
     pub other_from_object: Pose,
-    /// Whose distances they are.
+    /// The object that has the distances.
     pub object: u32,
-    /// From which other object.
+    /// The other object.
     pub other: u32,
     /// Nothing.
     pub pad0: [u32; 2],
 }
 
-/// All of them, by object and other object.
+/// All such pairs, by object and other object.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct KeptPairs(BTreeMap<(u32, u32), Pose>);
 
@@ -65,7 +64,7 @@ impl From<&[KeptPair]> for KeptPairs {
     }
 }
 
-/// How far places of an object move from one relative pose to another, at the most. A little more is for rounding.
+/// Upper bound on the movement of an object's places between two relative poses, with a margin for rounding.
 pub(super) fn most_moved(own: &Tree, before: &Pose, now: &Pose) -> f32 {
     let corners = corners(own).map(|corner| {
         let (way, place) = moved(corner, before, now);
@@ -74,14 +73,14 @@ pub(super) fn most_moved(own: &Tree, before: &Pose, now: &Pose) -> f32 {
     corners.fold(0.0, f64::max) as f32
 }
 
-/// May all of the difference between two relative poses be rounding? The poses in the world that they came from lie `far`
-/// from its origin, both together.
+/// May the whole difference between two relative poses be rounding? `far` is the sum of the distances of both objects' world poses from the
+/// origin.
 ///
 /// Single precision keeps an entry of a rotation to `2^-25`, so places at a distance `r` from the origin move by
 /// `1.5 r * 2^-24` at the most, and a place in the world to `2^-24` of its distance from the origin. A place of the object
-/// is at most `r` from its origin and `d` from the other's. Rounded are the pose of the object (`1.5 r`), that of the
-/// other one (`1.5 d`), where both are (`far`), and what comes of them (`1.5 r`, and up to `r + d` for its translation):
-/// `(4 r + 2.5 d + far) * 2^-24`, and as much in the pose before.
+/// is at most `r` from its origin and `d` from the other's. Rounding affects the pose of the object (`1.5 r`), that of the other one (`1.5
+/// d`), both positions (`far`), and the relative pose that is computed from them (`1.5 r`, and up to `r + d` for its translation): `(4 r +
+/// 2.5 d + far) * 2^-24`, and as much in the pose before.
 pub(super) fn is_within_rounding(own: &Tree, before: &Pose, now: &Pose, far: f64) -> bool {
     let (mut way, mut r, mut d) = (0.0_f64, 0.0_f64, 0.0_f64);
     for corner in corners(own) {

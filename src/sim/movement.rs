@@ -1,7 +1,7 @@
-//! Where every object is, step by step: motion from the scene, or poses that are set from outside.
+//! The pose of every object, step by step: by the scene's motion, or set from outside.
 //!
-//! The host computes poses in double precision and sends them along with the step's own commands, so a step that waits
-//! for its turn keeps the poses that it was recorded with, and neither host nor device waits for the other.
+//! The host computes poses in double precision and sends them along with the step's own commands, so a queued step keeps the poses that it
+//! was recorded with, and neither host nor device waits for the other.
 
 use glam::{Affine3A, DAffine3, DMat3, DQuat};
 
@@ -14,10 +14,10 @@ use crate::scene::settings::{ObjectSettings, Settings};
 /// Numbers of steps are exact in double precision up to here.
 pub(super) const MOST_STEPS: u64 = 1 << 53;
 
-/// Seconds that a checkpoint may name: at a thousand steps a second they are beyond the last step.
+/// The largest time in a checkpoint, seconds: at a thousand steps a second it is beyond the last step.
 const MOST_SECONDS: f64 = 1e14;
 
-/// World coordinates of objects: the squares of greater ones leave single precision, and distances become infinite.
+/// The largest world coordinate of objects: the squares of greater ones exceed single precision, and distances become infinite.
 pub(super) const FARTHEST: f64 = 1e15;
 
 /// How far the rows of a pose from outside may be from orthonormal.
@@ -32,7 +32,7 @@ pub struct Movement {
     time: f64,
     /// Seconds a step from there on.
     dt: f64,
-    /// The poses that stand over the scene's, one per object.
+    /// The poses that replace the scene's, one per object.
     outside: Vec<Option<DAffine3>>,
 }
 
@@ -46,7 +46,7 @@ pub struct SavedMovement {
 }
 
 impl Movement {
-    /// At step 0, which is the second that the settings name.
+    /// The movement at step 0, at the time in the settings.
     #[must_use]
     pub fn new(settings: &Settings) -> Self {
         Self {
@@ -57,14 +57,14 @@ impl Movement {
         }
     }
 
-    /// Seconds of motion at a step: as many as steps times the time step, as long as that has never changed.
+    /// Seconds of motion at a step: the step times the time step, if that has never changed.
     #[must_use]
     pub fn time_at(&self, step: u64) -> f64 {
         let steps = step as i64 - self.step as i64;
         self.time + steps as f64 * self.dt
     }
 
-    /// From `step` on, another time step: the time goes on from where it is.
+    /// Changes the time step from `step` on; the time is continuous.
     pub fn set_dt(&mut self, dt: f32, step: u64) {
         let dt = f64::from(dt);
         if dt != self.dt {
@@ -74,8 +74,8 @@ impl Movement {
         }
     }
 
-    /// Sets where an object is from the next step on, whatever the scene says; `None` gives it back to the scene. A pose
-    /// takes the object's scaled coordinates to world coordinates, as its file and the scene's have them.
+    /// Sets the pose of an object from the next step on, in place of the scene's; `None` restores the scene's. A pose takes the object's
+    /// scaled coordinates to world coordinates, both as in files.
     ///
     /// # Errors
     /// When there is no such object, or the pose is not rigid: only rotations and translations keep lengths.
@@ -91,7 +91,7 @@ impl Movement {
                 Error::Invalid(format!("the pose of object {object} {problem}"))
             })?;
         }
-        // Kernels take rotations back by the transpose.
+        // Kernels invert rotations by the transpose.
         *outside = world_from_object.map(|pose| {
             let rotation = DQuat::from_mat3(&pose.matrix3).normalize();
             DAffine3::from_rotation_translation(rotation, pose.translation)
@@ -156,7 +156,7 @@ impl Movement {
 }
 
 impl SavedMovement {
-    /// The saved movement, to go on from this step; `None` if it is damaged.
+    /// The saved movement, to continue from this step; `None` if it is damaged.
     #[must_use]
     pub(super) fn restore(&self, from: u64) -> Option<Movement> {
         let outside = self
@@ -241,7 +241,7 @@ mod tests {
         assert_eq!(movement.time_at(8), 2.0);
         movement.set_dt(0.5, 8);
         assert_eq!((movement.time_at(8), movement.time_at(10)), (2.0, 3.0));
-        // The step before is where the new rate would have had it; nothing later depends on that.
+        // The step before has the time of the new rate; nothing later depends on that.
         movement.set_dt(0.0, 10);
         assert_eq!(movement.time_at(1_000_000), 3.0);
     }

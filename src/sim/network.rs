@@ -1,7 +1,7 @@
-//! What can be said of a network that has grown, in numbers: how long its lines are, where they meet, what they enclose.
+//! Measures of a grown network: the length of its lines, its components, and the regions that it encloses.
 //!
-//! The network is where the trail is more than [`THRESHOLD`] times its mean. All of it is taken on the host, from a
-//! [`Snapshot`], and does not depend on how charts lie: what hangs together across a seam is one.
+//! The network is where the trail is more than [`THRESHOLD`] times its mean. All measures are computed on the host, from a [`Snapshot`],
+//! and do not depend on the charts: parts that touch across a seam are connected.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -16,13 +16,13 @@ use crate::mesh::surface::{NONE, Seam, Surface};
 /// The network begins at this many times the mean trail.
 pub const THRESHOLD: f64 = 1.5;
 
-/// The times of the mean trail at which [`Network::below`] is taken.
+/// The multiples of the mean trail for [`Network::below`].
 pub const TIMES: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 
 /// Pieces and regions of fewer texels are noise, and are not counted.
 const SMALLEST: u32 = 9;
 
-/// What is said of a network.
+/// The measures of a network.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Network {
     /// Mean trail over the surface, trail units.
@@ -31,7 +31,7 @@ pub struct Network {
     pub covered: f64,
     /// Share of the particles that are on the network, 0 to 1.
     pub on_network: f64,
-    /// Half of the network's outline, scene radii: where it is thin lines, their length.
+    /// Half of the network's outline, scene radii: for thin lines, their length.
     pub length: f64,
     /// Connected components of the network.
     pub pieces: u32,
@@ -58,7 +58,7 @@ pub struct Part {
 }
 
 impl Network {
-    /// Of the state after some step.
+    /// The measures of a state.
     #[must_use]
     pub fn of(snapshot: &Snapshot, setup: &Setup) -> Self {
         let (surface, atlas) = (&setup.surface, &setup.atlas);
@@ -76,7 +76,7 @@ impl Network {
         network
     }
 
-    /// Of a trail, gutters filled, without particles. `radius` is the scene's, in world units.
+    /// The measures of a trail, gutters filled, without particles. `radius` is the scene's, in world units.
     #[must_use]
     pub fn of_trail(trail: &[f32], surface: &Surface, atlas: &Atlas, radius: f64) -> Self {
         let owned: Vec<u32> = (0..trail.len() as u32)
@@ -131,7 +131,7 @@ impl Network {
     }
 }
 
-/// Of one object, in world units.
+/// The measures of one object, in world units.
 #[derive(Clone, Default)]
 struct Sums {
     area: f64,
@@ -140,7 +140,7 @@ struct Sums {
     outline: f64,
 }
 
-/// The eight neighbours, round about from the one above.
+/// The eight neighbours, in circular order, beginning with the one above.
 const AROUND: [(i64, i64); 8] = [
     (0, -1),
     (1, -1),
@@ -154,8 +154,8 @@ const AROUND: [(i64, i64); 8] = [
 
 /// What the border of the network adds to its outline at a texel, texel sides: how many of the ways to its eight neighbours
 /// cross it, by Cauchy and Crofton's formula for four directions (Serra, "Image Analysis and Mathematical Morphology", 1982),
-/// which is off by some 5 % at the most, and by nothing in the mean over all directions. Each way is looked at from both ends, and
-/// counts half from each. Gutters hold what lies across seams.
+/// whose error is about 5 % at most, and zero in the mean over all directions. Each way is examined from both ends, and counts half from
+/// each. Gutters hold the values across seams.
 fn outline_at(covered: &[bool], texel: u32, atlas: &Atlas) -> f64 {
     let pitch = i64::from(atlas.pitch);
     let rows = covered.len() as i64 / pitch;
@@ -170,9 +170,8 @@ fn outline_at(covered: &[bool], texel: u32, atlas: &Atlas) -> f64 {
     0.5 * PI / 8.0 * ways.map(weight).sum::<f64>()
 }
 
-/// How many connected parts there are of what is not covered, and of what is. What is covered hangs together also by corners,
-/// the rest does not, so that a line of texels parts what lies on its sides (Rosenfeld, "Connectivity in digital
-/// pictures", 1970).
+/// The number of connected parts of bare texels, and of covered ones. Covered texels are connected also by corners, bare texels are not, so
+/// that a line of texels separates its two sides (Rosenfeld, "Connectivity in digital pictures", 1970).
 fn counted(covered: &[bool], owned: &[u32], atlas: &Atlas) -> [u32; 2] {
     let pitch = i64::from(atlas.pitch);
     let rows = covered.len() as i64 / pitch;
@@ -184,7 +183,7 @@ fn counted(covered: &[bool], owned: &[u32], atlas: &Atlas) -> [u32; 2] {
     };
     let chart = |texel: u32| atlas.chart[atlas.owner[texel as usize] as usize];
     let is_covered = |texel: u32| covered[texel as usize];
-    // Every second one of AROUND is beside a texel, the others are at its corners.
+    // Every second one of AROUND shares a side with the texel, the others share a corner.
     let reach = |texel: u32| AROUND.iter().step_by(if is_covered(texel) { 1 } else { 2 });
 
     let mut sets = Sets::new(covered.len());
@@ -201,7 +200,7 @@ fn counted(covered: &[bool], owned: &[u32], atlas: &Atlas) -> [u32; 2] {
             }
         }
     }
-    // A gutter texel is what lies across the seam from those beside it.
+    // A gutter texel stands for the texel across the seam.
     for seam in &atlas.seams {
         let across = main_source(seam);
         for &to in reach(across) {
@@ -224,7 +223,7 @@ fn counted(covered: &[bool], owned: &[u32], atlas: &Atlas) -> [u32; 2] {
     })
 }
 
-/// The owned texel that a gutter texel has most of.
+/// The owned texel with the largest weight for a gutter texel.
 fn main_source(seam: &Seam) -> u32 {
     let units = seam.units();
     let most = (0..4).max_by_key(|&k| units[k]).expect("there are four");
@@ -268,7 +267,7 @@ mod tests {
     use crate::scene::Scene;
     use crate::scene::settings::{ObjectSettings, Settings};
 
-    /// The network of lines on a ball, `distance` from the nearest of which is given at each of its places.
+    /// The network of lines on a ball; `distance` gives the distance of a place from the nearest line.
     fn on_ball(turn: u64, gutter: u32, distance: impl Fn(Vec3) -> f32) -> Network {
         let ball = Mesh::builtin("icosphere?subdivisions=4").unwrap();
         let surface = Surface::build(&[(&ball, 1.0)]);
@@ -389,7 +388,7 @@ mod tests {
         assert_eq!(even.below, [0.0, 0.0, even.below[2], 1.0, 1.0]);
         assert_eq!((even.covered, even.length), (0.0, 0.0));
         assert_eq!((even.pieces, even.regions), (0, 1));
-        // Nor is none at all.
+        // An empty trail has no network either.
         let none = on_ball(0, 2, |_| 9.0);
         assert_eq!(
             (none.mean_trail, none.length, none.covered),

@@ -1,5 +1,5 @@
-//! Brushes: a dab is a ball in world space, and what of the surface lies in it is painted, over seams and on every
-//! object, with trail, with a bias that sensors read, or with particles.
+//! Brushes: a dab is a ball in world space, and the part of the surface inside it is painted, over seams and on every object, with trail,
+//! with a bias that sensors read, or with particles.
 //!
 //! The host lists the texels of a dab, so that simulation and twin paint the same ones; the kernels `paint` and `teleport`
 //! do the rest.
@@ -21,17 +21,17 @@ use crate::rng::{Purpose, random, seed_word, unit};
 use crate::scene::settings::Settings;
 use crate::strict::settled;
 
-/// Places of an object that particles of one dab come to.
+/// The number of places per object to which one dab moves particles.
 const PLACES: u32 = 4096;
-/// Depths at which one dab paints besides its own, at the most.
+/// The most depths at which one dab paints besides its own.
 pub const MOST_DEPTHS: usize = 3;
-/// Places of a ring at which a viewer looks through it.
+/// The number of rays that test the view through a ring.
 pub const LOOKS: usize = 12;
-/// Texels that one dab may have: what a storage block of every device holds.
+/// The largest number of texels of a dab: what a storage block of every device holds.
 pub(super) const MOST_TEXELS: usize = 1 << 24;
 
-/// What a dab does to what lies in it. Its effect is full in the middle and falls to nothing at the edge, by
-/// `(1 - (distance / radius)^2)^2`; where something is or is not, as with [`Brush::NoGo`], it goes to the edge.
+/// The effect of a dab on the surface inside it. It is full in the middle and falls to zero at the edge, by
+/// `(1 - (distance / radius)^2)^2`; for effects without degrees, such as [`Brush::NoGo`], it reaches to the edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Brush {
     /// Adds trail.
@@ -39,15 +39,15 @@ pub enum Brush {
         /// Trail units in the middle, 0 to [`GREATEST`].
         amount: f32,
     },
-    /// Takes away trail, attraction and repulsion; no-go areas end at once where it has any effect.
+    /// Removes trail, attraction and repulsion; no-go areas are removed entirely wherever it has any effect.
     Erase {
-        /// What share of it goes in the middle, 0 to 1.
+        /// The share that is removed in the middle, 0 to 1.
         share: f32,
     },
-    /// Lets sensors read more than there is, so that particles come; less, and they go elsewhere. It stays until it is
-    /// erased, and does not spread.
+    /// Adds to the readings of sensors, so that particles come, or subtracts, so that they avoid the place. It stays until it is erased,
+    /// and does not spread.
     Attract {
-        /// Trail units in the middle, added to those of dabs before; negative to repel. At most [`GREATEST`] either way.
+        /// Trail units in the middle, added to those of earlier dabs; negative to repel. At most [`GREATEST`] either way.
         amount: f32,
     },
     /// Makes a no-go area: particles turn round at it. Particles inside may leave, and transfers from other objects may land in it.
@@ -69,30 +69,30 @@ pub struct Dab {
     pub center: Vec3,
     /// Its radius, a world length. Lengths in scene files times [`Setup::radius`] are world lengths.
     pub radius: f32,
-    /// If given, triangles are painted only if they turn their front towards it, as a viewer there sees them: thin things are
-    /// not painted through. Objects with open borders are painted from either side.
+    /// If given, only triangles whose front faces this place, that of the viewer, are painted, so that a dab does not paint through thin
+    /// objects. Objects with open borders are painted from either side.
     pub eye: Option<Vec3>,
-    /// If given, what a viewer sees through the dab's ring nearer or farther than the ball reaches is painted, too.
+    /// If given, surfaces that the viewer sees through the dab's ring, nearer or farther than the ball reaches, are painted, too.
     pub ring: Option<Ring>,
-    /// Keys the choice of particles of [`Brush::Particles`], together with the scene's seed: other dabs should have other numbers.
+    /// Keys the choice of particles of [`Brush::Particles`], together with the scene's seed: each dab should have a different number.
     pub number: u32,
 }
 
-/// The circle round a dab's middle as a viewer sees it, and where surfaces are seen through it that lie off the ball.
+/// The circle round a dab's middle in the viewer's picture, and the places of surfaces outside the ball that are seen through it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ring {
     /// Position of the viewer in world space.
     pub eye: Vec3,
     /// Normal of the circle's plane; the radius is the dab's.
     pub normal: Vec3,
-    /// Balls that hold the surfaces. There the dab is as strong as it is where the line from the eye meets the plane, and
-    /// falls to nothing at the ball's edge, too.
+    /// Balls that contain these surfaces. There the dab has the strength of the place where the line from the eye meets the plane, and also
+    /// falls to zero at the ball's edge.
     pub balls: [Option<Ball>; MOST_DEPTHS],
 }
 
 impl Ring {
-    /// Where the looks go through its plane, from its middle, in its radii along [`Ring::axes`]: on two circles, the places of
-    /// one between those of the other.
+    /// The points where the rays pass through its plane, from its middle, in radii along [`Ring::axes`]: on two circles, the points of one
+    /// between those of the other.
     #[must_use]
     pub fn looks() -> [Vec2; LOOKS] {
         std::array::from_fn(|k| {
@@ -117,8 +117,8 @@ pub struct Ball {
     pub center: Vec3,
     /// A world length.
     pub radius: f32,
-    /// At which of [`Ring::looks`] a surface is seen in it, bit by bit: it is painted where one of these is the nearest, and
-    /// not where something before it hides it.
+    /// The rays of [`Ring::looks`] that see a surface in it, one bit each: the surface is painted where one of these rays is the nearest,
+    /// and not where another surface hides it.
     pub looks: u32,
 }
 
@@ -127,11 +127,11 @@ pub struct Ball {
 pub struct Painted {
     /// Texels painted on each object.
     pub texels: Vec<u32>,
-    /// From the first of them in the atlas to behind the last.
+    /// From the first of them in the atlas to one past the last.
     pub span: Range<u32>,
 }
 
-/// A texel of a dab, and how strong the dab is there, 0 to 1.
+/// A texel of a dab, and the strength of the dab there, 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DabTexel {
     /// Which one.
@@ -142,14 +142,14 @@ pub struct DabTexel {
     pub weight: f32,
 }
 
-/// A texel of painted areas that is not what it was.
+/// A texel of painted areas that has changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Repainted {
     /// Which one.
     pub texel: u32,
     /// Its bias before, trail units.
     pub before: f32,
-    /// And as it is.
+    /// Its bias now, trail units.
     pub after: f32,
 }
 
@@ -158,12 +158,12 @@ pub struct Repainted {
 pub struct Places {
     /// Object by object; ids are not used.
     pub places: Vec<Particle>,
-    /// One per object: its first place, and how many it has.
+    /// One per object: its first place, and its number of places.
     pub ranges: Vec<UVec2>,
 }
 
 impl Brush {
-    /// Does it change what attracts, repels or forbids, if it touches anything? The eraser does where there is such an area.
+    /// Does it change areas, if it touches anything? The eraser does if there are any areas.
     #[must_use]
     pub fn changes_areas(self, has_areas: bool) -> bool {
         match self {
@@ -215,7 +215,7 @@ impl Dab {
         }
     }
 
-    /// The owned texels whose centres lie in the ball, or in one of the ring's and seen through it, each once and ordered by
+    /// The owned texels whose centres lie in the ball, or in one of the ring's balls and seen through the ring, each once and ordered by
     /// triangle and texel.
     ///
     /// # Errors
@@ -348,7 +348,7 @@ impl Dab {
         })
     }
 
-    /// Does it leave something that sensors read from then on?
+    /// Does it paint a bias, which sensors read from then on?
     #[must_use]
     pub fn makes_bias(&self) -> bool {
         self.brush.changes_areas(false)
@@ -382,9 +382,9 @@ struct InObject {
     ball: InBall,
     eye: Option<DVec3>,
     ring: Option<InRing>,
-    /// The ring's.
+    /// The balls of the ring.
     balls: Vec<(InBall, u32)>,
-    /// Full to the edge.
+    /// Is the effect full up to the edge?
     is_hard: bool,
 }
 
@@ -404,14 +404,14 @@ struct InRing {
 }
 
 impl InRing {
-    /// How far from the middle a place is seen, as the square of a share of the radius; farther than anything if none of
-    /// `looks` is the nearest there.
+    /// The distance from the middle at which a place is seen, as the square of a share of the radius; infinite if none of `looks` is the
+    /// nearest there.
     fn share(&self, place: DVec3, looks: u32) -> f64 {
         let way = place - self.eye;
         let along = self.normal.dot(self.middle - self.eye) / self.normal.dot(way);
         let from_middle = (self.eye + along * way - self.middle) / self.radius;
         let seen = DVec2::from_array(self.axes.map(|axis| axis.dot(from_middle)));
-        // At the middle itself the dab's own ball is seen.
+        // At the middle itself, the dab's own ball is seen.
         let mut nearest = (seen.length_squared(), false);
         for (k, look) in self.looks.iter().enumerate() {
             let apart = seen.distance_squared(*look);
@@ -432,7 +432,7 @@ impl InObject {
         let object_from_world = DAffine3::from(pose).inverse();
         let to_object = |place: Vec3| object_from_world.transform_point3(place.as_dvec3());
         let (first, end) = setup.surface.objects[object as usize].triangles;
-        // Looked at only where it matters.
+        // Computed only if it is needed.
         let is_open = || {
             let halfedges = &setup.surface.halfedges[3 * first as usize..3 * end as usize];
             halfedges.iter().any(|halfedge| halfedge.twin == NONE)
@@ -471,7 +471,7 @@ impl InObject {
             texels.extend(self.texels_in(setup, triangle, ball, ring));
         }
         if !self.balls.is_empty() {
-            // Where balls overlap, the dab is as strong as in one of them.
+            // If balls overlap, the dab has the strength of one of them.
             texels.sort_by_key(|texel| texel.texel);
             texels.dedup_by(|next, kept| {
                 let is_same = next.texel == kept.texel;

@@ -1,5 +1,4 @@
-//! How long a device may take for the distances of one step, by how much there is to look at: so that what only takes long
-//! does not count as hung.
+//! How long a device may take for the distances of one step, by the number of comparisons, so that slow computations do not count as hung.
 
 use std::time::Duration;
 
@@ -13,7 +12,7 @@ const NS_A_CORNER: u64 = 60;
 /// Nanoseconds for a texel that `distance_raster` draws for a triangle.
 const NS_A_FRAGMENT: u64 = 30;
 
-/// For the distances of all objects to all others that count for them, as if all of those were within reach.
+/// The limit for the distances of all objects to all others that count for them, as if all of those were within reach.
 #[must_use]
 pub fn for_distances(setup: &DistanceSetup, method: DistanceMethod) -> Duration {
     let mut ns = 0_u64;
@@ -26,7 +25,7 @@ pub fn for_distances(setup: &DistanceSetup, method: DistanceMethod) -> Duration 
         for &other in others {
             let looked_at = triangles(other as usize);
             ns = ns.saturating_add(match method {
-                // Trees are quick: what takes too long has hung.
+                // Searches in trees are quick: if they take too long, the device has hung.
                 DistanceMethod::Bvh => 0,
                 DistanceMethod::Brute => NS_A_TRIANGLE * texels * looked_at,
                 DistanceMethod::Raster => {
@@ -62,7 +61,7 @@ mod tests {
         let seconds = |method| for_distances(&distance, method).as_secs_f64();
         assert!(seconds(DistanceMethod::Raster) > 150.0);
         assert!(seconds(DistanceMethod::Brute) > 10.0);
-        // A device that hangs is found out as soon as before.
+        // A device that hangs is detected as soon as before.
         assert_eq!(seconds(DistanceMethod::Bvh), 0.0);
         let alone =
             Setup::new(&Scene::load(Path::new("builtin:cube"), &Overrides::default()).unwrap());

@@ -36,7 +36,7 @@ pub struct Physarum {
 }
 
 impl Physarum {
-    /// In a scene of this radius; `factor` is what decrowding weights are multiplied by.
+    /// The parameters in a scene of this radius; decrowding weights are multiplied by `factor`.
     pub(super) fn of(physarum: &PhysarumSettings, radius: f32, factor: f32) -> Self {
         let [sensor, rotation] = [physarum.sensor_angle, physarum.rotation_angle]
             .map(|degrees| direction(f64::from(degrees).to_radians()).as_vec2());

@@ -13,10 +13,10 @@ pub trait Value: Copy + PartialEq + Debug + Send + Sync + 'static {}
 
 impl<T: Copy + PartialEq + Debug + Send + Sync + 'static> Value for T {}
 
-/// One per kernel, by the name that times and messages have.
+/// One per kernel, by its name in times and messages.
 pub struct Pipelines {
     ctx: Arc<Context>,
-    /// How tables of particles lie.
+    /// How tables of particles are stored.
     tables: Tables,
     made: Vec<Made>,
 }
@@ -42,7 +42,7 @@ impl Pipelines {
     /// When the device cannot run the kernel.
     ///
     /// # Panics
-    /// When it is there with other constants: one set of pipelines is for one set of constants.
+    /// When it exists with other constants: one set of pipelines is for one set of constants.
     pub fn make<K: Kernel<Constants: Value> + 'static>(
         &mut self,
         name: &'static str,
@@ -61,7 +61,7 @@ impl Pipelines {
     /// As [`make`](Self::make), for draws.
     ///
     /// # Errors
-    /// When the device cannot draw so.
+    /// When the device does not support it.
     pub fn make_draw<D: Draw<Constants: Value> + 'static>(
         &mut self,
         constants: &D::Constants,
@@ -74,7 +74,7 @@ impl Pipelines {
         Ok(())
     }
 
-    /// Is that of a kernel there, with these constants?
+    /// Does the pipeline of a kernel with these constants exist?
     #[must_use]
     pub fn has<K: Kernel<Constants: Value> + 'static>(
         &self,
@@ -85,7 +85,7 @@ impl Pipelines {
         made.is_some_and(|(made, _)| made == constants)
     }
 
-    /// Is that of what is drawn there? It is made with its constants once.
+    /// Does the pipeline of a draw with these constants exist? It is made with its constants once.
     #[must_use]
     pub fn has_draw<D: Draw<Constants: Value> + 'static>(&self, constants: &D::Constants) -> bool {
         let made = self.find::<(D::Constants, RasterPipeline<D>)>(D::NAME);

@@ -1,5 +1,5 @@
-//! The plan of a step: from a scene's settings to the parameters of kernels. Scene radii become world lengths, degrees
-//! become cosines and sines.
+//! The plan of a step: from a scene's settings to the parameters of kernels. Scene radii become world lengths, degrees become cosines and
+//! sines.
 
 use super::behaviour::deposit_factor;
 use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate};
@@ -110,7 +110,7 @@ pub struct Plan<'a> {
     pub means: Means,
     /// The strategy that takes effect.
     pub strategy: Strategy,
-    /// Has some object its own parameters of particles?
+    /// Does some object have its own parameters of particles?
     pub own_physarum: bool,
     /// Lengths that several kernels take.
     pub lengths: Lengths,
@@ -118,7 +118,7 @@ pub struct Plan<'a> {
     pub deposit_factor: f32,
     /// Changes from the step before.
     pub changes: Changes,
-    /// The distances to update; none at first.
+    /// The distances to update; initially none.
     pub distances: DistanceUpdate,
     /// The particles that are sorted at the end, if any are.
     pub segment: Option<Segment>,

@@ -1,7 +1,7 @@
-//! Straight walks of any length on the GPU, by the code that particles walk with: what `myxo query geodesic` answers.
+//! Straight walks of any length on the GPU, by the code that particles walk with, for `myxo query geodesic`.
 //!
-//! Unlike particles, these walkers carry along what rounding drops, so their ends are good to a few last places of
-//! float32, however many edges they cross.
+//! Unlike particles, these walkers carry rounding errors along, so their ends are exact to a few last places of float32, for any number of
+//! edges.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use crate::mesh::walk::{BorderRule, SurfacePoint, WalkEnd, WalkQuery, WalkStatus
 /// Walks of one dispatch.
 const BATCH: usize = 1 << 20;
 
-/// Edge crossings of one dispatch, all walks together: a walk goes on in the next one, so that no dispatch runs for
+/// Edge crossings of one dispatch, all walks together: a walk continues in the next one, so that no dispatch runs for
 /// seconds.
 const CROSSINGS: usize = 1 << 25;
 
@@ -57,7 +57,7 @@ pub fn walk_queries(
         let mut walkers: Vec<Walker> = batch.iter().map(walker_of).collect();
         let buffer = Buffer::from_slice(ctx, "walkers", &walkers)?;
         let attempts = (CROSSINGS / walkers.len()).clamp(1, 4096);
-        // A walk through a vertex may cross all its edges without getting further.
+        // A walk through a vertex may cross all its edges without progress.
         let mut patience = surface.halfedges.len() / attempts + 2;
         while patience > 0 {
             frames.run(|rec| {
@@ -90,7 +90,7 @@ pub fn walk_queries(
     Ok(ends)
 }
 
-/// A number as a float32, and what rounding drops of it.
+/// A number as a float32, and its rounding error.
 fn split(number: f64) -> [f32; 2] {
     let rounded = number as f32;
     [rounded, (number - f64::from(rounded)) as f32]
@@ -105,7 +105,7 @@ pub(super) fn left(w: &Walker) -> f64 {
     joined(w.remaining, w.carry_remaining)
 }
 
-/// A walker before its first step. It stands as out of attempts: it has had none yet.
+/// A walker before its first step. Its status is out of attempts, so that the kernel continues it.
 #[must_use]
 pub fn walker_of(query: &WalkQuery) -> Walker {
     let SurfacePoint { triangle, u, v } = query.start;

@@ -5,19 +5,18 @@
 //! become depths, and the depth test keeps the smallest one of each texel. A texel counts for the triangle that owns it,
 //! as everywhere; outlines need only hold all of a triangle's texels, since fragments of other texels are dropped.
 //!
-//! Within one object the smallest distance wins, whatever its sign; between objects the smallest signed distance does. So
-//! a pass has one other object for each object, the r-th of its pairs in round r, and `distance_merge` follows: it takes
-//! the signed distance to the triangle that was drawn, exactly as the other methods do, and keeps the smaller one. What
-//! a mapping loses decides only which triangle is taken for the nearest, never how far that is.
+//! Within one object the smallest distance wins, whatever its sign; between objects the smallest signed distance does. Therefore a pass has
+//! one other object for each object, the r-th of its pairs in round r, and `distance_merge` follows: it computes the signed distance to the
+//! triangle that was drawn, exactly as the other methods do, and keeps the smaller one. The rounding of a mapping affects only which
+//! triangle is nearest, never its distance.
 //!
 //! Triangles beyond reach matter only for the sign of places inside of closed objects, and no place is deeper inside
-//! than half of the shortest side of the box. Triangles farther than that are neither drawn nor counted, and a texel
-//! that nothing was drawn on is outside. That length, or reach if that is more, is the one that the mappings take for
-//! reach.
+//! than half of the shortest side of the box. Triangles farther than that are neither drawn nor counted, and a texel on which nothing was
+//! drawn is outside. The mappings use that length, or reach if that is more, as their reach.
 //!
 //! # Precision
 //!
-//! How many of 65,536 distances in order stay different as depths, for a reach of 1 (`tests/kernels/distances/depths.rs`):
+//! How many of 65,536 ascending distances remain different as depths, for a reach of 1 (`tests/kernels/distances/depths.rs`):
 //!
 //! | distances | ordered | clip | logistic | arctangent |
 //! | --- | --- | --- | --- | --- |
@@ -27,7 +26,7 @@
 //! | evenly from 0.999 to 1.001 (25,167 floats) | 6,293 | 8,388 | 1,231 | 2,235 |
 //! | evenly from -1 to 1 | 65,536 | 65,536 | 65,536 | 65,536 |
 //!
-//! How many texels within reach name another triangle than `bvh` does, and the largest difference of distances, in scene
+//! How many texels within reach have another nearest triangle than with `bvh`, and the largest difference of distances, in scene
 //! radii; over eight scenes with reaches of 0.1 to 0.4, and three of them with one of 20 (`tests/kernels/distances/raster.rs`):
 //!
 //! | mapping | others | difference | others, far | difference, far |
@@ -43,7 +42,7 @@
 //! # Time
 //!
 //! Two touching tori of 768 triangles in an atlas of 256 x 256, one of them moving; milliseconds an update on lavapipe with two
-//! cores that had other work (medians; the ratios are what counts):
+//! cores that had other work (medians; only the ratios are meaningful):
 //!
 //! | method | reach 0.2 | reach 1 |
 //! | --- | --- | --- |
@@ -55,8 +54,8 @@
 //! more than [`MOST_IN_A_DRAW`], and scenes with a pair of more than [`MOST_CORNERS`] are refused.
 //!
 //! The mappings take the same time. With a short reach most of it goes into corners of triangles that turn out to be too
-//! far apart, 3.5 million of them; with a long one into fragments, which come in pieces of few texels. So the method is
-//! for comparing, and for small meshes.
+//! far apart, 3.5 million of them; with a long one into fragments, which come in groups of few texels. Therefore the method is for
+//! comparisons, and for small meshes.
 
 mod images;
 
@@ -80,7 +79,7 @@ pub const MOST_IN_A_DRAW: u32 = 1 << 24;
 /// Most corners of a pair of objects: a minute on lavapipe.
 pub const MOST_CORNERS: u64 = (1 << 31) - 1;
 
-/// How far outlines reach beyond triangles, in texels: more than rounding may move what is drawn.
+/// How far outlines extend beyond triangles, in texels: more than rounding moves what is drawn.
 const MARGIN: f64 = 1.0 / 16.0;
 
 /// A triangle of the picture that holds the centres of all texels that a triangle owns.
@@ -119,7 +118,7 @@ pub struct RasterLayout {
 pub struct RasterRanges {
     /// First outline of each object, and one past the last.
     objects: Vec<(u32, u32)>,
-    /// Width and height of what is drawn into, texels.
+    /// Width and height of the target, texels.
     pub(super) size: [u32; 2],
 }
 
@@ -185,10 +184,10 @@ impl RasterDraw {
     }
 }
 
-/// Makes sure that no pair of objects has too many triangles to be drawn, where that is the method.
+/// With the method `raster`, makes sure that no pair of objects has too many triangles to be drawn.
 ///
 /// # Errors
-/// Names the objects of the first such pair, how large they are, and what does it.
+/// Names the objects of the first such pair, their sizes, and what helps.
 pub fn check(surface: &Surface, settings: &Settings) -> Result<(), String> {
     if !settings.uses_raster() {
         return Ok(());
@@ -287,8 +286,8 @@ impl RasterLayout {
     }
 }
 
-/// A triangle with these corners, moved outwards by the margin, if that holds all centres; else one round the box of
-/// the centres, as for triangles that own a texel beside them, and for needles.
+/// A triangle with these corners, moved outwards by the margin, if that contains all centres; otherwise one round the box of the centres,
+/// for triangles that own a texel beside them and for needle-shaped ones.
 fn outline(corners: [DVec2; 3], centres: &[DVec2]) -> [DVec2; 3] {
     let [a, b, c] = corners;
     let side = (b - a).perp_dot(c - a).signum();

@@ -3,7 +3,7 @@
 /// Two buffers that change roles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pair {
-    /// The trail and what it becomes.
+    /// The trail and the next trail.
     Trail,
     /// This step's deposits and those of the last one.
     Deposits,

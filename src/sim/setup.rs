@@ -36,32 +36,32 @@ pub struct Setup {
     pub particles: Vec<Particle>,
     /// Their headings.
     pub motions: Vec<Motion>,
-    /// Per texel: how many texels far straight lines stay on the surface around.
+    /// Per texel: radius in texels within which straight lines stay on the surface around it.
     pub clearance: Vec<u8>,
-    /// Per texel: how far straight lines to places of its chart are walks on the surface, its chart's hue, and marks for those
-    /// near other objects.
+    /// Per texel: the distance up to which straight lines to places of its chart are walks on the surface, its chart's hue, and marks for
+    /// places near other objects.
     pub surroundings: Vec<u16>,
     /// Side of a texel, world units, on the object that has the largest, on average.
     pub texel_side: f32,
     /// The data that walks read, triangle by triangle, and the bins for sorting particles on it.
     pub strips: Vec<StripTriangle>,
-    /// How many bins there are, and of what tiles.
+    /// The number of bins, and the size of their tiles.
     pub bins: Bins,
     /// Three vertex indices per triangle.
     pub corners: Vec<u32>,
     /// Object space.
     pub vertices: Vec<Vertex>,
-    /// Per texel: trail units that sensors read more, by the scene's area map; empty where it has none.
+    /// Per texel: trail units that are added to sensor readings, by the scene's area map; empty if it has none.
     pub bias: Vec<f32>,
     /// World from object at step 0, one per object.
     pub poses: Vec<Pose>,
     /// The animations that objects follow, one per object.
     pub tracks: Vec<Option<RigidTrack>>,
-    /// Where coordinates are counted from, one per object.
+    /// The origins of coordinates, one per object.
     pub origins: Vec<Origins>,
     /// Data for distances between objects.
     pub distance: DistanceSetup,
-    /// Food and markers; those of a running simulation may become others.
+    /// Food and markers; a running simulation may replace them.
     pub food_set: FoodSet,
     /// Scene radius, world units: what lengths in settings are multiplied by.
     pub radius: f32,
@@ -71,8 +71,8 @@ impl Setup {
     /// Lays out the atlas and starts the particles.
     ///
     /// # Errors
-    /// When the texture has no room for the triangles (the message names a size that has), a start's mask or
-    /// the area map cannot be read, or a food lies off its object.
+    /// When the texture has no room for the triangles (the message names a size that has), a start's mask or the area map cannot be read,
+    /// or a food is too far from its object.
     pub fn new(scene: &Scene) -> Result<Self> {
         Self::with_control(scene, &Control::default())
     }
@@ -183,7 +183,7 @@ pub fn atlas_options(settings: &Settings) -> AtlasOptions {
     }
 }
 
-/// None where all are alike, so that the atlas is the same whatever they are.
+/// None if all are equal, so that the atlas does not depend on their value.
 fn weights(settings: &Settings) -> Vec<f32> {
     let weights = settings.objects.iter().map(|object| object.texel_weight);
     let weights: Vec<f32> = weights.collect();
@@ -210,7 +210,7 @@ pub(super) fn others(settings: &Settings) -> Vec<Vec<u32>> {
 }
 
 impl Vertex {
-    /// Those of all objects of a surface.
+    /// The data of all objects of a surface.
     #[must_use]
     pub fn of(surface: &Surface) -> Vec<Self> {
         let objects = surface.objects.iter().enumerate();
@@ -266,7 +266,7 @@ mod tests {
             "{}",
             ratio(&settings)
         );
-        // All alike is as if none had one.
+        // Equal weights have no effect.
         settings.objects[0].texel_weight = 4.0;
         assert!(atlas_options(&settings).weights.is_empty());
     }

@@ -41,7 +41,7 @@ pub use feeding::{FoodOrder, PreparedFood};
 use painter::Painter;
 pub use painting::Areas;
 
-/// A scene that grows, step by step.
+/// A running simulation of a scene.
 pub struct Simulation {
     ctx: Arc<Context>,
     /// For distances that are known to take long.
@@ -88,7 +88,7 @@ impl Simulation {
         Ok(setup)
     }
 
-    /// The rest.
+    /// The rest of a new simulation: its buffers and pipelines.
     ///
     /// # Errors
     /// When the device has no memory left.
@@ -123,17 +123,17 @@ impl Simulation {
         self.end_step();
     }
 
-    /// The next step, which is to be recorded [work](Self::record_work) by work, and [ended](Self::end_step).
+    /// The next step. The caller records it [work](Self::record_work) by work, and [ends](Self::end_step) it.
     pub(super) fn next_step(&mut self) -> Step {
         self.course.next(self.means())
     }
 
-    /// Records a part of that step.
+    /// Records one work of that step.
     pub(super) fn record_work(&mut self, rec: &mut Recorder, work: &dyn Work) {
         work.on_device(rec, &self.pipelines, &mut self.state);
     }
 
-    /// All of it has been recorded.
+    /// Ends that step, whose works have all been recorded.
     pub(super) fn end_step(&mut self) {
         self.state.follow(self.course.poses());
         if self.course.has_distances() {
@@ -167,9 +167,8 @@ impl Simulation {
         self.state.follow(poses);
     }
 
-    /// Sets where an object is from the next step on, whatever the scene says about it; `None` gives it back to the
-    /// scene. The pose takes scaled object coordinates to world coordinates, as files have them. Does not wait for the
-    /// device.
+    /// Sets the pose of an object from the next step on, in place of the scene's; `None` restores the scene's. The pose takes scaled object
+    /// coordinates to world coordinates, both as in files. Does not wait for the device.
     ///
     /// # Errors
     /// When there is no such object, or the pose is not rigid.
@@ -177,7 +176,7 @@ impl Simulation {
         self.course.set_pose(object, world_from_object)
     }
 
-    /// The pose that an object was given from outside, if it was.
+    /// The pose of an object that was set from outside, if any.
     #[must_use]
     pub fn set_pose_of(&self, object: usize) -> Option<DAffine3> {
         self.course.set_pose_of(object)
@@ -205,8 +204,8 @@ impl Simulation {
     /// Takes over changed settings, poses of objects among them, from the next step on.
     ///
     /// # Errors
-    /// When a changed setting is out of range, or needs a restart (the message names it): make a new simulation then. When a
-    /// food lies off its object.
+    /// When a changed setting is out of range, or needs a restart (the message names it): make a new simulation then. When a food is too
+    /// far from its object.
     pub fn apply(&mut self, settings: &Settings) -> Result<()> {
         self.apply_prepared(settings, None)
     }
@@ -244,7 +243,7 @@ impl Simulation {
         }
         let rearranges = settings.strategy() != self.settings().strategy()
             || settings.transfer.buffer_size != self.settings().transfer.buffer_size;
-        // Whatever may fail comes first, so that a failure leaves all as it was.
+        // Everything that may fail comes first, so that a failure changes nothing.
         let means = Means {
             capacity: capacity(settings, self.setup()),
             ..self.means()
@@ -293,7 +292,7 @@ impl Simulation {
         self.spared = objects.to_vec();
     }
 
-    /// Brings the objects to where the last step's time has them, at once.
+    /// Uploads the objects' poses at the time of the last step.
     fn upload_poses(&mut self) -> Result<()> {
         if let Some(poses) = self.course.moved() {
             self.ctx.upload(&self.state.objects.poses, &poses)?;
@@ -332,17 +331,17 @@ impl Simulation {
         Arc::clone(&self.course.setup)
     }
 
-    /// How particles are cut into segments, of which a step sorts one.
+    /// How particles are divided into segments, of which a step sorts one.
     #[must_use]
     pub fn segments(&self) -> Segments {
         self.state.sorting.segments
     }
 
-    /// Cuts particles into so many segments: a power of two, up to 16. Results do not depend on it. By itself it is one where there are
-    /// few particles, and on a CPU more are few.
+    /// Divides particles into so many segments: a power of two, up to 16. Results do not depend on it. Without this call there is one
+    /// segment up to a number of particles, which is larger on a CPU.
     ///
     /// # Panics
-    /// If it is another number, or there are so many particles that there is no room for such long segments.
+    /// If it is another number, or the segments would be so long that there is no room for one.
     pub fn sort_in(&mut self, segments: u32) {
         let particles = self.setup().particles.len() as u32;
         let segments = Segments::new(particles, segments);
@@ -351,7 +350,7 @@ impl Simulation {
         self.state.sorting.segments = segments;
     }
 
-    /// Every buffer, as the last step recorded leaves it.
+    /// All buffers, in their state after the last recorded step.
     #[must_use]
     pub fn state(&self) -> &State {
         &self.state
@@ -367,8 +366,8 @@ impl Simulation {
         Ok(snapshot)
     }
 
-    /// The signed distances to other objects, copied to the host like [`snapshot`](Self::snapshot). None where there is
-    /// one object, and none before the first step, also the first one after [`restore`](Self::restore).
+    /// The signed distances to other objects, copied to the host like [`snapshot`](Self::snapshot). None if there is one object, and none
+    /// before the first step and before the first one after [`restore`](Self::restore).
     ///
     /// # Errors
     /// When the device is lost or its memory is full.
@@ -382,7 +381,7 @@ impl Simulation {
         }))
     }
 
-    /// Goes on from a snapshot of the same scene.
+    /// Continues from a snapshot of the same scene.
     ///
     /// # Errors
     /// When it has another number of particles or texels.
@@ -426,7 +425,7 @@ fn means(ctx: &Context, course: &Course, state: &State) -> Means {
     }
 }
 
-/// How the tables of a scene's particles lie.
+/// How the tables of a scene's particles are stored.
 fn tables_of(ctx: &Context, setup: &Setup) -> Tables {
     memory::tables(ctx.info(), setup.particles.len() as u64)
 }

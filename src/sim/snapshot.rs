@@ -1,4 +1,4 @@
-//! The whole state of a simulation on the host: what is hashed, checked, written to checkpoints and exported.
+//! The whole state of a simulation on the host, for hashes, checks, checkpoints and exports.
 
 mod checks;
 
@@ -14,19 +14,18 @@ use super::transfers::TransferState;
 use super::types::{Motion, Particle, Pose, Transfer};
 use crate::strict::settled;
 
-/// The state after some step. The default is that of no scene.
+/// The state after some step. The default belongs to no scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
     /// Steps done.
     pub step: u64,
     /// The objects' time, and their poses from outside.
     pub movement: SavedMovement,
-    /// The poses that the last step had, which those set since do not change; before the first step the scene's.
+    /// The poses of the last step, without those that were set afterwards; before the first step the scene's.
     pub last_poses: Vec<Pose>,
-    /// The poses that distances between objects were last taken with; none before the first time.
+    /// The poses for which distances between objects were last computed; none before the first time.
     pub distance_poses: Vec<Pose>,
-    /// Pairs of objects that have moved by no more than rounding since their distances were taken, which was with these
-    /// poses instead.
+    /// Pairs of objects that have moved by no more than rounding since their distances were computed, with the poses of that time.
     pub kept_pairs: Vec<KeptPair>,
     /// Places and ids of particles.
     pub particles: Vec<Particle>,
@@ -42,16 +41,16 @@ pub struct Snapshot {
     pub transfers: TransferState,
     /// The painted bias, one value per texel, gutters filled; empty if nothing was painted.
     pub bias: Vec<f32>,
-    /// Meals left of foods.
+    /// The remaining meals of foods.
     pub food: FoodState,
 }
 
 /// Food and markers after some step.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FoodState {
-    /// Meals that are left of each; of what never ends always 1.
+    /// The remaining meals of each; always 1 for endless food.
     pub remaining: Vec<u32>,
-    /// How many particles a fed one counted as in the last step's deposits.
+    /// The number of particles that a fed one counted as in the last step's deposits.
     pub fed_deposit: u32,
 }
 
@@ -69,7 +68,7 @@ impl Default for FoodState {
 pub struct Distances {
     /// Signed distance to the nearest other object, world units, within reach either way; gutters filled.
     pub signed: Vec<f32>,
-    /// The triangle of another object that is nearest, `NONE` beyond reach; means something on owned texels only.
+    /// The triangle of another object that is nearest, `NONE` beyond reach; valid on owned texels only.
     pub nearest: Vec<u32>,
 }
 
@@ -78,7 +77,7 @@ pub struct Distances {
 pub struct Census {
     /// Ids that no particle has.
     pub lost: u64,
-    /// Particles whose id another one carries too.
+    /// Particles whose id another particle has, too.
     pub doubled: u64,
 }
 
@@ -104,7 +103,7 @@ impl Snapshot {
         }
     }
 
-    /// The state with coordinates counted from another origin. With an equal origin its bits stay; else poses and transfers are
+    /// The state with coordinates counted from another origin. With an equal origin its bits stay; otherwise poses and transfers are
     /// rounded once.
     #[must_use]
     pub fn counted_from(&self, origin: DVec3) -> Cow<'_, Self> {
@@ -126,8 +125,8 @@ impl Snapshot {
         Cow::Owned(state)
     }
 
-    /// Makes plain zeros of those with a sign and of what some devices take for zero, as steps store them: checkpoints of earlier
-    /// versions have others.
+    /// Replaces zeros with a sign, and numbers that some devices treat as zero, by 0, as steps store them: checkpoints of earlier versions
+    /// may have such numbers.
     pub(super) fn settle(&mut self) {
         self.particles.par_iter_mut().for_each(|particle| {
             particle.u = settled(particle.u);
@@ -142,7 +141,7 @@ impl Snapshot {
         texels.for_each(|value| *value = settled(*value));
     }
 
-    /// Earlier versions counted within steps, and marked when a particle advanced last: both mean nothing any more.
+    /// Clears the counts within steps and the marks of the last advance, which earlier versions stored and this one does not use.
     pub(super) fn forget_turns(&mut self) {
         const STAMP: u32 = 0xfffe;
         for motion in &mut self.motions {
@@ -151,8 +150,8 @@ impl Snapshot {
         self.transfers.flow = self.transfers.flow.between_steps();
     }
 
-    /// A hash of everything that particles carry and of the trail's bits. The order of particles does not enter, so
-    /// two runs that put them in different slots compare equal.
+    /// A hash of everything that particles carry and of the trail's bits. The order of particles has no effect, so two runs with particles
+    /// in different slots compare equal.
     #[must_use]
     pub fn hash(&self) -> u64 {
         let particles = self
@@ -180,7 +179,7 @@ impl Snapshot {
             };
             hash_words(&bytemuck::cast::<_, [u32; 16]>(particle))
         });
-        // A field in which everything was erased is as none.
+        // A field in which everything was erased counts as absent.
         let painted = self.bias.par_iter().enumerate();
         let bias = painted
             .filter(|(_, value)| **value != 0.0)
@@ -196,7 +195,7 @@ impl Snapshot {
             .wrapping_add(self.step)
     }
 
-    /// Are all ids there, once each?
+    /// Does every id exist exactly once?
     #[must_use]
     pub fn census(&self) -> Census {
         let mut seen = vec![false; self.particles.len()];
@@ -235,7 +234,7 @@ const BIAS: u32 = 0xb1a5;
 /// Makes the hash of an amount of food differ from that of other values.
 const FOOD: u32 = 0xf00d;
 
-/// Mixes words to 64 bits, a multiplication and a shift each (the finalizer of MurmurHash3, Appleby 2011).
+/// Mixes words to 64 bits, with a multiplication and a shift for each (the finalizer of MurmurHash3, Appleby 2011).
 fn hash_words(words: &[u32]) -> u64 {
     words.iter().fold(0x9e37_79b9_7f4a_7c15, |hash, &word| {
         let mut h = (hash ^ u64::from(word)).wrapping_mul(0xff51_afd7_ed55_8ccd);
@@ -251,7 +250,7 @@ mod tests {
 
     use super::*;
 
-    /// Would catch: a state that is taken up by a scene with another origin and has its objects elsewhere.
+    /// Would catch: objects in wrong places after a scene with another origin has loaded a state.
     #[test]
     fn states_are_counted_from_the_origin_of_the_scene_that_takes_them() {
         let near = Snapshot {
@@ -373,7 +372,7 @@ mod tests {
         assert_ne!(moved.hash(), flying.hash());
     }
 
-    /// However the work is shared out, the sum is the same.
+    /// The hash does not depend on how threads share the work.
     #[test]
     fn hash_does_not_depend_on_the_number_of_threads() {
         let mut state = snapshot();

@@ -1,9 +1,10 @@
-//! Particles in the order in which they lie together in the atlas: what a group of them reads and counts then lies together
-//! too. No result depends on the order, because ids go along. By one strategy each particle keeps its slot for good.
+//! Particles in an order that keeps those near each other in the atlas together, so that the texels that a group of them reads and counts
+//! are near each other, too. No result depends on the order, because ids move with the particles. With one strategy each particle keeps its
+//! slot.
 //!
-//! Particles begin in order, and a step keeps a [segment](Segments) of them so: it takes room and time for one segment, not for all
-//! particles. The order is that of [bins](Bins), which are numbered object by object: so each object's particles stay in its
-//! window, where there are windows.
+//! Particles begin in order, and each step sorts a [segment](Segments) of them, which takes memory and time for one segment, not for all
+//! particles. The order is that of [bins](Bins), which are numbered object by object, so that each object's particles stay in its window,
+//! if there are windows.
 
 use rayon::prelude::*;
 
@@ -11,16 +12,16 @@ use super::field::atlas_position;
 use super::types::Particle;
 use crate::mesh::strip::{StripTriangle, TileBins};
 
-/// Steps in which each segment is sorted once: a particle takes about twice as many to leave a tile. On `trio` each step since the
-/// last sort makes `advance` 0.3 to 0.5 ms dearer and a sort of all takes 42 ms, which is least together at 13 to 17 steps.
+/// Steps in which each segment is sorted once: a particle takes about twice as many to leave a tile. On `trio` each step since the last
+/// sort makes `advance` 0.3 to 0.5 ms slower and a sort of all takes 42 ms; the sum is smallest at 13 to 17 steps.
 pub const SORT_INTERVAL: u64 = 16;
 
 /// Devices that are CPUs sort up to so many particles at once. In segments a step of `torus` takes 6 to 10 % longer there with 500,000
-/// particles and 6 to 8 % with 2,000,000, because particles that go over a seam are out of order for several rounds; with 8,000,000
-/// it takes as long.
+/// particles and 6 to 8 % with 2,000,000, because particles that cross a seam are out of order for several rounds; with 8,000,000 it takes
+/// the same time.
 const AT_ONCE_ON_CPU: u32 = 1 << 22;
 
-/// Else a segment has at least so many particles: on a graphics card the kernels of a sort take 20 to 30 microseconds to begin, and a
+/// Otherwise a segment has at least so many particles: on a graphics card the kernels of a sort take 20 to 30 microseconds to begin, and a
 /// step of so many particles 70 to 100.
 const SMALLEST: u32 = 1 << 19;
 
@@ -30,27 +31,27 @@ const SMALLEST_SHIFT: u32 = 4;
 /// No tile is larger than the atlas.
 const LARGEST_SHIFT: u32 = 16;
 
-/// A bin is made for at least so many particles, in the mean of all: each segment goes through all bins, and that is to take less
-/// than what it does to its particles.
+/// The least number of particles per bin, on average: each sort of a segment passes through all bins, which should take less time than its
+/// work on the particles.
 const PARTICLES_A_BIN: usize = 16;
 
-/// Bins that are few enough to be added up in no time, however few particles there are, and however many.
+/// The number of bins that may always be used, and the largest number of bins: sums over them take little time.
 const FEW_BINS: usize = 1 << 10;
 const MOST_BINS: usize = 1 << 16;
 
-/// Neighbours in the buffer that a step sorts, by how far behind the first slot, or the ring's beginning, they lie.
+/// The range of slots that a step sorts, counted from the first slot, or from the ring's beginning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Segment {
     /// The first particle.
     pub first: u32,
-    /// How many there are.
+    /// The number of particles.
     pub count: u32,
 }
 
-/// How particles are cut into segments: so many of the same length, but for half a segment at one end. In turn that is the last one
-/// and the first one: so each segment overlaps half of either neighbour of the round before, and a particle whose place is in
-/// another segment comes to it by half a segment a round. All together are in order after as many rounds as there are halves, and
-/// stay so, as far as particles move little in a round.
+/// How particles are divided into segments: several of the same length, except for half a segment at one end. That end alternates from
+/// round to round, so that each segment overlaps half of both neighbours of the round before, and a particle whose place is in another
+/// segment moves by half a segment per round. All particles are in order after as many rounds as there are halves, and stay so if they move
+/// little in a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Segments {
     particles: u32,
@@ -59,7 +60,7 @@ pub struct Segments {
 }
 
 impl Segments {
-    /// For so many particles: as many segments as there may be that are not too small for the fixed cost of the kernels.
+    /// The division for so many particles: the most segments that are not too small for the fixed cost of the kernels.
     #[must_use]
     pub fn of(particles: u32, on_cpu: bool) -> Self {
         if on_cpu && particles <= AT_ONCE_ON_CPU {
@@ -69,14 +70,14 @@ impl Segments {
         Self::new(particles, 1 << count.ilog2())
     }
 
-    /// How many particles are put aside at once, at the most, whatever the device is.
+    /// The largest number of particles that are copied at once, on any device.
     #[must_use]
     pub fn room(particles: u32) -> u32 {
         let of = |on_cpu| Self::of(particles, on_cpu).longest();
         of(true).max(of(false))
     }
 
-    /// Segments in a given number: a power of two, at most the steps in which each is sorted once.
+    /// A given number of segments: a power of two, at most the number of steps in which each is sorted once.
     ///
     /// # Panics
     /// If it is another number.
@@ -87,7 +88,7 @@ impl Segments {
         Self { particles, count }
     }
 
-    /// How many segments there are.
+    /// The number of segments.
     #[must_use]
     pub fn count(self) -> u32 {
         self.count
@@ -130,19 +131,19 @@ impl Segments {
     }
 }
 
-/// The bins that particles are sorted into. Triangles that are hardly larger than a tile of the atlas and whose middles lie in
-/// one share a bin; a larger one has bins of its own, one for each tile that it may have a part of. Those of an object come one
-/// after the other, and as far as that goes, bins of neighbouring tiles do.
+/// The bins that particles are sorted into. Triangles that are hardly larger than a tile of the atlas, and whose middles lie in the same
+/// tile, share a bin; a larger one has separate bins, one for each tile that it may overlap. Bins are ordered by object, and within an
+/// object so that bins of neighbouring tiles are near each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bins {
     /// log2 of a tile's side, texels.
     pub tile_shift: u32,
-    /// How many bins there are.
+    /// The number of bins.
     pub count: u32,
 }
 
 impl Bins {
-    /// Numbers them, in tiles that are the smallest with which there are not too many for so many particles.
+    /// Numbers the bins, with the smallest tiles for which there are not too many bins for so many particles.
     #[must_use]
     pub fn number(strips: &mut [StripTriangle], particles: usize) -> Self {
         let most = (particles / PARTICLES_A_BIN).clamp(FEW_BINS, MOST_BINS);
@@ -176,8 +177,8 @@ impl Bins {
 /// The bins of a triangle.
 struct Share {
     object: u32,
-    /// The tile of its middle: row and column. A particle that goes to the next tile is then no farther from its place than a row of
-    /// tiles is long.
+    /// The tile of its middle: row and column. A particle that moves to the next tile is then no farther from its place than the length of
+    /// a row of tiles.
     middle: [u32; 2],
     /// For a large triangle: its first tile, and its numbers of columns and rows of tiles.
     own: Option<([u32; 2], [u32; 2])>,
@@ -195,7 +196,7 @@ impl Share {
         // Two tiles: smaller ones would take several bins for a part of each.
         let is_large = (high - low).max_element() > (2 << shift) as f32;
         let own = is_large.then(|| {
-            // A texel more, for what rounding puts outside.
+            // One more texel, for places that rounding moves outside.
             let first = [tile(low.x - 1.0), tile(low.y - 1.0)];
             let last = [tile(high.x + 1.0), tile(high.y + 1.0)];
             (first, [0, 1].map(|k| last[k] - first[k] + 1))
@@ -213,7 +214,7 @@ impl Share {
             .map_or(1, |(_, [a_row, rows])| u64::from(a_row) * u64::from(rows))
     }
 
-    /// Has another one the same bin?
+    /// Do both triangles have the same bin?
     fn is_shared(&self, other: &Self) -> bool {
         let is_small = self.own.is_none() && other.own.is_none();
         is_small && (self.object, self.middle) == (other.object, other.middle)
@@ -237,7 +238,7 @@ fn shares(strips: &[StripTriangle], shift: u32) -> Vec<Share> {
     shares
 }
 
-/// Writes into the table of triangles where their bins are.
+/// Writes the bins of triangles into their table.
 fn hand_out(strips: &mut [StripTriangle], shares: &[Share]) {
     let mut bins = 0_u32;
     for sharing in shares.chunk_by(Share::is_shared) {

@@ -1,19 +1,19 @@
-//! How the trail spreads in a step: what its two kernels take.
+//! How the trail spreads in a step: the parameters of its two kernels.
 
 use super::kernels::{DiffuseParams, DiffuseSeamsParams};
 use super::plan::Plan;
 use crate::mesh::atlas::{Atlas, BLOCK_QUADS, GREATEST_DENSITY, GREATEST_DIFFUSION};
 
-/// Trail values below this become zero. Decay turns them into denormal numbers, which some devices are 4 to 8 times
-/// slower with, and no picture shows them.
+/// Trail values below this become zero. Decay would turn them into denormal numbers, with which some devices are 4 to 8 times slower, and
+/// no picture shows them.
 pub const TINY_TRAIL: f32 = 1e-20;
 
-/// Diffusion above what the exchange tables take happens in two halves of a step, half of it in each.
+/// Diffusion above the limit of the exchange tables is done in two halves of a step, half of it in each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Half {
-    /// Does nothing else: deposits and decay come with the last, and so do the gutters, which diffusion does not read.
+    /// The first, which only spreads: deposits, decay and the filling of gutters, which diffusion does not read, come with the second.
     First,
-    /// The second, or the whole.
+    /// The second half, or the whole step.
     Last,
 }
 

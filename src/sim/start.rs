@@ -1,8 +1,8 @@
-//! Start places of particles: everywhere, at a point, on a ring, in a disc or under a mask, with a rule of its own
-//! for an object that has one; and their headings.
+//! Start places of particles: everywhere, at a point, on a ring, in a disc or under a mask, with a separate rule for an object that has
+//! one; and their headings.
 //!
-//! Everything is drawn from the particle's id and the seed, so a particle begins at the same place whatever the number
-//! of particles, of threads, or its slot.
+//! Everything is drawn from the particle's id and the seed, so the place where a particle begins does not depend on the number of particles
+//! or threads, or on its slot.
 
 mod mask;
 mod rules;
@@ -28,7 +28,7 @@ pub use rules::Masks;
 /// every direction is on an edge.
 const INSET: f64 = 1e-6;
 
-/// A direction that is this much shorter, laid onto the surface, stands upright on it.
+/// If projecting a direction onto the surface shortens it to this share, it counts as upright on the surface.
 const UPRIGHT: f64 = 1e-6;
 
 /// Start places of particles.
@@ -36,7 +36,7 @@ const UPRIGHT: f64 = 1e-6;
 pub enum StartPlace {
     /// Equally many for equal area.
     Everywhere,
-    /// All at one point.
+    /// All particles at one point.
     Point(SurfacePoint),
     /// At one distance from a point along the surface.
     Ring {
@@ -59,15 +59,15 @@ pub enum StartPlace {
 /// Headings of particles. Places and directions are in the space of each object, scaled as the surface is.
 #[derive(Clone, Debug)]
 pub enum StartHeading {
-    /// Inwards from a ring, else everywhere.
+    /// Inwards from a ring, random for other places.
     Auto,
     /// Everywhere.
     Random,
     /// Along a direction.
     Aligned(Vec<DVec3>),
-    /// Away from the place: along the walk that leads to where they begin, where one does.
+    /// Away from the place: along the walk that leads to where they begin, if there is one.
     Radial(Vec<DVec3>),
-    /// The other way round.
+    /// Towards the place.
     Inward(Vec<DVec3>),
 }
 
@@ -76,7 +76,7 @@ pub enum StartHeading {
 pub struct StartRule {
     /// The start places.
     pub place: StartPlace,
-    /// The only object; for places that are everywhere.
+    /// The only object; for the place `everywhere`.
     pub object: Option<u32>,
     /// The headings.
     pub heading: StartHeading,
@@ -85,13 +85,13 @@ pub struct StartRule {
 /// The start rules of all particles.
 #[derive(Clone, Debug)]
 pub struct Starts {
-    /// The rule for objects without one of their own.
+    /// The rule for objects without a separate one.
     pub scene: StartRule,
-    /// One per object. Those with a rule of their own have the particles of their share of the whole area.
+    /// One per object. An object with a separate rule has as many particles as its share of the whole area.
     pub own: Vec<Option<StartRule>>,
 }
 
-/// Particles 0 to `count` at their initial places, in the order of their ids, and where they are going.
+/// Particles 0 to `count` at their initial places, in the order of their ids, and their motions.
 ///
 /// # Panics
 /// When the surface has no triangles.
@@ -120,7 +120,7 @@ pub fn start(
             };
             let triangle = whole.triangle_at(share(words));
             let object = surface.triangles[triangle as usize].object;
-            // New random numbers: those that have chosen the object would favour some places on it.
+            // New random numbers, because those that have chosen the object would favour some places on it.
             let fresh = || random(seed, id, 1, Purpose::Start);
             match &own[object as usize] {
                 Some(own) => own.draw(id, fresh()),
@@ -131,7 +131,7 @@ pub fn start(
         .unzip()
 }
 
-/// A rule with what it takes to draw by it.
+/// A rule with the data for drawing by it.
 struct Drawer<'a> {
     surface: &'a Surface,
     rule: &'a StartRule,
@@ -218,7 +218,7 @@ impl<'a> Drawer<'a> {
         })
     }
 
-    /// A direction laid onto the particle's triangle; none where it stands upright on it.
+    /// A direction projected onto the particle's triangle; none if it is upright on it.
     fn laid(&self, particle: &Particle, direction: DVec3) -> Option<DVec2> {
         let frame = Frame::of(self.surface, particle.triangle);
         let laid = DVec2::new(direction.dot(frame.p), direction.dot(frame.h));
@@ -252,7 +252,7 @@ pub fn nearest_point(
             let distance = (a + u * (b - a) + v * (c - a)).distance_squared(place);
             (distance, SurfacePoint { triangle, u, v })
         })
-        // The lowest triangle of equally near ones, so that threads do not decide.
+        // The lowest triangle of equally near ones, so that the result does not depend on threads.
         .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.triangle.cmp(&b.1.triangle)))
         .map(|(_, point)| point)
         .expect("a surface has triangles")

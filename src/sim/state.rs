@@ -57,7 +57,7 @@ pub struct Roles {
     deposits: bool,
 }
 
-/// Scratch memory of reordering: for the particles of a segment, or those that lie outside of their objects' windows.
+/// Scratch memory of reordering: for the particles of a segment, or those outside of their objects' windows.
 pub struct Sorting {
     /// The copied particles.
     pub particles: Store<Particle>,
@@ -65,7 +65,7 @@ pub struct Sorting {
     pub motions: Store<Motion>,
     /// Number of the segment's particles in each bin, then its prefix sum.
     pub bins: Buffer<u32>,
-    /// How particles are cut into segments.
+    /// How particles are divided into segments.
     pub segments: Segments,
 }
 
@@ -108,7 +108,7 @@ impl Sorting {
     }
 }
 
-/// Particles that `advance` lists for its other forms.
+/// Lists of the particles that `advance` leaves to its other forms.
 pub struct Walkers {
     /// The slots of particles whose sensors must walk, from the front, and of those that are near other objects, from the
     /// back.
@@ -137,7 +137,7 @@ pub struct SurfaceTables {
     pub triangles: Texels<u32>,
     /// Three per triangle: the crossing of each edge.
     pub halfedges: Texels<u32>,
-    /// All that walks read of a triangle, side by side, with its map to the atlas.
+    /// All data of a triangle that walks read, in one row, with its map to the atlas.
     pub strips: Texels<u32>,
     /// Three vertex indices per triangle, one by one.
     pub corners: Texels<u32>,
@@ -189,9 +189,9 @@ pub struct Nearness {
     pub tile_states: Buffer<u32>,
     /// One per tile and hint: how far the tile is from being within reach of the other object.
     pub margins: Buffer<f32>,
-    /// One per tile of the jobs and other object: a near face of that object.
+    /// One per tile of the jobs and other object: a hint, such as a near face of that object.
     pub hints: Store<u32>,
-    /// One per hint of a tile: the face that it names.
+    /// One per tile and candidate: a face.
     pub candidates: Store<u32>,
     /// The tiles whose texels are searched; two texels each.
     pub listed: Store<ListedTile>,
@@ -211,7 +211,7 @@ pub struct Nearness {
 
 /// Places on other objects, for texels that they cover.
 pub struct Across {
-    /// One per texel: for covered ones, the place on the other object where walks go on, as a packed atlas position.
+    /// One per texel: for covered ones, the place on the other object where walks continue, as a packed atlas position.
     pub places: Store<u32>,
     /// One per texel: the triangle of that place.
     pub triangles: Store<u32>,
@@ -249,7 +249,7 @@ pub struct State {
     pub across: Across,
     /// Inputs and targets of `distance_raster`, if that is the method.
     pub raster: Option<Raster>,
-    /// One per texel, gutters filled: trail units that sensors read more, once any are painted.
+    /// One per texel, gutters filled: trail units that are added to sensor readings, once any are painted.
     pub bias: Option<Texture<f32>>,
     /// Food and markers, if there are any.
     pub food: Option<FoodBuffers>,
@@ -397,7 +397,7 @@ impl State {
         }
     }
 
-    /// Gives the buffers roles that they had before; what they hold stays.
+    /// Restores earlier roles of the buffers, without changing their contents.
     pub fn return_to(&mut self, roles: Roles) {
         let now = self.roles();
         for (pair, differs) in [

@@ -1,5 +1,5 @@
-//! One simulation step, as a script: a line a kernel, in order. Each kernel's file says what it takes, what it reads and writes,
-//! and what its twin does; the barriers between kernels follow from that.
+//! One simulation step, as a script: one line per kernel, in order. Each kernel's file has its parameters, its bindings and its twin; the
+//! barriers between kernels follow from the bindings.
 
 pub mod advance;
 pub mod diffuse;
@@ -31,7 +31,7 @@ use advance::{Form, Terms};
 use exchange_seams::Field;
 use limit::KeyHalf;
 
-/// The step that is planned.
+/// The step by this plan.
 #[must_use]
 pub fn step(plan: &Plan<'_>) -> Step {
     let mut step = Step::default();
@@ -68,7 +68,7 @@ fn bring_changes(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Distances between objects, where something has moved: elsewhere there are no jobs.
+/// Computes distances between objects; only objects that have moved have jobs.
 fn take_distances(s: &mut Step, plan: &Plan<'_>) {
     let update = &plan.distances;
     if update.jobs.is_empty() {
@@ -102,7 +102,7 @@ fn take_distances(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Particles that go into another object change to it, or begin anew, as the strategy says.
+/// Particles that enter another object change to it, or restart, by the strategy.
 fn change_objects(s: &mut Step, plan: &Plan<'_>) {
     match plan.strategy {
         Strategy::None => {}
@@ -123,8 +123,8 @@ fn change_objects(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Every particle advances once. Sensors read straight ahead in the atlas where they can; particles whose sensors must walk come
-/// in a second dispatch, those that may have to do with another object in a third, and those of which both are true in a fourth.
+/// Every particle advances once. Sensors read straight ahead in the atlas where they can; particles whose sensors must walk follow in a
+/// second dispatch, those near another object in a third, and those of both kinds in a fourth.
 fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms) {
     let forms = plan.forms_of_advance(terms);
     if !forms.is_empty() {
@@ -147,8 +147,8 @@ fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms) {
     });
 }
 
-/// Fixes which of the particles that `advance` has listed leave. Where it has found more than the lists hold, those with the
-/// smallest keys are listed anew; else these kernels have no groups.
+/// Fixes which of the particles that `advance` has listed leave. If it has found more than the lists hold, those with the smallest keys are
+/// listed again; otherwise these kernels have no groups.
 fn select(s: &mut Step, plan: &Plan<'_>) {
     s.run(Threads(1), plan.close_list());
     if plan.lists_hold_all() {
@@ -167,7 +167,7 @@ fn transfer(s: &mut Step, plan: &Plan<'_>) {
     s.run(Counter::Transfers, plan.transfer_in());
 }
 
-/// Puts those into their objects' windows that lie in others.
+/// Moves particles in other windows into their objects' windows.
 fn defragment(s: &mut Step, plan: &Plan<'_>) {
     if plan.strategy == Strategy::Sequential {
         for first in plan.runs(plan.most_candidates()) {
@@ -214,7 +214,7 @@ fn diffuse(s: &mut Step, plan: &Plan<'_>, half: Half) {
     s.run(Threads(rows.params.row_count), rows);
 }
 
-/// A segment of the particles is put in order.
+/// Sorts a segment of the particles.
 fn sort(s: &mut Step, plan: &Plan<'_>, segment: Segment) {
     let particles = Threads(segment.count);
     s.clear(|s| &s.sorting.bins, |a| &mut a.bins);
@@ -223,7 +223,7 @@ fn sort(s: &mut Step, plan: &Plan<'_>, segment: Segment) {
     s.run(particles, plan.sort_scatter(segment));
 }
 
-/// Groups of the kernel that works on a list, and how many entries it has, while none is listed.
+/// The groups of the kernel that works on a list, and the number of its entries, for an empty list.
 const NONE_LISTED: [DispatchGroups; 2] = [
     DispatchGroups { x: 0, y: 1, z: 1 },
     DispatchGroups { x: 0, y: 0, z: 0 },

@@ -10,7 +10,7 @@ use crate::strict::{cross2, direction2_or, quotient, reciprocal, within};
 /// No triangle that is laid out has less area.
 const TINY: f32 = 1e-30;
 
-/// A walk: where it is and how it goes on.
+/// A walk: where it is and how it continues.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StripWalk {
     /// The triangle.
@@ -65,7 +65,7 @@ impl StripWalk {
         let mut stays = true;
         let mut mirrored = false;
         let (end, status) = loop {
-            // The edge lies ahead by the quotient of these.
+            // The distance of the edge ahead is the quotient of these.
             let way = right.x * left.y - left.x * right.y;
             let width = left.y - right.y;
             let ends = if width > 0.0 {
@@ -122,10 +122,10 @@ impl StripWalk {
         let corner = edge & 3;
         let scale = 1.5 - 0.5 * (p * p + h * h);
         let kept = [p * scale, h * scale];
-        // What a triangle's area goes into is divided by it.
+        // The reciprocal of a triangle's area, which is kept away from zero.
         let by = |area: f32| reciprocal(if area.abs() > TINY { area } else { TINY });
         let (u, v);
-        // In the triangle that it began in, a walk is the same whatever lies around.
+        // Within its first triangle, a walk does not depend on the surrounding triangles.
         if stays {
             let by = by(shape.ab * shape.ch);
             let rate_u = (p * shape.ch - h * shape.cp) * by;
@@ -156,7 +156,7 @@ impl StripWalk {
                 _ => apex - stop,
             };
             let turned = Vec2::new(ab.x, if mirrored { ab.y } else { -ab.y });
-            // In the strip a triangle far thinner than the way is long may be a point. Then any direction is as good.
+            // In the strip, a triangle much thinner than the way is long may be a point. Then the heading keeps its direction.
             self.heading = direction2_or(turned, kept.into()).into();
         }
         self.triangle = edge >> 2;

@@ -7,9 +7,9 @@ use crate::mesh::surface::NONE;
 /// The bits of the outlook: the distance up to which places of the texel's hue can be reached straight, in the atlas's
 /// [`outlook_unit`](Atlas::outlook_unit).
 pub const OUTLOOK: u16 = 255;
-/// A step from here may lead to where particles change objects.
+/// A step from here may lead to a place where particles change objects.
 pub const NEAR: u16 = 256;
-/// Walks that get here go on on another object.
+/// Walks that get here continue on another object.
 pub const COVERED: u16 = 512;
 /// Sensors that walk from here may get to where another object covers the surface.
 pub const IN_SIGHT: u16 = 1024;
@@ -30,8 +30,8 @@ pub fn surroundings(atlas: &Atlas, outlooks: &Outlooks) -> Vec<u16> {
     marks.zip(looks).map(|(marks, look)| marks | look).collect()
 }
 
-/// Is the way between two such places, so long in texels, one on the surface? That takes the same hue, and that one end can be
-/// reached straight from the other.
+/// Does the straight path between two such places, of this squared length in texels, stay on the surface? It does if both have the same hue
+/// and one end is within the other's outlook.
 #[must_use]
 pub fn is_clear(length_squared: f32, unit: f32, start: u16, end: u16) -> bool {
     let farthest = unit * f32::from((start & OUTLOOK).max(end & OUTLOOK));

@@ -1,16 +1,15 @@
-//! By which ways kernels get at the single texels of a texture: a large one takes others than a small one, and the same
-//! bits come out.
+//! The access paths of kernels to single texels of a texture. They depend on its size; the results do not.
 //!
 //! A texture whose texels one texel buffer holds is read and written texel by texel. One with more is read four texels at
-//! once and written through two views, each of a part of it. Deposits are counted in a storage block, and diffusion writes
-//! to one, as long as it holds the texture: that is fastest.
+//! once and written through two views, each of a part of it. Deposits are counted in a storage block, and diffusion writes to one, if it
+//! holds the texture, because that is fastest.
 
 use crate::gpu::{DeviceInfo, PART};
 
-/// Parts of a texture that are written through views of their own.
+/// Parts of a texture that are written through separate views.
 pub const BANDS: u64 = 2;
 
-/// The ways for a texture on a device.
+/// The access paths of a texture on a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TexelPaths {
     /// Are texels read four at once?
@@ -43,14 +42,14 @@ impl TexelPaths {
         }
     }
 
-    /// How many texels there may be.
+    /// The largest number of texels.
     #[must_use]
     pub fn most_texels(device: &DeviceInfo) -> u64 {
         (BANDS * band(device)).max(device.max_texel_buffer_elements.into())
     }
 }
 
-/// Texels of a part: parts begin where every device lets views begin.
+/// Texels of a part: parts begin at offsets that every device allows for views.
 fn band(device: &DeviceInfo) -> u64 {
     u64::from(device.max_texel_buffer_elements) / PART * PART
 }

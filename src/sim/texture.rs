@@ -1,5 +1,5 @@
-//! Textures on the device, as kernels read and write them: texel by texel, four texels at once, or as a block, by the ways
-//! that [`TexelPaths`] says. A shader names the ways that it takes, and its kernel is given the texture.
+//! Textures on the device, as kernels read and write them: texel by texel, four texels at once, or as a block, by the access paths in
+//! [`TexelPaths`]. A shader declares the paths that it uses, and its kernel takes the texture as one argument.
 
 use std::ops::Deref;
 use std::sync::Arc;
@@ -9,33 +9,33 @@ use super::texel_paths::TexelPaths;
 use crate::gpu::{AnyBuffer, Buffer, BufferCore, Context, GpuError, TexelScalar, Texels};
 use crate::mesh::atlas::Atlas;
 
-/// A buffer with a value a texel, and all ways into it. As a block it is bound as far as a block goes.
+/// A buffer with one value per texel, and all access paths to it. As a block, it is bound up to the largest size of a block.
 pub struct Texture<T> {
     buffer: Buffer<T>,
     /// Four texels at once.
     pub quads: Texels<T>,
-    /// One by one; four at once where [`TexelPaths`] says so.
+    /// One by one, or four at once, by [`TexelPaths`].
     pub texels: Texels<T>,
     /// One by one, to write: the first part.
     pub low: Texels<T>,
-    /// The second one; the first again where there is but one.
+    /// The second part; the first again if there is only one.
     pub high: Texels<T>,
 }
 
 impl<T: TexelScalar> Texture<T> {
-    /// A buffer with a value a texel, a multiple of four of them.
+    /// A texture from a buffer with one value per texel, a multiple of four.
     ///
     /// # Errors
-    /// When it has more texels than the device has ways to.
+    /// When it has more texels than the device has access to.
     pub fn new(ctx: &Context, buffer: Buffer<T>) -> Result<Self, GpuError> {
         let paths = TexelPaths::of(ctx.info(), buffer.len() as u64);
         Self::by_paths(paths, buffer)
     }
 
-    /// A buffer whose texels kernels get at by these paths.
+    /// A texture whose texels kernels access by these paths.
     ///
     /// # Errors
-    /// When the device has no such ways to it.
+    /// When the device does not support these paths for it.
     pub fn by_paths(paths: TexelPaths, buffer: Buffer<T>) -> Result<Self, GpuError> {
         let (band, texels) = (u64::from(paths.band), buffer.len() as u64);
         let (low, high) = if paths.in_quads {
@@ -71,11 +71,11 @@ impl<T> AnyBuffer for Texture<T> {
 pub struct SpreadTables {
     /// One per texel: mean texel area by this texel's area, 0 where no triangle owns it.
     pub density: Texture<f32>,
-    /// One per block of texels of which any is in use: its first quad.
+    /// One per block with at least one texel in use: its first quad.
     pub blocks: Texels<u32>,
     /// Two texels of four words for each texel that exchanges across a seam.
     pub rows: Texels<u32>,
-    /// Exchange entries, in twos of two words each.
+    /// Exchange entries, in pairs of two words each.
     pub entries: Texels<u32>,
 }
 
@@ -112,7 +112,7 @@ pub struct PingPong<T> {
     pub front: Texture<T>,
     /// The texture that is written for the next step, or was read in the last one.
     pub back: Texture<T>,
-    /// Was front back at first?
+    /// Are the roles exchanged, compared with the beginning?
     pub(super) is_swapped: bool,
 }
 

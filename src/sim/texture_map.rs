@@ -1,4 +1,4 @@
-//! Pictures that lie over the whole texture (masks and area maps), read from PNG files of any origin: the kind of
+//! Pictures of the whole texture (masks and area maps), read from PNG files of any origin: the kind of
 //! file, its length and the size that its header declares are checked before any pixel is decoded.
 
 use std::io::Cursor;
@@ -13,11 +13,11 @@ use crate::plain_text::Shown as _;
 use crate::regular_file;
 use crate::scene::parameters::grouped;
 
-/// Pictures may always have so many pixels a side; where the atlas is larger, as many as it has texels.
+/// Pictures may always have so many pixels a side; for a larger atlas, as many as it has texels.
 const MOST_SIDE: u32 = 8192;
 /// RGBA with 16 bits each.
 const LARGEST_PIXEL: u64 = 8;
-/// Bytes of texts and colour profiles that a PNG file may have on top.
+/// Bytes of texts and colour profiles that a PNG file may have in addition.
 const OTHER_PARTS: u64 = 16 << 20;
 
 /// Reads a PNG file. `what` is its name in messages, such as `start mask`; `atlas_size` is that of the scene.
@@ -64,16 +64,16 @@ pub(super) fn decode(
         let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits)?;
         DynamicImage::from_decoder(decoder)
     };
-    // The second wall against what strangers write, as for models.
+    // A second defence against malicious files, as for models.
     match catch_unwind(AssertUnwindSafe(decode)) {
         Ok(picture) => picture.map_err(|error| no_picture(error.to_string())),
         Err(_) => Err(no_picture(
-            "it led the decoder into a mistake; write it anew with another program".to_owned(),
+            "the decoder failed on it; write it again with another program".to_owned(),
         )),
     }
 }
 
-/// The decoder panics where a palette is no whole number of colours.
+/// The decoder panics if a palette is no whole number of colours.
 fn has_whole_colors(bytes: &[u8]) -> bool {
     let mut rest = bytes.get(8..).unwrap_or_default();
     while let Some((length, chunk)) = rest.split_first_chunk() {
@@ -175,8 +175,8 @@ mod tests {
         );
     }
 
-    /// The largest picture that the program writes itself has 48 bits per pixel; the decoder's usual limit of 512 MiB is below
-    /// what such a map of a large atlas takes.
+    /// The largest picture that the program writes has 48 bits per pixel; such a map of a large atlas exceeds the decoder's default limit
+    /// of 512 MiB.
     #[test]
     fn the_limit_on_memory_has_room_for_the_map_of_every_atlas() {
         for size in [16, 8192, 32_768] {

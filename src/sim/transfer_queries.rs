@@ -1,5 +1,5 @@
-//! Straight walks on the GPU that change once from an object to another one, where they meet it, by the code that the
-//! simulation uses: what `myxo query transfer` answers.
+//! Straight walks on the GPU that change once from an object to another one, at their first crossing, by the code of the simulation, for
+//! `myxo query transfer`.
 
 use std::sync::Arc;
 
@@ -25,12 +25,10 @@ const BATCH: usize = 1 << 14;
 /// Segments of one dispatch, all queries together, so that none runs for seconds.
 const SEGMENTS: usize = 1 << 22;
 
-/// Answers every query in the same order. The surface has two objects, which stand by their poses: walks begin on the
-/// first, stop at open borders, and change to the second where they meet it first. The object that a walk ends on is
-/// that of its last triangle.
+/// Answers every query in the same order. The surface has two objects, with their poses: walks begin on the first, stop at open borders,
+/// and change to the second at their first crossing. The object on which a walk ends is that of its last triangle.
 ///
-/// If no walk advances on the device, because a search does not end there, the host takes the next attempts, with equal
-/// arithmetic.
+/// If no walk advances on the device, because a search does not end there, the host makes the next attempts, with equal arithmetic.
 ///
 /// A walk that goes round a vertex and makes no progress any more, which a sound mesh does not cause, ends there with
 /// [`WalkStatus::OutOfAttempts`](crate::mesh::walk::WalkStatus).
@@ -97,7 +95,7 @@ pub fn transfer_queries(
             attempts: attempts as u32,
             first_vertex_normal: surface.halfedges.len() as u32,
         };
-        // A walk through a vertex may cross all its edges without getting further.
+        // A walk through a vertex may cross all its edges without progress.
         let mut patience = surface.halfedges.len() / attempts + 2;
         while patience > 0 {
             frames.run(|rec| {

@@ -1,5 +1,5 @@
-//! A straight walk that changes once from the first object to the second, where it meets that one first, some attempts at a
-//! time: what each query of `myxo query transfer` does. Twin of the functions of `shaders/transfer_queries.comp`.
+//! A straight walk that changes once from the first object to the second, at their first crossing, some attempts at a time, for the queries
+//! of `myxo query transfer`. Twin of the functions of `shaders/transfer_queries.comp`.
 
 use super::crossing::Terrain;
 use super::types::Walker;
@@ -11,12 +11,12 @@ const TARGET: u32 = 1;
 
 /// The walk is on the first object.
 pub const PHASE_ON_SOURCE: u32 = 0;
-/// Both its walkers walk on the second.
+/// Both walkers are on the second.
 pub const PHASE_ON_TARGET: u32 = 1;
 /// The walk has ended.
 pub const PHASE_DONE: u32 = 2;
 
-/// Walks a query's two walkers on, over at most so many edges.
+/// Continues a query's two walkers over at most so many edges.
 pub fn walk_on(terrain: &Terrain, attempts: u32, phase: &mut u32, walkers: &mut [Walker]) {
     match *phase {
         PHASE_DONE => {}

@@ -17,9 +17,9 @@ use crate::scene::settings::{Settings, Strategy};
 /// The transfers' part of a snapshot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TransferState {
-    /// One per object, where the strategy has windows; else none.
+    /// One per object, if the strategy has windows; otherwise none.
     pub windows: Vec<Window>,
-    /// Particles that have left their object and not arrived, in checkpoints of earlier versions; else none.
+    /// Particles that have left their object and not arrived, in checkpoints of earlier versions; otherwise none.
     pub in_flight: Vec<Transfer>,
     /// Counters.
     pub flow: Flow,
@@ -29,8 +29,8 @@ pub struct TransferState {
 
 impl TransferState {
     /// Checks what must hold after every step: windows share all slots, in the order of objects, and every particle lies in
-    /// its object's window. In checkpoints of earlier versions some are in flight instead, have a transfer and lie in front of the
-    /// first window.
+    /// its object's window. In checkpoints of earlier versions some are in flight instead: they have a transfer and lie before the first
+    /// window.
     ///
     /// # Errors
     /// Names the first thing that breaks a rule, and the rule.
@@ -99,7 +99,7 @@ impl TransferState {
         self.validate_windows(particles, &flying, setup, objects)
     }
 
-    /// Checks that arithmetic with the numbers of those in flight stays in single precision.
+    /// Checks that arithmetic with the numbers of particles in flight stays in the range of single precision.
     ///
     /// # Errors
     /// Names the first number that is out of its range.
@@ -131,7 +131,7 @@ impl TransferState {
         }
     }
 
-    /// All that were selected were refused, have arrived or are in flight, as long as so many are counted.
+    /// All selected particles were refused, have arrived or are in flight, unless a counter is at its largest value.
     fn validate_counts(&self) -> Result<(), String> {
         let Flow {
             selected,
@@ -210,7 +210,7 @@ pub fn count_text(count: u64) -> String {
     format!("{}{more}", grouped(count as f64))
 }
 
-/// How many particles the lists hold: as many as are asked for; never more than there are.
+/// The capacity of the lists: that of the settings, and at most the number of particles.
 #[must_use]
 pub fn capacity(settings: &Settings, setup: &Setup) -> u32 {
     if settings.strategy() == Strategy::None {
@@ -220,22 +220,21 @@ pub fn capacity(settings: &Settings, setup: &Setup) -> u32 {
     settings.transfer.buffer_size.min(particles).max(1)
 }
 
-/// Slots that windows get in a step in which so many particles leave, at the most. Borders would go between 0 and so many slots
-/// one way, or the other, if the ring's beginning stayed. It moves by their mean, and from that they are half as far off in the
-/// mean, but for rounding; each border gives slots to one window.
+/// Upper bound on the slots that windows gain in a step in which so many particles leave. With a fixed beginning of the ring, each border
+/// would move by up to this number of slots, in either direction. The beginning moves by their mean, from which they differ by half of that
+/// on average, but for rounding; each border gives slots to one window.
 #[must_use]
 pub fn most_gained(leaving: u32, objects: u32) -> u64 {
     u64::from(objects) * (u64::from(leaving / 2) + 2)
 }
 
-/// Particles outside of their objects' windows then, at the most: of slots that windows have got, and of those that leave.
+/// Upper bound on the particles outside of their objects' windows then: those in slots that windows have gained, and those that leave.
 #[must_use]
 pub fn most_displaced(leaving: u32, objects: u32, particles: u64) -> u64 {
     (most_gained(leaving, objects) + u64::from(leaving)).min(particles)
 }
 
-/// For each triangle, the share of its object's area that it and those before it have, in units of 2^-32; the last ends
-/// at the end.
+/// For each triangle, its cumulative share of its object's area, in units of 2^-32; that of the last one is 1.
 #[must_use]
 pub fn area_shares(surface: &Surface) -> Vec<u32> {
     let mut shares = Vec::with_capacity(surface.triangles.len());
@@ -266,19 +265,19 @@ pub fn object_triangles(surface: &Surface) -> Vec<UVec2> {
 
 /// The device's buffers for transfers; of length 1 where no particle changes objects.
 pub struct Transfers {
-    /// One per object: its particles' slots, where there are windows.
+    /// One per object: its particles' slots, if there are windows.
     pub windows: Buffer<Window>,
-    /// One per object: what its window is to become.
+    /// One per object: the changes of its window.
     pub borders: Buffer<Border>,
-    /// One: what the lists hold, and what was counted.
+    /// One: lengths of the lists, and counters.
     pub flow: Buffer<Flow>,
     /// Groups of the kernels that work on transfers, as [`Counter`](super::work::Counter) has them.
     pub groups: Buffer<DispatchGroups>,
-    /// Slots of particles that were selected.
+    /// Slots of selected particles.
     pub particle_indices: Buffer<u32>,
     /// Their transfers.
     pub transfers: Buffer<Transfer>,
-    /// Selected particles by half of their keys, where more are selected than the lists hold.
+    /// Selected particles by half of their keys, if more are selected than the lists hold.
     pub limit_bins: Buffer<u32>,
     /// Particles that left each object (rows) for each, so far.
     pub flux: Buffer<u32>,
@@ -291,7 +290,7 @@ pub struct Transfers {
 }
 
 impl Transfers {
-    /// Takes the memory and uploads what was counted. The state is [arranged](super::arranged) for the settings' strategy.
+    /// Takes the memory and uploads the counters. The state is [arranged](super::arranged) for the settings' strategy.
     ///
     /// # Errors
     /// No memory.
@@ -345,7 +344,7 @@ impl Transfers {
         })
     }
 
-    /// How many transfers the lists hold.
+    /// The number of transfers that the lists hold.
     #[must_use]
     pub fn capacity(&self) -> u32 {
         self.capacity

@@ -1,5 +1,4 @@
-//! Nearest points and crossings on one mesh on the GPU, by the code that the simulation uses: what `myxo query sdf`
-//! answers.
+//! Nearest points and crossings on one mesh on the GPU, by the code of the simulation, for `myxo query sdf`.
 
 use std::sync::Arc;
 
@@ -22,13 +21,13 @@ use crate::strict::root;
 const BATCH: usize = 1 << 16;
 
 impl TreeQuery {
-    /// What is nearest to a place?
+    /// A query for the nearest point to a place.
     #[must_use]
     pub fn nearest(place: Vec3) -> Self {
         Self::crossing(place, place)
     }
 
-    /// Where does the way from a place to another cross the surface first?
+    /// A query for the first crossing of the segment between two places with the surface.
     #[must_use]
     pub fn crossing(place: Vec3, end: Vec3) -> Self {
         Self {
@@ -49,7 +48,7 @@ impl TreeQuery {
 pub enum Question {
     /// The nearest point and the signed distance to it.
     Nearest(SignRule),
-    /// The first crossing, and how much of the way it is at.
+    /// The first crossing, and the share of the segment before it.
     Crossing,
 }
 

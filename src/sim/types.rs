@@ -173,7 +173,7 @@ pub struct Transfer {
     pub target: u32,
     /// The triangle of the target that it goes to.
     pub triangle: u32,
-    /// World length that it could not walk on the target for want of attempts; pending once it has landed.
+    /// World length that it could not walk on the target because its attempts ran out; pending once it has landed.
     pub rest: f32,
     /// Unused.
     pub pad0: u32,
@@ -212,12 +212,12 @@ pub struct Flow {
     pub selected: u32,
     /// Particles that have arrived so far.
     pub arrived: u32,
-    /// Particles so far that went on from a crossing with the other object; the others went to its nearest point.
+    /// Particles so far that continued from a crossing with the other object; the others went to its nearest point.
     pub crossed: u32,
 }
 
 impl Flow {
-    /// The counters that last from step to step, without those of one step.
+    /// The counters over all steps, without those of one step.
     #[must_use]
     pub fn between_steps(&self) -> Self {
         Self {
@@ -355,7 +355,7 @@ pub struct SampleTile {
     pub radius: f32,
 }
 
-/// Another object, relative to the one whose distances are taken.
+/// Another object, relative to the one whose distances are computed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ObjectPair {

@@ -1,6 +1,6 @@
 //! The straightest path on the surface, in the tangent frame, in float32. Twin of `shaders/include/walk.glsl`.
 //!
-//! `CARRIES` stands for the shader's `WALK_CARRIES`: what rounding drops is carried along.
+//! `CARRIES` stands for the shader's `WALK_CARRIES`: rounding errors are carried along.
 
 use super::exact::{exact_product, exact_sum};
 use super::types::Walker;
@@ -15,7 +15,7 @@ pub const WALK_BORDER: u32 = 1;
 pub const WALK_OUT_OF_ATTEMPTS: u32 = 2;
 
 impl Walker {
-    /// A walk that starts at `(triangle, u, v)` and has `length` (world units) before it.
+    /// A walk of `length` (world units) that starts at `(triangle, u, v)`.
     #[must_use]
     pub fn at(triangle: u32, u: f32, v: f32, heading: [f32; 2], length: f32) -> Self {
         Self {
@@ -44,7 +44,7 @@ impl Walker {
         [u, within(self.weight_c, 0.0, 1.0 - u)]
     }
 
-    /// The heading, brought back to length 1 by one step of Newton's method.
+    /// The heading, corrected to length 1 by one Newton step.
     #[must_use]
     pub fn heading(&self) -> [f32; 2] {
         let square = self.heading_p * self.heading_p + self.heading_h * self.heading_h;
@@ -83,7 +83,7 @@ fn shortened<const CARRIES: bool>(remaining: f32, carry: f32, distance: f32) -> 
     [remaining - distance, 0.0]
 }
 
-/// A heading and its carry after a rotation: p, h, and what rounding dropped of each.
+/// A heading and its carry after a rotation: p, h, and the rounding error of each.
 fn turned_by<const CARRIES: bool>(heading: [f32; 2], carry: [f32; 2], edge: HalfEdge) -> [f32; 4] {
     if CARRIES {
         let more = edge.fine_parts();

@@ -21,8 +21,8 @@ pub enum CopiedBy {
     Kernel,
 }
 
-/// How fast the device copies from buffer to buffer by the faster way, measured so many times, once it is
-/// [busy](keep_busy). `None` where it has no timestamps, or ones that are too coarse.
+/// How fast the device copies from buffer to buffer by the faster method, measured so many times, after [warming up](keep_busy). `None` if
+/// it has no timestamps, or ones that are too coarse.
 ///
 /// # Errors
 /// When the device has no memory left, or is lost.
@@ -84,8 +84,8 @@ const MOST_COPIES: usize = 1000;
 const ROUNDS: usize = 8;
 const AGREEMENT: f64 = 1.02;
 
-/// Keeps a graphics card busy until its times are steady, for 3 seconds at the most. `None` where that means nothing, for drivers
-/// that run on processors and devices without timestamps, and where there is no memory for it.
+/// Keeps a graphics card busy until its times are steady, for 3 seconds at the most. `None` for drivers that run on processors, for devices
+/// without timestamps, and if there is no memory for it.
 ///
 /// # Errors
 /// When the device is lost.
@@ -172,7 +172,7 @@ mod tests {
         assert!((0..slowly.len()).all(|end| !is_steady(&slowly[..end])));
     }
 
-    /// Catches a yardstick that is the slower one of the two ways.
+    /// Catches a reference that is the slower one of the two methods.
     #[test]
     fn the_faster_way_to_copy_counts() {
         let of = |ms: f64| {

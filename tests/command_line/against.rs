@@ -3,7 +3,7 @@
 use crate::program::{Folder, TINY, failed, myxo, no_device, path, refused, report, text};
 use serde_json::Value;
 
-/// Two settings, or two scenes, take their steps in turn: each ends as it would by itself, and the ratio is of pairs.
+/// Two settings, or two scenes, take their steps in turn: each ends as it would alone, and the ratio is that of pairs of steps.
 #[test]
 fn what_a_setting_costs_is_measured_in_turn() {
     if no_device() {
@@ -47,7 +47,7 @@ fn what_a_setting_costs_is_measured_in_turn() {
         assert!(table.contains("the median of 7 pairs"), "{table}");
     }
 
-    // Another scene, as JSON; what is set holds for both.
+    // Another scene, as JSON; `--set` holds for both.
     let against = [
         "--against",
         "torus",
@@ -64,7 +64,7 @@ fn what_a_setting_costs_is_measured_in_turn() {
 }
 
 #[test]
-fn what_cannot_take_turns_is_refused() {
+fn scenes_that_cannot_take_turns_are_refused() {
     let refused_with = |options: &[&str], expected: &str| {
         let message = failed(&[&["profile"], &TINY[..], options].concat());
         assert!(message.contains(expected), "{message}");
@@ -91,7 +91,7 @@ fn what_cannot_take_turns_is_refused() {
     }
 }
 
-/// Seeds are set last, and meshes have signs of equality in their names; both are what they say. What is the same is told.
+/// Seeds are applied last, and names of meshes contain equals signs; both can be measured against. A message says if both sides are equal.
 #[test]
 fn seeds_and_meshes_can_be_measured_against() {
     if no_device() {
@@ -114,14 +114,14 @@ fn seeds_and_meshes_can_be_measured_against() {
     let (same, messages) = turns(&["--against", "cube"]);
     assert_eq!(same["first"]["state_hash"], same["second"]["state_hash"]);
     assert!(messages.contains("both are the same"), "{messages}");
-    // Two pairs tell nothing of others.
+    // Two pairs give no interval.
     if !same["ratio"].is_null() {
         assert_eq!(same["ratio"]["pairs"], 2);
         assert!(same["ratio"]["low"].is_null());
     }
 }
 
-/// What changes from one repetition to the next widens the interval.
+/// Differences between repetitions widen the interval.
 #[test]
 fn repetitions_of_turns_are_put_together() {
     if no_device() {
@@ -138,7 +138,7 @@ fn repetitions_of_turns_are_put_together() {
     for which in ["first", "second"] {
         let report = &turns[which];
         assert_eq!(report["steps"], 12);
-        // Whatever the host waited for: the device's time of all repetitions is within it.
+        // The host's waiting time includes the device's time of all repetitions.
         let [wall, gpu] = ["wall_ms_per_step", "gpu_ms_per_step"].map(|key| report[key].as_f64());
         assert!(gpu.is_none_or(|gpu| wall > Some(gpu)), "{report}");
     }

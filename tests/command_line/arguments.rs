@@ -32,7 +32,7 @@ fn missing_scene_file_is_named() {
 }
 
 #[test]
-fn everything_wrong_with_a_scene_comes_at_once() {
+fn all_errors_of_a_scene_are_reported_at_once() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scene = folder.path().join("wrong.toml");
     std::fs::write(
@@ -85,7 +85,7 @@ fn seeds_out_of_range_are_refused() {
 }
 
 #[test]
-fn output_that_cannot_be_written_is_known_before_the_work() {
+fn output_that_cannot_be_written_is_refused_before_the_work() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("file");
     std::fs::write(&file, "").expect("it can be written");
@@ -108,7 +108,7 @@ fn output_that_cannot_be_written_is_known_before_the_work() {
 }
 
 #[test]
-fn outputs_are_told_apart_by_their_names() {
+fn outputs_must_have_different_names() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let jpg = folder.path().join("x.jpg");
     let message = failed(&["render", "cube", "--out", path(&jpg)]);
@@ -187,7 +187,7 @@ fn unknown_devices_are_answered_with_those_that_exist() {
 }
 
 #[test]
-fn info_tells_devices_and_what_is_missing() {
+fn info_lists_devices_and_missing_tools() {
     if no_device() {
         return;
     }
@@ -339,7 +339,7 @@ fn lists_name_everything() {
     );
 }
 
-/// `myxo scenes --keys | head -1`: the reader goes away, and that is no failure.
+/// `myxo scenes --keys | head -1`: the reader closes the pipe, which is no failure.
 #[test]
 fn a_closed_pipe_is_quiet() {
     let mut child = Command::new(env!("CARGO_BIN_EXE_myxo"))
@@ -354,7 +354,7 @@ fn a_closed_pipe_is_quiet() {
     assert_eq!(output.status.code(), Some(0));
 }
 
-/// Scripts that keep the help or the version must learn of a full disk.
+/// Scripts that save the help or the version must see the error of a full disk.
 #[cfg(target_os = "linux")]
 #[test]
 fn help_that_cannot_be_written_is_an_error() {
@@ -382,7 +382,7 @@ fn help_has_examples_and_exit_codes() {
     }
     let listed = help.lines().skip_while(|line| *line != "Commands:");
     let listed = listed.skip(1).take_while(|line| !line.is_empty());
-    // Lines that go on with what a command does begin farther to the right.
+    // Continuation lines of a command's description are indented further.
     let commands: Vec<&str> = listed
         .filter_map(|line| line.strip_prefix("  "))
         .filter(|line| !line.starts_with(' '))

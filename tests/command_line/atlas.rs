@@ -1,4 +1,4 @@
-//! `myxo atlas`: what it writes and prints, and what it says to wrong input.
+//! `myxo atlas`: what it writes and prints, and its errors.
 
 use crate::program::{Folder, done, failed, myxo, path, program, refused, text};
 use serde_json::Value;
@@ -132,7 +132,7 @@ fn settings_of_the_scene_count() {
 }
 
 #[test]
-fn wrong_input_is_answered_with_what_is_right() {
+fn errors_say_what_is_allowed() {
     let folder = Folder::new();
     let picture = folder.file("x.png");
     let jpeg = folder.file("x.jpg");
@@ -146,7 +146,7 @@ fn wrong_input_is_answered_with_what_is_right() {
         (vec!["builtin:teapot"], "the names are cube, torus"),
         (
             vec!["cube", "torus", "--out", out],
-            "--out takes the picture of one scene, and there are 2",
+            "--out writes the picture of one scene, and there are 2",
         ),
         (vec!["cube", "--out", path(&jpeg)], "ends in .png"),
         (
@@ -159,7 +159,7 @@ fn wrong_input_is_answered_with_what_is_right() {
         ),
         (
             vec!["cube", "--size", "20000", "--out", out],
-            "leave --out away, or use a smaller --size",
+            "omit --out, or use a smaller --size",
         ),
         (
             vec!["suzanne", "--method", "grid", "--size", "64"],
@@ -230,7 +230,7 @@ fn wrong_input_is_answered_with_what_is_right() {
 }
 
 #[test]
-fn faces_without_a_place_are_told() {
+fn faces_without_a_place_are_counted() {
     let folder = Folder::new();
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 1 2\nf 1 2 3\n";
     let model = folder.with("two.obj", text);
@@ -298,17 +298,17 @@ fn a_layout_is_kept_and_read_again() {
     assert!(!was_cut(&second), "{}", second.0);
     assert!(first.1 == second.1, "the same picture");
     assert_eq!(first.0["utilisation"], second.0["utilisation"]);
-    // Once more without it: nothing depends on what is kept.
+    // Once more without the cache: the result does not depend on it.
     let fresh = charts(&cache, &["--fresh"]);
     assert!(was_cut(&fresh) && first.1 == fresh.1);
 
     for damage in [&content[..content.len() / 2], b"", b"MYXOAT01 and nonsense"] {
         std::fs::write(&file, damage).expect("it can be written");
-        let mended = charts(&cache, &[]);
-        assert!(was_cut(&mended) && first.1 == mended.1);
+        let rebuilt = charts(&cache, &[]);
+        assert!(was_cut(&rebuilt) && first.1 == rebuilt.1);
         assert!(std::fs::read(&file).expect("it is there") == content);
     }
-    // A layout of something else under this name.
+    // A layout of another mesh under this name.
     let other = charts(&cache, &["--gutter", "2"]);
     assert!(was_cut(&other) && first.1 != other.1);
 }

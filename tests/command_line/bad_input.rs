@@ -1,5 +1,5 @@
-//! Everything that people and machines do to the program: each gives one clear message that says what to do, a
-//! non-zero exit code, and no half-written file under a final name.
+//! Bad input and bad environments: each gives one clear message that says what to do, a non-zero exit code, and no half-written file under
+//! a final name.
 
 use std::path::Path;
 
@@ -55,8 +55,8 @@ fn without_a_driver_the_package_is_named() {
     assert_eq!(folder.names(), ["in.csv"]);
 }
 
-/// A driver's manifest that is cut short is named, in a variable or in a folder in which the loader looks, where it keeps the loader
-/// from all other drivers, too. The loader alone says "a host memory allocation has failed", if it fails at all.
+/// The error names a driver manifest that is cut short, whether it comes from a variable or from one of the loader's folders, where it
+/// hides all other drivers, too. The loader's own error is "a host memory allocation has failed", if it fails at all.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_manifest_of_a_driver_that_is_cut_short_is_named() {
@@ -82,7 +82,7 @@ fn a_manifest_of_a_driver_that_is_cut_short_is_named() {
             .env(name, value)
             .output()
             .expect("the program starts");
-        // Some loaders go on without a driver that others stumble over.
+        // Some loaders skip a driver that makes others fail.
         if name == "XDG_DATA_HOME" && output.status.success() {
             continue;
         }
@@ -95,10 +95,10 @@ fn a_manifest_of_a_driver_that_is_cut_short_is_named() {
     }
 }
 
-/// Where the device is the processor, what it has is the machine's memory, and setting up takes as much again.
+/// If the device is the processor, its memory is the machine's, and setting up takes as much again.
 #[cfg(target_os = "linux")]
 #[test]
-fn what_memory_does_not_hold_is_refused_before_it_is_taken() {
+fn scenes_larger_than_the_memory_are_refused_before_it_is_taken() {
     if no_device() || !text(&myxo(&["info"]).stdout).contains("llvmpipe") {
         return;
     }
@@ -159,7 +159,7 @@ fn unknown_devices_leave_nothing_behind() {
 }
 
 #[test]
-fn files_of_other_kinds_are_told_which_kinds_there_are() {
+fn errors_about_files_of_other_kinds_list_the_kinds() {
     let folder = Folder::new();
     for name in ["m9.step", "notes.txt"] {
         let file = folder.with(name, "solid m9\nendsolid m9\n");
@@ -170,13 +170,13 @@ fn files_of_other_kinds_are_told_which_kinds_there_are() {
             "{message}"
         );
     }
-    // Without an ending it may be a scene.
+    // A file without an extension may be a scene.
     let file = folder.with("m9", "[[object]]\nmesh = \"builtin:cube\"\n");
     program::done(&["scenes", path(&file)]);
 }
 
 #[test]
-fn models_that_are_no_models_are_named_with_what_is_wrong() {
+fn broken_models_are_named_with_their_problem() {
     let folder = Folder::new();
     let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     let suzanne = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/suzanne.glb"))
@@ -231,12 +231,12 @@ fn models_that_are_no_models_are_named_with_what_is_wrong() {
 }
 
 #[test]
-fn a_texture_without_room_says_which_size_would_do() {
+fn a_texture_that_is_too_small_says_which_size_is_enough() {
     if no_device() {
         return;
     }
     let folder = Folder::new();
-    for (model, method, told) in [
+    for (model, method, part) in [
         ("torus", "grid", "27648 triangles"),
         ("suzanne", "charts", "charts with a gutter of 1:"),
     ] {
@@ -249,7 +249,7 @@ fn a_texture_without_room_says_which_size_would_do() {
             command.into_iter().map(str::to_owned).collect::<Vec<_>>()
         };
         let message = failed(&rendered(16));
-        assert!(message.contains(told) && !picture.exists(), "{message}");
+        assert!(message.contains(part) && !picture.exists(), "{message}");
         let (_, advice) = message
             .rsplit_once("raise atlas.size to ")
             .expect("there is advice");
@@ -261,7 +261,7 @@ fn a_texture_without_room_says_which_size_would_do() {
         done(&rendered(size));
         assert!(picture.exists());
         if model == "torus" {
-            // Cells are counted, so a size less is too little.
+            // Cells are counted, so one texel less is too small.
             failed(&rendered(size - 1));
         }
     }
@@ -283,7 +283,7 @@ fn buffers_beyond_the_device_say_the_largest_that_fits() {
     let picture = folder.file("x.png");
     let mut expected = Vec::new();
     let mut set = Vec::new();
-    // What the device allows can be beyond what the keys do.
+    // The device's limits may be larger than the keys' ranges.
     if particles < 1 << 30 {
         set.push(format!("particles.count={}", particles + 1));
         expected.push(format!(
@@ -314,7 +314,7 @@ fn buffers_beyond_the_device_say_the_largest_that_fits() {
 }
 
 #[test]
-fn values_of_every_wrong_kind_come_at_once() {
+fn all_wrong_values_are_reported_at_once() {
     let message = failed(&[
         "profile",
         "cube",
@@ -398,7 +398,7 @@ fn options_of_the_wrong_kind_are_usage_errors() {
         );
         assert!(message.contains(options[0]), "{message}");
     }
-    // Both are one file, however they are written.
+    // Both paths name one file.
     let twice = [
         "render",
         "cube",

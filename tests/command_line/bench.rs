@@ -17,12 +17,12 @@ const SMALL: [&str; 5] = [
 ];
 const FEW: &str = "--set=particles.count=500";
 
-/// [`SMALL`], and what else a suite takes.
+/// [`SMALL`], and more options.
 fn small<'a>(more: &[&'a str]) -> Vec<&'a str> {
     [&SMALL[..], more].concat()
 }
 
-/// Runs a suite up to some place on its axis; gives its results and its table.
+/// Runs a suite; returns its results and its table.
 fn bench(suite: &str, folder: &Folder, options: &[&str]) -> (Value, String) {
     let out = folder.file("results");
     let arguments = ["bench", suite, "--out", path(&out)];
@@ -39,7 +39,7 @@ fn bench(suite: &str, folder: &Folder, options: &[&str]) -> (Value, String) {
     (results, text(&output.stdout))
 }
 
-/// It is a whole picture with more on it than white paper.
+/// Checks that the picture can be decoded and is not all white.
 fn check_plot(file: &Path) {
     let bytes = std::fs::read(file).expect("it was written");
     if file.extension().is_some_and(|ending| ending == "svg") {
@@ -59,7 +59,7 @@ fn check_plot(file: &Path) {
     assert!(bytes.len() < 150_000, "{} bytes", bytes.len());
 }
 
-/// Every point has its keys, and axes ascend along series.
+/// Checks that every point has its keys, and that axes ascend along series.
 fn check_points(results: &Value) -> Vec<Value> {
     for key in [
         "about",
@@ -159,7 +159,7 @@ fn particles_are_those_of_the_axis() {
         mean.is_some_and(|mean| sum <= mean && sum > 0.5 * mean),
         "{sum}, {steps:?}"
     );
-    // What lies between kernels is the rest of the mean step, and has its column.
+    // The time between kernels is the rest of the mean step, and has a column.
     let between = points[0]["between_kernels_ms"].as_f64();
     let rest = mean.map(|mean| mean - sum);
     assert!(
@@ -167,7 +167,7 @@ fn particles_are_those_of_the_axis() {
         "{between:?}, {rest:?}"
     );
     assert!(table.contains(" other  between  memory\n"), "{table}");
-    // Small steps are soon done: all places between two sorts are there.
+    // Small steps are fast, so all positions between two sorts are measured.
     assert!(points.iter().all(|point| point["sort_places"] == 16));
     assert!(!table.contains("places between two sorts only"), "{table}");
     assert!(results["copy_bandwidth"]["gigabytes_per_second"].as_f64() > Some(0.0));
@@ -195,7 +195,7 @@ fn particles_are_those_of_the_axis() {
     assert_eq!(file.expect("it is written"), table);
 }
 
-/// Takes long: every suite runs, with as little as it can.
+/// Takes long: every suite runs, with its smallest cases.
 #[test]
 fn every_suite_of_scenes_ends_with_points_and_plots() {
     if no_device() {
@@ -211,7 +211,7 @@ fn every_suite_of_scenes_ends_with_points_and_plots() {
     ] {
         let mut options = small(&["--runs=1", "--up-to", up_to, FEW]);
         options.retain(|option| *option != "--runs=2");
-        // Its scenes have the sides of the axis.
+        // Its axis is the side of the texture.
         options.retain(|option| suite != "texture" || *option != "--set=atlas.size=64");
         let (results, table) = bench(suite, &folder, &options);
         let points = check_points(&results);
@@ -225,7 +225,7 @@ fn every_suite_of_scenes_ends_with_points_and_plots() {
         let is_set = points.iter().all(|point| point["particles"] == 500);
         assert!(is_set, "{suite}: --set reaches every scene");
         if suite == "transfer" {
-            // Where they move, distances are taken; where they stand still, only once.
+            // Distances are computed in every step if objects move, otherwise only once.
             for point in &points {
                 let parts = point["parts"].as_array().expect("they are listed");
                 let has = parts.iter().any(|part| part["name"] == "distance");
@@ -250,7 +250,7 @@ fn suites_without_a_case_small_enough_are_left_out() {
     let messages = text(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{messages}");
     assert!(
-        messages.contains("no case of the suite `particles` lies within --up-to 1")
+        messages.contains("no case of the suite `particles` is within --up-to 1")
             && messages.contains("it is left out"),
         "{messages}"
     );
@@ -285,9 +285,9 @@ fn meshes_need_no_device() {
     assert!(table.contains("by the host's clock"), "{table}");
 }
 
-/// Nothing is left out without a word.
+/// A line says which cases are left out.
 #[test]
-fn what_does_not_fit_is_told() {
+fn cases_that_do_not_fit_are_listed() {
     if no_device() {
         return;
     }
@@ -300,7 +300,7 @@ fn what_does_not_fit_is_told() {
     assert_eq!(skipped.len() + check_points(&results).len(), 2, "{table}");
     assert!(!skipped.is_empty(), "{table}");
     for case in skipped {
-        let [name, why] = ["case", "why"].map(|key| case[key].as_str().expect("it is told"));
+        let [name, why] = ["case", "why"].map(|key| case[key].as_str().expect("it has text"));
         assert!(why.len() > 20, "{why}");
         assert!(
             table.contains(&format!("left out: {name}: {why}")),
@@ -342,7 +342,7 @@ fn suites_are_listed_and_others_refused() {
 }
 
 #[test]
-fn wrong_places_and_settings_are_told_before_the_work() {
+fn wrong_folders_and_settings_are_refused_before_the_work() {
     let folder = Folder::new();
     let file = folder.with("file", "not a folder");
     let message = failed(&[
@@ -373,7 +373,7 @@ fn wrong_places_and_settings_are_told_before_the_work() {
         message.contains("`texture`") && message.contains("begin at 256 texels"),
         "{message}"
     );
-    // Nobody has named one, and none can be measured.
+    // No suite is named, and none can be measured.
     let output = myxo(&["bench", "--out", path(&out), "--up-to=0.5"]);
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{message}");
@@ -414,7 +414,7 @@ fn wrong_places_and_settings_are_told_before_the_work() {
     assert!(message.contains("abacus"), "{message}");
 }
 
-/// Ctrl-C: the exit code says so, and what was measured is there. Takes long: it is interrupted where some of it is measured.
+/// After Ctrl-C the exit code says so, and the results so far are written. Takes long: it waits for some results before it interrupts.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_suite_keeps_what_it_has() {
@@ -435,7 +435,7 @@ fn an_interrupted_suite_keeps_what_it_has() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program starts");
-    // It tells how many cases it has measured: from the first on, there is something to keep.
+    // The program prints how many cases it has measured. After the first one there is something to keep.
     let messages = BufReader::new(child.stderr.take().expect("it is piped"));
     let mut messages = messages.lines().map(|line| line.expect("it is text"));
     assert!(

@@ -1,4 +1,4 @@
-//! `myxo query diffuse` as people run it: the sums, and everything that can be wrong with a question.
+//! `myxo query diffuse`: its sums, and its errors.
 
 use crate::program::{Folder, done, failed, myxo, no_device, path, program, refused, text};
 
@@ -88,7 +88,7 @@ fn the_answer_goes_to_the_standard_output() {
 }
 
 #[test]
-fn what_is_wrong_with_a_question_is_said() {
+fn errors_say_what_is_wrong_with_the_input() {
     if no_device() {
         return;
     }

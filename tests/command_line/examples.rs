@@ -11,7 +11,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Where cargo puts them: beside the folder of the tests.
+/// The path of a built example, beside the folder of the tests.
 fn example(name: &str) -> PathBuf {
     let own = std::env::current_exe().expect("the test has a file");
     let built = own.parent().and_then(Path::parent).expect("it is in deps");
@@ -75,7 +75,7 @@ fn a_device_of_ones_own_ends_where_the_libraries_own_does() {
     ]);
     let report = program::report(&report);
     assert_eq!(report["state_hash"], hash.trim());
-    // The host takes the first device; the library may have taken a better one.
+    // The host program takes the first device; the library may choose a better one.
     if ::myxo::gpu::devices().is_ok_and(|devices| devices.len() == 1) {
         assert_eq!(output("own_device"), hash);
     } else {
@@ -122,7 +122,7 @@ fn poses_from_outside_move_objects_and_take_particles_along() {
             (row[1] - 1.0).abs() < 1e-4 && (row[2] - at(row)).abs() < 1e-3,
             "{row:?}"
         );
-        assert_eq!(row[4] + row[5], 20_000.0, "nobody is lost: {row:?}");
+        assert_eq!(row[4] + row[5], 20_000.0, "no particle is lost: {row:?}");
     }
     let moved = rows.windows(2).any(|pair| pair[0][5] != pair[1][5]);
     assert!(
@@ -131,7 +131,7 @@ fn poses_from_outside_move_objects_and_take_particles_along() {
     );
 }
 
-/// What else could have been built: all ways are timed, and what comes out of them is compared.
+/// The alternatives: all are timed, and their results are compared.
 #[test]
 fn choices_are_timed_and_compared() {
     if no_device() {
@@ -153,7 +153,7 @@ fn choices_are_timed_and_compared() {
     let table = text(&output.stdout);
     let results = program::report(&out.join("choices.json"));
     let points = results["points"].as_array().expect("they are listed");
-    // Six walks, two ways to count and five to read on either scene; then deposits alone, even and crowded.
+    // Six walks, two ways to count and five to read on each scene; then deposits alone, even and crowded.
     assert_eq!(points.len(), 2 * 13 + 2 * 2, "{table}");
     let found = |series: &str, what: &str| {
         let point = points.iter().find(|point| point["series"] == series);
@@ -310,8 +310,8 @@ fn python_reads_checks_and_plots_what_export_has_written() {
         assert_eq!(said.contains("\ndistance "), with_distance, "{said}");
         let with_food = !more.is_empty();
         assert_eq!(said.contains("\nscent "), with_food, "{said}");
-        let told = said.contains("food: 3 foods and markers, ") && !said.contains(", 0 meals");
-        assert_eq!(told, with_food, "{said}");
+        let is_said = said.contains("food: 3 foods and markers, ") && !said.contains(", 0 meals");
+        assert_eq!(is_said, with_food, "{said}");
         let plots = image::open(&picture).expect("it is a picture");
         assert!(plots.width() >= 1000 && plots.height() >= 500);
         // Every array is explained.

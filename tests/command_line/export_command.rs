@@ -1,4 +1,4 @@
-//! `myxo export`, as people run it: every file, checkpoints, bad names, a full disk; and pictures without a background.
+//! `myxo export`: every file, checkpoints, bad names, a full disk; and pictures without a background.
 
 use crate::program::{
     self, Folder, TINY, done, failed, no_device, path, refused, report, short_render, text,
@@ -22,8 +22,8 @@ fn a_run_and_its_checkpoint_export_the_same() {
             .for_each(|file| arguments.extend(["--out", path(file)]));
         let messages = done(&arguments);
         for file in &files {
-            let told = format!("{} (", path(file));
-            assert!(messages.contains(&told), "{told} in {messages}");
+            let part = format!("{} (", path(file));
+            assert!(messages.contains(&part), "{part} in {messages}");
         }
         assert!(
             messages.contains("texels apart, and the trail is finer"),
@@ -41,12 +41,12 @@ fn a_run_and_its_checkpoint_export_the_same() {
     let json = folder.file("a.json");
     let kept = ["--checkpoint", path(&state), "--report", path(&json)];
     let first = run("a", &[&["--steps", "15"], &kept[..]].concat());
-    let told = report(&json);
+    let whole = report(&json);
     assert_eq!(
-        (&told["steps"], &told["interrupted"]),
+        (&whole["steps"], &whole["interrupted"]),
         (&15.into(), &false.into())
     );
-    let hash = told["state_hash"].as_str().expect("there is a hash");
+    let hash = whole["state_hash"].as_str().expect("there is a hash");
     let utf32: Vec<u8> = hash
         .chars()
         .flat_map(|c| u32::from(c).to_le_bytes())
@@ -59,7 +59,7 @@ fn a_run_and_its_checkpoint_export_the_same() {
     assert!(first[0].starts_with(b"glTF\x02\0\0\0") && first[1].starts_with(b"ply\n"));
     assert!(first[2].starts_with(b"PK") && first[3].starts_with(b"# cube, as it was at step 15"));
     assert_eq!(run("b", &["--steps", "0", "--resume", path(&state)]), first);
-    // Its settings come with it, under what is set over them.
+    // Its settings are kept, with those of the command line over them.
     let own = |set: &[&str]| {
         let [scene, again] = ["own.toml", "own.json"].map(|name| folder.file(name));
         let run = ["export", "--steps", "0", "--resume", path(&state)];
@@ -68,8 +68,8 @@ fn a_run_and_its_checkpoint_export_the_same() {
         (report(&again), messages)
     };
     let (resumed, messages) = own(&[]);
-    assert_eq!(resumed["settings"], told["settings"]);
-    assert_eq!(resumed["state_hash"], told["state_hash"]);
+    assert_eq!(resumed["settings"], whole["settings"]);
+    assert_eq!(resumed["state_hash"], whole["state_hash"]);
     assert!(messages.contains("going on from step 15\n"), "{messages}");
     let (resumed, messages) = own(&["--set", "trail.decay=0.5"]);
     assert_eq!(resumed["settings"]["trail"]["decay"], 0.5);
@@ -118,7 +118,7 @@ fn a_run_and_its_checkpoint_export_the_same() {
 }
 
 #[test]
-fn what_cannot_be_written_is_known_at_once() {
+fn outputs_that_cannot_be_written_are_refused_at_once() {
     let folder = Folder::new();
     let file = folder.with("file", "");
     for (name, words) in [
@@ -148,7 +148,7 @@ fn what_cannot_be_written_is_known_at_once() {
     assert_eq!(std::fs::read(file).expect("it is there"), b"");
 }
 
-/// A series has the states of its steps, as a run to each of them exports it, and goes on where a checkpoint ended.
+/// A series has the states of its steps, as a run to each of them exports it, and continues where a checkpoint ended.
 #[test]
 fn a_series_has_each_step_in_a_file_of_its_own() {
     if no_device() {
@@ -163,8 +163,8 @@ fn a_series_has_each_step_in_a_file_of_its_own() {
     let messages = run(&[&["--steps", "7"], &every[..], &kept].concat());
     let name = |step: u32| format!("x_{step:06}.npz");
     for step in [3, 6, 7] {
-        let told = path(&folder.file(name(step))).to_owned();
-        assert!(messages.contains(&told), "{told} in {messages}");
+        let part = path(&folder.file(name(step))).to_owned();
+        assert!(messages.contains(&part), "{part} in {messages}");
     }
     let names = [3, 6, 7].map(name);
     let wanted: Vec<&str> = ["x.state"]
@@ -179,7 +179,7 @@ fn a_series_has_each_step_in_a_file_of_its_own() {
             .map(|file| std::fs::read(file).expect("it is there"));
         assert!(found == wanted, "step {step}");
     }
-    // By the steps of the whole, wherever it goes on.
+    // Steps are numbered over all runs.
     run(&[&["--steps", "3", "--resume", path(&state)], &every[..]].concat());
     for step in [9, 10] {
         assert!(folder.file(name(step)).exists(), "{step}");
@@ -191,7 +191,7 @@ fn a_series_has_each_step_in_a_file_of_its_own() {
     );
 }
 
-/// What fails is told, nothing half-written is left, what was there before stays, and what fits is written.
+/// Errors are printed, no half-written file is left, files from before stay, and files that fit are written.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_leaves_what_is_whole() {
@@ -215,7 +215,7 @@ fn a_full_disk_leaves_what_is_whole() {
     assert_eq!(folder.names(), ["x.glb", "x.npz", "x.ply", "x.toml"]);
     let old = std::fs::read(folder.file("x.npz")).expect("it is there");
     assert_eq!(old, b"old");
-    // Of a series each is told, and the others are written.
+    // In a series each error is printed, and the other files are written.
     let out = [folder.file("y.npz"), folder.file("y.toml")];
     let mut arguments = [&["export"], &TINY[..], &["--steps", "2", "--every", "1"]].concat();
     out.iter()
@@ -280,7 +280,7 @@ fn pictures_without_a_background_have_alpha() {
         let message = failed(&short_render("cube", &film, &["--transparent"]));
         assert!(message.contains("cannot be transparent"), "{message}");
     }
-    // A run with a report says the same as one without transparency.
+    // The report equals that of a run without transparency.
     let json = folder.file("x.json");
     let out = folder.file("%d.png");
     done(&short_render(
@@ -293,26 +293,29 @@ fn pictures_without_a_background_have_alpha() {
 }
 
 #[test]
-fn reports_tell_what_is_left_of_food() {
+fn reports_have_the_remaining_food() {
     if no_device() {
         return;
     }
     let folder = Folder::new();
-    let told = |more: &[&str]| {
+    let report_of = |more: &[&str]| {
         let (out, file) = (folder.file("x.png"), folder.file("x.json"));
         let run = ["--steps", "40", "--size", "64x48", "--out", path(&out)];
-        let told = ["--report", path(&file)];
-        done(&[&["render"], &TINY[..], &run, &told, more].concat());
+        let output = ["--report", path(&file)];
+        done(&[&["render"], &TINY[..], &run, &output, more].concat());
         report(&file)
     };
-    assert!(told(&[]).get("foods").is_none(), "there is none");
+    assert!(report_of(&[]).get("foods").is_none(), "there is none");
     let set = [
         "--set",
         "feeding.scattered=2",
         "--set",
         "feeding.amount=300",
     ];
-    let foods = told(&set)["foods"].as_array().cloned().unwrap_or_default();
+    let foods = report_of(&set)["foods"]
+        .as_array()
+        .cloned()
+        .unwrap_or_default();
     assert_eq!(foods.len(), 2, "{foods:?}");
     let mut left = 0;
     for food in &foods {
@@ -330,9 +333,9 @@ fn reports_tell_what_is_left_of_food() {
         let (radius, size) = (food["radius"].as_f64(), food["size"].as_f64());
         assert!(radius > size && size > Some(0.0), "{food}");
     }
-    assert!(left < 600, "somebody has eaten: {foods:?}");
+    assert!(left < 600, "particles have eaten: {foods:?}");
     let endless = ["--set", "feeding.scattered=1"];
-    let foods = told(&endless)["foods"].clone();
+    let foods = report_of(&endless)["foods"].clone();
     assert!(
         foods[0]["remaining"].is_null() && foods[0]["amount"] == 0,
         "{foods}"

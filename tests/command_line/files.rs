@@ -1,5 +1,5 @@
-//! The places that the program writes to, and what becomes of them: odd names, no rights, no room, nobody listening.
-//! Nothing half-written ever has a final name.
+//! The files and streams that the program writes to: odd names, no rights, no room, closed pipes. No half-written file ever has a final
+//! name.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::program::{
     short_render as render, text,
 };
 
-/// Names with blanks, and names that are no text at all.
+/// Names with blanks, and names that are not valid text.
 #[cfg(target_os = "linux")]
 #[test]
 fn paths_are_any_bytes() {
@@ -66,7 +66,7 @@ fn paths_are_any_bytes() {
 }
 
 #[test]
-fn what_cannot_be_written_is_known_at_once() {
+fn outputs_that_cannot_be_written_are_refused_at_once() {
     let folder = Folder::new();
     let file = folder.with("file", "");
     for name in [
@@ -115,7 +115,7 @@ fn without_ffmpeg_other_formats_are_named() {
     assert!(folder.names().is_empty());
 }
 
-/// A disk that is full: what fails is told, nothing half-written is left, and what fits is written.
+/// A full disk: errors are printed, no half-written file is left, and files that fit are written.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_leaves_what_is_whole() {
@@ -148,7 +148,7 @@ fn a_full_disk_leaves_what_is_whole() {
     assert_eq!(program::report(&report)["interrupted"], false);
 }
 
-/// A checkpoint that finds no room takes nothing else with it.
+/// If a checkpoint finds no room, all other files are still written.
 #[cfg(unix)]
 #[test]
 fn without_a_checkpoint_all_else_is_written() {
@@ -224,7 +224,7 @@ fn a_full_standard_output_is_an_error_and_a_closed_one_is_none() {
         "{message}"
     );
     assert!(message.contains("free some space"), "{message}");
-    // With nobody to tell it to, it fails all the same.
+    // It fails even if the error cannot be printed.
     let output = program()
         .args(&arguments)
         .stdout(full())
@@ -249,7 +249,7 @@ fn a_full_standard_output_is_an_error_and_a_closed_one_is_none() {
     );
 }
 
-/// A preset is the program's, a file's, or one that was kept in the window.
+/// A preset is built in, in a file, or saved in the window.
 #[test]
 fn presets_come_from_files_and_from_the_users_folder() {
     let folder = Folder::new();

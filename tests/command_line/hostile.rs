@@ -1,8 +1,8 @@
-//! Names and values from files that a terminal would obey, and limits of the system that end programs without a word.
+//! Control characters in names and values from files, and limits of the system that kill programs without a message.
 
 use crate::program::{Folder, done, failure, myxo, path, program, text, with_files_up_to};
 
-/// What a terminal obeys, or shows in another order: everything but the line breaks of the program itself.
+/// Asserts that there are no control characters and no overrides of direction, except for the program's own line breaks.
 #[track_caller]
 fn assert_plain(output: &[u8]) {
     let text = text(output);
@@ -45,7 +45,7 @@ fn no_control_character_of_a_file_reaches_a_terminal() {
                 .env("RUST_LOG", "debug")
                 .output()
                 .expect("the program starts");
-            // A list of a scene's objects reads neither their names nor their meshes.
+            // `myxo scenes FILE` checks neither the names of objects nor their meshes, so its exit code may differ.
             if command[0] == "atlas" {
                 assert_eq!(output.status.code(), Some(code), "{}", text(&output.stderr));
             }
@@ -55,15 +55,15 @@ fn no_control_character_of_a_file_reaches_a_terminal() {
             outputs += usize::from(said.contains("\\u{1b}") || said.contains("\\u001b"));
         }
     }
-    // They are shown, not left out.
+    // Control characters are shown in escaped form, not left out.
     assert!(outputs >= 10, "{outputs}");
-    // What programs read is the name that the file has.
+    // In data for programs the name is unchanged.
     let output = myxo(&[&["atlas", path(&good), "--json"], &size[..]].concat());
     let numbers: serde_json::Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
     assert_eq!(numbers["scene"], format!("{odd}1"));
 }
 
-/// Catches the name of a file that looks like a message of its own.
+/// Catches a name of a file whose line breaks make it look like a message of its own.
 #[test]
 fn names_of_files_stay_on_their_line() {
     let folder = Folder::new();
@@ -127,7 +127,7 @@ fn the_limit_of_file_sizes_is_an_error_with_a_sentence() {
     done(&arguments);
 }
 
-/// Catches the largest texture, which is allowed, where the memory does not hold it: the system would end the program.
+/// Catches the largest allowed texture on a machine with too little memory, where the system would kill the program.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_atlas_that_memory_does_not_hold_is_refused_at_once() {

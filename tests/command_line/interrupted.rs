@@ -1,8 +1,8 @@
-//! Runs that are killed, interrupted, or find the disk full at random moments. Each name then has the file of before or a whole new
-//! one, and no hidden file stays.
+//! Runs that are killed, interrupted, or find the disk full at random moments. After that each name has the old file or a whole new one,
+//! and no temporary file is left.
 //!
 //! The short test takes a few moments of one command. The long ones take 30 of each command that writes files; `make long` runs
-//! them. `MYXO_SEED=N` gives other moments, and a failure names its own. `.ci/power-cut` is about what reaches the disk.
+//! them. `MYXO_SEED=N` gives other moments, and a failure names its seed. `.ci/power-cut` is about what reaches the disk.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -20,7 +20,7 @@ use myxo::sim::checkpoint::Checkpoint;
 
 use crate::program::{Folder, TINY, no_device, program, shown_of, text, wait_until};
 
-/// A command, and how it writes every format that it has. In its arguments, words in capitals stand for the files of [`inputs`].
+/// Commands that write every format. In their arguments, words in capitals stand for the files of [`inputs`].
 type Job = (&'static str, &'static str);
 
 const JOBS: &[Job] = &[
@@ -68,20 +68,20 @@ const JOBS: &[Job] = &[
     ),
 ];
 
-/// The first one, smaller and without the encoder, which takes long to start.
+/// The first command, smaller and without the encoder, which takes long to start.
 const SHORT: Job = (
     "render",
     "render TINY --steps 2 --every 1 --size 64x48 --out a.png --out s/%d.png --out a.gif --report a.json \
      --checkpoint a.state",
 );
 
-/// Ctrl-C, and what the system sends when it shuts down.
+/// The signals of Ctrl-C and of a shutdown.
 const ONCE: [(&str, u32); 2] = [("INT", 1), ("TERM", 1)];
 
 /// How long a command may take to end when it is asked to, on a machine that does other work, too.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// What commands read.
+/// The input files of the commands.
 fn inputs() -> Folder {
     let folder = Folder::new();
     let many = |header: &str, row: &str| {
@@ -110,23 +110,23 @@ fn inputs() -> Folder {
     folder
 }
 
-/// What is under every name before a run.
+/// The content of every file before a run.
 fn old(name: &Path) -> Vec<u8> {
     format!("the old {}", name.display()).into_bytes()
 }
 
-/// What has disturbed a run.
+/// How a run is disturbed.
 #[derive(Clone, Copy, PartialEq)]
 enum Disturbed {
-    /// It could not tidy up.
+    /// It is killed and cannot clean up.
     Killed,
-    /// It ends with what it has; asked again, at once.
+    /// It is interrupted: it ends with the results so far; asked twice, at once.
     Asked,
-    /// Films that are cut short lie beside the old ones.
+    /// The disk is full: films that are cut short are kept beside the old ones.
     Full,
 }
 
-/// A command, what it writes when nothing disturbs it, and how long that takes.
+/// A command, the files of an undisturbed run, and how long that takes.
 struct Trials {
     name: &'static str,
     arguments: Vec<String>,
@@ -185,7 +185,7 @@ impl Trials {
         f64::from(unit(random(self.seed, self.drawn, 0, Purpose::Start)[0]))
     }
 
-    /// One of the whole run, or every second time of its last quarter, in which most files are written.
+    /// A random moment of the run; every second one is in its last quarter, in which most files are written.
     fn moment(&mut self) -> Duration {
         let part = self.draw();
         self.length.mul_f64(match self.drawn % 2 {
@@ -194,7 +194,7 @@ impl Trials {
         })
     }
 
-    /// The command as another one runs it, which gets it as its last arguments.
+    /// The command run by another program, which gets it as its last arguments.
     fn command_by(&self, runner: &[String]) -> Command {
         let mut words = runner.iter().cloned();
         let first = words.next();
@@ -210,7 +210,7 @@ impl Trials {
             .env("XDG_CACHE_HOME", self.inputs.file("cache"))
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
-            // A group of its own, as shells give it.
+            // A process group of its own, as shells create.
             .process_group(0);
         command
     }
@@ -220,7 +220,7 @@ impl Trials {
         assert!(output.status.success(), "{}", text(&output.stderr));
     }
 
-    /// All files, hidden ones too.
+    /// All files, including hidden ones.
     fn files(&self) -> BTreeMap<PathBuf, Vec<u8>> {
         let mut files = BTreeMap::new();
         let mut folders = vec![PathBuf::new()];
@@ -244,7 +244,7 @@ impl Trials {
         }
     }
 
-    /// Looks at every file that a disturbed run has left. Gives how many are new.
+    /// Checks every file after a disturbed run. Returns how many are new.
     #[track_caller]
     fn check_files(&self, by: Disturbed, moment: &str) -> usize {
         let at = format!("{}, {moment}, seed {}", self.name, self.seed);
@@ -261,7 +261,7 @@ impl Trials {
             if let Err(problem) = check_whole(&self.folder.file(name)) {
                 panic!("{at}: {path} is not whole: {problem}");
             }
-            // What was asked to end has taken fewer steps.
+            // An interrupted run has taken fewer steps.
             let has_fewer_steps = by == Disturbed::Asked;
             let is_equal = has_fewer_steps || self.is_as(name, &found, whole);
             assert!(is_equal, "{at}: {path} is neither old nor new");
@@ -275,7 +275,7 @@ impl Trials {
             }
             let may_be = match by {
                 Disturbed::Killed => false,
-                // A series ends with the step at which it was asked to.
+                // A series ends with the step at which it was interrupted.
                 Disturbed::Asked => true,
                 Disturbed::Full => name.contains(".cut."),
             };
@@ -287,15 +287,15 @@ impl Trials {
         new
     }
 
-    /// A scene's map takes a name that is free, as the scene of before names another one.
+    /// A scene's map takes a free name, because the old scene names another map.
     fn remove_maps(&self) {
         for name in self.files().into_keys().filter(|name| is_map(name)) {
             fs::remove_file(self.folder.file(name)).expect("it can be removed");
         }
     }
 
-    /// Whether a whole file is as it must be. Times differ from run to run, and so does the order of particles in what keeps all
-    /// of them; a video has its index at its end where there is no room for two of them.
+    /// Does a whole file have the right content? Times differ from run to run, and so does the order of particles in files with all
+    /// particles; a video has its index at the end if there is no room to move it to the front.
     fn is_as(&self, name: &Path, found: &[u8], whole: &[u8]) -> bool {
         let ending = name.extension().and_then(OsStr::to_str).unwrap_or_default();
         match ending {
@@ -308,8 +308,8 @@ impl Trials {
         }
     }
 
-    /// Runs the command and sends it a signal at a random moment, once or twice. Also gives what was done, and how long it took
-    /// to end.
+    /// Runs the command and sends it a signal at a random moment, once or twice. Also returns a description, and how long the run took to
+    /// end.
     fn disturb(&mut self, word: &str, times: u32) -> (Output, String, Duration) {
         self.begin_with_old_files();
         let moment = self.moment();
@@ -321,7 +321,7 @@ impl Trials {
             has_ended || begun.elapsed() >= moment
         });
         if has_ended {
-            // Other programs have slowed down the run by which the length was taken.
+            // Other programs have slowed down the run that gave the length.
             self.length = self.length.min(begun.elapsed());
         }
         let asked = Instant::now();
@@ -333,7 +333,7 @@ impl Trials {
         (output, what, asked.elapsed())
     }
 
-    /// Has runs killed, and the next one tidy up.
+    /// Kills runs, and checks that the next run cleans up.
     fn kill(&mut self, trials: u32) {
         let mut new = 0;
         for _ in 0..trials {
@@ -351,10 +351,10 @@ impl Trials {
             self.name,
             self.seed
         );
-        self.tell("killed", trials, new);
+        self.print_counts("killed", trials, new);
     }
 
-    /// Asks runs to end: once, or twice, as a user in a hurry does.
+    /// Interrupts runs once, or twice, as a user in a hurry does.
     fn interrupt(&mut self, trials: u32, how: &[(&str, u32)]) {
         let mut new = 0;
         for trial in 0..trials {
@@ -362,7 +362,7 @@ impl Trials {
             let (output, what, took) = self.disturb(word, times);
             assert!(took < PATIENCE, "{}: {what}: {took:?}", self.name);
             let status = output.status;
-            // Before there is a file, the system ends it.
+            // Before there is a file, the signal ends the program.
             let is_right = matches!(status.code(), Some(0 | 130)) || status.signal().is_some();
             assert!(
                 is_right,
@@ -372,7 +372,7 @@ impl Trials {
             );
             new += self.check_files(Disturbed::Asked, &what);
         }
-        self.tell("interrupted", trials, new);
+        self.print_counts("interrupted", trials, new);
     }
 
     /// Limits the length of files, which needs no rights.
@@ -388,10 +388,10 @@ impl Trials {
             assert_eq!(output.status.code(), Some(1), "files up to {limit} blocks");
             new += count;
         }
-        self.tell("at the limit of file sizes", trials, new);
+        self.print_counts("at the limit of file sizes", trials, new);
     }
 
-    /// Runs on a disk in memory that is too small, where the system lets us make one.
+    /// Runs on a memory disk that is too small, if the system allows to create one.
     fn fill_disk(&mut self, trials: u32) {
         let place = Folder::new();
         let place = place.path().display().to_string();
@@ -426,7 +426,7 @@ impl Trials {
                 .run_full(&on_disk(size), &format!("a disk of {size} kB"))
                 .1;
         }
-        self.tell("on a full disk", trials, new);
+        self.print_counts("on a full disk", trials, new);
     }
 
     #[track_caller]
@@ -449,7 +449,7 @@ impl Trials {
         (output, new)
     }
 
-    fn tell(&self, how: &str, trials: u32, new: usize) {
+    fn print_counts(&self, how: &str, trials: u32, new: usize) {
         let files = self.whole.len() * trials as usize;
         eprintln!(
             "{}: {trials} times {how}: {new} of {files} files new, all others old",
@@ -459,12 +459,12 @@ impl Trials {
     }
 }
 
-/// Whether it is the map of areas that belongs to a scene file.
+/// Is it the map of areas that belongs to a scene file?
 fn is_map(name: &Path) -> bool {
     name.to_string_lossy().contains("_areas")
 }
 
-/// None where another process has just removed it.
+/// The content, or `None` if another process has just removed the file.
 fn content_of(path: &Path) -> Option<Vec<u8>> {
     match fs::read(path) {
         Ok(content) => Some(content),
@@ -480,7 +480,7 @@ fn signal(run: &Child, word: &str) {
     assert!(killed.expect("there is a shell").success());
 }
 
-/// Reads a file to its end, as its ending says.
+/// Reads the whole file in the format of its extension.
 fn check_whole(path: &Path) -> Result<(), String> {
     let ending = path.extension().unwrap_or_default();
     let ending = ending.to_str().unwrap_or_default();

@@ -57,7 +57,7 @@ fn one_kernel_runs_alone_and_leaves_the_state_alone() {
         report(&alone)["state_hash"],
         report(&straight)["state_hash"]
     );
-    // The checkpoint is of the same step.
+    // The checkpoint has the state of the same step.
     let resume = ["--resume", path(&state)];
     done(&[&["render"], &TINY[..], &files, &size, &["3"], &resume].concat());
     let resumed = report(&straight);
@@ -65,7 +65,7 @@ fn one_kernel_runs_alone_and_leaves_the_state_alone() {
     assert_eq!(resumed["state_hash"], report(&straight)["state_hash"]);
 }
 
-/// How many runs there were counts, and not how many steps came before.
+/// Comparisons use the number of runs, not the number of warm-up steps.
 #[test]
 fn comparisons_of_kernels_go_by_their_runs() {
     if no_device() {
@@ -103,7 +103,7 @@ fn comparisons_of_kernels_go_by_their_runs() {
     assert!(table.contains("warmup     differs   2 -> 9"), "{table}");
 }
 
-/// Those that a step of a scene has, as the answer to a wrong name lists them.
+/// The kernels of a scene's step, from the error about a wrong name.
 fn kernels_of(scene: &[&str]) -> Vec<String> {
     let wrong = ["--kernel", "nothing_like_it", "--warmup", "0"];
     let message = failed(&[&["profile"], scene, &wrong].concat());
@@ -111,7 +111,7 @@ fn kernels_of(scene: &[&str]) -> Vec<String> {
     list.split(", ").map(str::to_owned).collect()
 }
 
-/// Takes long: the program runs once for each of some 20 kernels, each time on a scene that has grown.
+/// Takes long: the program runs once for each of some 20 kernels, each time after a warm-up.
 #[test]
 fn every_kernel_of_a_step_runs_alone() {
     if no_device() {
@@ -152,7 +152,7 @@ fn every_kernel_of_a_step_runs_alone() {
             let names = by_trees.iter().chain(&["advance", "walk_sensors"]);
             assert!(names.eq(&kernels[..6]), "in their order: {kernels:?}");
         }
-        // Each alone; those that all strategies share, once.
+        // Each kernel alone; kernels that all strategies share only once.
         let is_form = |kernel: &String| FORMS_OF_ADVANCE[1..].contains(&kernel.as_str());
         let has_forms = kernels.iter().any(is_form);
         let shared = |kernel: &str| spreading.contains(&kernel) || by_trees.contains(&kernel);
@@ -173,7 +173,7 @@ fn every_kernel_of_a_step_runs_alone() {
                 assert_eq!(rows[0]["name"].as_str(), Some(kernel.as_str()));
                 assert_eq!(rows[0]["dispatches_per_step"], 1.0);
                 if kernel == "advance" {
-                    // Those of one form are not all particles.
+                    // One form of `advance` does not process all particles.
                     assert_eq!(rows[0]["throughput"].is_null(), has_forms, "{rows:?}");
                 }
             }
@@ -191,7 +191,7 @@ fn unknown_kernels_are_answered_with_those_that_exist() {
         message,
         "myxo: a step of this scene has no kernel `difuse`, did you mean `diffuse`?: it has advance, walk_sensors, diffuse, sort_count, diffuse_seams, sort_scan, exchange_seams, sort_scatter\n"
     );
-    // Another scene has it.
+    // Another scene has this kernel.
     let options = ["--kernel", "transfer_out"];
     let message = failed(&[&["profile"], &TINY[..], &options].concat());
     assert!(message.contains("no kernel `transfer_out`"), "{message}");

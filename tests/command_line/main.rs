@@ -1,4 +1,4 @@
-//! The program as people run it: every command, its files, and what it says to what is wrong.
+//! The program from the command line: every command, its files and its errors.
 
 #[path = "../common/mod.rs"]
 mod common;

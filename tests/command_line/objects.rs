@@ -1,8 +1,8 @@
-//! What may be odd about several objects: each has its outcome, one clear message or a run in which nobody is lost.
+//! Odd scenes of several objects: each gives one clear message or a run in which no particle is lost.
 
 use crate::program::{Folder, done, failed, myxo, no_device, path, report, text};
 
-/// A ball and what is said of a second object.
+/// A scene with a ball and a second object with these lines.
 fn two(second: &str) -> String {
     format!(
         "[particles]\ncount = 2000\n[physarum]\nspeed = 0.02\n[atlas]\nsize = 128\n\
@@ -12,7 +12,7 @@ fn two(second: &str) -> String {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_in_one_message() {
+fn senseless_scenes_are_refused_in_one_message() {
     let folder = Folder::new();
     for (second, words) in [
         ("scale = 0", "object.1.scale = 0 is out of range"),
@@ -61,12 +61,12 @@ fn what_makes_no_sense_is_refused_in_one_message() {
 }
 
 #[test]
-fn more_objects_than_fit_are_refused_with_how_many_would() {
+fn too_many_objects_are_refused_with_the_most_that_fit() {
     if no_device() {
         return;
     }
     let folder = Folder::new();
-    // Pairs of objects take more room than anything else; few devices have a buffer for so many.
+    // Pairs of objects take the most memory; few devices have a buffer for so many.
     let text = "[[object]]\nmesh = \"builtin:icosphere?subdivisions=0\"\n".repeat(1500);
     let file = folder.with("many.toml", text);
     let devices = myxo::gpu::devices().unwrap();
@@ -84,24 +84,24 @@ fn more_objects_than_fit_are_refused_with_how_many_would() {
 
 /// Takes long: many scenes, each laid out anew and run by the program with the validation layers on.
 #[test]
-fn odd_scenes_run_and_lose_nobody() {
+fn odd_scenes_run_and_lose_no_particle() {
     if no_device() {
         return;
     }
     let folder = Folder::new();
-    // What is said of the second object, other settings, and whether anybody can change objects.
+    // The lines of the second object, other settings, and whether particles can change objects.
     let inside = "scale = 0.2";
     let close_inside = "scale = 0.9";
     let same = "mesh_of_the_ball";
     let beside = "position = [1.5, 0.3, 0.0]";
     for (second, set, changes) in [
-        // Farther inside than reach, or in one place, where neither covers the other: no surface is crossed.
+        // Deeper inside than the reach, or at the same place, where neither covers the other: no surface is crossed.
         (inside, "distance.reach=0.1", Some(false)),
         (same, "seed=1", Some(false)),
-        // Inside within reach: out to the nearest place.
+        // Inside and within reach: particles go to the nearest place outside.
         (close_inside, "distance.reach=0.2", Some(true)),
         (beside, "particles.count=1", None),
-        // All that is within reach goes where it can, or nobody.
+        // With a threshold of 100 all particles within reach change objects where they can, with -100 none does.
         (beside, "transfer.threshold=100", Some(true)),
         (beside, "transfer.threshold=-100", Some(false)),
         (beside, "transfer.buffer_size=2000000", Some(true)),
@@ -113,13 +113,13 @@ fn odd_scenes_run_and_lose_nobody() {
             two(second)
         };
         let file = folder.with("two.toml", text);
-        let told = folder.file("report.json");
+        let json = folder.file("report.json");
         for strategy in ["none", "respawn", "sequential", "parallel", "direct"] {
             let strategy_set = format!("transfer.strategy={strategy}");
             let run = ["profile", path(&file), "--steps", "8", "--warmup", "0"];
             let sets = ["--set", set, "--set", &strategy_set, "--validate"];
-            done(&[&run[..], &sets, &["--report", path(&told)]].concat());
-            let counters = &report(&told)["counters"];
+            done(&[&run[..], &sets, &["--report", path(&json)]].concat());
+            let counters = &report(&json)["counters"];
             let selected = counters["selected"].as_u64().unwrap();
             let what = format!("{second}, {set}, {strategy}: {counters}");
             assert_eq!(counters["lost"], 0, "{what}");
@@ -140,7 +140,7 @@ fn a_single_object_takes_any_strategy() {
         return;
     }
     let folder = Folder::new();
-    let told = folder.file("report.json");
+    let json = folder.file("report.json");
     let hashes = [
         "none",
         "respawn",
@@ -157,16 +157,16 @@ fn a_single_object_takes_any_strategy() {
             &[
                 &run[..],
                 &sets,
-                &["--set", &strategy, "--report", path(&told)],
+                &["--set", &strategy, "--report", path(&json)],
             ]
             .concat(),
         );
-        report(&told)["state_hash"].as_str().unwrap().to_owned()
+        report(&json)["state_hash"].as_str().unwrap().to_owned()
     });
     assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:?}");
 }
 
-/// Interrupted while particles are under way, by the program and its files.
+/// The run is interrupted while particles are changing objects, and resumed by the program.
 #[test]
 fn a_run_of_several_objects_goes_on_where_it_was_interrupted() {
     if no_device() {
@@ -174,7 +174,7 @@ fn a_run_of_several_objects_goes_on_where_it_was_interrupted() {
     }
     let folder = Folder::new();
     let run = |name: &str, strategy: &str, more: &[&str]| {
-        let told = folder.file(format!("{name}.json"));
+        let json = folder.file(format!("{name}.json"));
         let strategy = format!("transfer.strategy={strategy}");
         let scene: &[&str] = match more.contains(&"--resume") {
             true => &[],
@@ -192,9 +192,9 @@ fn a_run_of_several_objects_goes_on_where_it_was_interrupted() {
         };
         let out = folder.file(format!("{name}.png"));
         let out = ["--size", "64x48", "--out", path(&out)];
-        let into = ["--report", path(&told), "--validate"];
+        let into = ["--report", path(&json), "--validate"];
         done(&[&["render"], scene, &out, &into, &set[..], more].concat());
-        (report(&told), told)
+        (report(&json), json)
     };
     let state = folder.file("half.state");
     let keep = ["--steps", "7", "--checkpoint", path(&state)];

@@ -1,4 +1,4 @@
-//! What becomes of what is there already where an output goes: links, devices, pipes, permissions, and files that the run reads.
+//! Outputs to existing files: links, devices, pipes, permissions, and files that the run reads.
 
 use std::fs::{self, Permissions};
 use std::io::Read as _;
@@ -44,7 +44,7 @@ fn devices_are_written_to_and_never_replaced() {
     );
 }
 
-/// Would catch: a pipe that is replaced by a file, a reader that gets nothing, and a run that waits for a reader for ever.
+/// Would catch: a pipe that is replaced by a file, a reader that gets nothing, and a run that waits forever for a reader.
 #[test]
 fn pipes_get_the_whole_output() {
     let folder = Folder::new();
@@ -66,7 +66,7 @@ fn pipes_get_the_whole_output() {
             content
         })
     };
-    // Until the reader has opened it, there is none.
+    // Until the reader has opened the pipe, there is none.
     let run = short_render("cube", &out, &["--checkpoint", path(&to)]);
     let mut tries = 0;
     while !crate::program::myxo(&run).status.success() {
@@ -78,7 +78,7 @@ fn pipes_get_the_whole_output() {
     assert!(fs::metadata(&to).unwrap().file_type().is_fifo());
 }
 
-/// Would catch: a link that becomes a file, and a private report that everybody can read.
+/// Would catch: a link that becomes a file, and a private report that other users can read.
 #[test]
 fn links_stay_and_permissions_are_kept() {
     let folder = Folder::new();
@@ -135,7 +135,7 @@ fn outputs_that_are_one_file_are_refused() {
     }
 }
 
-/// Would catch: a model, a scene or a checkpoint that is gone because an output had its name.
+/// Would catch: a model, a scene or a checkpoint that is lost because an output had its name.
 #[test]
 fn what_a_run_reads_is_not_replaced_unless_that_is_allowed() {
     let folder = Folder::new();
@@ -190,10 +190,10 @@ fn what_a_run_reads_is_not_replaced_unless_that_is_allowed() {
     assert!(message.contains("is an input of this run"), "{message}");
 }
 
-/// Would catch: a checkpoint that cannot be resumed, without a word, because a scene file cannot say where its models lie.
+/// Would catch: a checkpoint that cannot be resumed, without a warning, because a scene file cannot name the folder of its models.
 #[cfg(target_os = "linux")]
 #[test]
-fn checkpoints_in_folders_that_are_not_unicode_go_on() {
+fn checkpoints_in_folders_that_are_not_unicode_can_be_resumed() {
     use std::ffi::OsStr;
     use std::os::unix::ffi::OsStrExt as _;
     let folder = Folder::new();

@@ -6,7 +6,7 @@ use crate::program::{
 use myxo::sim::FORMS_OF_ADVANCE;
 use serde_json::Value;
 
-/// Large enough that gaps between kernels don't count, and still fast.
+/// Large enough that gaps between kernels are negligible, and still fast.
 const LARGE: [&str; 5] = [
     "torus",
     "--set",
@@ -43,13 +43,13 @@ fn kernels_account_for_the_step() {
         };
         let sum = sum_of(&report);
         attempts += 1;
-        // Somebody else may have had the processors between two kernels once, but not every time.
+        // Another program may have used the processors between two kernels once, but not every time.
         if sum / step >= 0.9 || attempts == 3 {
             break (table, report, step, sum);
         }
     };
     let kernels = report["kernels"].as_array().expect("they are listed");
-    // What lies between the kernels is less than a tenth; they do not overlap.
+    // The time between kernels is less than a tenth; kernels do not overlap.
     assert!((0.9..=1.0 + 1e-9).contains(&(sum / step)), "{table}");
     assert_eq!(report["gpu_step"]["mean_ms"].as_f64(), Some(step));
     let shares: f64 = kernels.iter().filter_map(|row| row["share"].as_f64()).sum();
@@ -81,9 +81,9 @@ fn kernels_account_for_the_step() {
         2,
         "{table}"
     );
-    // With the list of those whose sensors walk, which begins anew in each step, two lines about copies, and the host's.
+    // The 9 lines that are no kernels include the clearing of the list of walkers, two about copies, and the host's.
     assert!(of("between kernels ").ends_with(" %"), "{table}");
-    // A sort may be in all of these steps, or in some, of which a line says so.
+    // If only some of these steps have a sort, one more line says so.
     let is_in_all = |row: &serde_json::Value| row["of_steps"].as_f64() == Some(1.0);
     let of_some = usize::from(!kernels.iter().all(is_in_all));
     assert_eq!(lines.len(), 9 + kernels.len() + of_some, "{table}");
@@ -101,7 +101,7 @@ fn kernels_account_for_the_step() {
     let per_second = advance["throughput"]["per_second"]
         .as_f64()
         .expect("it is measured");
-    // Those whose sensors walk advance in the second of the two.
+    // Particles with walking sensors advance in the second of the two kernels.
     let both: f64 = kernels
         .iter()
         .filter(|row| ["advance", "walk_sensors"].map(|name| row["name"] == name) != [false; 2])
@@ -111,7 +111,7 @@ fn kernels_account_for_the_step() {
     check_statistics(&report);
 }
 
-/// Every row has its statistics in order, and its bytes by the sizes of what it reads and writes.
+/// Checks that the statistics of every row are in order, and that its bytes follow from the sizes of its inputs and outputs.
 fn check_statistics(report: &Value) {
     let copies = &report["copy_bandwidth"];
     let copy = copies["gigabytes_per_second"].as_f64().expect("measured");
@@ -154,7 +154,7 @@ fn check_statistics(report: &Value) {
             assert!((part - rate / copy).abs() < 1e-9 * part, "{row}");
         }
     }
-    // The host begins a step, records and submits it; nothing of that takes no time, and the device's is not in it.
+    // The host begins, records and submits a step; each takes some time, and the device's time is not included.
     let host = |what: &str| {
         let of = |key: &str| {
             report["host_step"][what][key]
@@ -167,7 +167,7 @@ fn check_statistics(report: &Value) {
     };
     let all = host("beginning") + host("recording") + host("submitting");
     assert!((host("all") - all).abs() < 1e-9 * all);
-    // Times are read there, and not waited for.
+    // Times are read there without waiting.
     let step = report["gpu_ms_per_step"].as_f64().expect("it is measured");
     let least = report["host_step"]["beginning"]["min_ms"].as_f64();
     assert!(least < Some(0.5 * step), "{least:?} of {step}");
@@ -180,7 +180,7 @@ fn check_statistics(report: &Value) {
     assert_eq!(
         bytes("walk_sensors"),
         None,
-        "the device alone knows how many"
+        "only the device has the number"
     );
     let texels = bytes("diffuse").expect("it is counted") / 20.0;
     assert!((100_000.0..512.0 * 512.0).contains(&texels), "{texels}");
@@ -205,7 +205,7 @@ fn repetitions_begin_anew_and_count_together() {
     assert!(one["repetitions"].is_null());
     let rounds = three["repetitions"].as_array().expect("they are listed");
     assert_eq!(rounds.len(), 3);
-    // Wall time, too, is of all of them.
+    // Wall time covers all repetitions, too.
     assert_eq!((&one["steps"], &three["steps"]), (&6.into(), &18.into()));
     if three["gpu_step"]["median_ms"].is_null() {
         return;
@@ -223,7 +223,7 @@ fn repetitions_begin_anew_and_count_together() {
         assert!(number(&round["kernels_ms"]["advance"]) < step);
     }
 
-    // What is compared with itself does not differ, and the whole says so.
+    // A report compared with itself has no differences.
     let output = myxo(&["profile", "--compare", path(&thrice), path(&thrice)]);
     let table = text(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
@@ -240,9 +240,9 @@ fn repetitions_begin_anew_and_count_together() {
 }
 
 #[test]
-fn a_comparison_names_what_makes_it_doubtful() {
+fn a_comparison_names_its_doubts() {
     let folder = Folder::new();
-    // Reports as programs before this one wrote them, without spread.
+    // Reports of earlier versions, without spread.
     let old = |scene: &str, more: &str, ms: f64| {
         format!(
             r#"{{"device": "abacus", "driver": "d", "scene": "{scene}", "seed": 7, "steps": 9, "particles": 5,
@@ -309,7 +309,7 @@ fn json_is_data_and_nothing_else() {
     let report: Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
     assert_eq!(report["steps"], 3);
     assert_eq!(report["scene"], "cube");
-    // No terminal, no chatter; only that others use the machine, where they do.
+    // Without a terminal there are no messages, except that the machine is busy.
     let messages = text(&output.stderr);
     let load = &report["host_load"];
     assert_eq!(load["is_busy"] == true, !messages.is_empty(), "{load}");
@@ -376,7 +376,7 @@ fn a_trace_has_host_and_device_on_one_clock() {
     ] {
         assert_eq!(called(&device, name).len(), 6, "{name}");
     }
-    // What overlaps on one track has to nest, up to the nanosecond that rounding may add.
+    // Slices that overlap on one track must nest, up to a nanosecond of rounding.
     for track in [&host, &device] {
         for a in track.iter() {
             for b in track.iter().filter(|b| b.begin >= a.begin) {
@@ -407,8 +407,8 @@ fn a_trace_has_host_and_device_on_one_clock() {
     );
 }
 
-/// Kernels of which nobody took the time would be between the others. Turns of two objects are a dozen dispatches each, and
-/// these take some time of their own.
+/// Catches kernels without a time: their time would count as between the others. The rounds of two objects are a dozen dispatches each, and
+/// the gaps take some time, too.
 #[test]
 fn kernels_of_several_objects_account_for_most_of_the_step() {
     if no_device() {
@@ -421,7 +421,7 @@ fn kernels_of_several_objects_account_for_most_of_the_step() {
         let options = ["--set", &strategy, "--set", "particles.count=60000"];
         let steps = ["--steps", "6", "--warmup", "2", "--json"];
         let mut parts = Vec::new();
-        // Somebody else may have had the processors between two kernels once, but not every time.
+        // Another program may have used the processors between two kernels once, but not every time.
         while parts.len() < 3 && parts.last().is_none_or(|part| *part > MOST_BETWEEN) {
             let output = myxo(&[&["profile", path(&pair)], &options[..], &steps].concat());
             assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
@@ -436,7 +436,7 @@ fn kernels_of_several_objects_account_for_most_of_the_step() {
     }
 }
 
-/// Each particle advances once a step, in however many turns.
+/// Each particle advances once a step, however many rounds there are.
 #[test]
 fn throughput_counts_every_particle_once() {
     if no_device() {
@@ -453,7 +453,7 @@ fn throughput_counts_every_particle_once() {
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         let report: Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
         let rows = report["kernels"].as_array().expect("they are listed");
-        // However many turns there are, kernels and what lies between them make the step, and none overlap.
+        // However many rounds there are, kernels and the time between them add up to the step, and none overlap.
         if let Some(step) = report["gpu_ms_per_step"].as_f64() {
             let means = rows.iter().filter_map(|row| row["mean_ms"].as_f64());
             let between = report["gpu_ms_between_kernels"].as_f64();
@@ -463,7 +463,7 @@ fn throughput_counts_every_particle_once() {
         }
         let of = |name: &str| rows.iter().find(|row| row["name"] == name);
         let advance = of("advance").expect("it is there");
-        // Those that `advance` lists advance in the other three.
+        // Particles that `advance` lists advance in the other three kernels.
         let medians = FORMS_OF_ADVANCE.map(|name| of(name).map(|row| row["median_ms"].as_f64()));
         let Some(all) = medians.into_iter().flatten().sum::<Option<f64>>() else {
             return;
@@ -474,8 +474,8 @@ fn throughput_counts_every_particle_once() {
     }
 }
 
-/// Catches a barrier between kernels that need no order, and none where what they have written is used. Where the validation layer
-/// watches, as in most tests, barriers stand there all the same.
+/// Catches a barrier between kernels that need no order, and a missing one where a kernel reads the output of another. With the validation
+/// layers on, as in most tests, kernels that need no order have barriers, too.
 #[test]
 fn the_list_of_barriers_has_the_kernels_that_may_overlap() {
     if no_device() {

@@ -1,4 +1,4 @@
-//! What runs without a window promise: the same bits every time, runs that go on where others stopped, whole files.
+//! Runs without a window: the same bits every time, resumed runs, whole files.
 
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
@@ -12,7 +12,7 @@ use myxo::scene::Settings;
 use myxo::sim::food::MEASURING;
 use serde_json::Value;
 
-/// Renders [`TINY`] and gives the report.
+/// Renders [`TINY`] and returns the report.
 #[track_caller]
 fn render(folder: &Folder, name: &str, options: &[&str]) -> Value {
     let (picture, file) = (
@@ -47,7 +47,7 @@ fn networks_are_measured_along_the_way() {
         let number = |key: &str| measure[key].as_f64().expect(key);
         assert!(number("mean_trail") > 0.0 && number("length") > 0.0);
         assert!(0.0 < number("covered") && number("covered") < 1.0);
-        // Particles have just deposited where they are.
+        // Particles have just deposited, so they are on the network.
         assert!(number("on_network") > number("covered"));
         assert!(number("pieces") >= 1.0 && number("regions") >= 1.0);
         let objects = measure["objects"].as_array().expect("they are listed");
@@ -119,7 +119,7 @@ fn same_scene_and_seed_same_hash() {
 }
 
 #[test]
-fn report_tells_everything_about_a_run() {
+fn a_report_has_everything_about_a_run() {
     if no_device() {
         return;
     }
@@ -163,7 +163,7 @@ fn report_tells_everything_about_a_run() {
         "{}",
         report["host_load"]
     );
-    // A checkout knows its commit; what was unpacked from an archive does not.
+    // A checkout has a commit; an unpacked archive has none.
     let commit = report.get("commit").expect("the key is there");
     assert_eq!(
         commit.as_str().map(str::len),
@@ -188,7 +188,7 @@ fn report_tells_everything_about_a_run() {
         ]
     );
     for row in kernels {
-        // The list of those whose sensors walk begins anew: its length, and the groups of its dispatch.
+        // The list of walkers is cleared: its length, and the groups of its dispatch.
         let times = if row["name"] == "update" { 2.0 } else { 1.0 };
         assert_eq!(row["dispatches_per_step"], times, "{row}");
     }
@@ -197,7 +197,7 @@ fn report_tells_everything_about_a_run() {
             for key in ["mean_ms", "median_ms", "p95_ms", "share"] {
                 assert!(row[key].as_f64() > Some(0.0), "{key} in {row}");
             }
-            // How many are listed is known to the device alone.
+            // The length of the list is known only on the device.
             let lists = row["name"] == "walk_sensors" || row["name"] == "update";
             let per_second = row["throughput"]["per_second"].as_f64();
             assert_eq!(per_second > Some(0.0), !lists, "{row}");
@@ -205,7 +205,7 @@ fn report_tells_everything_about_a_run() {
     }
 }
 
-/// Particles are sorted in every 16th step: what that takes is told of the steps that have it.
+/// Particles are sorted in every 16th step; the times of the sort are those of the steps that have it.
 #[test]
 fn kernels_of_some_steps_have_the_times_of_these() {
     if no_device() {
@@ -228,7 +228,7 @@ fn kernels_of_some_steps_have_the_times_of_these() {
     assert!(sum <= number(&report["gpu_ms_per_step"]), "{report}");
 }
 
-/// Sizes that nothing divides, and every kind of file at once.
+/// Odd sizes, and every kind of file at once.
 #[test]
 fn one_run_writes_files_of_every_kind() {
     if no_device() {
@@ -278,7 +278,7 @@ fn one_run_writes_files_of_every_kind() {
 }
 
 #[test]
-fn films_begin_where_something_has_grown() {
+fn films_begin_at_the_step_of_from() {
     if no_device() {
         return;
     }
@@ -385,7 +385,7 @@ fn no_steps_show_the_start() {
     assert_eq!(folder.names(), ["x.gif", "x.json", "x.png"]);
 }
 
-/// Food that reaches far takes minutes where there is much of it.
+/// A lot of food with a large radius takes minutes to measure.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_stops_the_measuring_of_food() {
@@ -420,8 +420,8 @@ fn ctrl_c_stops_the_measuring_of_food() {
     assert!(!picture.exists());
 }
 
-/// Ctrl-C in a long render: whole files, a checkpoint, exit code 130; and the run that goes on from there ends as if
-/// nothing had happened.
+/// Ctrl-C in a long render gives whole files, a checkpoint and exit code 130; the resumed run ends in the same hash as one without
+/// interruption.
 #[cfg(unix)]
 #[test]
 fn interrupted_and_resumed_ends_in_the_same_hash() {
@@ -529,7 +529,7 @@ fn states_that_cannot_be_resumed_are_refused() {
     );
     let message = failed(&profile("builtin:icosphere?subdivisions=1", &resume));
     assert!(message.contains("the scene here has "), "{message}");
-    // As many triangles, and all settings the same.
+    // Equally many triangles, and equal settings.
     let object = "[[object]]\nname = \"cube\"\nmesh = \"builtin:cube\"\nscale = 1.5\n";
     let larger = folder.with("larger.toml", format!("radius = 1.7320508\n{object}"));
     let message = failed(&profile(path(&larger), &resume));

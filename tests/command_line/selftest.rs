@@ -1,4 +1,4 @@
-//! `myxo selftest`: states of built-in scenes by both engines against the table that the program carries.
+//! `myxo selftest`: states of built-in scenes by both engines, compared with the built-in table.
 
 use std::fs;
 
@@ -9,7 +9,7 @@ fn json(file: &std::path::Path) -> Value {
     serde_json::from_slice(&fs::read(file).expect("it was written")).expect("it is JSON")
 }
 
-/// A module whose first sum of floats is a difference instead.
+/// A module in which the first float addition is replaced by a subtraction.
 fn subtracting(built: &str) -> Vec<u8> {
     const ADD: u32 = 5 << 16 | 129;
     const SUBTRACT: u32 = 5 << 16 | 131;
@@ -26,7 +26,7 @@ fn subtracting(built: &str) -> Vec<u8> {
     words.into_iter().flat_map(u32::to_le_bytes).collect()
 }
 
-/// Twenty steps of every scene by every strategy, device and twins: equal to the bit, and to what the repository keeps.
+/// Twenty steps of every scene by every strategy, on the device and by twins: the states are equal to the bit, and equal to the table's.
 ///
 /// Takes long: it alone compares all scenes and strategies with the table of hashes.
 #[test]
@@ -46,7 +46,7 @@ fn every_scene_ends_in_the_states_of_the_table_by_both_engines() {
     let report = json(&file);
     assert_eq!(report["broken_rules"], serde_json::json!([]));
     let runs = report["runs"].as_array().expect("they are listed");
-    // 13 scenes, five of them with six strategies, and some that are like no scene.
+    // 13 scenes, five of them with six strategies, and some runs of other settings.
     assert!(runs.len() > 40, "{}", runs.len());
     for run in runs {
         assert!(run["expected"].is_string(), "the table lacks {run}");
@@ -59,7 +59,7 @@ fn every_scene_ends_in_the_states_of_the_table_by_both_engines() {
         let own = runs.iter().filter(|run| run["scene"] == scene);
         own.map(|run| run["device"].clone()).collect::<Vec<_>>()
     };
-    // What was painted shows.
+    // Painting changes the state.
     for (scene, plain) in [("cube", "steps"), ("trio", "parallel")] {
         let of = |name: &str| {
             let run = runs
@@ -72,7 +72,7 @@ fn every_scene_ends_in_the_states_of_the_table_by_both_engines() {
         assert_eq!(of(plain)["painted"], false, "{painted}");
         assert_ne!(painted["device"], of(plain)["device"], "{scene}");
     }
-    // Those that keep every particle differ only in how, and particles change objects.
+    // Strategies that keep every particle end in equal states, and particles do change objects.
     for scene in ["pair", "trio", "gears", "oats", "crowd"] {
         let own = strategies(scene);
         let (none, kept) = (&own[1], &own[3]);
@@ -84,7 +84,7 @@ fn every_scene_ends_in_the_states_of_the_table_by_both_engines() {
     }
 }
 
-/// Would catch: a report that says that something differs and not what, or names another kernel.
+/// Would catch: a report of a difference without the kernel, or with a wrong one.
 #[test]
 fn a_kernel_that_calculates_otherwise_is_named() {
     if no_device() {
@@ -93,7 +93,7 @@ fn a_kernel_that_calculates_otherwise_is_named() {
     let modules = Folder::new();
     let built = concat!(env!("OUT_DIR"), "/diffuse.comp.spv");
     let mut module = fs::read(built).expect("the build left it");
-    // A ninth, one unit larger.
+    // The constant 1/9, one unit in the last place larger.
     let ninth = (1.0_f32 / 9.0).to_le_bytes();
     let at = module.windows(4).position(|word| word == ninth);
     let at = at.expect("the mean of nine texels is in it");
@@ -154,7 +154,7 @@ fn a_brush_that_paints_otherwise_is_named() {
     assert_eq!(difference["step"], 11, "{difference}");
 }
 
-/// Would catch: a report that promises a hash to every device where this one calculates otherwise, or where distances are drawn.
+/// Would catch: a report that calls a hash portable although this device calculates differently, or distances are rasterized.
 #[test]
 fn reports_say_whether_a_hash_is_that_of_every_device() {
     if no_device() {
@@ -180,7 +180,7 @@ fn reports_say_whether_a_hash_is_that_of_every_device() {
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(0), "{said}");
         assert_eq!(
-            said.contains("its state hashes are its own"),
+            said.contains("its state hashes differ from those of other devices"),
             is_odd,
             "{said}"
         );
@@ -190,7 +190,7 @@ fn reports_say_whether_a_hash_is_that_of_every_device() {
     };
     assert_eq!(run("cube", "distance.method=bvh", false), true);
     assert_eq!(run("cube", "distance.method=bvh", true), false);
-    // With one object nothing is drawn.
+    // With one object there are no distances.
     assert_eq!(run("cube", "distance.method=raster", false), true);
     assert_eq!(run("pair", "distance.method=raster", false), false);
 }
@@ -220,13 +220,13 @@ fn the_processor_alone_needs_no_device_and_makes_the_table() {
 }
 
 #[test]
-fn what_cannot_be_tested_is_refused() {
+fn arguments_that_cannot_be_tested_are_refused() {
     let message = refused(2, &["selftest", "--scene", "torsu"]);
     assert!(message.contains("no such built-in scene"), "{message}");
     let folder = Folder::new();
     let file = folder.file("hashes.tsv");
     let message = failed(&["selftest", "--engine", "gpu", "--table", path(&file)]);
-    assert!(message.contains("leave out --engine gpu"), "{message}");
+    assert!(message.contains("omit --engine gpu"), "{message}");
     let nowhere = folder.with("file", "no folder").join("report.json");
     let message = failed(&["selftest", "--engine", "cpu", "--json", path(&nowhere)]);
     assert!(message.contains("report.json"), "{message}");

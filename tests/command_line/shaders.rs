@@ -43,13 +43,13 @@ fn modules_of_a_folder_run_and_are_listed() {
     for kernel in ["advance.comp.spv", "diffuse.comp.spv", "surface.frag.spv"] {
         assert!(used.contains(kernel), "{kernel}: {list}");
     }
-    // A pipeline that is made and never recorded is not used.
+    // A pipeline that is created but never recorded is not used.
     assert!(!used.contains("transfer_out.comp.spv"), "{list}");
     assert!(used.iter().all(|&file| all.iter().any(|name| name == file)));
 }
 
 #[test]
-fn what_is_no_module_is_an_error_with_its_path() {
+fn a_file_that_is_no_module_is_an_error_with_its_path() {
     if no_device() {
         return;
     }

@@ -1,4 +1,4 @@
-//! Devices, pipes and folders where a file is read: each is refused with one message, and nothing waits or reads for ever.
+//! Devices, pipes and folders where a file is read: each is refused with one message, and nothing waits or reads forever.
 
 use std::os::unix::fs::symlink;
 use std::path::Path;
@@ -55,10 +55,10 @@ const INPUTS: &[(&str, &str, &str)] = &[
     ("the buffer of a glTF model", "bin", "render GLTF --out OUT"),
 ];
 
-/// What a file is instead of a regular one, and how that is made.
+/// Kinds of special files, and how to create them.
 type Kind<'a> = (&'a str, &'a dyn Fn(&Path));
 
-/// A run that does not outlive the test.
+/// A run that is killed at the end of the test.
 struct Running(Option<Child>);
 
 impl Running {
@@ -82,10 +82,10 @@ impl Drop for Running {
     }
 }
 
-/// Catches every reader that opens what it is given without a look at what it is: a pipe without a writer lets it wait, and of
-/// the device it reads until the memory is full.
+/// Catches every reader that opens its file without checking the kind: it would wait for a pipe without a writer, and read from the device
+/// until the memory is full.
 #[test]
-fn what_is_no_regular_file_is_refused_wherever_files_are_read() {
+fn special_files_are_refused_wherever_files_are_read() {
     let folder = Folder::new();
     let walks = folder.with("walks.csv", "id,face,b0,b1,b2,dx,dy,dz,length\n");
     let device = |name: &Path| symlink("/dev/zero", name).expect("it can be made");

@@ -3,7 +3,7 @@
 use crate::program::{Folder, done, myxo, path, refused, text};
 
 #[test]
-fn views_are_listed_and_what_a_scene_has_not_is_refused_in_a_line() {
+fn views_are_listed_and_impossible_ones_are_refused_in_a_line() {
     let help = text(&myxo(&["render", "--help"]).stdout);
     for (word, words) in [
         ("relief", "raised by light"),
@@ -43,7 +43,7 @@ fn views_are_listed_and_what_a_scene_has_not_is_refused_in_a_line() {
 }
 
 #[test]
-fn the_texture_stands_beside_what_is_asked_for() {
+fn the_texture_stands_beside_the_chosen_view() {
     let folder = Folder::new();
     let of = |name: &str, more: &[&str]| {
         let file = folder.file(name);

@@ -198,7 +198,7 @@ fn distances_alone_use_results_of_the_step_before() {
     gpu.finish();
 }
 
-/// Where nothing moves only the first step takes distances, and so they can be measured.
+/// If nothing moves, only the first step computes distances; they can still be measured.
 #[test]
 fn distances_of_what_stands_still_are_those_of_the_first_step() {
     let Some(gpu) = gpu() else { return };

@@ -73,7 +73,7 @@ fn compare(what: &str, kernel: &(Vec<Particle>, Vec<Motion>), twin: &(Vec<Partic
     assert!(elsewhere * 100 <= twin.0.len(), "{what}: {elsewhere}");
 }
 
-/// Where the twins of walks leave the first `count` particles.
+/// The ends of the first `count` particles by the twins of walks.
 fn twins_of(
     setup: &Setup,
     walk: Walk,

@@ -67,7 +67,7 @@ fn walk_queries_agrees_with_its_twin() {
         for count in awkward_sizes(64).into_iter().filter(|&count| count > 0) {
             let mut twin = walkers(&surface, count);
             let walkers = buffer(&gpu.ctx, "walkers", &twin);
-            // In pieces: where it stopped a walk goes on.
+            // In pieces: where it stopped a walk continues.
             for attempts in [3, 0, 40, 1000] {
                 let params = WalkQueriesParams {
                     walk_count: count,

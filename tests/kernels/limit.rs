@@ -153,7 +153,7 @@ fn the_kernels_of_the_limit_agree_with_their_twins() {
     gpu.finish();
 }
 
-/// Catches counters that begin anew behind the largest number, and groups of kernels that have nothing to do.
+/// Catches counters that restart behind the largest number, and groups of kernels that have nothing to do.
 #[test]
 fn close_list_agrees_with_its_twin_and_counts_to_the_end() {
     let Some(gpu) = gpu() else { return };

@@ -82,7 +82,7 @@ impl Case {
                 particles[Window::slot(rings[0].start, i, count) as usize] = particle;
             }
         }
-        // So that one sees whether motions go along.
+        // Distinct values, to check that motions move with their particles.
         for (particle, motion) in particles.iter().zip(&mut motions) {
             motion.pending = particle.id as f32;
         }
@@ -323,7 +323,7 @@ fn segments_of_a_round_share_all_particles() {
         assert_eq!(Segments::of(10_000_000, on_cpu).count(), 16);
     }
     assert!(Segments::of(1 << 22, true).count() < Segments::of(1 << 22, false).count());
-    // Where there are many, the room is for few of them.
+    // With many particles, there is only room for some of them.
     assert!(Segments::room(10_000_000) < 700_000);
     for particles in [1, 20_000, 1 << 19, 1 << 22, 1 << 24] {
         let room = Segments::room(particles);
@@ -402,7 +402,7 @@ fn steps_sort_every_so_often() {
     gpu.finish();
 }
 
-/// Where steps sort segments, all stay in order nearly as well as where they are sorted at once, also from a checkpoint in the middle of
+/// If steps sort segments, all particles are nearly as well ordered as if they were sorted at once, also from a checkpoint in the middle of
 /// a round, and end in the same state.
 #[test]
 fn segments_keep_all_in_order() {

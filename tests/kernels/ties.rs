@@ -176,7 +176,7 @@ fn of_two_objects_in_one_place_the_first_is_the_nearest() {
     gpu.finish();
 }
 
-/// From the diagonal of a right angle's height, straight to the corner B: both edges there are equally far.
+/// Walks straight to the corner B of right-angled triangles: both edges there are equally far.
 ///
 /// Would alone catch: a walk that takes another half-edge where it goes through a vertex.
 #[test]
@@ -260,7 +260,7 @@ fn stepped(gpu: &Gpu, scene: &Scene, setup: &Setup, state: &Snapshot) -> (Partic
     (kernel.particles[0], kernel.motions[0])
 }
 
-/// Would alone catch: a strip that goes on behind another edge where the way runs along one edge and through its end.
+/// Would alone catch: a strip that continues behind another edge where the way runs along one edge and through its end.
 #[test]
 fn a_way_along_an_edge_goes_through_its_end_as_ruled() {
     let Some(gpu) = gpu() else { return };

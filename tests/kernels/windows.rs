@@ -83,7 +83,7 @@ impl Ring {
                 v: 0.5,
                 id,
             };
-            // So that one sees whether it goes along.
+            // Distinct values, to check that it moves with the particle.
             motions[slot].pending = id as f32;
         }
         let mut windows = Vec::new();
@@ -488,7 +488,7 @@ fn borders_of_the_largest_rings_move_as_those_of_the_twin() {
     gpu.finish();
 }
 
-/// Lets the kernels do a step, compares them with the twins one by one, and goes on from what they have done.
+/// Lets the kernels do a step, compares them with the twins one by one, and continues from what they have done.
 fn step_by_kernels(gpu: &Gpu, ring: &mut Ring, sequential: bool) {
     let ctx = &gpu.ctx;
     let case = ring.case;
@@ -564,7 +564,7 @@ fn step_by_kernels(gpu: &Gpu, ring: &mut Ring, sequential: bool) {
         ring.borders,
         "{case:?}"
     );
-    // Both list equal entries in any order; the twin goes on with the kernel's order.
+    // Both list equal entries in any order; the twin continues with the kernel's order.
     ring.holes = ctx.download(&holes).unwrap();
     ring.strays = ctx.download(&strays).unwrap();
     ring.stray_motions = ctx.download(&stray_motions).unwrap();

@@ -116,7 +116,7 @@ fn surfaces_wear_the_colours_of_their_charts() {
         let Some(hit) = pick::pick(surface, &poses, &ray) else {
             continue;
         };
-        // Where the rim light, at grazing angles, or the key light, where it is mirrored, outshine the colours.
+        // Places where the rim light, at grazing angles, or the highlight of the key light outshines the colours.
         let normal = hit.position.normalize();
         let to_eye = (view.camera.eye() - hit.position).normalize();
         let halfway = (view.light.direction(&view.camera) + to_eye).normalize();

@@ -1,5 +1,5 @@
 //! The documents are true to the program: the guide has every key with its default and range, and the strips that
-//! `docs/guide.toml` asks for; whatever documents link to or name is there.
+//! `docs/guide.toml` asks for; everything that documents link to or name exists.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -30,7 +30,7 @@ fn documents() -> Vec<(PathBuf, String)> {
         .collect()
 }
 
-/// Where links and pictures of a document lead, from the project's folder; those to the web are left out.
+/// The targets of links and pictures of a document, relative to the project's folder; those to the web are left out.
 fn links(document: &Path, text: &str) -> Vec<(PathBuf, Option<String>)> {
     let targets = text.split("](").skip(1).map(|rest| {
         let end = rest.find(')').expect("a link ends");
@@ -64,7 +64,7 @@ fn without_dots(path: &Path) -> PathBuf {
     plain
 }
 
-/// How a heading is called in links: small letters and hyphens.
+/// The anchor of a heading: small letters and hyphens.
 fn anchor(heading: &str) -> String {
     let plain = heading.trim_start_matches('#').trim().to_lowercase();
     let letters = plain.chars().filter_map(|c| match c {
@@ -77,7 +77,7 @@ fn anchor(heading: &str) -> String {
 }
 
 #[test]
-fn what_documents_link_to_is_there() {
+fn link_targets_of_documents_exist() {
     let mut count = 0;
     for (document, text) in documents() {
         for (target, heading) in links(&document, &text) {
@@ -104,9 +104,9 @@ fn what_documents_link_to_is_there() {
     assert!(count > 80, "{count} links");
 }
 
-/// What stands in the code font and looks like a path is one.
+/// Checks that text in the code font that looks like a path is one.
 #[test]
-fn paths_that_documents_name_are_there() {
+fn paths_in_documents_exist() {
     let mut count = 0;
     for name in ["docs/guide.md", "docs/code.md"] {
         for named in file(name).split('`').skip(1).step_by(2) {
@@ -125,7 +125,7 @@ fn paths_that_documents_name_are_there() {
     assert!(count > 5, "{count} paths");
 }
 
-/// `myxo scenes --keys` says what there is: each key with its default, and in the third line what it may be.
+/// `myxo scenes --keys` lists each key with its default, and in the third line the allowed values.
 #[test]
 fn the_guide_has_every_key_with_its_default_and_range() {
     let keys = text(&program::myxo(&["scenes", "--keys"]).stdout);
@@ -156,7 +156,7 @@ fn the_guide_has_every_key_with_its_default_and_range() {
     );
 }
 
-/// What `make guide` draws.
+/// The table of strips of `make guide`.
 fn table() -> toml::Table {
     file("docs/guide.toml").parse().expect("it is TOML")
 }
@@ -167,7 +167,7 @@ fn word(value: &toml::Value) -> String {
 
 /// Catches a renamed key before the quarter of an hour in which the strips are drawn.
 #[test]
-fn every_strip_sets_what_there_is() {
+fn every_strip_sets_existing_keys() {
     let table = table();
     let list = |strip: &toml::Table, key: &str| -> Vec<String> {
         let list = strip.get(key).and_then(toml::Value::as_array);
@@ -267,7 +267,7 @@ fn every_key_has_a_picture_of_its_effect() {
         .collect();
     assert!(keys.len() > 80, "{keys:?}");
     let has_picture = |key: &str| {
-        // What particles do on an object of their own has one for all keys.
+        // An object's own parameters of particles share one picture.
         key.starts_with("object.N.physarum.") || strips.contains(&key.replace(".N.", "."))
     };
     assert!(strips.contains("object.physarum"));

@@ -167,7 +167,7 @@ fn files_use_each_other_one_way() {
     );
 }
 
-/// The programs that tests are built into, and what belongs there. Each is linked by itself, so there are few.
+/// The programs that tests are built into, and what belongs there. Each is linked separately, so there are few.
 const PROGRAMS: &[(&str, &str)] = &[
     ("kernels", "kernels against their twins"),
     ("simulation", "what holds over many steps"),
@@ -291,7 +291,7 @@ fn fixed_sleeps(text: &str) -> Vec<usize> {
         .collect()
 }
 
-/// Where the tests of a file begin; its length if it has none.
+/// The offset of a file's tests; its length if it has none.
 fn first_of_tests(path: &Path, text: &str) -> usize {
     if path.ends_with("tests.rs") || path.iter().any(|part| part == "tests") {
         return 0;
@@ -494,7 +494,7 @@ fn functions_of_kernels(text: &str) -> Vec<usize> {
     for (i, line) in lines.iter().enumerate() {
         let mut code = code_of(line);
         let is_use = code.contains("use ");
-        // A `use` may go on.
+        // A `use` may continue.
         let mut rest = lines[i + 1..].iter();
         while is_use && !code.contains(';') {
             let Some(line) = rest.next() else { break };

@@ -258,7 +258,7 @@ fn without_comments_and_literals(text: &str) -> Vec<char> {
     text
 }
 
-/// Where the comment or the literal ends that begins here; `at` itself if none does.
+/// The end of the comment or the literal that begins here; `at` itself if none does.
 fn end_of_comment_or_literal(text: &[char], at: usize) -> usize {
     let find = |from: usize, what: &str| {
         let found = (from..text.len()).find(|&i| has(text, i, what));

@@ -227,7 +227,7 @@ fn what_was_painted_comes_back_from_a_scene_file() {
     let off = bias.iter().zip(&painted).map(|(a, b)| (a - b).abs());
     assert!(off.fold(0.0, f32::max) <= 2e-5 * again.settings.areas.strength);
 
-    // Where all is erased, the file says that there is nothing.
+    // If everything is erased, the file has no areas.
     simulation.forget_areas().unwrap();
     let bare = folder.file("bare.toml");
     let again = exported(&gpu, &scene, &simulation, &bare);

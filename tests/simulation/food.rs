@@ -172,8 +172,7 @@ fn field_of(setup: &Setup, food_set: &FoodSet) -> Vec<f32> {
 }
 
 /// What sensors read is a distance along the surface, within 3 % of the exact one: at texels, and between texels at the
-/// ends of straight walks over edges and seams. Every third texel is looked at, and
-/// another one in the next row.
+/// ends of straight walks over edges and seams. Every third texel is tested, with an offset from row to row.
 #[test]
 fn smells_are_distances_along_the_surface() {
     for mesh in [
@@ -278,7 +277,7 @@ fn check_smell(scene: &Scene, setup: &Setup, place: FoodPlace, what: &str) {
         wrong += u32::from(off > 0.03 * distance);
     }
     assert!(looked_at > 100, "{what}: {looked_at}");
-    // Where ways round something meet there is a crest, which is flatter between texels.
+    // Where shortest paths around an obstacle meet there is a crest, which is flatter between texels.
     assert!(
         wrong * 50 <= looked_at,
         "{what}: {wrong} of {looked_at} are off by more than 3 %"
@@ -418,7 +417,7 @@ fn resumed_food_is_what_was_left() {
     let end = resumed.snapshot().unwrap();
     assert_eq!(end.food, whole.food);
     assert_eq!(end.hash(), whole.hash());
-    // Without food there is nothing to go on with.
+    // Without food there is nothing to continue with.
     let bare = scene_of_several(&TRIO, |s| {
         s.particles.count = 3000;
         s.atlas.size = 256;

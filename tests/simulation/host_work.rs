@@ -122,7 +122,7 @@ fn food(at: [f32; 3], amount: u32) -> FoodSettings {
     }
 }
 
-/// While it is measured everything goes on; when it is served, it is as if it had been measured then.
+/// While it is measured everything continues; when it is served, it is as if it had been measured then.
 #[test]
 fn food_that_is_measured_aside_is_the_same_food() {
     let Some(gpu) = gpu() else { return };

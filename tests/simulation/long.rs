@@ -33,7 +33,7 @@ const SHORT: Length = Length {
     steps: 8,
     particles: 3000,
     atlas: 192,
-    // Else hardly any particle would change objects so soon.
+    // Otherwise hardly any particle would change objects so soon.
     set: &["transfer.threshold=0.002"],
     all_twice: false,
 };
@@ -56,7 +56,7 @@ const LONGEST: Length = Length {
     ..LONG
 };
 
-/// So many are on the wheels that a buffer of 16 overflows as the scene is, too.
+/// Enough particles on the wheels that a buffer of 16 overflows without changes of the scene, too.
 const FULL: Length = Length {
     steps: 1000,
     particles: 80_000,
@@ -247,11 +247,11 @@ fn in_words(row: &Row, objects: usize) -> String {
     )
 }
 
-/// So many change that a buffer of 16 is full time and again. As the scene is, few wheels' teeth touch at once, and that
-/// many seldom want to change in one step.
+/// With these settings, a buffer of 16 transfers is often full. In the unchanged scene few teeth of wheels touch at once, and it is seldom
+/// full.
 const CROWDED: [&str; 2] = ["transfer.threshold=0.002", "transfer.buffer_size=16"];
 
-/// As the scene is, but for the buffer: sometimes more want to change than it holds.
+/// The unchanged scene with another buffer: sometimes more particles are selected than it holds.
 const FULL_AT_TIMES: [&str; 1] = [CROWDED[1]];
 
 /// Counts lost and doubled particles, also with a full buffer: `gears` by strategy and other settings.
@@ -474,7 +474,7 @@ fn long_runs() {
     }
 }
 
-/// Where a part begins in the table.
+/// The marker of a part in the table.
 fn mark(part: &str) -> String {
     format!("<!-- {part} -->")
 }

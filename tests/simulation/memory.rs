@@ -107,7 +107,7 @@ fn several_objects_take_memory() {
     gpu.finish();
 }
 
-/// So does food, where there is any.
+/// Food takes memory, too.
 #[test]
 fn food_takes_memory() {
     let Some(gpu) = common::gpu() else { return };
@@ -131,7 +131,7 @@ fn food_takes_memory() {
     });
     let [(without, none, needed_without), (with, food, needed)] = sizes;
     assert_eq!((none, with - without), (0, food));
-    // Before there is an atlas, all but the lists of whom they reach is known.
+    // Before there is an atlas, only the size of the lists of reached texels is unknown.
     let fields = 2 * 4 * 132 * 131;
     assert!(
         fields < needed - needed_without && needed - needed_without <= food,

@@ -143,7 +143,7 @@ fn an_objects_own_values_hold_on_it_alone() {
         on_cube > 500 && on_ball == 0,
         "{on_cube} and {on_ball} have moved"
     );
-    // While it runs, the other one stops and this one goes on.
+    // While it runs, the other one stops and this one continues.
     let mut settings = scene.settings.clone();
     settings.objects[0].physarum.speed = Some(0.0);
     settings.objects[1].physarum.speed = None;
@@ -302,7 +302,7 @@ fn a_resumed_run_keeps_its_distances_whatever_has_moved_objects_since() {
     }
     assert!(distances[0] == distances[1] && distances[1] != distances[2]);
 
-    // A run without them goes on differently.
+    // A run without them continues differently.
     let mut forgetful = half.clone();
     forgetful.distance_poses.clear();
     resumed.restore(&forgetful).unwrap();
@@ -499,7 +499,7 @@ fn follow(folder: &Path, text: &str, mesh: &str) -> Result<Scene, String> {
     Scene::load(&path, &Overrides::default()).map_err(|error| error.to_string())
 }
 
-/// Where surfaces move into each other, most selected particles have crossed the line in which they meet.
+/// If surfaces move into each other, most selected particles have crossed the line in which they meet.
 #[test]
 fn most_go_over_the_line_in_which_surfaces_meet() {
     let Some(gpu) = gpu() else { return };

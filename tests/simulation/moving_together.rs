@@ -1,5 +1,5 @@
 //! Objects that move together stand to each other as before, whatever rounding makes of their poses: their distances are not
-//! taken again, and a run that was interrupted goes on with the very same ones.
+//! taken again, and a run that was interrupted continues with the very same ones.
 
 use crate::common::{Gpu, gpu, scene_of_several};
 use glam::{DAffine3, DVec3};

@@ -1,8 +1,7 @@
-//! The networks that grow are the same whether sensors read straight ahead in the atlas or all of them walk: not texel by
-//! texel, for a network amplifies every difference, but in what can be said of networks.
+//! The networks that grow are the same whether sensors read straight ahead in the atlas or all of them walk: not texel by texel, because a
+//! network amplifies every difference, but by the measures of networks.
 //!
-//! The ignored test compares ten seeds by the rules of statistics; `make long` runs it. The other one sees whether two seeds are
-//! roughly alike.
+//! The ignored test compares ten seeds statistically; `make long` runs it. The other one tests whether two seeds are roughly equal.
 
 use crate::common::{Gpu, gpu, scene, set_up};
 use myxo::mesh::surface::NONE;

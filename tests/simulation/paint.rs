@@ -487,7 +487,7 @@ fn painted_areas_steer_particles() {
     gpu.finish();
 }
 
-/// What was painted comes back with a snapshot, and a run that goes on from it ends in the same hash. Without it, the hash is
+/// What was painted comes back with a snapshot, and a run that continues from it ends in the same hash. Without it, the hash is
 /// that of a run that was never painted.
 #[test]
 fn what_was_painted_is_part_of_the_state() {

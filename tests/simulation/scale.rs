@@ -53,7 +53,7 @@ fn run_on(gpu: Gpu, scene: &Scene, steps: u32) -> (u64, Vec<RgbaImage>) {
         });
         canvas.image()
     });
-    // What was saved goes on as if nothing had happened.
+    // What was saved continues as if nothing had happened.
     simulation.restore(&snapshot).unwrap();
     assert_eq!(simulation.snapshot().unwrap().hash(), snapshot.hash());
     drop((renderer, simulation, frames));
@@ -103,7 +103,7 @@ fn forms_for_graphics_cards_end_in_the_same_bits() {
         let expected = snapshot_after(&gpu, scene, 20);
         let found = snapshot_after(&cards, scene, 20);
         assert_eq!(found.hash(), expected.hash(), "scene {number}");
-        // Else some lists would have been empty.
+        // Otherwise some lists would have been empty.
         let flow = found.transfers.flow;
         assert!(flow.refused > 0 && flow.selected > flow.refused, "{flow:?}");
         gpu.finish();

@@ -121,7 +121,7 @@ fn sensors_walk_where_seams_are_near() {
             change(s);
         });
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
-        // Twice, because the list begins anew in each step.
+        // Twice, because the list restarts in each step.
         for _ in 0..2 {
             gpu.run(|rec| simulation.record_step(rec));
         }

@@ -1,4 +1,4 @@
-//! Where particles begin, and how they go on, does not depend on how many threads the host has.
+//! Starts and steps do not depend on the host's number of threads.
 
 use crate::program::{Folder, TINY, no_device, path, program, report, text};
 

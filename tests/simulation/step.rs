@@ -165,8 +165,8 @@ fn trail_loses_exactly_what_decay_takes() {
     gpu.finish();
 }
 
-/// With a reference density the mean of the trail is the same for any number of particles and any texture: what a density of
-/// 0.5 leaves by itself.
+/// With a reference density the mean of the trail does not depend on the number of particles or the texture: it is that of a density of
+/// 0.5.
 #[test]
 fn a_look_holds_for_any_number_of_particles() {
     let Some(gpu) = gpu() else { return };

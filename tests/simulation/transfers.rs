@@ -118,7 +118,7 @@ fn every_strategy_gives_the_same_bits_twice() {
     gpu.finish();
 }
 
-/// Ids of particles that left their object in a step, arrived on another one, or began anew, each with the object that it is on
+/// Ids of particles that left their object in a step, arrived on another one, or restarted, each with the object that it is on
 /// or goes to.
 fn changed(setup: &Setup, before: &Snapshot, after: &Snapshot) -> BTreeMap<u32, u32> {
     let object = |p: &Particle| setup.surface.triangles[p.triangle as usize].object;
@@ -138,7 +138,7 @@ fn changed(setup: &Setup, before: &Snapshot, after: &Snapshot) -> BTreeMap<u32, 
     jumped.collect()
 }
 
-/// Where all sensors walk.
+/// All sensors walk.
 #[test]
 fn a_step_agrees_with_its_twin_by_every_strategy() {
     agrees_with_its_twin(0, |settings| {
@@ -147,7 +147,7 @@ fn a_step_agrees_with_its_twin_by_every_strategy() {
     });
 }
 
-/// Where sensors read straight ahead if they can, and those that are near other objects come apart, with all that sensors weigh
+/// Sensors read straight ahead if they can, and particles near other objects are separated, with all terms of sensors
 /// but for heights.
 #[test]
 fn a_step_in_four_forms_agrees_with_its_twin_by_every_strategy() {
@@ -191,7 +191,7 @@ fn a_step_with_a_short_reach_agrees_with_its_twin_by_every_strategy() {
     }
 }
 
-/// Where every object has values of its own, far from the scene's.
+/// Every object has values of its own, far from the scene's.
 #[test]
 fn a_step_with_values_of_objects_agrees_with_its_twin_by_every_strategy() {
     agrees_with_its_twin(1, |settings| {
@@ -212,8 +212,9 @@ fn a_step_with_values_of_objects_agrees_with_its_twin_by_every_strategy() {
     });
 }
 
-/// From one state, a step by the kernels and one by the twins. So many of those that change objects may have seen the same by
-/// their sensors to a last bit, and have turned the other way. Returns how many particles came in which form of it.
+/// Compares a step by the kernels with one by the twins, from the same state. Up to `ties` of the particles that change objects may differ,
+/// because their sensor readings were equal to the last bit and they turned the other way. Returns the number of particles in each form of
+/// `advance`.
 fn agrees_with_its_twin(
     ties: usize,
     change: impl Fn(&mut Settings),
@@ -473,7 +474,7 @@ fn identical_objects_in_one_place_have_their_outcome() {
     gpu.finish();
 }
 
-/// Those that begin anew lie on the object that they were on, anywhere by area.
+/// Those that restart lie on the object that they were on, anywhere by area.
 #[test]
 fn respawned_particles_stay_on_their_object() {
     let Some(gpu) = gpu() else { return };

@@ -1,14 +1,14 @@
-//! Painted areas: they stay when the scene begins anew, are saved beside it, and particles begin on them.
+//! Painted areas: they stay when the scene restarts, are saved beside it, and particles begin on them.
 
 use myxo::scene::settings::Start;
 
-use crate::hands::SCENE;
 use crate::program::{Folder, path};
+use crate::tools::SCENE;
 use crate::{Lab, can_open};
 use myxo::scene::{Overrides, Scene};
 
 impl Lab {
-    /// Waits for what the probe tells of areas under the pointer.
+    /// Waits for what the probe shows of areas under the pointer.
     #[track_caller]
     fn probes(&self, what: &str, is_so: impl Fn(Option<&str>) -> bool) {
         self.wait(what, |seen| {
@@ -36,16 +36,16 @@ fn painted_areas_stay_are_saved_and_are_begun_on() {
     lab.key("i");
     lab.probed("trail");
     lab.click("tool=attract");
-    // Nothing is painted yet: it says so, and nothing happens.
+    // Nothing is painted yet: a notice says so, and nothing happens.
     lab.click("start.painted");
-    lab.wait("it is told", |seen| {
+    lab.wait("a notice", |seen| {
         let notice = seen["state"]["notice"].as_str();
         notice.is_some_and(|text| text.starts_with("Nothing attracts yet"))
     });
     lab.paint_with("attract");
     lab.probes("it attracts", attracts);
 
-    // The picture shows it, or not.
+    // The picture can show or hide it.
     let shown = |words: &str| {
         let words = words.to_owned();
         lab.wait("areas", |seen| seen["values"]["shows_areas"] == words);
@@ -58,17 +58,17 @@ fn painted_areas_stay_are_saved_and_are_begun_on() {
     lab.point("picture", 0.5);
     lab.probes("it attracts as before", attracts);
 
-    // Anew, and it is still there, also as something to be undone.
+    // After a restart it is still there and can still be undone.
     lab.key("period");
     lab.wait("a step", |seen| seen["state"]["step"].as_u64() > Some(0));
-    lab.key_until("r", "it begins anew", "step", 0);
+    lab.key_until("r", "it restarts", "step", 0);
     lab.probes("it attracts still", attracts);
     lab.key("ctrl+z");
     lab.probes("nothing attracts", |painted| !attracts(painted));
     lab.key("ctrl+shift+z");
     lab.probes("it attracts again", attracts);
 
-    // The saved scene has it.
+    // The saved scene has the painted area.
     let saved = lab.save("pair");
     assert_eq!(saved.areas.map, "pair_000001_areas.png");
     assert!(saved.areas.strength > 0.0);
@@ -78,10 +78,10 @@ fn painted_areas_stay_are_saved_and_are_begun_on() {
     let painted = setup.bias.iter().filter(|value| **value > 0.0).count();
     assert!(painted > 20, "{painted}");
 
-    // All begin on it, and it is taken away.
+    // All particles begin on it, and the area is removed.
     lab.click("tool=attract");
     lab.click("start.painted");
-    lab.wait("it is told", |seen| {
+    lab.wait("a notice", |seen| {
         let notice = seen["state"]["notice"].as_str();
         notice.is_some_and(|text| text.starts_with("All begin where it attracted"))
     });
@@ -100,7 +100,7 @@ fn painted_areas_stay_are_saved_and_are_begun_on() {
     // Pixels of the mask and texels meet at edges.
     assert!(outside < 300, "{outside} of 3000 begin elsewhere");
 
-    // Undone: the start first, then what was taken away.
+    // Undo reverts the start first, then the removed area.
     lab.key("ctrl+z");
     lab.wait("it waits for a restart", |seen| {
         seen["places"].get("discard").is_some()

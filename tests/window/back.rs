@@ -1,13 +1,13 @@
-//! The way back to what had grown: after a reset, and from another scene.
+//! Going back to the state before a reset or before another scene was opened.
 
 use crate::{Lab, SMALL, can_open};
 
 fn step(lab: &Lab) -> u64 {
-    let seen = lab.seen().expect("it is told");
+    let seen = lab.seen().expect("the lab has reported");
     seen["state"]["step"].as_u64().expect("it is a number")
 }
 
-/// Waits until this scene stands at this step, with nothing on its way.
+/// Waits until this scene is at this step, with nothing being loaded.
 #[track_caller]
 fn stands(lab: &Lab, scene: &str, step: u64) {
     lab.wait(&format!("{scene} at step {step}"), |seen| {
@@ -16,16 +16,16 @@ fn stands(lab: &Lab, scene: &str, step: u64) {
     });
 }
 
-/// What the probe tells of the middle of the picture.
+/// What the probe shows in the middle of the picture.
 #[track_caller]
-fn told(lab: &Lab) -> [String; 2] {
+fn probed(lab: &Lab) -> [String; 2] {
     lab.point("picture", 0.5);
-    // What was read before the last change may still be on its way.
+    // A value that was read before the last change may still arrive.
     lab.look_at(4);
     lab.wait("it is probed", |seen| {
         seen["values"]["probe.trail"].is_string()
     });
-    let seen = lab.seen().expect("it is told");
+    let seen = lab.seen().expect("the lab has reported");
     ["probe.trail", "probe.painted"].map(|key| seen["values"][key].to_string())
 }
 
@@ -40,30 +40,34 @@ fn what_had_grown_comes_back() {
         seen["state"]["step"].as_u64() > Some(110)
     });
     lab.key_until("space", "it is held", "playing", false);
-    assert!(lab.seen().expect("it is told")["places"]["back"].is_null());
+    assert!(lab.seen().expect("the lab has reported")["places"]["back"].is_null());
     let saved = lab.save("cube");
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
-    // Areas are part of what has grown.
+    // Areas are part of the state.
     lab.paint_with("attract");
     lab.probed("painted");
     lab.click("tool=look");
     let grown = step(&lab);
-    let was = told(&lab);
+    let was = probed(&lab);
     assert_ne!(was[1], "null", "something attracts");
 
-    // Begun anew by mistake, and painted over.
-    lab.key_until("r", "it begins anew", "step", 0);
+    // Reset by mistake, and painted over.
+    lab.key_until("r", "it restarts", "step", 0);
     lab.paint_with("erase");
     lab.click("tool=look");
-    let young = told(&lab);
+    let young = probed(&lab);
     for (young, was) in young.iter().zip(&was) {
         assert_ne!(young, was, "trail and areas are others");
     }
     lab.click("back");
     stands(&lab, "cube", grown);
-    assert_eq!(told(&lab), was, "trail and areas are those that there were");
-    // What was to be undone still is.
+    assert_eq!(
+        probed(&lab),
+        was,
+        "trail and areas are those that there were"
+    );
+    // The earlier changes can still be undone.
     for key in ["ctrl+z", "ctrl+z"] {
         lab.key(key);
         lab.look_at(2);
@@ -75,23 +79,23 @@ fn what_had_grown_comes_back() {
     stands(&lab, "cube", 0);
     lab.click("back");
     stands(&lab, "cube", grown);
-    // Begun anew twice: what has hardly grown does not take its place.
-    lab.key_until("r", "it begins anew", "step", 0);
+    // Two resets: a state of few steps does not replace the kept one.
+    lab.key_until("r", "it restarts", "step", 0);
     lab.key("period");
     stands(&lab, "cube", 1);
-    lab.key_until("r", "it begins anew again", "step", 0);
+    lab.key_until("r", "it restarts again", "step", 0);
     lab.click("back");
     stands(&lab, "cube", grown);
 
-    // From another scene, which is young, and to it.
+    // From another scene, which has done few steps, and back to it.
     lab.click_until("gallery", "gallery", true);
     lab.click("card=sphere");
     stands(&lab, "sphere", 0);
     lab.key_until("g", "the gallery", "gallery", true);
     lab.click("left.grown");
     stands(&lab, "cube", grown);
-    assert_eq!(told(&lab), was, "it has come back, as it was");
-    let is_unsaved = || lab.seen().expect("it is told")["state"]["unsaved"].clone();
+    assert_eq!(probed(&lab), was, "it has come back, as it was");
+    let is_unsaved = || lab.seen().expect("the lab has reported")["state"]["unsaved"].clone();
     assert_eq!(is_unsaved(), false, "the last change is in a file");
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.6", "trail.decay", "0.6");

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::hand::Does;
+use crate::input::Gesture;
 use crate::{Lab, SMALL, can_open, out, views};
 
 #[test]
@@ -15,7 +15,7 @@ fn every_button_and_key_has_its_effect() {
 
     // Run, hold, step, reset.
     lab.click_until("run", "playing", false);
-    let before = step(&lab.seen().expect("it is told"));
+    let before = step(&lab.seen().expect("the lab has reported"));
     lab.click("step");
     lab.wait("one step", |seen| step(seen) == before + 1);
     lab.key("period");
@@ -23,7 +23,7 @@ fn every_button_and_key_has_its_effect() {
     lab.click("reset");
     lab.wait("from the beginning", |seen| step(seen) == 0);
     lab.key_until("space", "it runs", "playing", true);
-    lab.wait("it goes on", |seen| step(seen) > 3);
+    lab.wait("the simulation continues", |seen| step(seen) > 3);
     lab.key_until("space", "it is held", "playing", false);
 
     // What the picture shows.
@@ -67,7 +67,7 @@ fn every_button_and_key_has_its_effect() {
     lab.click("trail.decay:reset");
     assert_eq!(lab.save("cube").trail.decay, saved.trail.decay);
 
-    // What restarts waits, and is discarded or taken.
+    // Changes that need a restart wait, and are discarded or applied.
     lab.find("particles.count");
     let count = "particles.count";
     lab.type_until(count, 0.9, "4000", count, "4000");
@@ -91,7 +91,7 @@ fn every_button_and_key_has_its_effect() {
     assert_ne!(lab.save("cube").physarum, by_chance.physarum);
     lab.type_into("morph", 0.5, "0.5");
     lab.key("bracketright");
-    lab.wait("it is on its way, or there", |seen| {
+    lab.wait("the look changes, or has changed", |seen| {
         seen["state"]["preset"] == "network"
     });
     lab.wait("it is there", |seen| seen["state"]["morphing"] == false);
@@ -118,7 +118,7 @@ fn every_button_and_key_has_its_effect() {
     lab.key_until("F11", "it fills the screen", "full_screen", true);
     lab.key_until("F11", "it is a window again", "full_screen", false);
     lab.click("screenshot");
-    lab.wait("it is told", |seen| {
+    lab.wait("a notice", |seen| {
         let notice = seen["state"]["notice"].as_str();
         notice.is_some_and(|text| text.contains("screenshot_000001.png"))
     });
@@ -136,7 +136,7 @@ fn every_button_and_key_has_its_effect() {
     let turned = lab.save("cube").camera;
     assert!((turned.azimuth - camera.azimuth).abs() > 5.0, "{turned:?}");
     for _ in 0..3 {
-        lab.does(Does::Wheel(true));
+        lab.perform(Gesture::Wheel(true));
     }
     let near = lab.save("cube").camera;
     assert!(near.distance < 0.95 * turned.distance, "{near:?}");
@@ -147,10 +147,10 @@ fn every_button_and_key_has_its_effect() {
 
     // Commands are found as parameters are.
     lab.find("one step");
-    let before = step(&lab.seen().expect("it is told"));
+    let before = step(&lab.seen().expect("the lab has reported"));
     lab.click("do=take one step");
     lab.wait("a step", |seen| step(seen) == before + 1);
-    // Where the time goes: kept, measured anew, copied.
+    // The times: frozen, measured anew, copied.
     lab.find("kernels");
     for frozen in ["true", "false"] {
         lab.click("times.freeze");
@@ -176,7 +176,7 @@ fn every_button_and_key_has_its_effect() {
     });
     views::look_for_nothing(&lab);
 
-    // Another scene, by its picture; and one that is given up, if it is not quicker than the hand.
+    // Another scene, by its picture; and one whose loading is cancelled, if it is not loaded before the click.
     lab.click_until("gallery", "gallery", true);
     lab.click("card=sphere");
     lab.wait("the sphere is there", |seen| {
@@ -186,7 +186,7 @@ fn every_button_and_key_has_its_effect() {
     // Presets are below the scenes.
     lab.point("card=sphere", 0.5);
     for _ in 0..4 {
-        lab.does(Does::Wheel(false));
+        lab.perform(Gesture::Wheel(false));
     }
     lab.click("card=cells");
     lab.wait("the look is taken", |seen| {

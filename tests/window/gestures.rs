@@ -3,14 +3,14 @@
 use myxo::scene::settings::{CameraSettings, Settings};
 use serde_json::Value;
 
-use crate::hand::Does;
+use crate::input::Gesture;
 use crate::{Lab, SMALL, can_open, views};
 
 fn step(seen: &Value) -> u64 {
     seen["state"]["step"].as_u64().expect("it is a number")
 }
 
-/// What is saved of the cube.
+/// The saved settings of the cube.
 struct Saved<'a> {
     lab: &'a Lab,
 }
@@ -64,9 +64,9 @@ fn every_gesture_and_every_other_key_has_its_effect() {
             "right" => drag_picture(lab, 3),
             "middle" => drag_picture(lab, 2),
             _ => {
-                lab.does(Does::KeyDown("shift"));
+                lab.perform(Gesture::KeyDown("shift"));
                 drag_picture(lab, 1);
-                lab.does(Does::KeyUp("shift"));
+                lab.perform(Gesture::KeyUp("shift"));
             }
         });
         assert!(far(&moved, &home) > 0.02, "{what} pans: {moved:?}");
@@ -84,13 +84,13 @@ fn every_gesture_and_every_other_key_has_its_effect() {
     // A double click looks at the point.
     let moved = saved.camera_after("double click", |lab| {
         lab.point("picture", 0.6);
-        lab.does(Does::DoubleClick);
+        lab.perform(Gesture::DoubleClick);
     });
     assert!(far(&moved, &home) > 0.02, "{moved:?}");
     lab.key("Escape");
 
-    // Keys that have buttons too, or stand beside others.
-    let before = step(&lab.seen().expect("it is told"));
+    // Keys that have buttons too, and alternative keys.
+    let before = step(&lab.seen().expect("the lab has reported"));
     lab.key("s");
     lab.wait("one step", |seen| step(seen) == before + 1);
     lab.key("r");
@@ -134,7 +134,7 @@ fn every_gesture_and_every_other_key_has_its_effect() {
     let usual = Settings::default().trail.decay;
     for (way, wanted) in [("default", usual), ("scene", decay)] {
         lab.point("trail.decay:name", 0.5);
-        lab.does(Does::Click(3));
+        lab.perform(Gesture::Click(3));
         lab.click(&format!("trail.decay:{way}"));
         let wanted = wanted.to_string();
         lab.wait(way, |seen| seen["values"]["trail.decay"] == wanted.as_str());
@@ -182,7 +182,7 @@ fn a_scene_on_its_way_can_be_given_up() {
     };
     let count = "particles.count";
     for way in ["cancel", "Escape"] {
-        let before = step(&lab.seen().expect("it is told"));
+        let before = step(&lab.seen().expect("the lab has reported"));
         lab.find(count);
         lab.type_until(count, 0.9, "60000000", count, "60000000");
         lab.click("restart");
@@ -193,9 +193,9 @@ fn a_scene_on_its_way_can_be_given_up() {
             lab.key(way);
         }
         lab.wait("it is given up", given_up);
-        lab.wait("what ran goes on", |seen| step(seen) > before);
+        lab.wait("the simulation continues", |seen| step(seen) > before);
         lab.click_until("discard", "pending", false);
-        // What was said of the first is not said of the second.
+        // The notice of the first is not that of the second.
         lab.key("F12");
         lab.wait("something else is said", |seen| !given_up(seen));
     }

@@ -1,4 +1,4 @@
-//! An open lab and the hand on it: controls are found by their names, and what comes of a step is waited for.
+//! An open lab and the input to it: controls are found by their names, and tests wait for the effect of each input.
 
 use std::cell::RefCell;
 use std::fs::File;
@@ -13,7 +13,7 @@ use myxo::sim::areas::AreaMap;
 use myxo::sim::start::Masks;
 use serde_json::{Value, json};
 
-use crate::hand::{Does, Hand, Lines};
+use crate::input::{Gesture, Input, Lines};
 use crate::program::{Folder, path, program};
 use crate::real::display::Display;
 use crate::worked;
@@ -21,7 +21,7 @@ use crate::worked;
 /// Longer than anything may take on a slow machine.
 pub const PATIENCE: Duration = Duration::from_secs(120);
 
-/// What every lab is opened with, unless a test has a size of its own.
+/// Arguments of every lab, unless a test has a size of its own.
 const USUAL: [&str; 2] = ["--validate", "--size=900x760"];
 
 fn with_usual<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
@@ -29,14 +29,14 @@ fn with_usual<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
     [&USUAL[..if has_size { 1 } else { 2 }], arguments].concat()
 }
 
-/// An open lab, and the hand on it.
+/// An open lab, and the input to it.
 pub struct Lab {
     child: RefCell<Child>,
-    /// What it has said; a pipe that nobody reads would fill up.
+    /// Its messages. They go to a file because a pipe that is not read would fill up.
     pub said: File,
     pub folder: Folder,
-    hand: RefCell<Hand>,
-    /// The control that the pointer was brought to.
+    input: RefCell<Input>,
+    /// The control that the pointer is on.
     at: RefCell<String>,
 }
 
@@ -67,7 +67,7 @@ pub fn can_open() -> bool {
     std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_none() || !crate::program::no_device()
 }
 
-/// A lab that is about to begin, in a folder of its own unless it was given one.
+/// A lab that is about to start, in a folder of its own unless the command has one.
 struct Begun {
     command: Command,
     said: File,
@@ -78,7 +78,7 @@ impl Begun {
     fn new(mut command: Command, arguments: &[&str]) -> Self {
         let folder = Folder::new();
         let said = tempfile::tempfile().expect("a temporary file");
-        // A test that has a folder for them wants preferences.
+        // Tests that set a folder for preferences want them kept.
         let forgets = !command
             .get_envs()
             .any(|(name, _)| name == "XDG_CONFIG_HOME");
@@ -99,10 +99,10 @@ impl Begun {
         }
     }
 
-    fn with(mut self, hand: impl FnOnce(&mut Child) -> Hand) -> Lab {
+    fn with(mut self, input: impl FnOnce(&mut Child) -> Input) -> Lab {
         let mut child = self.command.spawn().expect("the program starts");
         Lab {
-            hand: RefCell::new(hand(&mut child)),
+            input: RefCell::new(input(&mut child)),
             child: RefCell::new(child),
             said: self.said,
             folder: self.folder,
@@ -125,7 +125,7 @@ impl Lab {
         lab
     }
 
-    /// Does not wait for anything.
+    /// Does not wait for the scene.
     pub fn begin(program: Command, arguments: &[&str]) -> Self {
         let mut begun = Begun::new(program, arguments);
         (begun.command)
@@ -134,10 +134,10 @@ impl Lab {
             .env_remove("WAYLAND_DISPLAY")
             .stdin(Stdio::piped())
             .stdout(Stdio::piped());
-        begun.with(|child| Hand::Lines(Box::new(Lines::new(child))))
+        begun.with(|child| Input::Lines(Box::new(Lines::new(child))))
     }
 
-    /// The same in a window of the display, once the hand is free.
+    /// Opens one in a window of the display, once no other test has the pointer.
     #[track_caller]
     pub fn open_on_display(arguments: &[&str]) -> Self {
         Self::start_on_display(program(), arguments)
@@ -151,16 +151,16 @@ impl Lab {
         lab
     }
 
-    /// Does not wait for anything but the hand.
+    /// Waits only until no other test has the pointer, not for the scene.
     pub fn begin_on_display(program: Command, arguments: &[&str]) -> Self {
         let mut begun = Begun::new(program, arguments);
         let places = begun.folder.file("places.json");
         begun.command.args(["--places", path(&places)]);
-        // The hand is one of X.
+        // `xdotool` works on X only.
         begun.command.env_remove("WAYLAND_DISPLAY");
         begun.command.env_remove("WAYLAND_SOCKET");
         let display = Display::new(places);
-        begun.with(|_| Hand::Display(Box::new(display)))
+        begun.with(|_| Input::Display(Box::new(display)))
     }
 
     #[track_caller]
@@ -170,18 +170,18 @@ impl Lab {
         });
     }
 
-    /// Of those with a window.
+    /// For labs with a window.
     #[track_caller]
     pub fn display<T>(&self, what: impl FnOnce(&mut Display, u32) -> T) -> T {
         let child = self.child.borrow().id();
-        match &mut *self.hand.borrow_mut() {
-            Hand::Display(display) => what(display, child),
-            Hand::Lines(_) => panic!("it has no window"),
+        match &mut *self.input.borrow_mut() {
+            Input::Display(display) => what(display, child),
+            Input::Lines(_) => panic!("it has no window"),
         }
     }
 
     fn has_window(&self) -> bool {
-        matches!(&*self.hand.borrow(), Hand::Display(_))
+        matches!(&*self.input.borrow(), Input::Display(_))
     }
 
     pub fn pid(&self) -> String {
@@ -197,9 +197,9 @@ impl Lab {
 
     /// What is shown.
     pub fn seen(&self) -> Option<Value> {
-        let seen = match &*self.hand.borrow() {
-            Hand::Lines(lines) => lines.seen(),
-            Hand::Display(display) => display.seen(),
+        let seen = match &*self.input.borrow() {
+            Input::Lines(lines) => lines.seen(),
+            Input::Display(display) => display.seen(),
         }?;
         worked::met(&seen);
         Some(seen)
@@ -207,9 +207,9 @@ impl Lab {
 
     /// Lets a frame pass.
     pub fn look(&self) {
-        match &mut *self.hand.borrow_mut() {
-            Hand::Lines(lines) => lines.look(),
-            Hand::Display(display) => display.look(),
+        match &mut *self.input.borrow_mut() {
+            Input::Lines(lines) => lines.look(),
+            Input::Display(display) => display.look(),
         }
     }
 
@@ -218,7 +218,7 @@ impl Lab {
         (0..frames).for_each(|_| self.look());
     }
 
-    /// Waits until there is something.
+    /// Waits until `found` returns something.
     #[track_caller]
     pub fn until<T>(&self, what: &str, found: impl Fn() -> Option<T>) -> T {
         let begun = Instant::now();
@@ -228,9 +228,9 @@ impl Lab {
             }
             self.is_open();
             if begun.elapsed() > PATIENCE {
-                let picture = match &*self.hand.borrow() {
-                    Hand::Display(display) => display.picture(),
-                    Hand::Lines(_) => String::new(),
+                let picture = match &*self.input.borrow() {
+                    Input::Display(display) => display.picture(),
+                    Input::Lines(_) => String::new(),
                 };
                 panic!("{what}: {:?}{picture}", self.seen());
             }
@@ -238,14 +238,13 @@ impl Lab {
         }
     }
 
-    /// Waits until it is so.
+    /// Waits until the lab's report meets a condition.
     #[track_caller]
     pub fn wait(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
         self.until(what, || self.seen().filter(&is_so))
     }
 
-    /// Does something and waits until it is so; on a display that is short of time, what a hand does may be lost, and is done
-    /// again.
+    /// Does something and waits for its effect. On a busy display input may be lost, so there it is repeated.
     #[track_caller]
     pub fn again_until(&self, what: &str, act: impl Fn(), is_so: impl Fn(&Value) -> bool) -> Value {
         if self.has_window() {
@@ -264,10 +263,10 @@ impl Lab {
         self.wait(what, is_so)
     }
 
-    /// What is told of a value.
+    /// The text of a value in the lab's report.
     #[track_caller]
     pub fn value(&self, key: &str) -> String {
-        let seen = self.seen().expect("it is told");
+        let seen = self.seen().expect("the lab has reported");
         seen["values"][key]
             .as_str()
             .expect("it is shown")
@@ -282,9 +281,9 @@ impl Lab {
             let ends: Vec<f64> = ends.iter().filter_map(Value::as_f64).collect();
             ends.try_into().ok()
         };
-        let rests = |seen: &Value| match &*self.hand.borrow() {
-            Hand::Lines(lines) => lines.rests,
-            Hand::Display(display) => display.rests(seen),
+        let rests = |seen: &Value| match &*self.input.borrow() {
+            Input::Lines(lines) => lines.rests,
+            Input::Display(display) => display.rests(seen),
         };
         let last: RefCell<Option<([f64; 4], Value)>> = RefCell::default();
         self.until(name, || {
@@ -298,7 +297,7 @@ impl Lab {
             if rests(&seen) {
                 return Some(now);
             }
-            // What has just come moves in the next frame.
+            // A control that has just appeared moves in the next frame.
             match &*last {
                 Some((was, frames)) if *was == now => (*frames != seen["frames"]).then_some(now),
                 _ => {
@@ -309,25 +308,25 @@ impl Lab {
         })
     }
 
-    /// The hand does something.
-    pub fn does(&self, what: Does) {
+    /// Sends a gesture.
+    pub fn perform(&self, what: Gesture) {
         what.keys().iter().for_each(|key| worked::key(key));
         if what.presses() {
             worked::control(&self.at.borrow());
         }
-        match &mut *self.hand.borrow_mut() {
-            Hand::Lines(lines) => lines.does(&what),
-            Hand::Display(display) => display.does(&what),
+        match &mut *self.input.borrow_mut() {
+            Input::Lines(lines) => lines.perform(&what),
+            Input::Display(display) => display.perform(&what),
         }
     }
 
-    /// The pointer onto a control, a share of its width from the left.
+    /// Moves the pointer onto a control, a share of its width from the left.
     #[track_caller]
     pub fn point(&self, name: &str, share: f64) {
         let [left, top, right, bottom] = self.place(name);
         let x = (left + share * (right - left)).round();
         let y = (0.5 * (top + bottom)).round();
-        self.does(Does::Move(x, y));
+        self.perform(Gesture::Move(x, y));
         name.clone_into(&mut self.at.borrow_mut());
     }
 
@@ -338,14 +337,14 @@ impl Lab {
     }
 
     pub fn press(&self) {
-        self.does(Does::Click(1));
+        self.perform(Gesture::Click(1));
     }
 
-    /// Holds a button of the pointer, moves it as often by as much, and lets go.
+    /// Presses a button of the pointer, moves `times` times by so many pixels, and releases it.
     pub fn drag(&self, button: u8, times: u32, (right, down): (i32, i32)) {
-        self.does(Does::Down(button));
-        (0..times).for_each(|_| self.does(Does::MoveBy(right, down)));
-        self.does(Does::Up(button));
+        self.perform(Gesture::Down(button));
+        (0..times).for_each(|_| self.perform(Gesture::MoveBy(right, down)));
+        self.perform(Gesture::Up(button));
     }
 
     /// Picks the object in the middle of the picture, which has this name.
@@ -359,14 +358,14 @@ impl Lab {
     }
 
     pub fn key(&self, key: &str) {
-        self.does(Does::Keys(&[key]));
+        self.perform(Gesture::Keys(&[key]));
     }
 
     pub fn write(&self, text: &str) {
-        self.does(Does::Write(text));
+        self.perform(Gesture::Write(text));
     }
 
-    /// Presses and sees what comes of it.
+    /// Presses a key and waits until an entry of the lab's state has this value.
     #[track_caller]
     pub fn key_until(&self, key: &str, what: &str, state: &str, value: impl Into<Value>) {
         let value = value.into();
@@ -398,7 +397,7 @@ impl Lab {
         self.key("Return");
     }
 
-    /// The same until the lab has it.
+    /// Types a text and waits until the lab has the value.
     #[track_caller]
     pub fn type_until(&self, name: &str, share: f64, text: &str, key: &str, value: &str) {
         let what = format!("{key} is {value}");
@@ -408,20 +407,20 @@ impl Lab {
 
     /// Drops files onto the middle of the window, and waits until it has taken them.
     pub fn drop_files(&self, files: &[&Path]) {
-        match &mut *self.hand.borrow_mut() {
-            Hand::Lines(lines) => {
+        match &mut *self.input.borrow_mut() {
+            Input::Lines(lines) => {
                 let all = files.iter().map(|file| json!({ "drop": file }));
-                lines.tell(&json!([all.collect::<Vec<_>>()]));
+                lines.send(&json!([all.collect::<Vec<_>>()]));
             }
-            Hand::Display(display) => display.drop_files(files),
+            Input::Display(display) => display.drop_files(files),
         }
     }
 
-    /// Something else puts text into the clipboard.
+    /// Puts text into the clipboard, as another program does.
     pub fn copy(&self, text: &str) {
-        match &mut *self.hand.borrow_mut() {
-            Hand::Lines(lines) => lines.tell(&json!([[{ "copied": text }]])),
-            Hand::Display(display) => display.copy(text),
+        match &mut *self.input.borrow_mut() {
+            Input::Lines(lines) => lines.send(&json!([[{ "copied": text }]])),
+            Input::Display(display) => display.copy(text),
         }
     }
 
@@ -429,9 +428,9 @@ impl Lab {
     #[track_caller]
     pub fn clipboard(&self, part: &str) -> String {
         self.until("it is copied", || {
-            let text = match &*self.hand.borrow() {
-                Hand::Lines(lines) => lines.clipboard(),
-                Hand::Display(display) => display.clipboard(),
+            let text = match &*self.input.borrow() {
+                Input::Lines(lines) => lines.clipboard(),
+                Input::Display(display) => display.clipboard(),
             };
             text.contains(part).then_some(text)
         })
@@ -467,7 +466,7 @@ impl Lab {
             let number = file.strip_prefix(name)?.strip_prefix('_')?;
             number.strip_suffix(".toml")?.parse::<u32>().ok()?;
             let written = entry.metadata().and_then(|file| file.modified());
-            Some((written.expect("it is told"), entry.path()))
+            Some((written.expect("the lab has reported"), entry.path()))
         });
         files.max()
     }
@@ -478,7 +477,7 @@ impl Lab {
         self.quit_and_keep();
     }
 
-    /// The same, with the folder of what it has written.
+    /// Ends the lab as [`Self::quit`] does, and keeps its folder.
     #[track_caller]
     pub fn quit_and_keep(self) -> Self {
         self.key("ctrl+q");

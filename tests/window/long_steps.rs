@@ -1,11 +1,11 @@
-//! Where one step of the simulation takes longer than a hand waits.
+//! Scenes whose steps take longer than a user would wait for an answer.
 
 use serde_json::Value;
 
-use crate::hand::Does;
+use crate::input::Gesture;
 use crate::{Lab, can_open};
 
-/// So many particles that walk with every sensor keep any CPU busy.
+/// Enough particles with walking sensors to keep any CPU busy.
 const SLOW: [&str; 5] = [
     "torus",
     "--set=particles.count=3000000",
@@ -19,7 +19,7 @@ fn number(seen: &Value, name: &str) -> u64 {
 }
 
 #[test]
-fn the_window_answers_within_a_long_step_and_what_it_is_told_comes_after_it() {
+fn the_window_answers_within_a_long_step_and_applies_changes_after_it() {
     if !can_open() {
         return;
     }
@@ -29,12 +29,12 @@ fn the_window_answers_within_a_long_step_and_what_it_is_told_comes_after_it() {
     drop(device);
     let lab = Lab::open(&SLOW);
 
-    // The help comes and goes, and steps go on meanwhile.
-    let before = lab.seen().expect("it is told");
+    // The help comes and goes, and steps continue meanwhile.
+    let before = lab.seen().expect("the lab has reported");
     for is_open in [true, false, true, false] {
         lab.key_until("F1", "the help", "help", is_open);
     }
-    lab.wait("steps go on", |seen| {
+    lab.wait("steps continue", |seen| {
         number(seen, "step") > number(&before, "step") + 2
     });
 
@@ -43,18 +43,18 @@ fn the_window_answers_within_a_long_step_and_what_it_is_told_comes_after_it() {
     lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
     assert_eq!(lab.save("torus").trail.decay, 0.625);
 
-    // The picture in another size, and a pointer that never rests.
+    // Another size of the picture, and a pointer that moves all the time.
     lab.key_until("p", "the panel goes", "panel", false);
-    let begun = number(&lab.seen().expect("it is told"), "step");
+    let begun = number(&lab.seen().expect("the lab has reported"), "step");
     lab.point("picture", 0.4);
     for _ in 0..60 {
-        lab.does(Does::MoveBy(2, 1));
+        lab.perform(Gesture::MoveBy(2, 1));
     }
-    let seen = lab.wait("steps go on", |seen| number(seen, "step") > begun + 1);
+    let seen = lab.wait("steps continue", |seen| number(seen, "step") > begun + 1);
     if is_slow {
         assert!(number(&seen, "answers_within_steps") > 3, "{seen:?}");
     }
 
-    // It ends in the middle of a step as well.
+    // The lab can be closed in the middle of a step, too.
     lab.quit();
 }

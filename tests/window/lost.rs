@@ -1,47 +1,47 @@
-//! The device is lost: the lab goes on with another one in the same window, says so in it, and keeps
-//! what can be kept; where that cannot be, it ends with a sentence.
+//! Lost devices: the lab continues with another one in the same window, says so, and keeps what can be kept; where there is no other
+//! device, it ends with an error.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
 
 use myxo::scene::{Overrides, Scene};
 
-use crate::hand::Does;
+use crate::input::Gesture;
 use crate::out::arrived;
 use crate::program::{Folder, program, shown_of};
 use crate::troubles::{goes_on, hear};
 use crate::{Lab, SMALL, can_open, said};
 
-/// So many pictures are not drawn before the window is held, and then none counts.
+/// The device is lost after so many drawn pictures: more than are drawn before the window is paused.
 const PICTURES: &str = "--lose-device=150";
 
-/// Waits until the device is lost and for what the window says, and lets the scene grow anew.
+/// Waits until the device is lost, checks the notice, and runs the restarted scene.
 #[track_caller]
 fn lose(lab: &Lab) {
-    let before = lab.seen().expect("it is told")["state"]["notice"].to_string();
+    let before = lab.seen().expect("the lab has reported")["state"]["notice"].to_string();
     assert!(!before.contains("lost"), "too soon: {before}");
     let seen = lab.wait("the device is lost", |seen| {
         let notice = seen["state"]["notice"].as_str();
         notice.is_some_and(|text| text.starts_with("The device was lost (vk"))
     });
-    let told = seen["state"]["notice"].as_str().unwrap().to_owned();
+    let notice = seen["state"]["notice"].as_str().unwrap().to_owned();
     for part in [
         "what had grown is gone",
         "begins anew",
         "cube_000001.toml",
         "fewer particles",
     ] {
-        assert!(told.contains(part), "{part}: {told}");
+        assert!(notice.contains(part), "{part}: {notice}");
     }
     lab.wait("the scene is there from the beginning", |seen| {
         seen["state"]["loading"] == false && seen["state"]["step"] == 0
     });
-    // It was held, and so it is now.
-    lab.key_until("space", "it goes on", "playing", true);
+    // It was paused before, so it still is.
+    lab.key_until("space", "the simulation continues", "playing", true);
     goes_on(lab);
 }
 
-/// Held, with the card open by which things are taken out, and GIFs chosen there.
+/// A paused lab with the export card open and GIF chosen.
 #[track_caller]
 fn held_with_gifs() -> Lab {
     let lab = Lab::open(&[&[PICTURES], &SMALL[..]].concat());
@@ -63,13 +63,13 @@ fn after_a_lost_device_the_scene_begins_anew_as_it_was_set() {
     lab.key_until("4", "what is shown", "show", "particles");
     lab.point("picture", 0.4);
     for _ in 0..3 {
-        lab.does(Does::Wheel(true));
+        lab.perform(Gesture::Wheel(true));
     }
-    // Its pictures are kept as far as they have come. While it goes on, pictures count.
+    // The recording keeps the pictures it has. From here on, drawn pictures count.
     lab.key_until("F9", "it is recorded", "recording", true);
     lose(&lab);
     hear(&lab, "recording_000001.gif");
-    // What was said first still stands above it.
+    // The first notice is still shown above the second.
     hear(&lab, "The device was lost");
     let (_, shown) = shown_of(&arrived(&lab, "recording_000001.gif"));
     assert!(shown >= 1, "{shown}");
@@ -79,12 +79,12 @@ fn after_a_lost_device_the_scene_begins_anew_as_it_was_set() {
         .expect("it can be read")
         .1;
     assert_eq!(kept.trail.decay, 0.625);
-    let state = &lab.seen().expect("it is told")["state"];
+    let state = &lab.seen().expect("the lab has reported")["state"];
     assert_eq!(state["show"], "particles");
     assert_eq!(state["unsaved"], false, "a file has it");
     assert_eq!(lab.save("cube"), kept, "all is as it was, the camera, too");
 
-    // Small pictures are there again, and other scenes.
+    // The gallery's pictures are there again, and other scenes can be opened.
     lab.click_until("gallery", "gallery", true);
     lab.click("card=sphere");
     lab.wait("the sphere is there", |seen| {
@@ -112,9 +112,9 @@ fn a_film_keeps_the_pictures_that_it_had_when_the_device_was_lost() {
     lab.quit();
 }
 
-/// It would be lost for ever.
+/// Replacing it again and again would never end.
 #[test]
-fn a_device_that_is_lost_again_ends_it_with_a_sentence_and_the_scene() {
+fn a_device_that_is_lost_again_ends_the_lab_and_the_scene_is_kept() {
     if !can_open() {
         return;
     }
@@ -134,7 +134,7 @@ fn a_device_that_is_lost_again_ends_it_with_a_sentence_and_the_scene() {
     assert_eq!(saved.expect("it can be read").1.trail.decay, 0.75);
 }
 
-/// One sentence says what was lost and where the scene is kept, once.
+/// Checks that one message says what was lost and where the scene is kept.
 #[track_caller]
 fn ended_with(message: &str, status: ExitStatus, folder: &Path, more: &[&str]) {
     assert_eq!(status.code(), Some(1), "{message}");
@@ -152,7 +152,7 @@ fn ended_with(message: &str, status: ExitStatus, folder: &Path, more: &[&str]) {
     assert!(!folder.join("cube_000002.toml").exists(), "it is kept once");
 }
 
-/// The one that draws by the processor, if it is where systems have it.
+/// Mesa's CPU driver, if it is in the usual folder.
 fn driver() -> Option<PathBuf> {
     let files = std::fs::read_dir("/usr/share/vulkan/icd.d").ok()?;
     let mut files = files.flatten().map(|entry| entry.path());
@@ -160,7 +160,7 @@ fn driver() -> Option<PathBuf> {
 }
 
 #[test]
-fn where_no_other_device_is_found_it_ends_with_a_sentence_and_the_scene() {
+fn where_no_other_device_is_found_the_lab_ends_and_the_scene_is_kept() {
     if !can_open() {
         return;
     }

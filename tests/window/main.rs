@@ -1,15 +1,14 @@
-//! Hands on the lab: a pointer and keys operate every control, and the scene that is saved at the end, or what the lab tells of
-//! itself, shows that each had its effect.
+//! Tests of the window: a pointer and keys operate every control, and the scene saved at the end, or the lab's report on itself, shows that
+//! each had its effect.
 //!
-//! Most of these tests need no display: the lab runs without a window, draws into an image, and is told line by line what the hand
-//! does. Those of `real` have a window on an X display, with its pointer, its keys and its clipboard, for what only these show.
+//! Most of these tests need no display: the lab runs without a window, draws into an image, and reads input as lines. Those of `real` have
+//! a window on an X display, with its pointer, its keys and its clipboard, for what can only be tested there.
 
 mod areas;
 mod back;
 mod buttons;
 mod gestures;
-mod hand;
-mod hands;
+mod input;
 mod lab;
 mod long_steps;
 mod lost;
@@ -25,11 +24,12 @@ mod presets;
 #[path = "../program/mod.rs"]
 mod program;
 mod real;
+mod tools;
 mod troubles;
 mod views;
 mod worked;
 
 use lab::{Lab, can_open, said};
 
-/// Small, on one object that is seen from all sides.
+/// A small scene with one object.
 const SMALL: [&str; 3] = ["cube", "--set=particles.count=3000", "--set=atlas.size=128"];

@@ -11,7 +11,7 @@ const SCENES: [(u32, &str); 3] = [
     (256, "builtin:icosphere"),
 ];
 const ROUNDS: usize = 10;
-/// Pipelines are compiled and blocks of memory are filled in these.
+/// Rounds in which pipelines are compiled and memory blocks are filled.
 const WARM_UP: usize = 3;
 /// Freed memory that the allocator holds varies by less. If no scene gave anything back, it would be ten times as much.
 const MOST_GROWTH: u64 = 32 << 20;

@@ -1,20 +1,19 @@
-//! Whole objects: scaled by the box beside the middle one, added, taken out, and each undone. The
-//! simulation goes on from where it was each time.
+//! Whole objects: scaled by the box beside the middle one, added, removed, and each undone. The simulation continues each time.
 
 use myxo::mesh::builtin::BUILTINS;
 
 use serde_json::Value;
 
-use crate::hands::SCENE;
 use crate::program::{Folder, path};
+use crate::tools::SCENE;
 use crate::{Lab, can_open, views};
 
 fn step(lab: &Lab) -> u64 {
-    let seen = lab.seen().expect("it is told");
+    let seen = lab.seen().expect("the lab has reported");
     seen["state"]["step"].as_u64().expect("it is a number")
 }
 
-/// Waits until so many objects run, and nothing is left to be done; what has grown has stayed.
+/// Waits until so many objects run and nothing is being loaded; the simulation has not restarted.
 #[track_caller]
 fn there_are(lab: &Lab, count: &str, since: u64) {
     lab.wait(count, |seen| {
@@ -36,7 +35,7 @@ fn add(lab: &Lab, name: &str) {
 }
 
 #[test]
-fn hands_duplicate_objects() {
+fn objects_are_duplicated() {
     if !can_open() {
         return;
     }
@@ -71,13 +70,13 @@ fn hands_duplicate_objects() {
     // Balls of radius 1.
     assert!(away > 2.0, "{away}: one is in the other");
 
-    // By its key, the copy.
+    // The copy is removed by its key.
     lab.key("ctrl+d");
     there_are(&lab, "4", grown);
     lab.wait("it is picked", |seen| seen["values"]["picked"] == "ball 3");
     let thrice = lab.save("pair");
     assert_eq!(thrice.objects[..3], twice.objects);
-    // Undone, one after the other, and there again.
+    // Both are undone one after the other, and redone.
     for (key, wanted) in [
         ("ctrl+z", &twice),
         ("ctrl+z", &start),
@@ -87,12 +86,12 @@ fn hands_duplicate_objects() {
         there_are(&lab, &wanted.objects.len().to_string(), grown);
         assert_eq!(lab.save("pair").objects, wanted.objects);
     }
-    // Twice at once, and the last one goes again before it is there.
+    // Duplicated twice at once, and the second is undone before it is there.
     lab.pick("ball");
     for key in ["ctrl+d", "ctrl+d", "Delete"] {
         lab.key(key);
     }
-    // As many are there for a moment before the second comes.
+    // The count is briefly the same before the second one comes.
     there_are(&lab, "4", grown);
     lab.look_at(60);
     there_are(&lab, "4", grown);
@@ -100,7 +99,7 @@ fn hands_duplicate_objects() {
     assert_eq!(rest.objects[..3], twice.objects);
     assert_eq!(rest.objects[3].name, "ball 3");
     lab.key_until("space", "it runs", "playing", true);
-    lab.wait("it goes on", |seen| {
+    lab.wait("the simulation continues", |seen| {
         seen["state"]["step"].as_u64() > Some(grown)
     });
     lab.quit();
@@ -182,7 +181,7 @@ fn the_list_hides_locks_and_renames_objects() {
 
 /// Takes long: every mesh that can be added is laid out and joins.
 #[test]
-fn hands_scale_add_and_remove_objects() {
+fn objects_are_scaled_added_and_removed() {
     if !can_open() {
         return;
     }
@@ -195,7 +194,7 @@ fn hands_scale_add_and_remove_objects() {
     there_are(&lab, "2", grown);
     let start = lab.save("pair");
 
-    // Larger, and as it was.
+    // Scaled, and undone.
     lab.pick("ball");
     lab.pull("gizmo=scale", [6, -6]);
     lab.wait("it has grown", |seen| {
@@ -220,7 +219,7 @@ fn hands_scale_add_and_remove_objects() {
     there_are(&lab, "2", grown);
     assert_eq!(lab.save("pair").objects, scaled.objects);
 
-    // One more, which has its place in the panel.
+    // An added object has its section in the panel.
     add(&lab, "capsule");
     there_are(&lab, "3", grown);
     lab.wait("it is picked", |seen| seen["values"]["picked"] == "capsule");
@@ -239,7 +238,7 @@ fn hands_scale_add_and_remove_objects() {
     let moved = lab.save("pair");
     assert_eq!(moved.objects[2].position[1], 0.75);
 
-    // Taken out by its key and by its button, and back, one after the other.
+    // Removed by the key and by the button, and undone one after the other.
     lab.key("Delete");
     there_are(&lab, "2", grown);
     assert_eq!(lab.save("pair").objects, scaled.objects);
@@ -268,7 +267,7 @@ fn hands_scale_add_and_remove_objects() {
         there_are(&lab, "2", grown);
     }
     lab.key_until("space", "it runs", "playing", true);
-    lab.wait("it goes on", |seen| {
+    lab.wait("the simulation continues", |seen| {
         seen["state"]["step"].as_u64() > Some(grown)
     });
     lab.quit();

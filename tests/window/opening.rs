@@ -6,7 +6,7 @@ use image::GrayImage;
 use myxo::scene::{Overrides, Scene};
 use serde_json::Value;
 
-use crate::hand::Does;
+use crate::input::Gesture;
 use crate::out::hear_once_loaded;
 use crate::program::{Folder, path, program};
 use crate::{Lab, SMALL, can_open};
@@ -15,7 +15,7 @@ const MESH: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 
 const SCENE: &str =
     "[particles]\ncount = 2500\n[atlas]\nsize = 128\n[[object]]\nmesh = \"builtin:icosphere\"\n";
 
-/// Types a path into the dialog that is open, in place of the one that it begins with or behind it, until it is taken.
+/// Types a path into the dialog that is open, in place of the one that it begins with or behind it, until the lab accepts it.
 #[track_caller]
 pub fn type_path(lab: &Lab, path: &str, is_behind: bool) {
     lab.wait("the dialog is there", |seen| {
@@ -33,7 +33,7 @@ pub fn type_path(lab: &Lab, path: &str, is_behind: bool) {
     lab.again_until(path, act, |seen| seen["state"]["opening"] == false);
 }
 
-/// The same of a mesh, until it is asked what becomes of it.
+/// Types the path of a mesh, and waits for the question whether to add or open it.
 #[track_caller]
 fn type_path_and_ask(lab: &Lab, path: &str) {
     let act = || {
@@ -57,7 +57,7 @@ fn files_are_opened_by_a_dialog() {
     let wrong = lab.folder.with("wrong.toml", "[trail]\ndecay = 7\n");
     let look = (lab.folder).with("fern.toml", "# Fern.\n[trail]\ndecay = 0.375\n");
 
-    // The list of keys has it, and while the dialog is there keys and pointer are its own.
+    // The list of keys mentions the dialog. While it is open, it gets all keys and the pointer.
     lab.key_until("h", "the list of keys", "help", true);
     let keys = lab.value("help.keys");
     assert!(keys.contains("Ctrl O"), "{keys}");
@@ -70,15 +70,17 @@ fn files_are_opened_by_a_dialog() {
     let camera = lab.value("camera");
     lab.point("picture", 0.1);
     lab.press();
-    lab.does(Does::Wheel(true));
+    lab.perform(Gesture::Wheel(true));
     lab.key_until("Escape", "the dialog goes", "opening", false);
-    let seen = lab.seen().expect("it is told");
+    let seen = lab.seen().expect("the lab has reported");
     assert_eq!(seen["values"]["tool"], "trail", "and nothing else");
     assert_eq!(seen["state"]["performing"], false);
     assert_eq!(lab.value("camera"), camera);
     assert!(!lab.folder.file("cube_000001.toml").exists());
     lab.key("Escape");
-    lab.wait("the brush is left", |seen| seen["values"]["tool"] == "look");
+    lab.wait("the brush is put down", |seen| {
+        seen["values"]["tool"] == "look"
+    });
 
     // A scene, from the gallery.
     lab.click_until("gallery", "gallery", true);
@@ -87,7 +89,10 @@ fn files_are_opened_by_a_dialog() {
     lab.wait("it is there", |seen| {
         seen["state"]["scene"] == "ball" && seen["state"]["loading"] == false
     });
-    assert_eq!(lab.seen().expect("it is told")["state"]["gallery"], false);
+    assert_eq!(
+        lab.seen().expect("the lab has reported")["state"]["gallery"],
+        false
+    );
     assert_eq!(lab.save("ball").particles.count, 2500);
 
     // A mesh, from the menu of objects; the dialog begins where the last file was.
@@ -100,17 +105,17 @@ fn files_are_opened_by_a_dialog() {
     let objects = lab.save("ball").objects;
     assert!(objects[1].mesh.ends_with("tip.obj"), "{objects:?}");
 
-    // What is said of files that are dropped is said of these.
-    for (file, told) in [
+    // The notices are those of dropped files.
+    for (file, part) in [
         (&wrong, "trail.decay = 7 is out of range"),
         (&look, "The look of fern"),
     ] {
         lab.key_until("ctrl+o", "the dialog", "opening", true);
         type_path(&lab, path(file), false);
-        hear_once_loaded(&lab, told);
+        hear_once_loaded(&lab, part);
     }
     assert_eq!(lab.save("ball").trail.decay, 0.375);
-    // By a name of one's own, which the scene has then.
+    // Saving under a name of one's own, which becomes the scene's.
     lab.key_until("ctrl+shift+s", "the dialog", "opening", true);
     lab.wait("its name can be typed", |seen| {
         seen["state"]["typing"] == true
@@ -124,7 +129,7 @@ fn files_are_opened_by_a_dialog() {
     let mine = Scene::read(&lab.folder.file("mine.toml"), &Overrides::default());
     let (_, mine, _) = mine.expect("it is a scene");
     assert_eq!(mine.trail.decay, 0.375);
-    // From now on it is saved there; the file that was opened stays as it was.
+    // From now on the scene is saved there; the opened file does not change.
     let decay = |name: &str| {
         let scene = Scene::read(&lab.folder.file(name), &Overrides::default());
         scene.expect("it is a scene").1.trail.decay
@@ -137,7 +142,7 @@ fn files_are_opened_by_a_dialog() {
     assert_eq!(decay("mine.toml"), 0.75);
     assert_eq!(decay("ball.toml"), opened);
     assert!(!lab.folder.file("mine_000001.toml").exists());
-    // It is the last of those that were used; the one before is the other one that was saved.
+    // The recent files: this one first, then the one saved before.
     lab.click_until("gallery", "gallery", true);
     lab.click("recent");
     lab.click("recent=1");
@@ -151,21 +156,24 @@ fn files_are_opened_by_a_dialog() {
         seen["state"]["scene"] == "mine" && seen["state"]["loading"] == false
     });
     assert_eq!(lab.value("trail.decay"), "0.75");
-    // What went wrong is told until it is clicked away.
+    // Errors are shown until they are clicked away.
     let is_told = |seen: &Value| {
         let notice = seen["state"]["notice"].as_str();
         notice.is_some_and(|text| text.contains("trail.decay = 7"))
     };
-    assert!(is_told(&lab.seen().expect("it is told")));
+    assert!(is_told(&lab.seen().expect("the lab has reported")));
     lab.click("error.0:copy");
     let copied = lab.clipboard("is out of range");
     assert!(copied.contains("trail.decay = 7"), "{copied}");
-    assert!(is_told(&lab.seen().expect("it is told")), "it stays");
+    assert!(
+        is_told(&lab.seen().expect("the lab has reported")),
+        "it stays"
+    );
     lab.click("error.0");
     lab.wait("it is gone", |seen| !is_told(seen));
 
-    // The folder of what is taken out, typed and taken as it is.
-    let folder = lab.folder.file("taken out");
+    // The folder for exports, typed by hand.
+    let folder = lab.folder.file("my exports");
     std::fs::create_dir(&folder).expect("it is new");
     lab.click_until("out", "out", true);
     lab.click_until("out.folder:choose", "opening", true);
@@ -183,9 +191,9 @@ fn files_are_opened_by_a_dialog() {
     lab.wait("it is there", |_| {
         folder.join("screenshot_000001.png").exists()
     });
-    // A mesh that is opened, and not added: it is asked what becomes of it.
+    // Opening a mesh asks whether to add it.
     let objects = lab.value("objects");
-    let own = lab.seen().expect("it is told")["state"]["scene"].clone();
+    let own = lab.seen().expect("the lab has reported")["state"]["scene"].clone();
     let own = own.as_str().expect("it has a name").to_owned();
     for (answer, scene) in [
         ("mesh.cancel", own.as_str()),
@@ -209,7 +217,7 @@ fn files_are_opened_by_a_dialog() {
     lab.quit();
 }
 
-/// Between a restart and the scene's return the hand goes on.
+/// Changes made between a restart and the loaded scene are kept.
 #[test]
 fn what_is_changed_while_a_scene_loads_is_kept() {
     if !can_open() {
@@ -219,7 +227,7 @@ fn what_is_changed_while_a_scene_loads_is_kept() {
     let ball = "[particles]\ncount = 2500\n[atlas]\nsize = 512\n[[object]]\nmesh = \"builtin:icosphere?subdivisions=6\"\n";
     let file = folder.with("ball.toml", ball);
     let mut program = program();
-    // A layout that is kept is there at once.
+    // A cached layout loads at once.
     program.env("XDG_CACHE_HOME", folder.path());
     let lab = Lab::start(program, &[path(&file)]);
     lab.find("atlas.size");
@@ -268,7 +276,7 @@ fn what_was_chosen_is_there_the_next_time() {
     lab.quit();
 }
 
-/// What waits for a restart may be half of what a scene needs to begin. What is saved can be opened all the same.
+/// A scene with a half-finished change that waits for a restart is saved so that it can be opened.
 #[test]
 fn what_is_saved_can_be_opened() {
     if !can_open() {
@@ -281,13 +289,16 @@ fn what_is_saved_can_be_opened() {
     let saved = lab.save("cube");
     hear_once_loaded(&lab, "which would not work");
     assert_ne!(saved.particles.start.word(), "mask");
-    assert_eq!(lab.seen().expect("it is told")["state"]["unsaved"], true);
+    assert_eq!(
+        lab.seen().expect("the lab has reported")["state"]["unsaved"],
+        true
+    );
     lab.click("particles.start=ring");
     lab.wait("it waits", |seen| {
         seen["values"]["particles.start"] == "ring"
     });
     assert_eq!(lab.save("cube").particles.start.word(), "ring");
-    // It is saved where it was before. Numbers go on where it is opened: that file stays.
+    // It is saved into the same file. After it is opened again, saving takes the next number, and that file does not change.
     assert!(!lab.folder.file("cube_000002.toml").exists());
     let file = lab.folder.file("cube_000001.toml");
     lab.key_until("ctrl+o", "the dialog", "opening", true);
@@ -303,7 +314,7 @@ fn what_is_saved_can_be_opened() {
     lab.quit();
 }
 
-/// A picture to begin on is chosen beside the field for its path, for the scene and for an object of it.
+/// The dialog beside the path's field chooses a start mask, for the scene and for one of its objects.
 #[test]
 fn masks_are_chosen_by_the_dialog() {
     if !can_open() {
@@ -321,7 +332,7 @@ fn masks_are_chosen_by_the_dialog() {
     let choose = |rows: &str, word: &str, mask: &str, file: &Path, wanted: &str| {
         lab.find(rows);
         lab.click(word);
-        // What waits for a restart is told above the rows, which move down for that.
+        // The line about a restart appears above the rows and moves them down.
         lab.wait("it waits for a restart", |seen| {
             seen["places"].get("discard").is_some()
         });
@@ -344,7 +355,7 @@ fn masks_are_chosen_by_the_dialog() {
     assert!(saved.particles.start_mask.ends_with("mask.png"));
     assert!(saved.objects[0].start.mask.ends_with("other.png"));
 
-    // Other files come by the same key as before.
+    // The key opens the dialog for scenes as before.
     lab.key_until("ctrl+o", "the dialog", "opening", true);
     lab.key_until("Escape", "it goes", "opening", false);
     lab.quit();

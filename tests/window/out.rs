@@ -1,4 +1,4 @@
-//! What is taken out: pictures, recordings, films and exports, each looked at where it lies.
+//! Exports: pictures, recordings, films, models and data; each file is read and checked.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::program::{path, shown_of};
 use crate::{Lab, SMALL, can_open};
 
-/// Waits until nothing is on its way and a notice says so.
+/// Waits until nothing is being loaded and a notice contains this text.
 #[track_caller]
 pub fn hear_once_loaded(lab: &Lab, part: &str) {
     lab.wait(part, |seen| {
@@ -22,7 +22,7 @@ pub fn hear_once_loaded(lab: &Lab, part: &str) {
 pub fn arrived(lab: &Lab, name: &str) -> PathBuf {
     let file = lab.folder.file(name);
     lab.until(name, || file.exists().then_some(()));
-    let seen = lab.wait("it is told", |seen| {
+    let seen = lab.wait("nothing is being written", |seen| {
         let state = &seen["state"];
         state["making"].is_null() && state["recording"] == false
     });
@@ -30,7 +30,7 @@ pub fn arrived(lab: &Lab, name: &str) -> PathBuf {
     file
 }
 
-/// It has something on it; gives its size.
+/// The size of a picture, which must not be all dark.
 #[track_caller]
 fn lit(file: &Path) -> (u32, u32) {
     let picture = image::open(file).expect("it is a picture").into_rgb8();
@@ -41,7 +41,7 @@ fn lit(file: &Path) -> (u32, u32) {
     picture.dimensions()
 }
 
-/// How many pixels are there in one picture and not in the other.
+/// The number of pixels that are covered in one picture only.
 fn outlines_differ(one: &Path, other: &Path) -> usize {
     let [one, other] = [one, other].map(|file| image::open(file).expect("a picture").into_rgba8());
     let pairs = one.pixels().zip(other.pixels());
@@ -56,7 +56,7 @@ pub fn frames_in(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// A saved scene finds its files from wherever it lies: paths are whole in it.
+/// Paths in saved scenes are absolute, so that they can be opened from any folder.
 #[track_caller]
 pub fn assert_same(found: &str, wanted: &str, key: &str) {
     let is_path = key.ends_with("mask") || key == "areas.map";
@@ -67,9 +67,9 @@ pub fn assert_same(found: &str, wanted: &str, key: &str) {
     );
 }
 
-/// Takes long: every kind of file is made, films among them.
+/// Takes long: it writes every kind of file, films among them.
 #[test]
-fn everything_that_is_taken_out_is_whole() {
+fn every_export_is_whole() {
     if !can_open() {
         return;
     }
@@ -134,10 +134,13 @@ fn everything_that_is_taken_out_is_whole() {
     lab.type_until("out.every", 0.2, "3", "out.every", "3");
     let step = |seen: &Value| seen["state"]["step"].as_u64().expect("it is a number");
     lab.key_until("space", "it is held", "playing", false);
-    let before = step(&lab.seen().expect("it is told"));
+    let before = step(&lab.seen().expect("the lab has reported"));
     lab.click("out.film");
     let film = arrived(&lab, "film_000001.gif");
-    assert_eq!(step(&lab.seen().expect("it is told")), before + 9 * 3);
+    assert_eq!(
+        step(&lab.seen().expect("the lab has reported")),
+        before + 9 * 3
+    );
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);
     let file = std::fs::File::open(film).expect("it is there");
@@ -166,8 +169,8 @@ fn everything_that_is_taken_out_is_whole() {
         .max((f64::from(height) - window.1).abs());
     // Videos have an even number of pixels.
     assert!(off <= 2.0 && frames == 4, "{width} x {height}, {frames}");
-    // The camera goes half round the cube, an eighth of a turn a frame: every other one has its outline again. As a folder of
-    // pictures it may have no background.
+    // The camera goes half round the cube, an eighth of a turn a frame, so every second frame has the same outline. A folder of pictures
+    // can be transparent.
     lab.click("out.kind=PNG");
     lab.click("out.film_transparent");
     lab.type_until("out.turns", 0.5, "0,5", "out.turns", "0.5");
@@ -190,14 +193,14 @@ fn everything_that_is_taken_out_is_whole() {
         assert!(there.count() > 10_000, "it is there");
     }
     lab.click("out.kind=GIF");
-    // One that is given up leaves nothing.
+    // A cancelled film leaves no file.
     lab.type_until("out.seconds", 0.5, "600", "out.seconds", "600");
     lab.click("out.film");
     lab.wait("it is begun", |seen| !seen["state"]["making"].is_null());
     lab.click("out.cancel");
     lab.wait("it is given up", |seen| seen["state"]["making"].is_null());
     assert!(!lab.folder.file("film_000002.gif").exists());
-    // One that ends early is whole.
+    // A film that is ended early is whole.
     lab.click("out.film");
     lab.click("out.finish");
     let film = arrived(&lab, "film_000002.gif");
@@ -220,7 +223,7 @@ fn everything_that_is_taken_out_is_whole() {
     assert_eq!(scene.expect("it is a scene").1.particles.count, 3000);
     let model = gltf::Gltf::open(lab.folder.file("cube_000001.glb")).expect("it is a model");
     assert_eq!(model.meshes().count(), 1);
-    // Its colours as texture, or at its vertices.
+    // A model with its colours as a texture, and one with vertex colours.
     let colored = |model: &gltf::Gltf| {
         let primitives = model
             .meshes()
@@ -239,11 +242,11 @@ fn everything_that_is_taken_out_is_whole() {
     let model = arrived(&lab, "cube_000003.glb");
     let model = gltf::Gltf::open(model).expect("it is a model");
     assert_eq!(colored(&model), 0);
-    let now = step(&lab.seen().expect("it is told"));
+    let now = step(&lab.seen().expect("the lab has reported"));
     let checkpoint = myxo::sim::checkpoint::Checkpoint::read(&lab.folder.file("cube_000001.ckpt"));
     assert_eq!(checkpoint.expect("it is whole").snapshot.step, now);
 
-    // Another folder, and what cannot be written there.
+    // Another folder, and an error where it cannot be written.
     let file = lab.folder.file("cube_000001.glb");
     lab.type_until("out.folder", 0.5, path(&file), "out.folder", path(&file));
     lab.click("out.export=PLY");
@@ -256,7 +259,7 @@ fn everything_that_is_taken_out_is_whole() {
     lab.click("out.export=PLY");
     arrived(&lab, "below/cube_000001.ply");
 
-    // The window closes in the middle of a film: what there is of it is whole.
+    // The window is closed in the middle of a film: the file is whole.
     lab.click("out.film");
     lab.wait("it is begun", |seen| !seen["state"]["making"].is_null());
     lab.look_at(10);

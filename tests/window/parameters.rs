@@ -1,4 +1,4 @@
-//! The panel: every parameter is turned by hand, and the saved scene has what it became.
+//! The panel: each parameter is changed by its control, and the saved scene has the new value.
 
 use crate::program::{Folder, path};
 use crate::{Lab, SMALL, can_open, out};
@@ -24,12 +24,12 @@ fn other_number(range: (f64, f64), integer: bool, now: f64) -> String {
     }
 }
 
-/// Operates one parameter, whose controls' names begin with `prefix`, and gives what it must have become: something else than
-/// now and, if there are so many words, than `first`.
+/// Operates one parameter, whose controls' names begin with `prefix`, and returns the scene as it must be then. The new value differs from
+/// the present one and, if there are enough words, from that of `first`.
 #[track_caller]
 fn turn<T: Clone>(lab: &Lab, parameter: &Parameter<T>, prefix: &str, scene: &T, first: &T) -> T {
     let name = format!("{prefix}{}", parameter.key);
-    // Keys of food are words of others.
+    // Names of some food keys are part of other names, so they are found by the full key.
     let is_food = prefix.starts_with("food");
     lab.find(if is_food { &name } else { parameter.key });
     let mut after = scene.clone();
@@ -133,7 +133,7 @@ start = { place = "disc", heading = "aligned" }
 motion = { spin = [0, 10, 0], orbit = [0, 5, 0], swing = [5, 0, 0], slide = [0, 0.1, 0], keyframes = [{ time = 0 }, { time = 5, position = [0.1, 0, 0] }] }
 "#;
 
-/// Light enough to begin on, and it attracts.
+/// A map that is light enough for a start, and attracts.
 const PICTURE: &str = "ball.png";
 
 const MODEL: &str = "motion.model";
@@ -142,7 +142,7 @@ const START_FOOD: &str = "particles.start_food";
 /// Particles are drawn without the trail.
 const OF_TRAIL: [&str; 2] = ["picture.brightest", "picture.darkest"];
 
-/// These have buttons and a list instead of what can be typed; other tests use them.
+/// Parameters with buttons or a list have no row; other tests operate them.
 fn has_row(parameter: &Parameter) -> bool {
     !matches!(parameter.key, "picture.show" | "picture.color_map")
 }
@@ -151,9 +151,9 @@ fn is_word<T>(parameter: &Parameter<T>) -> bool {
     matches!(parameter.kind, Kind::Choice { .. })
 }
 
-/// Takes long: a hand turns each of some 80 parameters, and a saved scene shows each of them.
+/// Takes long: it changes each of some 80 parameters.
 #[test]
-fn every_parameter_can_be_turned_by_hand() {
+fn every_parameter_can_be_changed_in_the_panel() {
     if !can_open() {
         return;
     }
@@ -176,8 +176,7 @@ fn every_parameter_can_be_turned_by_hand() {
     let sensing = PARAMETERS.iter().find(|p| p.key == SENSING);
     let sensing = sensing.expect("it is in the table");
     expected = turn(&lab, sensing, "", &expected, &before);
-    // By other words, numbers would lose their effect and could not be turned: words come last, and those that others
-    // depend on after these.
+    // Choices can disable numbers, so they come last, and choices that others depend on after those.
     let (lively, idle): (Vec<&Parameter>, Vec<&Parameter>) = PARAMETERS
         .iter()
         .filter(|p| has_row(p) && !is_word(p))
@@ -185,7 +184,7 @@ fn every_parameter_can_be_turned_by_hand() {
     for parameter in lively {
         expected = turn(&lab, parameter, "", &expected, &before);
     }
-    // Only starts under a mask have one.
+    // Only the start `mask` has a mask.
     lab.find("particles.start");
     lab.click("particles.start=mask");
     expected.particles.start = Start::Mask;
@@ -202,14 +201,14 @@ fn every_parameter_can_be_turned_by_hand() {
     for parameter in of_trail {
         expected = turn(&lab, parameter, "", &expected, &before);
     }
-    // And only starts on food ask which.
+    // Only the start `food` asks which food.
     lab.find("particles.start");
     lab.click("particles.start=food");
     expected.particles.start = Start::Food;
     for parameter in of_food {
         expected = turn(&lab, parameter, "", &expected, &before);
     }
-    // Only by this method texels have weights, and only by the one before cells have sizes.
+    // Only this method has texel weights, and only the one before has cell sizes.
     lab.find("atlas.method");
     lab.click("atlas.method=charts");
     expected.atlas.method = AtlasMethod::Charts;
@@ -227,7 +226,7 @@ fn every_parameter_can_be_turned_by_hand() {
             &before.objects[ball],
         );
     }
-    // No built-in mesh moves by itself, so what is saved could not be opened with it.
+    // No built-in mesh has an animation, so a scene saved with this value could not be opened.
     lab.find(MODEL);
     let model = format!("{prefix}{MODEL}");
     for (control, word) in [("=follow", "follow"), (":reset", "still")] {
@@ -271,7 +270,7 @@ fn every_parameter_can_be_turned_by_hand() {
 }
 
 #[test]
-fn numbers_beyond_their_range_are_told_and_what_is_none_is_not_taken() {
+fn numbers_beyond_their_range_give_a_notice_and_text_is_not_taken() {
     if !can_open() {
         return;
     }
@@ -279,17 +278,19 @@ fn numbers_beyond_their_range_are_told_and_what_is_none_is_not_taken() {
     for (key, typed, becomes) in [
         ("trail.decay", "7", "1"),
         ("trail.decay", "-0.5", "0"),
-        // The slider begins at 0.01 and ends at 10,000; what is typed may go on.
+        // The slider goes from 0.01 to 10,000; typed numbers may lie beyond.
         ("picture.brightest", "0.001", "0.001"),
         ("picture.brightest", "2000000000", "1000000000"),
     ] {
         lab.find(key);
-        if lab.seen().expect("it is told")["values"][key] == "0" && key == "picture.brightest" {
+        if lab.seen().expect("the lab has reported")["values"][key] == "0"
+            && key == "picture.brightest"
+        {
             lab.click("auto");
         }
         lab.type_until(key, 0.9, typed, key, becomes);
         if typed != becomes {
-            lab.wait("it is told", |seen| {
+            lab.wait("a notice", |seen| {
                 let notice = seen["state"]["notice"].as_str();
                 notice.is_some_and(|text| text.contains(&format!("{typed} became {becomes}")))
             });
@@ -305,7 +306,7 @@ fn numbers_beyond_their_range_are_told_and_what_is_none_is_not_taken() {
     }
     assert_eq!(lab.save("cube").trail.decay, 0.0);
 
-    // Colours, too, have a way back.
+    // Colours can be reset, too.
     lab.find("picture.color_map");
     let first = lab.value("picture.color_map");
     lab.click("colors");

@@ -1,4 +1,4 @@
-//! Looks that are kept, taken again from cards, text and dropped files, and removed; scenes that are left with changes.
+//! Looks that are kept, applied from cards, text and dropped files, and removed; scenes with unsaved changes.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -9,12 +9,12 @@ use myxo::scene::presets::{is_look, is_preset};
 use myxo::scene::settings::Settings;
 use myxo::scene::{Overrides, Scene};
 
-use crate::hand::Does;
+use crate::input::Gesture;
 use crate::out::{arrived, hear_once_loaded};
 use crate::program::{Folder, path, program};
 use crate::{Lab, SMALL, can_open, said};
 
-/// Drops a file, and waits for what is said of it.
+/// Drops a file, and waits for a notice that contains `part`.
 #[track_caller]
 pub fn drop_and_hear(lab: &Lab, file: &Path, part: &str) {
     lab.drop_files(&[file]);
@@ -48,7 +48,7 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
         return;
     }
     let lab = Lab::open(&SMALL);
-    lab.does(Does::Resize(1200, 960));
+    lab.perform(Gesture::Resize(1200, 960));
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
     let mine = lab.save("cube");
@@ -63,7 +63,10 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     lab.wait("it is kept", |seen| {
         seen["state"]["own"] == serde_json::json!([name])
     });
-    assert_eq!(lab.seen().expect("it is told")["state"]["preset"], name);
+    assert_eq!(
+        lab.seen().expect("the lab has reported")["state"]["preset"],
+        name
+    );
     let folder = lab.folder.file("myxo/presets");
     let text = std::fs::read_to_string(folder.join("Moss 2.toml")).expect("it is there");
     assert!(is_preset(&text) && text.contains("decay = 0.625"), "{text}");
@@ -73,7 +76,7 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     let lit = picture.pixels().filter(|p| p.0.iter().max() > Some(&60));
     assert!(lit.count() > 500, "something is seen");
 
-    // Copied by its button, and taken over another one.
+    // Copied by its button, and applied over another look.
     lab.click("preset.copy");
     lab.wait("it is copied", |seen| {
         let notice = seen["state"]["notice"].as_str();
@@ -83,7 +86,7 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     lab.key_until("ctrl+v", "it is taken", "preset", "clipboard");
     lab.click_until("card=Moss 2", "preset", name);
 
-    // Taken again, from its card and as the one after the program's last.
+    // Applied from its card, and as the preset after the last built-in one.
     lab.click_until("card=cells", "preset", "cells");
     assert_ne!(lab.save("cube").trail, mine.trail);
     lab.click_until("card=Moss 2", "preset", name);
@@ -102,7 +105,7 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     lab.key_until("ctrl+v", "it is taken", "preset", "clipboard");
     assert_same_look(&lab.save("cube"), &mine);
 
-    // Dropped: a look, and what is none.
+    // Dropped: a look, and files that are none.
     let preset = lab
         .folder
         .with("fern.toml", "# Fern.\n[trail]\ndecay = 0.375\n");
@@ -122,8 +125,10 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
         let file = lab.folder.with(name, text);
         drop_and_hear(&lab, &file, part);
     }
-    let before = lab.seen().expect("it is told")["state"]["step"].as_u64();
-    lab.wait("it goes on", |seen| seen["state"]["step"].as_u64() > before);
+    let before = lab.seen().expect("the lab has reported")["state"]["step"].as_u64();
+    lab.wait("the simulation continues", |seen| {
+        seen["state"]["step"].as_u64() > before
+    });
     assert_eq!(lab.save("cube").trail.decay, 0.375, "nothing has changed");
 
     // Another scene, with the look that is here.
@@ -148,7 +153,7 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     lab.wait("it is there", |seen| seen["values"]["objects"] == "2");
     assert_eq!(lab.save("ball").objects.len(), 2);
 
-    // Removed, but not by one click.
+    // Removing takes two clicks.
     lab.click_until("gallery", "gallery", true);
     lab.click("remove=Moss 2");
     lab.click("remove=Moss 2:no");
@@ -182,10 +187,10 @@ fn files_that_are_dropped_together_all_come() {
         let is_last = notice.is_some_and(|text| text.contains("The look of fern"));
         seen["state"]["loading"] == false && is_last && seen["values"]["objects"] == "4"
     });
-    let notice = seen["state"]["notice"].as_str().expect("it is told");
+    let notice = seen["state"]["notice"].as_str().expect("a notice");
     assert!(
         notice.contains("torn.obj"),
-        "what is wrong with it is told, too: {notice}"
+        "the notice has its error, too: {notice}"
     );
     let saved = lab.save("cube");
     let meshes = saved.objects.iter().map(|object| object.mesh.as_str());
@@ -194,10 +199,10 @@ fn files_that_are_dropped_together_all_come() {
         assert!(mesh.ends_with(end), "{mesh}: {end}");
     }
     assert_eq!(saved.trail.decay, 0.375);
-    // What is odd about one is told.
+    // A notice says what is odd about a mesh.
     let odd = lab.folder.with("odd.obj", format!("{mesh}f 1 3 2\n"));
-    let told = "odd: 1 triangle that is there already, dropped";
-    drop_and_hear(&lab, &odd, told);
+    let part = "odd: 1 triangle that is there already, dropped";
+    drop_and_hear(&lab, &odd, part);
     lab.wait("it joins", |seen| seen["values"]["objects"] == "5");
     lab.quit();
 }
@@ -211,22 +216,22 @@ fn checkpoints_come_back() {
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
     lab.key_until("space", "it is held", "playing", false);
-    let step = |lab: &Lab| lab.seen().expect("it is told")["state"]["step"].as_u64();
+    let step = |lab: &Lab| lab.seen().expect("the lab has reported")["state"]["step"].as_u64();
     let then = step(&lab).expect("it has grown");
     lab.click_until("out", "out", true);
     lab.click("out.export=Checkpoint");
     let file = arrived(&lab, "cube_000001.ckpt");
     lab.key_until("Escape", "the panel goes", "out", false);
 
-    // Dropped, it goes on where it was, with what was set.
+    // A dropped checkpoint continues from its step, with its settings.
     lab.type_until("trail.decay", 0.9, "0.75", "trail.decay", "0.75");
     lab.key_until("space", "it runs", "playing", true);
-    lab.wait("it goes on", |seen| {
+    lab.wait("the simulation continues", |seen| {
         seen["state"]["step"].as_u64() > Some(then + 10)
     });
     lab.key_until("space", "it is held", "playing", false);
-    let told = format!("Going on from step {then}");
-    drop_and_hear(&lab, &file, &told);
+    let part = format!("Going on from step {then}");
+    drop_and_hear(&lab, &file, &part);
     lab.wait("it is there", |seen| {
         seen["state"]["scene"] == "cube_000001" && seen["state"]["step"] == then
     });
@@ -235,15 +240,15 @@ fn checkpoints_come_back() {
     lab.wait("one step", |seen| seen["state"]["step"] == then + 1);
     let lab = lab.quit_and_keep();
 
-    // The same from the command line, which may be in another folder.
+    // The same from the command line, started in another folder.
     let kept = Folder::new();
     let again = kept.file("again.ckpt");
     std::fs::copy(&file, &again).expect("it is there");
     drop(lab);
     let lab = Lab::open(&["--resume", path(&again)]);
-    lab.wait("it is told", |seen| {
+    lab.wait("a notice", |seen| {
         let notice = seen["state"]["notice"].as_str();
-        seen["state"]["scene"] == "again" && notice.is_some_and(|text| text.contains(&told))
+        seen["state"]["scene"] == "again" && notice.is_some_and(|text| text.contains(&part))
     });
     assert!(step(&lab) >= Some(then));
     assert_eq!(lab.save("again").trail.decay, 0.5);
@@ -251,7 +256,7 @@ fn checkpoints_come_back() {
 }
 
 #[test]
-fn scenes_that_are_left_with_changes_are_kept() {
+fn scenes_with_unsaved_changes_are_kept() {
     if !can_open() {
         return;
     }
@@ -305,7 +310,7 @@ fn scenes_that_are_left_with_changes_are_kept() {
 }
 
 #[test]
-fn what_no_file_has_is_kept_whoever_ends_the_lab() {
+fn unsaved_changes_are_kept_however_the_lab_ends() {
     if !can_open() {
         return;
     }
@@ -322,7 +327,7 @@ fn what_no_file_has_is_kept_whoever_ends_the_lab() {
     lab.key("ctrl+v");
     unsaved("it is in the clipboard only", true);
 
-    // A scene file that is taken out is one like any other.
+    // An exported scene file counts as saved.
     lab.click_until("out", "out", true);
     lab.click("out.export=Scene");
     unsaved("now a file has it", false);
@@ -348,7 +353,7 @@ fn what_no_file_has_is_kept_whoever_ends_the_lab() {
         (2500, 0.625)
     );
 
-    // Opened again it is called what it was called.
+    // Opened again, the scene has its name.
     let mut again = program();
     let folder = lab.folder.path();
     again.current_dir(folder).env("XDG_DATA_HOME", folder);

@@ -1,5 +1,5 @@
-//! Trouble: no room on the disk, no ffmpeg, windows that close in the middle. Each time the lab
-//! says what happened, nothing hangs, and nothing half-written has a name.
+//! Trouble: no room on the disk, no ffmpeg, windows that close in the middle. Each time the lab says what happened, nothing hangs, and no
+//! half-written file has its final name.
 
 use std::fs::File;
 use std::io::{BufRead as _, BufReader};
@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
 
-use crate::hand::Does;
+use crate::input::Gesture;
 use crate::lab::PATIENCE;
 use crate::out::{arrived, frames_in};
 use crate::program::{Folder, path, program, shown_of};
@@ -23,11 +23,13 @@ pub fn hear(lab: &Lab, part: &str) {
 
 #[track_caller]
 pub fn goes_on(lab: &Lab) {
-    let before = lab.seen().expect("it is told")["state"]["step"].as_u64();
-    lab.wait("it goes on", |seen| seen["state"]["step"].as_u64() > before);
+    let before = lab.seen().expect("the lab has reported")["state"]["step"].as_u64();
+    lab.wait("the simulation continues", |seen| {
+        seen["state"]["step"].as_u64() > before
+    });
 }
 
-/// The program where no file may be larger than so many blocks: as where a disk has no more room.
+/// The program with a limit on the size of files, in blocks, which acts like a full disk.
 pub fn program_with_little_room(blocks: u32) -> Command {
     let mut shell = Command::new("sh");
     let script = format!("ulimit -f {blocks}; exec \"$0\" \"$@\"");
@@ -37,7 +39,7 @@ pub fn program_with_little_room(blocks: u32) -> Command {
 }
 
 #[test]
-fn where_the_disk_is_full_it_is_said_and_the_simulation_goes_on() {
+fn a_full_disk_gives_a_notice_and_the_simulation_goes_on() {
     if !can_open() {
         return;
     }
@@ -53,7 +55,7 @@ fn where_the_disk_is_full_it_is_said_and_the_simulation_goes_on() {
         lab.click(&format!("out.kind={kind}"));
         lab.key("F9");
         hear(&lab, name);
-        lab.wait("it ends by itself", |seen| {
+        lab.wait("the recording ends", |seen| {
             seen["state"]["recording"] == false
         });
         goes_on(&lab);
@@ -73,9 +75,9 @@ fn where_the_disk_is_full_it_is_said_and_the_simulation_goes_on() {
     drop(lab);
 }
 
-/// A disk that has room for some frames keeps them.
+/// A disk has room for some frames, which are kept.
 #[test]
-fn a_recording_that_finds_the_disk_full_keeps_what_is_whole() {
+fn a_recording_that_finds_the_disk_full_keeps_its_whole_frames() {
     if !can_open() {
         return;
     }
@@ -86,21 +88,21 @@ fn a_recording_that_finds_the_disk_full_keeps_what_is_whole() {
         lab.click(&format!("out.kind={kind}"));
         lab.key_until("F9", "it is recorded", "recording", true);
         let name = format!("recording_000001.{ending}");
-        hear(&lab, &format!("what came before is whole: {name}"));
-        let notice = lab.seen().expect("it is told")["state"]["notice"].to_string();
+        hear(&lab, &format!("everything before it is complete: {name}"));
+        let notice = lab.seen().expect("the lab has reported")["state"]["notice"].to_string();
         assert!(
             notice.contains(&name) && notice.contains("frames"),
             "{notice}"
         );
         let file = arrived(&lab, &name);
-        let told = notice
+        let part = notice
             .rsplit_once('(')
             .and_then(|(_, rest)| rest.split_once(' '));
-        let told: Option<u64> = told.and_then(|(frames, _)| frames.parse().ok());
-        // Frames that are alike are one in a GIF.
+        let part: Option<u64> = part.and_then(|(frames, _)| frames.parse().ok());
+        // A GIF stores equal frames once.
         let (_, shown) = shown_of(&file);
-        assert!(shown >= 1 && Some(shown) <= told, "{shown}: {notice}");
-        assert!(ending == "gif" || Some(shown) == told, "{shown}: {notice}");
+        assert!(shown >= 1 && Some(shown) <= part, "{shown}: {notice}");
+        assert!(ending == "gif" || Some(shown) == part, "{shown}: {notice}");
         goes_on(&lab);
     }
     lab.quit();
@@ -116,7 +118,10 @@ fn without_ffmpeg_films_say_what_else_there_is() {
     let lab = Lab::start(without, &SMALL);
     lab.key("F9");
     hear(&lab, "ffmpeg");
-    assert_eq!(lab.seen().expect("it is told")["state"]["recording"], false);
+    assert_eq!(
+        lab.seen().expect("the lab has reported")["state"]["recording"],
+        false
+    );
     goes_on(&lab);
     lab.click_until("out", "out", true);
     lab.click("out.kind=GIF");
@@ -147,10 +152,10 @@ pub const TAKES_LONG: [&str; 3] = [
 /// Closes a lab in the middle of a recording and an export, both of which become whole.
 #[track_caller]
 pub fn close_in_the_middle(lab: &Lab, close: impl FnOnce(&Lab)) {
-    // Steps would take longer than what is to be interrupted.
+    // Running steps would take longer than the export that is to be interrupted.
     lab.key_until("space", "it is held", "playing", false);
     lab.click_until("out", "out", true);
-    // The card finds its width first.
+    // The card settles its width first.
     lab.wait("it rests", |seen| seen["rests"] == true);
     lab.click("out.kind=PNG");
     lab.key_until("F9", "it is recorded", "recording", true);
@@ -188,7 +193,7 @@ pub fn close_in_the_middle(lab: &Lab, close: impl FnOnce(&Lab)) {
     }
 }
 
-/// What takes long to be finished is told in the window, which goes on meanwhile.
+/// The window shows what it still has to finish, and keeps drawing meanwhile.
 #[test]
 fn a_window_that_closes_says_what_it_finishes() {
     if !can_open() {
@@ -216,16 +221,16 @@ fn shows_what_it_finishes() -> bool {
     assert_eq!(size, [2048, 2048]);
     assert!(frames >= 1);
     let said = said(&lab.said);
-    for told in [
+    for part in [
         "finishing film_000001.gif ...".to_owned(),
         format!("saved {}", file.display()),
     ] {
-        assert!(said.contains(&told), "{told}: {said}");
+        assert!(said.contains(&part), "{part}: {said}");
     }
     is_shown
 }
 
-/// A picture that was asked for a moment before.
+/// A picture was requested just before.
 #[test]
 fn a_window_that_is_closed_finishes_its_picture() {
     if !can_open() {
@@ -235,20 +240,20 @@ fn a_window_that_is_closed_finishes_its_picture() {
     lab.key_until("space", "it is held", "playing", false);
     lab.click_until("out", "out", true);
     lab.click("out.size=4K");
-    lab.does(Does::Keys(&["F12", "ctrl+q"]));
+    lab.perform(Gesture::Keys(&["F12", "ctrl+q"]));
     let status = lab.ended();
     assert!(status.success(), "{status}");
     let file = lab.folder.file("screenshot_000001.png");
     let picture = image::open(&file).expect("it is whole");
     assert_eq!((picture.width(), picture.height()), (3840, 2160));
     let said = said(&lab.said);
-    let told = format!("saved {}", file.display());
-    assert!(said.contains(&told), "{told}: {said}");
+    let part = format!("saved {}", file.display());
+    assert!(said.contains(&part), "{part}: {said}");
 }
 
-/// Files and objects whose turn has not come are told of, and so is what was on its way.
+/// The terminal lists files and objects that were not loaded yet.
 #[test]
-fn a_window_that_is_closed_tells_what_did_not_come() {
+fn a_window_that_is_closed_lists_what_was_not_loaded() {
     if !can_open() {
         return;
     }
@@ -264,7 +269,7 @@ fn a_window_that_is_closed_tells_what_did_not_come() {
     let lab = Lab::open(&[path(&file)]);
     lab.key_until("space", "it is held", "playing", false);
     lab.pick("ball");
-    // Opening a file waits while another process has a lease on it, so what is loaded now does not come.
+    // Opening a file waits while another process has a lease on it, so this file is not loaded in time.
     let mut leased = leased(&mask);
     let count = "particles.count";
     lab.find(count);
@@ -276,21 +281,21 @@ fn a_window_that_is_closed_tells_what_did_not_come() {
         .folder
         .with("tip.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     lab.drop_files(&[&mesh]);
-    let seen = lab.seen().expect("it is told");
-    assert_eq!(seen["state"]["loading"], true, "it is still on its way");
+    let seen = lab.seen().expect("the lab has reported");
+    assert_eq!(seen["state"]["loading"], true, "it is still loading");
     let lab = lab.quit_and_keep();
     let said = said(&lab.said);
-    for told in [
+    for part in [
         "ball was not taken out of the scene",
         "tip.obj was not opened",
     ] {
-        assert!(said.contains(told), "{told}: {said}");
+        assert!(said.contains(part), "{part}: {said}");
     }
     leased.kill().expect("it waits for its input to end");
     leased.wait().expect("it was killed");
 }
 
-/// A process with a lease on a file. Linux lets others wait for it for 45 s, unless told otherwise.
+/// A process with a lease on a file. By default Linux lets other processes wait for it for 45 s.
 fn leased(file: &Path) -> Child {
     let script = "import fcntl, signal, sys\n\
                   signal.signal(signal.SIGIO, signal.SIG_IGN)\n\
@@ -305,12 +310,12 @@ fn leased(file: &Path) -> Child {
         .stdout(Stdio::piped())
         .spawn()
         .expect("python3 is installed");
-    let mut told = String::new();
+    let mut part = String::new();
     let output = process.stdout.take().expect("it is piped");
     BufReader::new(output)
-        .read_line(&mut told)
+        .read_line(&mut part)
         .expect("it is text");
-    assert_eq!(told, "leased\n");
+    assert_eq!(part, "leased\n");
     process
 }
 
@@ -320,17 +325,17 @@ fn a_window_of_any_size_goes_on_and_its_last_object_stays() {
         return;
     }
     let lab = Lab::open(&SMALL);
-    let step = |lab: &Lab| lab.seen().expect("it is told")["state"]["step"].as_u64();
-    // Nearly nothing, nothing as some systems have it for windows that are hidden, and back.
+    let step = |lab: &Lab| lab.seen().expect("the lab has reported")["state"]["step"].as_u64();
+    // A tiny size, zero as some systems report for hidden windows, and back.
     for (width, height) in [(1, 1), (3000, 1), (0, 0), (900, 760)] {
         let before = step(&lab);
-        lab.does(Does::Resize(width, height));
+        lab.perform(Gesture::Resize(width, height));
         lab.look_at(3);
         assert!(step(&lab) >= before, "it has not begun anew");
     }
     goes_on(&lab);
     lab.key_until("space", "it answers", "playing", false);
-    lab.key_until("space", "and goes on", "playing", true);
+    lab.key_until("space", "it continues", "playing", true);
     lab.pick("cube");
     lab.key("Delete");
     hear(&lab, "last");

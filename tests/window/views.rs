@@ -3,20 +3,20 @@
 use myxo::scene::settings::{Legend, Show};
 use serde_json::Value;
 
-use crate::hand::Does;
+use crate::input::Gesture;
 use crate::program::{Folder, path};
 use crate::{Lab, SMALL, can_open};
 
 /// Drags until something has changed.
 #[track_caller]
 pub fn drag_until(lab: &Lab, name: &str, (right, down): (i32, i32), value: &str) {
-    let told = |seen: &Value| seen["values"][value].clone();
-    let before = told(&lab.seen().expect("it is told"));
+    let shown = |seen: &Value| seen["values"][value].clone();
+    let before = shown(&lab.seen().expect("the lab has reported"));
     let act = || {
         lab.point(name, 0.5);
         lab.drag(1, 6, (right / 6, down / 6));
     };
-    lab.again_until(value, act, |seen| told(seen) != before);
+    lab.again_until(value, act, |seen| shown(seen) != before);
 }
 
 /// Empties the field that parameters are looked for in, so that the panel shows everything.
@@ -33,7 +33,7 @@ pub fn look_for_nothing(lab: &Lab) {
     });
 }
 
-/// Clicks until something is told.
+/// Clicks until a value of the report is as wanted.
 #[track_caller]
 fn click_for(lab: &Lab, name: &str, value: &str, wanted: &str) {
     let what = format!("{value} is {wanted}");
@@ -44,7 +44,7 @@ fn click_for(lab: &Lab, name: &str, value: &str, wanted: &str) {
     );
 }
 
-/// Two that touch, so that there is a distance to be shown.
+/// Two objects that touch, so that there is a distance to show.
 const PAIR: &str = r#"
 [particles]
 count = 2000
@@ -63,7 +63,7 @@ position = [1.9, 0, 0]
 "#;
 
 #[test]
-fn every_view_can_be_chosen_and_told() {
+fn every_view_can_be_chosen_and_is_reported() {
     if !can_open() {
         return;
     }
@@ -73,7 +73,7 @@ fn every_view_can_be_chosen_and_told() {
     for show in Show::ALL.iter().rev() {
         let word = show.word();
         lab.click_until(&format!("show={word}"), "show", word);
-        // What colours mean, where they are the trail's.
+        // The legend, in views with the trail's colours.
         let is_of_trail = show.legend() == Legend::Trail;
         lab.wait("the legend", |seen| {
             let brightest = seen["values"]["brightest"].as_str();
@@ -103,7 +103,7 @@ fn every_view_can_be_chosen_and_told() {
         "it is the atlas that moved"
     );
     lab.click_until("split", "split", false);
-    // The whole view as text, and back.
+    // The view is copied as text and pasted.
     lab.key("ctrl+c");
     lab.wait("it is in the clipboard", |seen| {
         let notice = seen["state"]["notice"].as_str();
@@ -114,15 +114,17 @@ fn every_view_can_be_chosen_and_told() {
     lab.place("trail.decay");
     let decay = lab.value("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
-    let before = lab.seen().expect("it is told")["state"]["step"].as_u64();
+    let before = lab.seen().expect("the lab has reported")["state"]["step"].as_u64();
     lab.key("ctrl+v");
     let seen = lab.wait("the view is back", |seen| {
         seen["state"]["show"] == "nearest" && seen["values"]["trail.decay"] == decay.as_str()
     });
-    // What can change while it runs is no reason to begin anew.
+    // Values that can change while it runs do not restart the scene.
     assert_eq!(seen["state"]["loading"], false);
     assert!(seen["state"]["step"].as_u64() >= before, "{seen}");
-    lab.wait("it goes on", |seen| seen["state"]["step"].as_u64() > before);
+    lab.wait("the simulation continues", |seen| {
+        seen["state"]["step"].as_u64() > before
+    });
     lab.key("ctrl+z");
     lab.wait("it can be undone", |seen| {
         seen["values"]["trail.decay"] == "0.5"
@@ -138,9 +140,9 @@ fn the_light_and_the_camera_can_be_moved() {
     let lab = Lab::open(&SMALL);
     lab.key_until("space", "it is held", "playing", false);
     let before = lab.save("cube");
-    // A single object has no distances, and it is told.
+    // A single object has no distances, and a notice says so.
     lab.key("8");
-    lab.wait("it is told", |seen| {
+    lab.wait("a notice", |seen| {
         let notice = seen["state"]["notice"].as_str();
         notice.is_some_and(|text| text.contains("needs a second object"))
     });
@@ -163,9 +165,9 @@ fn the_light_and_the_camera_can_be_moved() {
         "{dragged:?}"
     );
     look_for_nothing(&lab);
-    lab.does(Does::KeyDown("l"));
+    lab.perform(Gesture::KeyDown("l"));
     drag_until(&lab, "picture", (90, 0), "light");
-    lab.does(Does::KeyUp("l"));
+    lab.perform(Gesture::KeyUp("l"));
     let moved = lab.save("cube");
     assert!(
         moved.picture.light_azimuth > dragged.light_azimuth + 5.0,
@@ -182,9 +184,9 @@ fn the_light_and_the_camera_can_be_moved() {
     // A colour from the square that opens below the button.
     lab.find("picture.background");
     let color = |seen: &Value| seen["values"]["picture.background"].clone();
-    let first = color(&lab.seen().expect("it tells"));
+    let first = color(&lab.seen().expect("the lab has reported"));
     lab.click("picture.background=color");
-    lab.does(Does::MoveBy(120, 150));
+    lab.perform(Gesture::MoveBy(120, 150));
     lab.press();
     lab.wait("another background", |seen| color(seen) != first);
     lab.key("Escape");
@@ -214,12 +216,12 @@ fn the_light_and_the_camera_can_be_moved() {
     assert!((wide.field_of_view - 75.0).abs() < 0.1 && wide.distance < 0.8 * home.distance);
 
     lab.key_until("v", "it flies", "flying", true);
-    let target = lab.seen().expect("it tells")["values"]["camera.target"].clone();
-    lab.does(Does::KeyDown("w"));
+    let target = lab.seen().expect("the lab has reported")["values"]["camera.target"].clone();
+    lab.perform(Gesture::KeyDown("w"));
     lab.wait("it goes forward", |seen| {
         seen["values"]["camera.target"] != target
     });
-    lab.does(Does::KeyUp("w"));
+    lab.perform(Gesture::KeyUp("w"));
     let gone = lab.save("cube").camera;
     assert_ne!(gone.target, wide.target, "forward");
     assert_eq!(
@@ -229,13 +231,13 @@ fn the_light_and_the_camera_can_be_moved() {
     drag_until(&lab, "picture", (60, 0), "camera");
     let looked = lab.save("cube").camera;
     assert!((looked.azimuth - gone.azimuth).abs() > 1.0, "{looked:?}");
-    // Each way and back, and the wheel for the speed.
+    // Each direction and back, and the wheel for the speed.
     let mut at = looked.target;
     let mut go = |key: &str| {
-        let before = lab.seen().expect("it tells")["values"]["camera.target"].clone();
-        lab.does(Does::KeyDown(key));
+        let before = lab.seen().expect("the lab has reported")["values"]["camera.target"].clone();
+        lab.perform(Gesture::KeyDown(key));
         lab.wait(key, |seen| seen["values"]["camera.target"] != before);
-        lab.does(Does::KeyUp(key));
+        lab.perform(Gesture::KeyUp(key));
         let target = lab.save("cube").camera.target;
         let way: [f32; 3] = std::array::from_fn(|i| target[i] - at[i]);
         at = target;
@@ -247,15 +249,15 @@ fn the_light_and_the_camera_can_be_moved() {
         assert!(along < 0.0, "{there:?} and {back:?}");
     }
     let speed = |seen: &Value| seen["values"]["fly.speed"].as_str()?.parse::<f32>().ok();
-    let before = speed(&lab.seen().expect("it tells"));
+    let before = speed(&lab.seen().expect("the lab has reported"));
     lab.point("picture", 0.5);
-    lab.does(Does::Wheel(true));
+    lab.perform(Gesture::Wheel(true));
     lab.wait("it is quicker", |seen| speed(seen) > before);
-    let quicker = lab.seen().expect("it tells");
-    lab.does(Does::KeyDown("Shift_L"));
+    let quicker = lab.seen().expect("the lab has reported");
+    lab.perform(Gesture::KeyDown("Shift_L"));
     let four_times = speed(&quicker).map(|speed| 4.0 * speed);
     lab.wait("Shift hurries", |seen| speed(seen) == four_times);
-    lab.does(Does::KeyUp("Shift_L"));
+    lab.perform(Gesture::KeyUp("Shift_L"));
     lab.wait("no longer", |seen| speed(seen) == speed(&quicker));
     lab.click_until("fly", "flying", false);
     lab.quit();

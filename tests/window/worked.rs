@@ -1,11 +1,11 @@
-//! The end of it all: every control that a test has met, and every key that the help lists, was worked by one.
+//! Checks that the tests have operated every control that they met, and pressed every key that the help lists.
 //!
-//! Controls are known by their names in `--places`; what all rows have, such as a way back, is one control. Worked is one onto
-//! which the pointer was brought before one of its buttons went down, and a key that was pressed anywhere; what came of it is
-//! for the tests themselves to see. Controls that no test meets are for the tests of the project to find.
+//! Controls are identified by their names in `--places`; what all rows have, such as a reset button, counts as one control. A control is
+//! operated if a pointer button was pressed while the pointer was on it, and a key if it was pressed anywhere; the tests themselves check
+//! the effects. Controls that no test meets are found by the tests of the project.
 //!
-//! Where tests run in several processes, the variable `MYXO_WORKED` names a folder in which each process keeps what it has seen
-//! and done; the process that runs the check in the end, by itself, reads all of it.
+//! If tests run in several processes, the variable `MYXO_WORKED` names a folder in which each process keeps what it has seen
+//! and done; the process that runs the check at the end, alone, reads all of it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -22,8 +22,8 @@ use crate::can_open;
 /// All tests together may take so long on a slow machine.
 const PATIENCE: Duration = Duration::from_secs(3600);
 
-/// Of which there are as many as there are scenes, looks, files, maps or words: one of them stands for all. Of others, such as
-/// tools and views, each is a control of its own.
+/// Controls of which there is one for each scene, look, file, map or word: one of them stands for all. Each other control, such as a tool
+/// or a view, counts on its own.
 const ANY: [&str; 8] = [
     "card", "do", "preset", "recent", "left", "remove", "colors", "section",
 ];
@@ -33,18 +33,18 @@ const OWN_WORDS: [&str; 2] = ["out.", "picture.background"];
 
 /// What all tests have seen and done.
 #[derive(Default, Deserialize, Serialize)]
-struct Told {
+struct Coverage {
     /// The first name of each control that was met.
     met: BTreeMap<String, String>,
     worked: BTreeSet<String>,
-    /// Those of the help.
+    /// Keys that the help lists.
     keys: BTreeSet<String>,
     /// Tests that have ended.
     ended: BTreeSet<String>,
 }
 
-impl Told {
-    /// With what another process has seen and done.
+impl Coverage {
+    /// Adds what another process has seen and done.
     fn with(mut self, other: Self) -> Self {
         self.met.extend(other.met);
         self.worked.extend(other.worked);
@@ -58,38 +58,38 @@ fn shared_folder() -> Option<PathBuf> {
     std::env::var_os("MYXO_WORKED").map(PathBuf::from)
 }
 
-/// A lab has closed: keeps what this process has seen and done so far, where other processes are to know it.
+/// Called when a lab has closed: writes what this process has seen and done so far into the shared folder, if there is one.
 pub fn keep() {
     if let Some(folder) = shared_folder() {
-        // Numbers of processes come again.
+        // Process ids are reused.
         static BEGUN: LazyLock<u128> = LazyLock::new(|| {
             let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
             since.expect("it is later than that").as_nanos()
         });
         let file = folder.join(format!("{}-{}.json", std::process::id(), *BEGUN));
-        let text = told(|told| serde_json::to_string(told).expect("it is plain"));
+        let text = with_coverage(|coverage| serde_json::to_string(coverage).expect("it is plain"));
         std::fs::write(file, text).expect("MYXO_WORKED is a folder that can be written");
     }
 }
 
-/// All that the processes of the shared folder have seen and done.
-fn of_all(folder: &Path) -> Told {
+/// What all processes of the shared folder have seen and done.
+fn of_all(folder: &Path) -> Coverage {
     let files = std::fs::read_dir(folder).expect("MYXO_WORKED is a folder");
-    let told = files.map(|file| {
+    let coverage = files.map(|file| {
         let text = std::fs::read(file.expect("it can be listed").path()).expect("it can be read");
-        serde_json::from_slice::<Told>(&text).expect("a process has written it")
+        serde_json::from_slice::<Coverage>(&text).expect("a process has written it")
     });
-    told.fold(Told::default(), Told::with)
+    coverage.fold(Coverage::default(), Coverage::with)
 }
 
-static TOLD: Mutex<Option<Told>> = Mutex::new(None);
+static COVERAGE: Mutex<Option<Coverage>> = Mutex::new(None);
 
-fn told<T>(what: impl FnOnce(&mut Told) -> T) -> T {
-    let mut told = TOLD.lock().unwrap_or_else(PoisonError::into_inner);
-    what(told.get_or_insert_default())
+fn with_coverage<T>(what: impl FnOnce(&mut Coverage) -> T) -> T {
+    let mut coverage = COVERAGE.lock().unwrap_or_else(PoisonError::into_inner);
+    what(coverage.get_or_insert_default())
 }
 
-/// What stands for the control of this name.
+/// The name that stands for all controls like this one.
 fn kind_of(name: &str) -> String {
     let parts = name.split_inclusive(['.', ':']).map(|part| {
         let (word, end) = part.split_at(part.trim_end_matches(['.', ':']).len());
@@ -118,30 +118,34 @@ fn kind_of(name: &str) -> String {
     name
 }
 
-/// The lab has told this.
+/// Records what the lab has reported.
 pub fn met(seen: &Value) {
     let Some(places) = seen["places"].as_object() else {
         return;
     };
-    told(|told| {
+    with_coverage(|coverage| {
         for name in places.keys() {
-            let first = told.met.entry(kind_of(name));
+            let first = coverage.met.entry(kind_of(name));
             first.or_insert_with(|| name.clone());
         }
         if let Some(keys) = seen["values"]["help.keys"].as_str() {
-            told.keys.extend(keys_of(keys));
+            coverage.keys.extend(keys_of(keys));
         }
     });
 }
 
 /// The pointer is on this control, and one of its buttons has gone down.
 pub fn control(name: &str) {
-    told(|told| told.worked.insert(kind_of(name)));
+    with_coverage(|coverage| coverage.worked.insert(kind_of(name)));
 }
 
 /// These keys were pressed together.
 pub fn key(name: &str) {
-    told(|told| told.worked.insert(format!("key {}", name.to_lowercase())));
+    with_coverage(|coverage| {
+        coverage
+            .worked
+            .insert(format!("key {}", name.to_lowercase()))
+    });
 }
 
 /// A test of this program, until its thread ends.
@@ -151,7 +155,7 @@ struct Begun {
 
 impl Drop for Begun {
     fn drop(&mut self) {
-        told(|told| told.ended.insert(std::mem::take(&mut self.name)));
+        with_coverage(|coverage| coverage.ended.insert(std::mem::take(&mut self.name)));
     }
 }
 
@@ -159,13 +163,13 @@ fn own_name() -> String {
     std::thread::current().name().unwrap_or_default().to_owned()
 }
 
-/// The test that calls it is waited for, whatever comes of it.
+/// Registers the calling test: the check at the end waits for it, whether it passes or fails.
 pub fn begins() {
     thread_local!(static BEGUN: Begun = Begun { name: own_name() });
     BEGUN.with(|_| {});
 }
 
-/// The keys that the help lists, as the hand names them.
+/// The keys that the help lists, named as in gestures.
 fn keys_of(list: &str) -> Vec<String> {
     let keys = list.split(", ").flat_map(|some| some.split("  "));
     let key = |key: &str| {
@@ -191,7 +195,7 @@ fn tests(words: &[String]) -> BTreeSet<String> {
     names.map(str::to_owned).collect()
 }
 
-/// Comes last by its name, so that one thread is enough for all. Those that need a display may be left out.
+/// Its name makes it the last test, so that one thread is enough for all. Tests that need a display may be left out.
 #[test]
 fn every_control_that_was_met_was_worked() {
     if !can_open() {
@@ -208,12 +212,19 @@ fn every_control_that_was_met_was_worked() {
         .difference(&others)
         .find(|name| !name.starts_with("real::"));
     if let Some(name) = left_out {
-        return eprintln!("skipped: {name} was not chosen, and only all of them together can tell");
+        return eprintln!("skipped: {name} was not chosen, and the check needs all tests");
     }
     let own = others.pop_last().unwrap_or_default();
     assert!(own.ends_with("every_control_that_was_met_was_worked"));
-    let missing = || told(|told| others.difference(&told.ended).cloned().collect::<Vec<_>>());
-    // A single thread, which has no name of a test then, has all of them behind it.
+    let missing = || {
+        with_coverage(|coverage| {
+            others
+                .difference(&coverage.ended)
+                .cloned()
+                .collect::<Vec<_>>()
+        })
+    };
+    // On a single thread, which is not named after a test, all others have ended.
     if own_name() == own {
         let begun = Instant::now();
         while !missing().is_empty() {
@@ -221,22 +232,22 @@ fn every_control_that_was_met_was_worked() {
             sleep(Duration::from_millis(200));
         }
     }
-    told(|told| check(told));
+    with_coverage(|coverage| check(coverage));
 }
 
-fn check(told: &Told) {
-    let Told {
+fn check(coverage: &Coverage) {
+    let Coverage {
         met, worked, keys, ..
-    } = told;
+    } = coverage;
     assert!(met.len() > 150 && keys.len() > 40, "{met:?}, {keys:?}");
-    let left: Vec<&String> = (met.iter())
+    let not_worked: Vec<&String> = (met.iter())
         .filter(|(control, _)| !worked.contains(*control))
         .map(|(_, name)| name)
         .collect();
     let not_pressed: Vec<&String> = keys.difference(worked).collect();
     assert!(
-        left.is_empty() && not_pressed.is_empty(),
-        "nobody has worked {left:?}, nor pressed {not_pressed:?}"
+        not_worked.is_empty() && not_pressed.is_empty(),
+        "no test has worked {not_worked:?} or pressed {not_pressed:?}"
     );
 }
 

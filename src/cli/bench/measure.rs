@@ -23,33 +23,33 @@ use crate::room::{self, Free, LARGE};
 
 /// Frames that the host may be ahead of the device.
 const FRAMES_IN_FLIGHT: usize = 2;
-/// Copies of which the median is taken.
+/// Copies that the median is taken of.
 const COPIES: usize = 9;
 /// A step of a case may take this long before the device counts as lost.
 const PATIENCE: Duration = Duration::from_secs(900);
-/// So many steps are measured at least, however long they take.
+/// At least so many steps are measured, however long they take.
 pub const FEWEST_STEPS: u32 = 3;
-/// From one sort to the next steps become slower, and the one that sorts is the slowest: so all of them are measured, if that
-/// takes no longer than so many times what a case may take.
+/// From one sort to the next steps become slower, and the step that sorts is the slowest. All of them are measured, if that takes at most
+/// so many times the time of a case.
 pub const PATIENCE_FOR_SORTS: u32 = 4;
 
-/// How long a case may take.
+/// Limits of the time that a case may take.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
-    /// Steps before those that are measured.
+    /// Warm-up steps, which are not measured.
     pub warmup: u32,
-    /// After this time there are no more of them.
+    /// The warm-up ends after this time.
     pub warmup_time: Duration,
     /// The most steps that are measured.
     pub steps: u32,
-    /// After this time there are no more of them.
+    /// No step is begun after this time.
     pub time: Duration,
-    /// A case whose steps would take longer, by the one before it in its series, is left out.
+    /// A case is left out if its steps would take longer, as estimated from the case before it in its series.
     pub longest_step: Duration,
 }
 
 impl Budget {
-    /// With so many steps to warm up.
+    /// The limits of quick or whole suites, with so many steps of warm-up.
     pub fn of(is_quick: bool, warmup: u32) -> Self {
         let seconds =
             |quick: f64, whole: f64| Duration::from_secs_f64(if is_quick { quick } else { whole });
@@ -63,15 +63,15 @@ impl Budget {
     }
 }
 
-/// A case and what is known of it.
+/// A case and its results so far.
 pub struct Measured {
     pub case: Case,
     timings: Timings,
     /// Medians of each run, of the step and of each kernel.
     runs: Vec<Repetition>,
-    /// For each place between two sorts, whether a step there was measured in any run.
+    /// For each position in the interval between two sorts: was a step there measured in any run?
     places: [bool; SORT_INTERVAL as usize],
-    /// Steps before those that were measured, in the run that had the fewest.
+    /// Warm-up steps of the run that had the fewest.
     warmup: u32,
     pub point: Option<Point>,
     /// Why it was left out.
@@ -97,7 +97,7 @@ impl Measured {
     }
 }
 
-/// An open device, and what it copies.
+/// An open device, and how fast it copies.
 pub struct Rig {
     pub ctx: Arc<Context>,
     pub bandwidth: Option<Bandwidth>,
@@ -105,7 +105,7 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// Opens the device that was asked for.
+    /// Opens the chosen device.
     pub fn open(options: &DeviceOptions) -> Result<Self> {
         let ctx = Context::new(&ContextOptions {
             device: options.device.clone(),
@@ -130,14 +130,14 @@ impl Rig {
         })
     }
 
-    /// Makes sure that there is memory for a scene, with some to spare: about how many bytes it takes.
+    /// Refuses a scene that does not fit into the free memory with some to spare; returns about how many bytes it takes.
     pub fn check_room(&self, scene: &Scene) -> Result<u64> {
         let needed = room::needed(memory::needed(scene), self.ctx.info().kind);
         room::within(needed, Free::on(self.ctx.info()))?;
         Ok(needed)
     }
 
-    /// Measures all cases once, those that can be.
+    /// Measures all cases once, as far as possible.
     pub fn round(
         &self,
         cases: &mut [Measured],
@@ -197,7 +197,7 @@ impl Rig {
         let mut steps = |most: u32, whole: u32, time: Duration, frames: &mut Frames| {
             let begun = Instant::now();
             let mut done = 0;
-            while done < most && goes_on(done, whole, begun.elapsed(), time) {
+            while done < most && should_continue(done, whole, begun.elapsed(), time) {
                 if interrupt::requested() {
                     break;
                 }
@@ -211,7 +211,7 @@ impl Rig {
         };
         let warmup = steps(budget.warmup, 0, budget.warmup_time, &mut frames)?;
         frames.timings_mut().clear();
-        // What was set up on the host has left the device idle.
+        // The device was idle while the host set the scene up.
         if keep_busy(&self.ctx)?.is_some_and(|kept| !kept.is_steady) {
             let name = measured.case.name();
             progress.say(&format!(
@@ -280,12 +280,12 @@ impl Rig {
     }
 }
 
-/// Is there time for another step after so many? Then there is more of it for the rest of a whole number that should be done.
-fn goes_on(done: u32, whole: u32, elapsed: Duration, time: Duration) -> bool {
+/// Should another step be measured after `done`? Up to `whole` steps may take longer than the rest.
+fn should_continue(done: u32, whole: u32, elapsed: Duration, time: Duration) -> bool {
     done < FEWEST_STEPS || elapsed < time || done < whole && elapsed < PATIENCE_FOR_SORTS * time
 }
 
-/// After these nothing on the device can be measured any more.
+/// Errors after which the device cannot be used any more.
 fn is_fatal(error: &Error) -> bool {
     matches!(
         error,
@@ -293,7 +293,7 @@ fn is_fatal(error: &Error) -> bool {
     )
 }
 
-/// By the last case of its series that was measured.
+/// Why a case is left out, by the last case of its series that was measured.
 fn would_take_too_long(before: &[Measured], case: &Case, budget: &Budget) -> Option<String> {
     let mut same = before.iter().rev().filter_map(|other| {
         let is_same = other.case.series == case.series && other.case.also == case.also;
@@ -325,16 +325,17 @@ mod tests {
     }
 
     #[test]
-    fn a_whole_interval_is_measured_where_that_takes_not_much_longer() {
+    fn a_whole_interval_is_measured_if_that_does_not_take_much_longer() {
         let time = Duration::from_millis(100);
-        let goes_on = |done, elapsed: u64| goes_on(done, 16, Duration::from_millis(elapsed), time);
-        assert!(goes_on(2, 100_000), "so few tell nothing");
-        assert!(goes_on(20, 99) && !goes_on(20, 100));
-        assert!(goes_on(15, 399) && !goes_on(15, 400) && !goes_on(16, 399));
+        let continues =
+            |done, elapsed: u64| should_continue(done, 16, Duration::from_millis(elapsed), time);
+        assert!(continues(2, 100_000), "too few to compare");
+        assert!(continues(20, 99) && !continues(20, 100));
+        assert!(continues(15, 399) && !continues(15, 400) && !continues(16, 399));
     }
 
     #[test]
-    fn what_would_take_too_long_is_known_from_the_case_before() {
+    fn cases_that_would_take_too_long_are_left_out_by_the_case_before() {
         let mut before = Measured::new(case(10.0));
         let budget = Budget::of(true, 34);
         let next = |x| case(x);

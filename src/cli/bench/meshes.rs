@@ -1,4 +1,4 @@
-//! The suite `mesh`: loading a model from a file, putting its half-edges together, and laying it out, timed on the host.
+//! The suite `mesh`: the host's times of loading a model, building its half-edges, and laying it out.
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
@@ -19,10 +19,10 @@ use crate::cli::report::{KernelTime, Times};
 /// What is timed, in order.
 pub const PARTS: [&str; 3] = ["load", "half-edges", "atlas"];
 
-/// A ball of so many subdivisions, and what was measured of it.
+/// A ball of so many subdivisions, and its times.
 pub struct Model {
     mesh: Mesh,
-    /// Milliseconds, one a run.
+    /// Milliseconds, one for each run.
     times: [Vec<f64>; 3],
 }
 
@@ -31,12 +31,12 @@ pub fn sizes(extent: &Extent) -> RangeInclusive<u32> {
     2..=extent.of(6, 8)
 }
 
-/// How many a ball has.
+/// How many triangles a ball has.
 pub fn triangles(subdivisions: u32) -> f64 {
     20.0 * 4_f64.powi(subdivisions as i32)
 }
 
-/// The balls, coarse to fine, as far as the axis is to go.
+/// The balls, coarse to fine, up to the end of the axis.
 pub fn models(extent: &Extent) -> Result<Vec<Model>> {
     sizes(extent)
         .filter(|&subdivisions| triangles(subdivisions) <= extent.up_to)
@@ -55,7 +55,7 @@ impl Model {
         self.mesh.corners.len()
     }
 
-    /// Does all three once, with a file in this folder.
+    /// Times all three once, with a file in this folder.
     pub fn run(&mut self, folder: &Path) -> Result<()> {
         let file = folder.join(format!("{}.obj", self.len()));
         std::fs::write(&file, obj(&self.mesh)).map_err(|source| Error::Io {
@@ -86,7 +86,7 @@ impl Model {
         Ok(())
     }
 
-    /// What was measured, if anything was.
+    /// The results, if there are any.
     pub fn point(&self) -> Option<Point> {
         let [load, halfedges, atlas] = &self.times;
         if atlas.is_empty() {
@@ -115,7 +115,7 @@ impl Model {
     }
 }
 
-/// As a file that most programs write.
+/// An OBJ file as most programs write it.
 fn obj(mesh: &Mesh) -> String {
     let mut text = String::new();
     for place in &mesh.positions {

@@ -28,10 +28,10 @@ use plot::Plot;
 use suite::{Case, Extent, Point, Results, Skipped, Suite, Work};
 use suites::SUITES;
 
-/// Runs of each case, where the command line says nothing.
+/// Runs of each case by default.
 const RUNS: u32 = 3;
 const RUNS_WHEN_QUICK: u32 = 2;
-/// A suite that has become an example.
+/// A former suite that is an example now.
 const MOVED: &str = "choices";
 
 /// Measure how times grow: with particles, texture, edge crossings, objects, strategies, distances, meshes
@@ -72,7 +72,7 @@ pub struct Bench {
     device: DeviceOptions,
 }
 
-/// Of the suites, and one that there is no more, which is answered with where it is.
+/// Names of the suites, and of the former one, for which the error names the example.
 fn names() -> PossibleValuesParser {
     let names = SUITES.iter().map(|suite| PossibleValue::new(suite.name));
     names
@@ -90,7 +90,7 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 impl Command for Bench {
-    /// Checks everything that can be checked before the work, and does it.
+    /// Checks everything that can be checked beforehand, then measures.
     fn run(&self) -> Result<Outcome> {
         if self.suites.iter().any(|name| name == MOVED) {
             let names = SUITES.each_ref().map(|suite| suite.name).join(", ");
@@ -117,7 +117,7 @@ impl Command for Bench {
                     check_writable(&self.file(suite.name, "json"))?;
                     suites.push(suite);
                 }
-                // Of suites that nobody has named those are measured that can be.
+                // If no suite is named, all that can be measured are.
                 Some(why) if self.suites.is_empty() => {
                     console::message(&format!("{why}: it is left out"));
                 }
@@ -163,8 +163,7 @@ impl Command for Bench {
 }
 
 impl Bench {
-    /// Refuses what would measure nothing, and settings that no scene of the suite could take. Says so if none of its cases
-    /// is small enough.
+    /// Refuses suites that would measure nothing, and settings that no scene of the suite accepts. Returns why, if no case is small enough.
     fn check(&self, suite: &Suite, extent: &Extent) -> Result<Option<String>> {
         let places: Vec<f64> = match suite.work {
             Work::Scenes(cases) => {
@@ -174,14 +173,14 @@ impl Bench {
             }
             Work::Meshes if !extent.set.is_empty() && self.suites.len() == 1 => {
                 return Err(Error::Invalid(format!(
-                    "the suite `{}` measures no scenes, so `--set {}` would change nothing: leave it away, or name another \
+                    "the suite `{}` measures no scenes, so `--set {}` would change nothing: omit it, or name another \
                      suite",
                     suite.name, extent.set[0]
                 )));
             }
             Work::Meshes if self.device.device.is_some() && self.suites.len() == 1 => {
                 return Err(Error::Invalid(format!(
-                    "the suite `{}` measures the host, so `--device` would change nothing: leave it away, or name another \
+                    "the suite `{}` measures the host, so `--device` would change nothing: omit it, or name another \
                      suite",
                     suite.name
                 )));
@@ -191,7 +190,7 @@ impl Bench {
         let first = places.iter().copied().fold(f64::INFINITY, f64::min);
         Ok((first > extent.up_to).then(|| {
             format!(
-                "no case of the suite `{}` lies within --up-to {}: they begin at {} {}",
+                "no case of the suite `{}` is within --up-to {}: they begin at {} {}",
                 suite.name,
                 extent.up_to,
                 grouped(first),
@@ -200,8 +199,7 @@ impl Bench {
         }))
     }
 
-    /// Refuses a `--set` that gives way to what the suite sets itself; with several suites, of which others may take it, this
-    /// is told.
+    /// Refuses a `--set` that the suite overrides; with several suites, which may use it, this is only a warning.
     fn check_set(&self, suite: &Suite, cases: &[Case]) -> Result<()> {
         let Some(assignment) = without_effect(&self.set, cases) else {
             return Ok(());
@@ -210,7 +208,7 @@ impl Bench {
         let why = format!("the suite `{}` sets {key} itself", suite.name);
         if self.suites.len() == 1 {
             return Err(Error::Invalid(format!(
-                "{why}, so `--set {assignment}` would change nothing: leave it away, or name another suite"
+                "{why}, so `--set {assignment}` would change nothing: omit it, or name another suite"
             )));
         }
         console::message(&format!(
@@ -219,7 +217,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Measures one, prints its table and writes its files; also where it ended early or the device was lost.
+    /// Measures a suite, prints its table and writes its files, even if it ended early or the device was lost.
     fn run_suite(&self, suite: &Suite, extent: &Extent, rig: Option<&Rig>) -> Result<()> {
         let runs = self.runs.unwrap_or(extent.of(RUNS_WHEN_QUICK, RUNS));
         let mut watch = Watch::new();
@@ -271,7 +269,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Writes a plot, if there is anything to be seen.
+    /// Writes a plot, unless it is empty.
     fn draw(&self, plot: &Plot, results: &mut Results) -> Result<()> {
         if plot.is_empty() {
             return Ok(());
@@ -288,7 +286,7 @@ impl Bench {
     }
 }
 
-/// The first assignment that not all scenes have kept.
+/// The first assignment that does not hold in all scenes.
 fn without_effect<'a>(set: &'a [String], cases: &[Case]) -> Option<&'a str> {
     let is_kept = |assignment: &str, case: &Case| {
         let mut reader = Reader::new(case.settings.clone());
@@ -300,7 +298,7 @@ fn without_effect<'a>(set: &'a [String], cases: &[Case]) -> Option<&'a str> {
     let mut numbered = set.iter().enumerate();
     let lost = numbered.find(|(number, assignment)| {
         let mut later = set[number + 1..].iter();
-        // A later one of the same key counts.
+        // A later assignment of the same key overrides it.
         later.all(|later| key_of(later) != key_of(assignment))
             && cases.iter().any(|case| !is_kept(assignment, case))
     });
@@ -323,7 +321,7 @@ fn skipped(measured: &Measured) -> Option<Skipped> {
     })
 }
 
-/// What is known of a suite's results but how they were measured.
+/// A suite's results, without the method of measuring.
 fn results(
     suite: &Suite,
     rig: Option<&Rig>,
@@ -381,7 +379,7 @@ fn method(work: &Work, runs: u32, budget: &Budget) -> String {
     )
 }
 
-/// The suite on the host. What was measured before Ctrl-C is kept.
+/// Measures the suite on the host. Results from before Ctrl-C are kept.
 fn meshes(extent: &Extent, runs: u32, watch: &mut Watch) -> Result<(Vec<Point>, Result<()>)> {
     let folder = tempfile::tempdir().map_err(|source| Error::Io {
         action: "create a folder in",

@@ -1,4 +1,4 @@
-//! Pictures for plotters to draw into, with the letters of the window.
+//! Pictures for plotters to draw into, with the window's font.
 
 use std::convert::Infallible;
 
@@ -9,10 +9,10 @@ use plotters::prelude::DrawingBackend;
 use plotters::style::text_anchor::{HPos, VPos};
 use plotters_backend::{BackendColor, BackendCoord, BackendTextStyle, DrawingErrorKind};
 
-/// Pixels of an em for each pixel of a text's size. A size is from the top of the highest letter to the bottom of the lowest.
+/// Pixels of an em for each pixel of a text's size, which is measured from the top of the highest letter to the bottom of the lowest.
 const EM: f64 = 0.89;
 
-/// What plotters draws ends up in a picture.
+/// A backend of plotters that draws into a picture.
 pub struct Pixels<'a> {
     picture: &'a mut RgbImage,
     fonts: Fonts,
@@ -74,7 +74,7 @@ impl DrawingBackend for Pixels<'_> {
             VPos::Center => 0.26 * em,
             VPos::Bottom => -0.26 * em,
         };
-        // One row: no text of a plot has line breaks.
+        // One row is enough: no text of a plot has line breaks.
         for glyph in galley.rows.iter().flat_map(|row| &row.row.glyphs) {
             let area = glyph.uv_rect;
             let x = (start.round() + glyph.pos.x + area.offset.x).round() as i32;
@@ -93,7 +93,7 @@ impl DrawingBackend for Pixels<'_> {
     }
 }
 
-/// Does nothing outside of the picture.
+/// Blends a pixel; does nothing outside of the picture.
 fn blend(picture: &mut RgbImage, (x, y): BackendCoord, color: BackendColor) {
     let place = u32::try_from(x).ok().zip(u32::try_from(y).ok());
     let Some(pixel) = place.and_then(|(x, y)| picture.get_pixel_mut_checked(x, y)) else {
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_outside_is_left_out() {
+    fn pixels_outside_the_picture_are_left_out() {
         let long = "a text of a hundred letters and more ".repeat(3);
         let [left, right, ..] = ink(&long, HPos::Center, VPos::Center, FontTransform::None);
         assert!(left < 5 && right > 195, "{left} to {right}");

@@ -11,7 +11,7 @@ use super::pixels::Pixels;
 
 /// Pixels.
 const SIZE: (u32, u32) = (960, 560);
-/// Round the plot itself; names of lines stand in the right one.
+/// Margins around the plot; names of lines stand in the right one.
 const LEFT: i32 = 92;
 const RIGHT: i32 = 232;
 const TOP: i32 = 52;
@@ -35,7 +35,7 @@ const COLORS: [RGBColor; 8] = [
 /// One picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plot {
-    /// Of the files, without ending.
+    /// Name of the files, without ending.
     pub name: String,
     pub title: String,
     pub x: Axis,
@@ -43,10 +43,10 @@ pub struct Plot {
     pub lines: Vec<Line>,
 }
 
-/// What stands at an axis.
+/// An axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// With the unit.
+    /// The label, with the unit.
     pub label: String,
     pub is_log: bool,
 }
@@ -74,7 +74,7 @@ pub struct Line {
     pub points: Vec<Dot>,
 }
 
-/// A point and how sure its height is.
+/// A point and the interval of its height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dot {
     pub x: f64,
@@ -110,7 +110,7 @@ impl Plot {
         Error::Invalid(format!("cannot draw the plot `{}`: {error}", self.name))
     }
 
-    /// Those that the axes can show.
+    /// The points that the axes can show.
     fn shown(&self, line: &Line) -> Vec<Dot> {
         let fits = |axis: &Axis, value: f64| value.is_finite() && (!axis.is_log || value > 0.0);
         let dots = line.points.iter().copied();
@@ -118,7 +118,7 @@ impl Plot {
             .collect()
     }
 
-    /// Is there nothing to be seen?
+    /// Is there nothing to show?
     pub fn is_empty(&self) -> bool {
         self.lines.iter().all(|line| self.shown(line).is_empty())
     }
@@ -204,7 +204,7 @@ impl Plot {
 
 pub type Drawn<DB> = Result<(), DrawingAreaErrorKind<<DB as DrawingBackend>::ErrorType>>;
 
-/// Shapes differ, for those who see no colours: a disc, a square, a ring, and again.
+/// Shapes differ, for readers who cannot distinguish the colours: a disc, a square, a ring, and again.
 fn mark<DB: DrawingBackend>(
     area: &DrawingArea<DB, Shift>,
     number: usize,
@@ -249,11 +249,11 @@ fn style(size: i32, across: HPos, up: VPos) -> TextStyle<'static> {
         .pos(Pos::new(across, up))
 }
 
-/// From values to pixels, and which values are named.
+/// Maps values to pixels; has the labelled values.
 #[derive(Clone, Debug, PartialEq)]
 struct Scale {
     is_log: bool,
-    /// As logarithms where it is logarithmic.
+    /// The ends; logarithms on a logarithmic axis.
     low: f64,
     high: f64,
     pixels: (i32, i32),
@@ -289,7 +289,7 @@ impl Scale {
         }
     }
 
-    /// Names the values that were measured, if they leave room for each other.
+    /// Labels the measured values, if the labels do not overlap.
     fn at_values(mut self, values: impl Iterator<Item = f64>) -> Self {
         let mut own: Vec<f64> = values.collect();
         own.sort_by(f64::total_cmp);
@@ -314,7 +314,7 @@ impl Scale {
     }
 }
 
-/// Powers of ten; with few of them also 2 and 5 times these.
+/// Powers of ten; if there are few, also 2 and 5 times these.
 fn log_ticks(low: f64, high: f64) -> Vec<f64> {
     let steps: &[f64] = if high - low > 3.0 {
         &[1.0]
@@ -329,7 +329,7 @@ fn log_ticks(low: f64, high: f64) -> Vec<f64> {
     ticks
 }
 
-/// From 0 on, about six of them, at whole numbers of 1, 2 or 5 times a power of ten.
+/// About six ticks from 0 on, at multiples of 1, 2 or 5 times a power of ten.
 fn linear_ticks(high: f64) -> Vec<f64> {
     let rough = high / 6.0;
     let power = 10_f64.powf(rough.log10().floor());
@@ -445,7 +445,7 @@ mod tests {
         for text in ["A title", "particles", "ms a step", "first", "second"] {
             assert!(svg.contains(text), "{text}");
         }
-        // What the logarithm has no place for is left out: two points a line, and two in the legend.
+        // Values without a logarithm are left out: two points of each line, and two marks in the legend.
         assert_eq!(svg.matches("<circle").count(), 3, "{svg}");
         let png = plot.png().expect("it is drawn");
         let picture = image::load_from_memory(&png)

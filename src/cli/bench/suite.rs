@@ -1,4 +1,4 @@
-//! What suites are made of: cases to be measured, points that were, and the results as JSON and as a table.
+//! The parts of suites: cases to measure, measured points, and the results as JSON and as a table.
 
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ pub struct Extent {
     pub is_quick: bool,
     /// Cases further out on the suite's axis are left out.
     pub up_to: f64,
-    /// `KEY=VALUE`, over what suites set, under what they vary.
+    /// `KEY=VALUE`: overrides what suites set, but not what they vary.
     pub set: Vec<String>,
 }
 
@@ -35,15 +35,15 @@ impl Extent {
 /// A family of measurements along one axis.
 pub struct Suite {
     pub name: &'static str,
-    /// What it answers, as a sentence.
+    /// The question that it answers, in words.
     pub about: &'static str,
     /// What the axis counts.
     pub axis: &'static str,
-    /// What a point's whole time is of.
+    /// What the whole time of a point measures.
     pub whole: &'static str,
-    /// Parts that have a column of their own in the table.
+    /// Parts with a column in the table.
     pub parts: &'static [&'static str],
-    /// Steps before those that are measured.
+    /// Warm-up steps, which are not measured.
     pub warmup: u32,
     pub work: Work,
     pub plots: fn(&[Point]) -> Vec<Plot>,
@@ -62,18 +62,18 @@ pub enum Work {
 pub struct Case {
     /// Cases of one series are joined by a line.
     pub series: String,
-    /// Where it stands on the axis.
+    /// Its value on the axis.
     pub x: f64,
-    /// What else it differs by, for the table and for plots.
+    /// Its other varied values, for the table and for plots.
     pub also: BTreeMap<&'static str, f64>,
     pub settings: Settings,
-    /// How much a step has to do, by the count that its time grows with at most. What would take too long is known from
-    /// the case before it in its series.
+    /// The count with which the time of a step grows at most. From it and the case before in the series follows whether the case would take
+    /// too long.
     pub effort: f64,
 }
 
 impl Case {
-    /// As people call it: `auto, 10,000`.
+    /// A name for messages: `auto, 10,000`.
     pub fn name(&self) -> String {
         let also = also_text(&self.also);
         format!("{}, {}{also}", self.series, grouped(self.x))
@@ -100,31 +100,30 @@ pub struct Point {
     pub objects: usize,
     /// Of the device.
     pub memory_bytes: u64,
-    /// Steps that were not measured, before those that were, in each run.
+    /// Warm-up steps in each run.
     pub warmup: u32,
-    /// Of all runs together.
+    /// Steps measured in all runs together.
     pub steps: usize,
-    /// At how many places between one sort of the particles and the next steps were measured, of the 16 that there are; 0 where
-    /// none are sorted.
+    /// At how many of the 16 positions in the interval between two sorts steps were measured; 0 if particles are not sorted.
     pub sort_places: usize,
-    /// The median of each run; each begins anew.
+    /// The median of each run; each run restarts.
     pub runs_ms: Vec<f64>,
     /// Of the whole.
     pub time: Times,
-    /// Where it goes.
+    /// The times of its parts.
     pub parts: Vec<KernelTime>,
-    /// Of the mean step what lies between kernels; on the device only.
+    /// The time between kernels in the mean step; on the device only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub between_kernels_ms: Option<f64>,
 }
 
 impl Point {
-    /// As a point of a plot, the whole.
+    /// The whole time as a point of a plot.
     pub fn whole(&self) -> Dot {
         self.dot([self.time])
     }
 
-    /// As a point of a plot, some parts together.
+    /// The sum of some parts as a point of a plot.
     pub fn parts(&self, names: &[&str]) -> Dot {
         let parts = self.parts.iter();
         self.dot(
@@ -134,8 +133,8 @@ impl Point {
         )
     }
 
-    /// Medians add up, and so do the ends of their intervals, which is more than they would together. What not every step
-    /// has counts by its mean.
+    /// Medians are added, and so are the ends of their intervals, which makes the interval wider than that of the sum. Kernels that not
+    /// every step has count by their mean.
     fn dot(&self, times: impl IntoIterator<Item = Times>) -> Dot {
         let mut dot = Dot {
             x: self.x,
@@ -153,7 +152,7 @@ impl Point {
     }
 }
 
-/// The lines of a plot: one for each series that `choose` lets in, of what `value` makes of its points.
+/// The lines of a plot: one for each series that `choose` accepts, with the heights that `value` returns.
 pub fn lines(
     points: &[Point],
     choose: impl Fn(&Point) -> bool,
@@ -185,7 +184,7 @@ pub struct Skipped {
     pub why: String,
 }
 
-/// All that a suite has found.
+/// All results of a suite.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Results {
     pub suite: &'static str,
@@ -195,7 +194,7 @@ pub struct Results {
     pub command: String,
     pub version: String,
     pub commit: Option<String>,
-    /// `null` for what runs on the host.
+    /// `null` for suites on the host.
     pub device: Option<String>,
     pub driver: Option<String>,
     pub processor: Option<String>,
@@ -203,16 +202,16 @@ pub struct Results {
     pub host_load: HostLoad,
     pub copy_bandwidth: Option<Bandwidth>,
     pub quick: bool,
-    /// Of each case, each from the beginning.
+    /// Runs of each case, each from the beginning.
     pub runs: u32,
-    /// Steps of each run that are not measured; points tell where there were fewer.
+    /// Warm-up steps of each run; points have their own number where there were fewer.
     pub warmup: u32,
     pub interrupted: bool,
     /// How times were taken.
     pub method: String,
     pub points: Vec<Point>,
     pub skipped: Vec<Skipped>,
-    /// Files beside this one; the same as PNG lie there too.
+    /// The plots beside this file, as SVG; the same as PNG are there too.
     pub plots: Vec<String>,
 }
 
@@ -222,7 +221,7 @@ impl Results {
         serde_json::to_string(self).expect("results are plain numbers and texts") + "\n"
     }
 
-    /// For people: what was measured where, the table, and what was left out.
+    /// As text: the device and version, the table, and the cases that were left out.
     pub fn text(&self, parts: &[&str]) -> String {
         let mut head = vec![format!("{}: {}", self.suite, self.about)];
         if let (Some(device), Some(driver)) = (&self.device, &self.driver) {
@@ -259,7 +258,7 @@ impl Results {
         text
     }
 
-    /// Lines about points whose steps are not of a whole interval between sorts: they leave out the slowest.
+    /// Warnings about points whose steps do not cover a whole interval between sorts, and so leave out the slowest ones.
     fn unlike_sorts(&self) -> String {
         let places = SORT_INTERVAL as usize;
         let parted = self.points.iter();
@@ -287,7 +286,7 @@ impl Results {
         header.extend(owned(&also));
         header.extend(owned(&["median ms", "interval", "p95", "runs", "steps"]));
         header.extend(owned(parts));
-        // Parts are kernels on the device, and some have no column; on the host they are all that there is.
+        // On the device parts are kernels, some of which have no column; on the host the parts are the whole.
         let has_rest = on_device && !parts.is_empty();
         header.extend(owned(if has_rest { &["other"] } else { &[] }));
         let has_between = self.points.iter().any(|p| p.between_kernels_ms.is_some());
@@ -386,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_column_is_in_the_rest() {
+    fn parts_without_a_column_are_in_the_rest() {
         let mut point = point("a", 1.0, 8.0);
         point.parts[0].time.median_ms = Some(3.0);
         point.parts[1].time.median_ms = Some(1.5);
@@ -414,7 +413,7 @@ mod tests {
     }
 
     #[test]
-    fn part_of_an_interval_between_sorts_is_told() {
+    fn part_of_an_interval_between_sorts_gives_a_warning() {
         let of = |sort_places| Results {
             points: vec![Point {
                 sort_places,

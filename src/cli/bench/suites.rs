@@ -90,10 +90,10 @@ pub static SUITES: [Suite; 7] = [
     },
 ];
 
-/// Steps until particles have been sorted three times, and networks begin to form, which changes what later ones take.
+/// Steps until particles have been sorted three times and networks begin to form, which changes the times of later steps.
 const SORTED: u32 = 34;
 
-/// What moves particles, from object to object, too.
+/// The kernels that move particles, also from object to object.
 const MOVING: [&str; 5] = {
     let [a, b, c, d] = FORMS_OF_ADVANCE;
     [a, b, c, d, "transfer_out"]
@@ -113,7 +113,7 @@ const DISTANCE_KERNELS: [&str; 6] = [
     "unfold",
 ];
 
-/// A scene, with what the suite sets and what the command line sets over it.
+/// A scene with the suite's settings and, over them, those of the command line.
 fn scene(name: &str, own: &[&str], extent: &Extent) -> Result<Settings> {
     let own = own.iter().map(|text| (*text).to_owned());
     let overrides = Overrides {

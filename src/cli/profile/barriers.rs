@@ -43,7 +43,7 @@ fn by_pair(reasons: &[Reason]) -> Vec<(String, Vec<&str>)> {
     let mut pairs: Vec<(String, Vec<&str>)> = Vec::new();
     for reason in reasons {
         let Reason { earlier, later, .. } = reason;
-        // How the groups of an indirect dispatch are read says itself.
+        // For the groups of an indirect dispatch, the way of reading needs no words.
         let by = match later.1 {
             "indirect" => ", for its groups",
             _ => "",
@@ -75,7 +75,7 @@ fn by_pair(reasons: &[Reason]) -> Vec<(String, Vec<&str>)> {
 mod tests {
     use super::*;
 
-    /// Catches a list in which a barrier stands without what it is for.
+    /// Catches a list in which a barrier has no reason.
     #[test]
     fn every_barrier_has_its_reasons() {
         let reason = |buffer: &str, later_writes, access| Reason {

@@ -1,4 +1,4 @@
-//! What the driver says of compiled kernels, as text and as JSON.
+//! The driver's statistics of compiled kernels, as text and as JSON.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use myxo::gpu::{Compiled, DeviceInfo, Statistic};
 use myxo::plain_text::escaped;
 use serde_json::{Value, json};
 
-/// A paragraph a kernel, and what the driver's words mean, in its own words.
+/// A paragraph for each kernel, and the driver's own explanations of its terms.
 pub fn text(scene: &str, driver: &str, all: &[Compiled]) -> String {
     let mut text = format!(
         "kernels of {scene} as {} has compiled them\n",

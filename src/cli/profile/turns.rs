@@ -1,5 +1,5 @@
-//! `myxo profile --against`: two scenes, or two settings of one, take their steps in turn, so that whatever slows the machine
-//! slows both.
+//! `myxo profile --against`: two scenes, or two settings of one, take their steps in turn, so that anything that slows the machine slows
+//! both.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -18,7 +18,7 @@ use crate::cli::session::{self, Earlier, Ending, Opened, Session};
 use crate::cli::table::aligned;
 use crate::console;
 
-/// So many pairs, at least, tell where the median of very many lies.
+/// The fewest pairs that give an interval of the median.
 const FEWEST_PAIRS: usize = 6;
 
 /// Two measurements that took turns, as JSON.
@@ -26,17 +26,17 @@ const FEWEST_PAIRS: usize = 6;
 struct Turns {
     first: Report,
     second: Report,
-    /// What was set otherwise, or the other scene.
+    /// The settings that differ, or the other scene.
     against: Vec<String>,
     /// Whole steps; `null` where the device has no timestamps, or nothing was measured.
     ratio: Option<PairRatio>,
-    /// The median of each repetition, which begins anew.
+    /// The median of each repetition, each of which restarts.
     repetitions: Vec<f64>,
     /// Each kernel that both have.
     kernels: Vec<KernelRatio>,
 }
 
-/// How many times as long a kernel takes in the second.
+/// The ratio of a kernel's times, second to first.
 #[derive(Clone, Debug, Serialize)]
 struct KernelRatio {
     name: String,
@@ -44,26 +44,26 @@ struct KernelRatio {
     ratio: PairRatio,
 }
 
-/// How many times as long as a step of the first a step of the second takes, one right after the other.
+/// The ratio of the time of a step of the second to that of a step of the first, one right after the other.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 struct PairRatio {
     /// Pairs of steps that were measured.
     pairs: usize,
-    /// Half of the pairs have less.
+    /// The median: half of the pairs have less.
     median: f64,
     /// With `high`: where the median of very many pairs lies with 95 % confidence, and at least from the lowest median of a
     /// repetition to the highest; `null` of fewer than six pairs.
     low: Option<f64>,
     high: Option<f64>,
-    /// A quarter of the pairs has less, and a quarter more than `upper_quartile`.
+    /// A quarter of the pairs has less; a quarter has more than `upper_quartile`.
     lower_quartile: f64,
     upper_quartile: f64,
-    /// Of the time of all steps together.
+    /// The ratio of the times of all steps together.
     of_sums: f64,
 }
 
 impl PairRatio {
-    /// Of the steps of both, the first with the first, but for those that one of them does not have.
+    /// Pairs the steps of both in order, without those that one of them does not have.
     fn of(first_ms: &[f64], second_ms: &[f64]) -> Option<Self> {
         let pairs = first_ms.iter().zip(second_ms);
         let pairs = pairs.filter(|(a, b)| **a > 0.0 && **b > 0.0);
@@ -80,7 +80,7 @@ impl PairRatio {
             let below = ratios[place as usize];
             below + place.fract() * (ratios[place.ceil() as usize] - below)
         };
-        // Whatever is counted: statistics are called after milliseconds, which they mostly are of.
+        // The fields of the statistics are named after milliseconds, but here they are ratios.
         let spread = Statistics::of(ratios.clone());
         let known = (ratios.len() >= FEWEST_PAIRS).then_some(spread);
         Some(Self {
@@ -94,7 +94,7 @@ impl PairRatio {
         })
     }
 
-    /// Widened by what changes from one repetition to the next.
+    /// Widens the interval by the medians of the repetitions.
     fn with(mut self, medians: &[f64]) -> Self {
         for &median in medians {
             self.low = self.low.map(|low| low.min(median));
@@ -140,7 +140,7 @@ pub fn other(profile: &Profile, scene: &Path) -> Result<Scene> {
     Ok(Scene::load(&scene, &overrides)?)
 }
 
-/// Measures both, and tells.
+/// Measures both, and prints the result.
 pub fn run(profile: &Profile, scenes: &[Scene; 2], sink: Option<Sink>) -> Result<Outcome> {
     let mut watch = Watch::new();
     let device = &profile.common.device;
@@ -149,7 +149,7 @@ pub fn run(profile: &Profile, scenes: &[Scene; 2], sink: Option<Sink>) -> Result
     }
     if scenes[0].settings == scenes[1].settings {
         console::message(
-            "both are the same: the ratio tells how far chance alone may go, such as where buffers come to lie",
+            "both are the same: the ratio shows how far chance alone may go, such as where buffers come to lie",
         );
     }
     let opened = session::device(device, scenes)?;
@@ -162,7 +162,7 @@ pub fn run(profile: &Profile, scenes: &[Scene; 2], sink: Option<Sink>) -> Result
         let [first, second] = both.timings();
         let ratio = PairRatio::of(&times_ms(first, "step"), &times_ms(second, "step"));
         medians.extend(ratio.map(|ratio| ratio.median));
-        // Devices without timestamps give no medians, and end all the same.
+        // Devices without timestamps give no medians; the command succeeds anyway.
         rounds += 1;
         if !completed || rounds == profile.repeat {
             break (both, completed);
@@ -188,12 +188,12 @@ pub fn run(profile: &Profile, scenes: &[Scene; 2], sink: Option<Sink>) -> Result
     })
 }
 
-/// Two scenes under way.
+/// The sessions of both scenes.
 struct Both {
     sessions: [Session; 2],
-    /// What the host waited for each.
+    /// How long the host waited for each.
     wall: [Duration; 2],
-    /// Steps that each has done.
+    /// Steps done by each.
     pairs: u32,
 }
 
@@ -214,7 +214,7 @@ impl Both {
         })
     }
 
-    /// Says whether it was not cut short.
+    /// Takes the steps in turn; returns whether all were done.
     fn measure(&mut self, profile: &Profile, watch: &mut Watch) -> Result<bool> {
         let warm = repeat(profile.warmup, || self.step())?;
         for session in &mut self.sessions {
@@ -228,8 +228,7 @@ impl Both {
         Ok(completed)
     }
 
-    /// A step of each, one after the other; each is the first in every second pair, so that neither is always the one that
-    /// finds caches as the other has left them.
+    /// A step of each, one after the other. The order alternates, so that neither always runs with the caches as the other has left them.
     fn step(&mut self) -> Result<()> {
         let first = (self.pairs % 2) as usize;
         self.pairs += 1;
@@ -248,7 +247,7 @@ impl Both {
             .map(|session| session.frames.timings())
     }
 
-    /// Ends a repetition that is not the last one; its times come behind the earlier ones.
+    /// Ends a repetition that is not the last one, and appends its times to the earlier ones.
     fn end(self, earlier: &mut [Earlier; 2]) -> Result<()> {
         let all = self.sessions.into_iter().zip(self.wall).zip(earlier);
         for ((mut session, wall), earlier) in all {
@@ -379,8 +378,8 @@ impl Turns {
             ratio.median, ratio.lower_quartile, ratio.upper_quartile, ratio.of_sums
         );
         text += &match &self.repetitions[..] {
-            [] | [_] => "One run: the interval leaves out what changes from run to run, such as where buffers come to lie; \
-                         --repeat takes it in.\n"
+            [] | [_] => "One run: the interval does not include changes from run to run, such as the places of buffers in memory; \
+                         --repeat includes them.\n"
                 .to_owned(),
             medians => {
                 let medians: Vec<String> = medians.iter().map(|m| format!("{m:.3}")).collect();
@@ -391,7 +390,7 @@ impl Turns {
     }
 }
 
-/// What the device took in each frame, the first one first: for a scope, or for all runs of a kernel.
+/// The device's time in each frame, oldest first: of a scope, or of all runs of a kernel.
 fn times_ms(timings: &Timings, name: &str) -> Vec<f64> {
     let of_frame = |spans: &[Span]| {
         spans
@@ -408,7 +407,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pairs_tell_ratios_that_a_slow_minute_leaves_alone() {
+    fn a_slow_minute_does_not_change_the_ratios_of_pairs() {
         // The machine becomes ten times slower; the second always takes 1.5 times as long, but once.
         let slow = |step: usize| if step < 10 { 1.0 } else { 10.0 };
         let first: Vec<f64> = (0..20).map(slow).collect();
@@ -425,7 +424,7 @@ mod tests {
     }
 
     #[test]
-    fn few_pairs_have_no_interval_and_what_one_lacks_is_no_pair() {
+    fn few_pairs_have_no_interval_and_steps_that_one_lacks_are_no_pair() {
         let ratio = PairRatio::of(&[1.0, 2.0], &[8.0, 3.0, 5.0]).expect("there are pairs");
         assert_eq!((ratio.pairs, ratio.median), (2, 4.75));
         assert_eq!((ratio.low, ratio.interval()), (None, String::new()));

@@ -18,7 +18,7 @@ use crate::cli::progress::{SettingUp, atlas_cache};
 use crate::cli::{Command, Outcome, interrupt};
 use crate::{console, room};
 
-/// Tell where each triangle of a mesh lies in the texture
+/// List where each triangle of a mesh lies in the texture
 ///
 /// Out: a line `# width height`, then face,chart,u0,v0,u1,v1,u2,v2
 ///
@@ -52,13 +52,13 @@ pub struct Atlas {
     /// Turns each chart by a random angle; another N gives other angles, and 0 turns none
     #[arg(long, value_name = "N", default_value_t = 0)]
     turn: u64,
-    /// Where the answer goes; - for the standard output
+    /// The file for the answer; - for the standard output
     #[arg(long, value_name = "FILE", default_value = "-")]
     out: PathBuf,
 }
 
 impl Command for Atlas {
-    /// Lays the mesh out and writes.
+    /// Lays the mesh out and writes the answer.
     fn run(&self) -> Result<Outcome> {
         interrupt::install()?;
         let sink = Sink::create(&self.out)?;
@@ -93,7 +93,7 @@ fn text(mesh: &Mesh, atlas: &atlas::Atlas) -> String {
         let (face, chart) = (mesh.file_triangle[triangle], atlas.chart[triangle]);
         let _ = write!(text, "{face},{chart}");
         for DVec2 { x, y } in corners {
-            // Shortest text that reads back as the same double.
+            // The shortest text that reads back as the same double.
             let _ = write!(text, ",{x},{y}");
         }
         text.push('\n');
@@ -133,7 +133,7 @@ mod tests {
         let near = |a: &[f64], b: &[f64]| (a[0] - b[0]).abs() < 1e-4 && (a[1] - b[1]).abs() < 1e-4;
         assert!(near(&rows[0][2..4], &rows[1][2..4]), "{text}");
         assert!(near(&rows[0][6..8], &rows[1][4..6]), "{text}");
-        // Ours begin with the shortest edge, so that something was turned at all.
+        // Corners in the surface begin with the shortest edge, so the test has a face whose corners are rotated.
         assert_ne!(mesh.file_corners[0], [0, 1, 2]);
     }
 }

@@ -1,7 +1,7 @@
 //! `myxo query diffuse`: how deposits spread over a surface.
 //!
-//! Deposits are put on the texels that particles there would use, spread by the kernels of the simulation, and what comes
-//! of them is told texel by texel.
+//! Deposits are put on the texels that particles there would use, spread by the kernels of the simulation, and the result is written texel
+//! by texel.
 
 use std::fmt::Write as _;
 use std::iter::once;
@@ -27,14 +27,13 @@ use crate::cli::progress::{Progress, SettingUp, atlas_cache};
 use crate::cli::{Command, Outcome, interrupt};
 use crate::console;
 
-/// Spread deposits over a mesh, without decay, and tell the trail of every texel
+/// Spread deposits over a mesh, without decay, and list the trail of every texel
 ///
 /// In:  id,face,b0,b1,b2,amount
 /// Out: face,b0,b1,b2,area,value,chart
 ///
-/// Faces and corners are counted as in the file. A deposit adds amount / area to its texel; in
-/// every step each texel then goes half the way to the mean of the 3 x 3 texels about it. The
-/// sum of value * area stays.
+/// Faces and corners are counted as in the file. A deposit adds amount / area to its texel; in every step each texel then moves half the
+/// way towards the mean of the 3 x 3 texels around it. The sum of value * area does not change.
 #[derive(Clone, Debug, Args)]
 #[command(
     verbatim_doc_comment,
@@ -63,7 +62,7 @@ pub struct Diffuse {
     /// Turns each chart by a random angle that this number decides; 0 turns none
     #[arg(long, value_name = "SEED", default_value_t = 0)]
     turn: u64,
-    /// Where the trail goes; - for the standard output
+    /// The file for the trail; - for the standard output
     #[arg(long, value_name = "FILE", default_value = "-")]
     out: PathBuf,
     #[command(flatten)]
@@ -73,13 +72,13 @@ pub struct Diffuse {
 const COLUMNS: &[&str] = &["id", "face", "b0", "b1", "b2", "amount"];
 const HEADER: &str = "face,b0,b1,b2,area,value,chart";
 
-/// Texels of gutter, and how far from each other the taps of diffusion are.
+/// Width of the gutter in texels, and the distance between the taps of diffusion.
 const GUTTER: u32 = 1;
 
-/// How much of itself a texel gives for the mean in a step.
+/// The share by which a texel moves towards the mean in a step.
 const DIFFUSION: f32 = 0.5;
 
-/// Weights are taken for rounded ones and made to sum to 1 up to here; beyond, something else is meant by them.
+/// Weights whose sum is off from 1 by less than this count as rounded and are normalised; others are refused.
 const WEIGHTS_MAY_BE_OFF: f64 = 1e-5;
 
 impl Command for Diffuse {
@@ -92,7 +91,7 @@ impl Command for Diffuse {
             .rows()
             .map(|row| Spot::read(row, &mesh))
             .collect::<Result<Vec<_>>>()?;
-        // Only now: whoever types a table, and has no more to say, is not kept waiting.
+        // Installed only after the input is read, so that Ctrl-C ends the program at once while a table is typed.
         interrupt::install()?;
         let sink = Sink::create(&self.out)?;
         let ctx = Context::new(&ContextOptions {
@@ -149,13 +148,13 @@ impl Command for Diffuse {
     }
 }
 
-/// All that is deposited.
+/// The sum of all deposits.
 fn deposited(spots: &[Spot]) -> f64 {
     // The sum of no numbers at all is -0.
     spots.iter().fold(0.0, |sum, spot| sum + spot.amount)
 }
 
-/// An amount in as few digits as say it, very large and very small ones with an exponent.
+/// An amount with as few digits as possible, very large and very small ones with an exponent.
 fn amount(amount: f64) -> String {
     match amount {
         0.0 => "0".to_owned(),
@@ -199,8 +198,8 @@ impl Spot {
 struct Trail {
     /// Per texel, in `unit`s.
     values: Vec<f32>,
-    /// What the trail would be if the deposits were spread evenly. So the device sees numbers of one size, whatever the
-    /// amounts are.
+    /// The trail if the deposits were spread evenly. With it as the unit, the device computes with numbers near 1, whatever the amounts
+    /// are.
     unit: f64,
 }
 

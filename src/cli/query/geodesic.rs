@@ -1,8 +1,7 @@
 //! `myxo query geodesic`: straight walks on one mesh.
 //!
-//! Rows speak of the file's triangles, corners in file order and directions in space; walks speak of our triangles,
-//! `uv` and headings in the tangent frame. This file translates both ways, in double precision, and leaves the walking
-//! to an engine.
+//! Rows use the file's triangles, corners in file order and directions in space; walks use the surface's triangles, `uv` and headings in
+//! the tangent frame. This file converts both ways, in double precision, and leaves the walking to an engine.
 
 use std::iter::once;
 use std::path::PathBuf;
@@ -44,7 +43,7 @@ pub struct Geodesic {
     /// The walks; - for the standard input
     #[arg(long = "in", value_name = "FILE", default_value = "-")]
     input: PathBuf,
-    /// Where their ends go; - for the standard output
+    /// The file for their ends; - for the standard output
     #[arg(long, value_name = "FILE", default_value = "-")]
     out: PathBuf,
     #[command(flatten)]
@@ -65,7 +64,7 @@ impl Command for Geodesic {
                 walk_queries(ctx, surface, queries, BorderRule::Stop)
             })
         };
-        write_answer(&self.out, &answer(&mesh, &table, &on_device)?.told())?;
+        write_answer(&self.out, &answer(&mesh, &table, &on_device)?.into_table())?;
         Ok(Outcome::Done)
     }
 }

@@ -50,7 +50,7 @@ impl Command for Query {
     }
 }
 
-/// Asks a device, and fails where its validation complains.
+/// Runs `ask` on a device; fails if the validation layers complain.
 fn with_device<T>(
     options: &DeviceOptions,
     ask: impl FnOnce(&Arc<Context>) -> Result<T>,
@@ -71,7 +71,7 @@ fn with_device<T>(
     Ok(answer)
 }
 
-/// A mesh with the middle of its box in the origin, and where that is in its file: far from the origin no digits are lost.
+/// The mesh moved so that the middle of its box is the origin, and that middle. Far from the origin no digits are lost then.
 fn about_its_middle(mesh: &Mesh) -> (DVec3, Mesh) {
     let (low, high) = mesh.bounds();
     let centre = 0.5 * (low.as_dvec3() + high.as_dvec3());
@@ -83,7 +83,7 @@ fn about_its_middle(mesh: &Mesh) -> (DVec3, Mesh) {
     (mesh.origin, mesh)
 }
 
-/// The length of a vector whose squares may be more than numbers hold.
+/// The length of a vector whose squares may overflow.
 fn length(v: DVec3) -> f64 {
     let largest = v.abs().max_element();
     if largest > 1e150 {
@@ -93,7 +93,7 @@ fn length(v: DVec3) -> f64 {
     }
 }
 
-/// A vector in the same direction that is not longer than that.
+/// The vector, shortened to this length if it is longer.
 fn shortened(v: DVec3, longest: f64) -> DVec3 {
     let length = length(v);
     if length > longest {
@@ -103,7 +103,7 @@ fn shortened(v: DVec3, longest: f64) -> DVec3 {
     }
 }
 
-/// How it is told whether a place is inside.
+/// How the sign of a distance is found.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Sign {
     /// By the normal of the nearest face, edge or vertex
@@ -124,8 +124,8 @@ impl From<Sign> for SignRule {
     }
 }
 
-/// Writes an answer whose [`Sink::check`] was made before the work. Until here Ctrl-C ends the program at once, so there must be
-/// no hidden file yet.
+/// Writes an answer; [`Sink::check`] was called before the work. Until here Ctrl-C ends the program at once, so no temporary file may exist
+/// yet.
 fn write_answer(out: &Path, answer: &str) -> Result<()> {
     interrupt::install()?;
     Sink::create(out)?.write(answer)
@@ -148,7 +148,7 @@ fn atlas_method() -> impl TypedValueParser<Value = AtlasMethod> {
     })
 }
 
-/// What an atlas of a single mesh is made from.
+/// The options of an atlas of a single mesh.
 fn options_of(method: AtlasMethod, size: u32, gutter: u32, turn: u64) -> AtlasOptions {
     let mut settings = Settings::default();
     settings.atlas.method = method;

@@ -1,4 +1,4 @@
-//! Two meshes and how they stand, as JSON: what questions about two objects are asked of.
+//! Two meshes and their transforms, as JSON: the input of questions about two objects.
 
 use std::path::{Path, PathBuf};
 
@@ -16,10 +16,10 @@ use crate::cli::options::DeviceOptions;
 /// How far a transform may be off from a rigid one, in the entries of its matrix.
 const RIGID: f64 = 1e-4;
 
-/// How far a transform may take an object: differences of places must still be numbers.
+/// The largest translation of a transform: differences of places must still be finite.
 const FARTHEST: f64 = 1e300;
 
-/// What questions about two objects take.
+/// The options of questions about two objects.
 #[derive(Clone, Debug, Args)]
 pub struct PairOptions {
     /// Two meshes and their transforms
@@ -28,10 +28,10 @@ pub struct PairOptions {
     /// The questions; - for the standard input
     #[arg(long = "in", value_name = "FILE", default_value = "-")]
     input: PathBuf,
-    /// Where the answers go; - for the standard output
+    /// The file for the answers; - for the standard output
     #[arg(long, value_name = "FILE", default_value = "-")]
     pub out: PathBuf,
-    /// How it is told whether a place is inside of a mesh
+    /// How to decide whether a place is inside of a mesh
     #[arg(long, value_name = "RULE", default_value = "pseudonormal")]
     pub sign: Sign,
     #[command(flatten)]
@@ -39,7 +39,7 @@ pub struct PairOptions {
 }
 
 impl PairOptions {
-    /// The questions, which have these columns.
+    /// Reads the questions, which have these columns.
     pub fn questions(&self, columns: &'static [&'static str]) -> Result<Table> {
         Table::read(&self.input, columns)
     }
@@ -63,13 +63,13 @@ pub struct PlacedMesh {
 }
 
 impl PlacedMesh {
-    /// Mesh B of a JSON file, whose paths are relative to it. Nothing needs to be told of A.
+    /// Reads mesh B from a JSON file, with paths relative to it. A may be missing.
     pub fn read_b(path: &Path) -> Result<Self> {
         let file = File::read(path)?;
         file.b(path)
     }
 
-    /// Both meshes, A and B.
+    /// Reads both meshes, A and B.
     pub fn read_both(path: &Path) -> Result<[Self; 2]> {
         let file = File::read(path)?;
         let missing = |key: &str| Error::Invalid(format!("{}: {key} is missing", path.shown()));

@@ -1,8 +1,8 @@
 //! `myxo query sdf`: signed distances of places to a mesh.
 //!
-//! Places come in world space in double precision; the kernel answers in the mesh's own space, about its middle, so
-//! that far from the origin no digits are lost. What is nearest to places far from the mesh is told in double precision, and
-//! the kernel tells on which side they are.
+//! Places are given in world space in double precision; the kernel answers in the mesh's own space, around its middle, so that far from the
+//! origin no digits are lost. For places far from the mesh the nearest point is computed in double precision, and only the sign by the
+//! kernel.
 
 use std::fmt::Write as _;
 use std::iter::once;
@@ -21,7 +21,7 @@ use super::{about_its_middle, length, shortened, with_device, write_answer};
 use crate::cli::files::{Sink, check_unread};
 use crate::cli::{Command, Outcome};
 
-/// Tell the signed distance from given places to a mesh
+/// Compute the signed distance from given places to a mesh
 ///
 /// In:  id,px,py,pz
 /// Out: id,sd,face,qx,qy,qz
@@ -64,7 +64,7 @@ impl Command for Sdf {
             let place = b_from_world.transform_point3(DVec3::new(x?, y?, z?)) - centre;
             if !place.is_finite() {
                 return Err(Error::Invalid(format!(
-                    "{}: the place is farther away than numbers tell",
+                    "{}: the place is too far away for its distance to be a number",
                     row.place()
                 )));
             }
@@ -80,8 +80,8 @@ impl Command for Sdf {
         let mut queries: Vec<TreeQuery> = places
             .iter()
             .map(|&(place, afar)| {
-                // Of a ball about the place that touches the mesh, a smaller one within touches it in the same point, and
-                // its middle lies on the same side.
+                // A ball around the place touches the mesh at the nearest point. A smaller ball within it touches the mesh at the same
+                // point, and its centre lies on the same side.
                 let near = afar.map_or(place, |(_, near)| near);
                 TreeQuery::nearest(near.as_vec3())
             })
@@ -107,7 +107,8 @@ impl Command for Sdf {
             });
             let q = nearest.position + centre;
             let q = b.world_from_mesh.transform_point3(q);
-            // Where all faces are nearly as near, rounding chooses; but beyond the box is outside.
+            // Far away all faces are nearly equally near, and rounding would choose the sign; but everything beyond the box of a closed
+            // mesh is outside.
             let is_beyond =
                 answer.place.cmplt(tree.low).any() || answer.place.cmpgt(tree.high).any();
             let sd = if is_beyond && tree.is_closed {
@@ -122,8 +123,8 @@ impl Command for Sdf {
     }
 }
 
-/// In diagonals of the mesh: beyond, single precision would be short of digits to tell which face is nearest.
+/// In diagonals of the mesh: beyond this distance, single precision has too few digits to find the nearest face.
 const AFAR: f64 = 4.0;
 
-/// In diagonals of the mesh: beyond, the nearest point changes by rounding alone.
+/// In diagonals of the mesh: beyond this distance, rounding alone changes the nearest point.
 const EQUALLY_FAR: f64 = 1e12;

@@ -7,7 +7,7 @@ use csv::StringRecord;
 use myxo::plain_text::Shown as _;
 use myxo::{Error, Result, regular_file};
 
-/// Files of more bytes are not read.
+/// The largest file that is read, bytes.
 const LARGEST: u64 = 2 << 30;
 
 /// What `--in` and `--out` call the standard input and output.
@@ -17,7 +17,7 @@ const STANDARD: &str = "-";
 #[derive(Debug)]
 pub struct Table {
     place: String,
-    /// Where each wanted column stands.
+    /// The index of each wanted column.
     columns: Vec<usize>,
     names: &'static [&'static str],
     rows: Vec<StringRecord>,
@@ -52,9 +52,9 @@ impl Table {
         Self::parse(&place.shown(), &bytes, names)
     }
 
-    /// Finds the columns `names` in CSV text. Other columns are passed over, and so are lines that begin with `#`.
+    /// Finds the columns `names` in CSV text. Other columns and lines that begin with `#` are skipped.
     pub fn parse(place: &str, text: &[u8], names: &'static [&'static str]) -> Result<Self> {
-        // A mark that some spreadsheets put in front would become part of the first name.
+        // The byte order mark of some spreadsheets would become part of the first name.
         let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
         let mut reader = csv::ReaderBuilder::new()
             .comment(Some(b'#'))
@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_are_found_by_name_and_comments_passed_over() {
+    fn columns_are_found_by_name_and_comments_are_skipped() {
         let text = "\u{feff}# made by hand\nx , other,id\r\n0.1,7,a b\n# no row\n 1e-300 ,8,007\n";
         let table = Table::parse("in.csv", text.as_bytes(), NAMES).expect("it is right");
         let rows: Vec<_> = table
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_with_its_line() {
+    fn errors_name_the_line() {
         assert_eq!(
             problem("id,y\n1,2\n"),
             "in.csv: there is no column x: the header must name id,x"

@@ -1,6 +1,6 @@
 //! `myxo query transfer`: straight walks on one mesh that change to another one where they meet it.
 //!
-//! Both meshes are taken about their middles and B stands still, so that far from the origin no digits are lost.
+//! Both meshes are moved to their middles, in a frame in which B is at rest, so that far from the origin no digits are lost.
 
 use std::iter::once;
 
@@ -18,15 +18,14 @@ use super::{about_its_middle, shortened, with_device, write_answer};
 use crate::cli::files::{Sink, check_unread};
 use crate::cli::{Command, Outcome};
 
-/// Walk straight on a mesh, and go on on another one where it is met
+/// Walk straight on a mesh, and continue on another one where they meet
 ///
 /// In:  id,face,b0,b1,b2,dx,dy,dz,length
 /// Out: id,mesh,face,b0,b1,b2,px,py,pz,dx,dy,dz,travelled,status
 ///
 /// The scene is JSON: mesh_a, mesh_b (paths relative to it), a_transform_row_major and
-/// b_transform_row_major (16 numbers each). Walks begin on mesh A. Where one meets mesh B first
-/// it is folded about the line in which the two faces meet, into B's face, and goes on there,
-/// to the side that is less covered by A; it does not come back. Directions and places are in
+/// b_transform_row_major (16 numbers each). Walks begin on mesh A. If one meets mesh B, it is folded about the line in which the two faces
+/// meet, into B's face, and continues there, to the side that is less covered by A; it does not come back. Directions and places are in
 /// world space, faces and corners are counted as in the file.
 /// Mesh: 0 for A, 1 for B. Status: 0 the whole length, 1 stopped at an open border, 2 no such
 /// walk.
@@ -45,7 +44,7 @@ pub struct Transfer {
 
 const HEADER: &str = "id,mesh,face,b0,b1,b2,px,py,pz,dx,dy,dz,travelled,status";
 
-/// Squares of more do not fit a float32.
+/// Squares of larger numbers do not fit a float32.
 const FARTHEST: f64 = 1e18;
 
 impl Command for Transfer {
@@ -63,7 +62,7 @@ impl Command for Transfer {
             pose * DAffine3::from_translation(centre)
         });
         let mut b_from_a = world_from_b.inverse() * world_from_a;
-        // So far away they do not meet, wherever they are.
+        // At this distance the meshes do not meet, so the exact place does not matter.
         b_from_a.translation = shortened(b_from_a.translation, FARTHEST);
         let poses = [b_from_a, DAffine3::IDENTITY].map(|pose| {
             let (x, y, z) = (
@@ -95,7 +94,10 @@ impl Command for Transfer {
                 transfer_queries(ctx, surface, poses, self.pair.sign.into(), queries)
             })
         };
-        write_answer(&self.pair.out, &question.answer(&table, &on_device)?.told())?;
+        write_answer(
+            &self.pair.out,
+            &question.answer(&table, &on_device)?.into_table(),
+        )?;
         Ok(Outcome::Done)
     }
 }

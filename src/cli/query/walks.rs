@@ -1,4 +1,4 @@
-//! Walks that rows of a table ask for, and how their answers are written; what the questions about walks share.
+//! Walks from the rows of a table, and the rows of their answers: code that the questions about walks share.
 
 use std::fmt::Write as _;
 
@@ -11,22 +11,22 @@ use myxo::mesh::walk::{Frame, SurfacePoint, WalkEnd, WalkQuery, WalkStatus};
 use super::table::{Row, Table};
 use crate::console;
 
-/// What is asked.
+/// The columns of the input.
 pub const COLUMNS: &[&str] = &["id", "face", "b0", "b1", "b2", "dx", "dy", "dz", "length"];
 
-/// Weights are taken for rounded ones and made to sum to 1 up to here; beyond, something else is meant by them.
+/// Weights whose sum is off from 1 by less than this count as rounded and are normalised; others are refused.
 const WEIGHTS_MAY_BE_OFF: f64 = 1e-5;
 
-/// Longest walk, in diagonals of the mesh: minutes of work, and far more than float32 can follow.
+/// The longest walk, in diagonals of the mesh: it takes minutes, and float32 is no longer exact long before that.
 const LONGEST: f64 = 1e6;
 
-/// Rows that cannot be answered are told of one by one up to this many.
+/// Messages about single rows that cannot be answered, at most.
 const MESSAGES: usize = 5;
 
 /// A row as it was read.
 #[derive(Clone, Copy, Debug)]
 struct Start {
-    /// As it was asked for, whether there is such a face or not.
+    /// As given, whether there is such a face or not.
     face: i64,
     weights: DVec3,
     direction: DVec3,
@@ -51,7 +51,7 @@ impl Start {
         })
     }
 
-    /// The walk that the row asks for, up to a length, or why there is none.
+    /// The walk of the row, if it is not longer than `longest`, or why there is none.
     fn query(&self, mesh: &Mesh, surface: &Surface, longest: f64) -> Result<WalkQuery, String> {
         let sum = self.weights.element_sum();
         if self.weights.min_element() < -WEIGHTS_MAY_BE_OFF
@@ -74,7 +74,7 @@ impl Start {
             .and_then(|face| mesh.point_from_file(face, weights.to_array()))
             .ok_or_else(|| format!("the mesh has no face {} to walk on", self.face))?;
         let frame = Frame::of(surface, start.triangle);
-        // Scaled first, so that squares of tiny components do not vanish.
+        // Scaled first, so that squares of tiny components do not underflow.
         let direction = self.direction / self.direction.abs().max_element();
         let heading =
             DVec2::new(direction.dot(frame.p), direction.dot(frame.h)).normalize_or_zero();
@@ -89,7 +89,7 @@ impl Start {
     }
 }
 
-/// The rows of the answer, and what was said about those that could not be answered.
+/// The rows of the answer, and messages about those that could not be answered.
 #[derive(Debug)]
 pub struct Answers {
     /// The table.
@@ -99,8 +99,8 @@ pub struct Answers {
 }
 
 impl Answers {
-    /// Tells about the rows that could not be answered, and hands out the table.
-    pub fn told(self) -> String {
+    /// Prints messages about rows that could not be answered, and returns the table.
+    pub fn into_table(self) -> String {
         for message in self.refused.iter().take(MESSAGES) {
             console::message(message);
         }
@@ -114,7 +114,7 @@ impl Answers {
     }
 }
 
-/// A mesh that walks lie on, and where it stands.
+/// A mesh that walks lie on, and its pose.
 #[derive(Debug)]
 pub struct Ground<'a> {
     /// As in its file.
@@ -125,18 +125,18 @@ pub struct Ground<'a> {
     pub world_from_surface: DAffine3,
 }
 
-/// What the walks of a table are on.
+/// The meshes that the walks of a table are on.
 #[derive(Debug)]
 pub struct Question<'a> {
     /// The first line of the answer.
     pub header: &'a str,
     /// All meshes.
     pub surface: &'a Surface,
-    /// One or two; walks begin on the first. Two are told in a column of the answer.
+    /// One mesh or two; walks begin on the first. With two, a column of the answer says on which one a walk ends.
     pub grounds: &'a [Ground<'a>],
 }
 
-/// Answers every walk in order, stopping at open borders, with as many crossings as it takes.
+/// Answers every walk in order, stopping at open borders, with as many edge crossings as needed.
 pub type Engine<'a> = &'a dyn Fn(&Surface, &[WalkQuery]) -> Result<Vec<WalkEnd>>;
 
 impl Question<'_> {
@@ -179,7 +179,7 @@ impl Question<'_> {
         Ok(answers)
     }
 
-    /// The walk that a row asks for, or why there is none.
+    /// The walk of a row, or why there is none.
     fn query(&self, start: &Start) -> Result<WalkQuery, String> {
         let ground = &self.grounds[0];
         let diagonals = self.grounds.iter().map(|ground| {
@@ -204,7 +204,7 @@ impl Question<'_> {
         }
     }
 
-    /// The answer, but for the id.
+    /// The answer, without the id.
     fn line(&self, end: &WalkEnd) -> String {
         let SurfacePoint { triangle, u, v } = end.point;
         let index = self
@@ -236,7 +236,7 @@ impl Question<'_> {
             direction.z,
             end.travelled,
         ] {
-            // Shortest text that reads back as the same double.
+            // The shortest text that reads back as the same double.
             let _ = write!(line, ",{number}");
         }
         let status = u32::from(end.status == WalkStatus::Border);
@@ -244,7 +244,7 @@ impl Question<'_> {
         line
     }
 
-    /// The row as it was, for a walk that cannot be.
+    /// The input row, for a walk that is not possible.
     fn line_back(&self, start: &Start) -> String {
         let (b, d) = (start.weights, start.direction);
         format!(

@@ -7,7 +7,7 @@ use super::*;
 use crate::gpu::frame::FIRST_QUERIES;
 use crate::gpu::{Span, SpanKind, Timings};
 
-/// Nothing here takes as long.
+/// Longer than any work in these tests.
 const LONG: Duration = Duration::from_secs(100);
 
 #[test]
@@ -93,7 +93,7 @@ fn longer_work_takes_longer() {
         frames.submit(rec).unwrap();
     }
     frames.wait_idle().unwrap();
-    // The shortest of five: a host that is busy elsewhere makes single ones longer.
+    // The shortest of five: a busy host makes single ones longer.
     let ms = |name| frames.timings().report(name).rows[0].time.min_ms;
     assert!(
         ms("long") > 3.0 * ms("short"),
@@ -162,7 +162,7 @@ fn a_hang_is_blamed_on_its_kernel() {
             amount: 1,
         },
     );
-    // Seconds on a processor; a fast device may finish, and then there is nothing to blame.
+    // This takes seconds on a processor; a fast device may finish, and then there is no error.
     rec.dispatch(
         &spin,
         Threads(count),
@@ -199,7 +199,7 @@ fn a_hang_is_blamed_on_its_kernel() {
 
 /// A caller can extend the timeout for a long frame.
 #[test]
-fn what_is_known_to_take_long_is_waited_for() {
+fn the_timeout_can_be_extended() {
     let options = ContextOptions {
         timeout: Duration::from_millis(1),
         ..ContextOptions::default()
@@ -246,7 +246,7 @@ fn objects_outlive_their_owners_while_a_frame_uses_them() {
         rec.copy(&values, &back);
     }
     frames.submit(rec).unwrap();
-    // A ring that goes away leaves its frame to the device.
+    // A frame runs to its end after its ring is dropped.
     drop(frames);
     ctx.wait_idle().unwrap();
     let mut frames = Frames::new(&ctx, 1).unwrap();
@@ -284,7 +284,7 @@ fn results_are_read_back_some_frames_later() {
         .map(|step| (step, vec![step as u32 + 1; 3]))
         .collect();
     assert_eq!(found, expected);
-    // A frame that is thrown away brings nothing.
+    // A dropped frame returns no copies.
     let mut rec = frames.begin().unwrap();
     assert!(readback.record(&mut rec, &values, 99));
     drop(rec);
@@ -368,7 +368,7 @@ fn other_frames_come_between_slices_and_their_time_is_not_counted() {
         });
         let mut seen = Vec::new();
         loop {
-            // As long as it takes, and on another buffer.
+            // A frame of another ring, on another buffer.
             let mut answer = between.begin().unwrap();
             let params = SpinParams {
                 count: COUNT,
@@ -438,9 +438,9 @@ fn what_is_left_of_slices_is_submitted_with_the_frame() {
     assert_eq!(ctx.messages(), [""; 0]);
 }
 
-/// Programs that are closed within a step leave a frame behind of which a part has run.
+/// Programs that are closed within a step drop a frame of which a part has run.
 #[test]
-fn the_rest_of_slices_can_be_left() {
+fn the_rest_of_slices_can_be_dropped() {
     let Some(ctx) = context_with(ContextOptions::default()) else {
         return;
     };
@@ -461,7 +461,7 @@ fn the_rest_of_slices_can_be_left() {
     record(&mut rec);
     assert!(frames.run_slice(&mut rec).unwrap());
     drop(rec);
-    // Its place in the ring is free, and what has run has run.
+    // Its place in the ring is free, and the slices that ran have their effect.
     let mut rec = frames.begin().unwrap();
     record(&mut rec);
     frames.submit(rec).unwrap();
@@ -480,7 +480,7 @@ fn kernel_span(name: &str, ms: f64) -> Span {
     }
 }
 
-/// Also where a dispatch has several rows of groups, and once more after the first time.
+/// Also if a dispatch has several rows of groups, and also the second time.
 #[test]
 fn kernels_that_take_long_are_several_slices() {
     let Some(ctx) = context_with(ContextOptions::default()) else {
@@ -516,7 +516,7 @@ fn kernels_that_take_long_are_several_slices() {
             assert_eq!(seen, if is_divided { slices } else { 1 }, "{count}");
             let now = ctx.download(&values).unwrap();
             assert!(now.iter().all(|&value| value == round), "{count}");
-            // One kernel, in however many parts.
+            // One kernel, however many parts it has.
             let spans = frames.timings().frames().last();
             let names = spans.map(|spans| spans.iter().map(|s| s.name.as_str()).collect());
             let whole = ["frame", "step", "bump"];
@@ -526,9 +526,9 @@ fn kernels_that_take_long_are_several_slices() {
     assert_eq!(ctx.messages(), [""; 0]);
 }
 
-/// Divided, they come with as many invocations as there may be, and pass over the rest themselves.
+/// Divided dispatches have the largest possible number of invocations, and the kernel skips the unused ones.
 #[test]
-fn what_only_the_device_counts_is_divided_too() {
+fn dispatches_that_only_the_device_counts_are_divided_too() {
     let Some(ctx) = context_with(ContextOptions::default()) else {
         return;
     };
@@ -539,7 +539,7 @@ fn what_only_the_device_counts_is_divided_too() {
     for count in [0, 1, 700, MOST] {
         let groups = Buffer::<DispatchGroups>::zeroed(&ctx, "groups", 1).unwrap();
         let values = Buffer::<u32>::zeroed(&ctx, "values", MOST as usize).unwrap();
-        // Once whole, for nothing is known of it yet, then in three parts.
+        // The first one is whole, because its time is not known yet; the second one has three parts.
         for slices in [1, 3] {
             let mut rec = frames.begin().unwrap();
             let params = SizeUpParams {

@@ -1,4 +1,4 @@
-//! Barriers: there where something depends on something, nowhere else, and the validation layer sees one that is left out.
+//! Barriers: present where a work depends on another, absent elsewhere, and the validation layer reports a missing one.
 
 use super::selftest::*;
 use super::*;
@@ -77,7 +77,7 @@ fn lines(listed: &[Listed]) -> Vec<String> {
 
 /// Catches barriers that are missing, or that nothing needs: two kernels that only read the same may overlap.
 #[test]
-fn barriers_stand_where_something_depends_and_nowhere_else() {
+fn barriers_stand_where_works_depend_and_nowhere_else() {
     let Some(mut s) = Setup::new() else { return };
     let d = Buffer::zeroed(&s.ctx, "fourth", 64).unwrap();
     let listed = s.listed(|s, rec| {
@@ -120,20 +120,19 @@ fn a_later_frame_waits_for_an_earlier_one() {
         ]
     );
     assert_silent(&s.ctx);
-    // A transfer orders everything round itself.
+    // A transfer orders everything before and after it.
     s.ctx.fill(&s.a, 0).unwrap();
     s.ctx.fill(&s.b, 0).unwrap();
     assert_eq!(s.listed(|s, rec| s.scale(rec, &s.b, &s.a)), ["scale"]);
     assert_silent(&s.ctx);
 }
 
-/// Catches histories of a recording that was dropped: what it ordered is in no order, and what it would have written or read has
-/// taken the place of what was.
+/// Catches wrong histories after a dropped recording: its barriers did not happen, and its uses have replaced earlier ones.
 #[test]
 fn after_a_recording_that_was_dropped_the_next_one_waits_for_everything() {
     let Some(mut s) = Setup::new() else { return };
     s.listed(|s, rec| s.scale(rec, &s.a, &s.b));
-    // A write behind a write, and one behind a read.
+    // A write after a write, and one after a read.
     let mut rec = s.frames.begin().unwrap();
     rec.fill(&s.b, 0);
     rec.fill(&s.a, 0);
@@ -165,13 +164,13 @@ fn two_recordings_that_are_open_at_once_order_nothing_for_each_other() {
     s.frames.submit(one).unwrap();
     others.submit(other).unwrap();
     others.wait_idle().unwrap();
-    // Nor for what comes next: which of the two came first is not known.
+    // Nor for the next recording: it is not known which of the two was first.
     let listed = s.listed(|s, rec| s.scale(rec, &s.b, &d));
     assert_eq!(listed.len(), 2, "{listed:?}");
     assert_silent(&s.ctx);
 }
 
-/// Catches an order in which a kernel waits for what says how often it runs, and not for what it reads.
+/// Catches a kernel that waits for the groups of its dispatch, but not for the data that it reads.
 #[test]
 fn groups_and_data_of_a_kernel_are_both_waited_for() {
     let Some(mut s) = Setup::new() else { return };
@@ -231,7 +230,7 @@ fn the_host_reads_what_was_written_last() {
     assert_silent(&s.ctx);
 }
 
-/// Catches times that are those of two kernels: where each has its own, it waits for the one before.
+/// Catches a time that covers two kernels: to have its own time, a kernel must wait for the one before.
 #[test]
 fn kernels_that_could_overlap_are_separated_to_be_timed() {
     let Some(mut s) = Setup::new() else { return };
@@ -244,7 +243,7 @@ fn kernels_that_could_overlap_are_separated_to_be_timed() {
     assert_silent(&s.ctx);
 }
 
-/// Catches a dispatch of as many groups as happen to be in memory.
+/// Catches a dispatch whose groups are uninitialised memory.
 #[test]
 fn groups_that_nothing_has_written_are_refused() {
     let Some(mut s) = Setup::new() else { return };
@@ -265,7 +264,7 @@ fn groups_that_nothing_has_written_are_refused() {
     );
 }
 
-/// Catches an order that a group does not need, one that it needs and lacks, and works behind it that begin too early.
+/// Catches unneeded barriers within a group, missing ones before it, and works after it that begin too early.
 #[test]
 fn kernels_in_no_order_wait_for_what_comes_before_them_only() {
     let watched = |validation| ContextOptions {
@@ -304,7 +303,7 @@ fn kernels_in_no_order_wait_for_what_comes_before_them_only() {
     }
 }
 
-/// Catches a claim of no order that is wrong, also where a barrier happens to stand between the two.
+/// Catches an unordered group whose kernels do depend on each other, also if a barrier happens to be between them.
 #[test]
 fn kernels_that_depend_on_each_other_are_refused_in_one_group() {
     let Some(mut s) = Setup::new() else { return };
@@ -329,7 +328,7 @@ fn kernels_that_depend_on_each_other_are_refused_in_one_group() {
         refused(&|s, rec| s.scale(rec, &d, &s.a)),
         "`scale` writes `first`, which `scale` reads, and the two are in no order: each is said to be alone"
     );
-    // Copies write whole ranges: none of a group may write what kernels of it write, before or after them.
+    // Copies write whole ranges: a copy in a group must not write a buffer that its kernels write.
     assert_eq!(
         refused(&|s, rec| rec.fill(&s.c, 0)),
         "`fill` writes `third`, which `scale` writes, and the two are in no order: each is said to be alone"
@@ -359,7 +358,7 @@ fn one_buffer_is_not_bound_twice_to_be_written() {
     );
 }
 
-/// What is absent is bound as zeros. Catches a barrier for them, which nothing needs, and a layer that takes them for written.
+/// Catches unneeded barriers for the dummy buffers of absent arguments, and a validation layer that counts them as written.
 #[test]
 fn arguments_may_be_absent() {
     let Some(mut s) = Setup::new() else { return };
@@ -424,7 +423,7 @@ fn a_slice_that_the_host_holds_does_not_change() {
     rec.copy(&s.a, &back);
 }
 
-/// Catches a kernel that would read or write behind the end of a buffer, which drivers do not say.
+/// Catches a kernel that would read or write beyond the end of a buffer, which drivers do not report.
 #[test]
 fn a_buffer_that_is_too_short_for_its_dispatch_is_an_error_with_both_names() {
     let Some(mut s) = Setup::with(ContextOptions {

@@ -156,7 +156,7 @@ fn groups_made_on_the_device_run_every_invocation() {
     assert_silent(&ctx);
 }
 
-/// In both forms: in branches, in groups that are not full, and past one group.
+/// In both forms of kernels: in branches, in groups that are not full, and with more than one group.
 #[test]
 fn what_is_appended_is_listed_once() {
     for for_cards in [false, true] {

@@ -1,4 +1,4 @@
-//! Frames of changing length in the same place of the ring: each resets what the one before it has written, and no more.
+//! Frames of changing length in the same place of the ring: each resets only the queries that the one before it has written.
 
 use std::time::Duration;
 
@@ -21,7 +21,7 @@ fn longer_and_shorter_frames_and_those_that_are_dropped_leave_times_whole() {
     let spin = Pipeline::<Spin>::new(&ctx, &()).unwrap();
     let values = Buffer::<u32>::zeroed(&ctx, "values", 64).unwrap();
     let mut frames = Frames::new(&ctx, 1).unwrap();
-    // What is dropped has written nothing, but would have reset what the one before it has written.
+    // A dropped frame has written no queries, but would have reset those of the one before it.
     for (kernels, is_dropped) in [
         (1, true),
         (9, false),

@@ -1,4 +1,4 @@
-//! A window's images. Runs where X11 is (`xvfb-run cargo test` will do); elsewhere the skip is printed.
+//! A window's images. Runs with X11 (`xvfb-run cargo test` is enough); without it the skip is printed.
 
 use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use winit::application::ApplicationHandler;

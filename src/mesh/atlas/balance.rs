@@ -1,11 +1,11 @@
-//! Conductances beside seams under which linear fields are steady and all others spread as quickly as anywhere.
+//! Conductances beside seams for which linear fields are steady and all other fields spread as fast as elsewhere.
 //!
-//! With `d_ij` the way from texel `i` to texel `j`, unfolded into the chart of `i`, a finite-volume scheme keeps linear
-//! fields, and with them the centre of whatever spreads, where `sum_j S_ij d_ij = 0`; and what it spreads widens as it
-//! should in every direction where `sum_j S_ij d_ij d_ij^T = 2/3 a_i 1`, with `a_i` the texel's area in whole texels of
-//! its chart. (The moment conditions of Taylor's expansion, as for any finite-difference stencil: Fornberg, "Generation
-//! of finite difference formulas on arbitrarily spaced grids", 1988.) The stencil fulfils both inside a chart. Symmetric
-//! conductances cannot everywhere; these come near by least squares, at the smallest change.
+//! With `d_ij` the way from texel `i` to texel `j`, unfolded into the chart of `i`, a finite-volume scheme keeps linear fields, and with
+//! them the centre of mass of a spreading field, if `sum_j S_ij d_ij = 0`; and a field spreads at the right rate in every direction if
+//! `sum_j S_ij d_ij d_ij^T = 2/3 a_i 1`, with `a_i` the texel's area in whole texels of its chart. (The moment conditions of Taylor's
+//! expansion, as for any finite-difference stencil: Fornberg, "Generation of finite difference formulas on arbitrarily spaced grids",
+//! 1988.) The stencil fulfils both inside a chart. Symmetric conductances cannot fulfil both everywhere; these approximate them by least
+//! squares, with the smallest change.
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -15,14 +15,13 @@ use super::table::Table;
 /// Conductance of two neighbours in a chart, in mean texel areas.
 pub(super) const NINTH: f32 = 1.0 / 9.0;
 
-/// Pairs across a seam with less are left out: they cost as much as others and carry little, and to leave out a pair
-/// never changes the sum.
+/// Pairs across a seam with less are left out: they cost as much as others and carry little, and leaving a pair out never changes the sum.
 pub(super) const LEAST_CONDUCTANCE: f32 = 0.1 / 9.0;
 
 /// Smaller changes to pairs in a chart are left out, for they would need an entry.
 const LEAST_CHANGE: f32 = 0.05 / 9.0;
 
-/// A pair in a chart keeps at least this part of what the stencil gives it.
+/// A pair in a chart keeps at least this part of its conductance by the stencil.
 const LEAST_KEPT: f32 = 0.1;
 
 /// Weight of second moments beside first ones.
@@ -34,10 +33,10 @@ const CHANGE: f32 = 0.01;
 /// Added to a conductance to give the scale of its change, so that weak pairs can become stronger, too.
 const SCALE: f32 = 0.005;
 
-/// After the first round weak pairs are taken out; the second makes up for them.
+/// After the first round weak pairs are removed; the second compensates for them.
 const ROUNDS: usize = 2;
 
-/// Steps of conjugate gradients in a round. Errors reach only a few texels far, and so does what mends them.
+/// Steps of conjugate gradients in a round. Errors, and the changes that correct them, extend over a few texels only.
 const STEPS: usize = 6;
 
 /// Entries that one thread takes at a time; sums are made in this order.
@@ -60,7 +59,7 @@ pub(super) struct Pair {
 }
 
 impl Pair {
-    /// The nearest to `more` that the pair may have besides the stencil's, with weak ones left out or not.
+    /// The allowed conductance nearest to `more`; with `weak_out` weak pairs get none.
     fn allowed(&self, more: f32, weak_out: bool) -> f32 {
         if self.stencil > 0.0 {
             let out = weak_out && more.abs() < LEAST_CHANGE;
@@ -82,7 +81,7 @@ impl Pair {
 pub(super) struct Demand {
     /// Without the stencil's part.
     moments: Moments,
-    /// At an open border, which throws back what heads for it, only moments along it count.
+    /// At an open border, which reflects mass, only moments along it count.
     along: Option<Vec2>,
 }
 
@@ -107,7 +106,7 @@ fn moments_of(way: Vec2, along: Option<Vec2>) -> Moments {
             way.y,
             second.x * way.x,
             second.y * way.y,
-            // Stands for both places off the matrix' diagonal.
+            // Counts for both off-diagonal entries of the matrix.
             std::f32::consts::SQRT_2 * second.x * way.y,
         ],
         Some(along) => {
@@ -127,11 +126,10 @@ fn dot(a: &Moments, b: &Moments) -> f32 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Changes conductances as little as it takes to come near to what the texels demand; `None` demands nothing. Row `i` of
-/// the pairs is that of `texels[i]`, and `row_of` says it the other way round.
+/// Changes conductances by as little as possible to approximate the demands of the texels; `None` demands nothing. Row `i` of the pairs is
+/// that of `texels[i]`, and `row_of` is the inverse of that.
 ///
-/// Both sides of a pair come to the same conductance to the last bit: all that is computed for one side is computed for
-/// the other from the same two numbers.
+/// Both sides of a pair get the same conductance to the last bit, because both compute it from the same two numbers.
 pub(super) fn balance(
     pairs: &mut Table<Pair>,
     texels: &[u32],
@@ -167,8 +165,8 @@ pub(super) fn balance(
         });
 }
 
-/// Least squares for the changes of conductances, each divided by a scale of its own: the square root of what the pair
-/// has, so that strong pairs change more than weak ones.
+/// Least squares for the changes of conductances, each divided by a scale of its own: the square root of the pair's conductance, so that
+/// strong pairs change more than weak ones.
 struct System {
     /// Index of each texel's first pair.
     starts: Vec<u32>,
@@ -178,7 +176,7 @@ struct System {
     scale: Vec<f32>,
     /// The moments that a change by its scale adds to its texel.
     moments: Vec<Moments>,
-    /// Per texel: what is missing without any change.
+    /// Per texel: the demanded moments minus those without any change.
     missing: Vec<Moments>,
     /// Whether a side's pair may change.
     free: Vec<bool>,
@@ -300,7 +298,7 @@ impl System {
             .collect()
     }
 
-    /// The way down for each pair, the same for both sides.
+    /// The direction of descent for each pair, equal for both sides.
     fn slope(&self, missing: &[Moments]) -> Vec<f32> {
         let part = |side: usize| dot(&self.moments[side], &missing[self.row[side] as usize]);
         (0..self.change.len())
@@ -317,7 +315,7 @@ impl System {
     }
 }
 
-/// Every pair once, though both its sides are listed.
+/// The sum of squares; each pair counts once, although both its sides are listed.
 fn squares(of_sides: &[f32]) -> f64 {
     0.5 * sum_of(of_sides, |x| x * x)
 }

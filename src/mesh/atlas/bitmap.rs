@@ -1,8 +1,8 @@
 //! Finding free places for masks in a bitmap, 64 places at a time.
 //!
 //! For each row of the bitmap there is a table: level `k` has a bit at `x` when any of the `2^k` cells from `x` on is
-//! taken. A run of `n` cells of a mask is free at `x` when two bits of one level are clear, whatever `n`; by shifting
-//! that is asked for 64 `x` at once. Rows that have nothing free for the widest run are skipped without looking.
+//! taken. A run of `n` cells of a mask is free at `x` if two bits of one level are clear, for any `n`; by shifting, 64 values of `x` are
+//! tested at once. Rows whose longest free run is shorter than the widest run are skipped.
 
 use super::outline::{Mask, next};
 
@@ -13,7 +13,7 @@ pub(super) struct Shape {
     pub height: usize,
     /// Cells in it.
     pub count: usize,
-    /// Row, first column and length of every run; those that are most likely in the way come first.
+    /// Row, first column and length of every run; those that are most likely blocked come first.
     runs: Vec<(u32, u32, u32)>,
     pub mask: Mask,
 }
@@ -41,7 +41,7 @@ impl Shape {
         }
     }
 
-    /// How much there is to look for.
+    /// The number of runs, a measure of the work of a search.
     pub(super) fn run_count(&self) -> usize {
         self.runs.len()
     }
@@ -159,7 +159,7 @@ impl Bitmap {
     }
 }
 
-/// Adds the bits from `offset` on; gives back what is set in all words.
+/// Adds the bits from `offset` on; returns the bits that are set in all words.
 fn block(blocked: &mut [u64], bits: &[u64], offset: usize) -> u64 {
     let (word, shift) = (offset / 64, offset % 64);
     let bits = &bits[word.min(bits.len())..];

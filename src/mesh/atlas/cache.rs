@@ -1,8 +1,8 @@
-//! Layouts on disk: what took long to cut and to pack once is read the next time.
+//! Layouts on disk, so that the next start does not have to cut and pack again.
 //!
-//! A file holds where the triangles lie and nothing that follows from it. Its name is a hash of all that the layout
-//! depends on. A file that is damaged, or of another program, counts as none and is replaced, and so does one whose checksum is
-//! right and whose triangles lie on each other or too near to those of other charts; nothing here can make the program fail.
+//! A file holds the places of triangles and nothing that follows from them. Its name is a hash of everything that the layout depends on. A
+//! file is ignored and replaced if it is damaged or not of this format, or if its checksum is right but its triangles overlap or lie too
+//! near to those of other charts. Errors here never make the program fail.
 
 use std::path::Path;
 
@@ -15,15 +15,15 @@ use super::raster::{self, Conflict};
 use super::{AtlasError, AtlasOptions, Control, overlap, surface_area, triangle_area};
 use crate::kept_files::{Hash, KeptFile, LAYOUTS};
 
-/// Raised whenever the same surface and options come to lie differently than before.
+/// Raise it whenever the layout of the same surface and options changes.
 const VERSION: u32 = 5;
-/// Charts keep areas nearly: what would fill so many texels has an area.
+/// Charts nearly keep areas: a triangle whose area is that of so many texels must have an area in the texture.
 const SEVERAL_TEXELS: f64 = 4.0;
 
 /// The result of a layout method: the map and the chart of each triangle, and the number of charts.
 pub(super) type Places = (Vec<AtlasMap>, Vec<u32>, u32);
 
-/// Gives what is kept of this surface and these options, or makes it and keeps it. Without a folder it is made.
+/// Returns the cached layout of this surface and these options, or makes and caches it. Without a folder it is always made.
 pub(super) fn kept(
     surface: &Surface,
     options: &AtlasOptions,
@@ -37,7 +37,7 @@ pub(super) fn kept(
         match placement.problem(surface, options, control)? {
             None => return Ok((placement.maps, placement.chart, placement.chart_count)),
             Some(problem) => log::warn!(
-                "the atlas kept in {} is none of this surface: {problem}; it is made anew",
+                "the atlas kept in {} does not belong to this surface: {problem}; a new one is made",
                 slot.file.path().display()
             ),
         }
@@ -64,7 +64,7 @@ struct Placement {
 }
 
 impl Placement {
-    /// The reason why it is no layout of the surface, although its file is whole, if there is one.
+    /// Why it is no layout of the surface, although its file is whole; `None` if it is one.
     fn problem(
         &self,
         surface: &Surface,
@@ -104,7 +104,7 @@ impl Placement {
     }
 }
 
-/// A triangle without area in the texture whose area on the surface would fill several texels. Thin ones may have none.
+/// A triangle without area in the texture whose area on the surface would fill several texels. Thin triangles may have no area.
 fn flattened(
     surface: &Surface,
     options: &AtlasOptions,
@@ -126,7 +126,7 @@ fn flattened(
     corners.iter().enumerate().position(is_flattened)
 }
 
-/// A place for one layout.
+/// The file of one layout.
 struct Slot {
     file: KeptFile,
     triangle_count: usize,
@@ -134,7 +134,7 @@ struct Slot {
 }
 
 impl Slot {
-    /// The place for the layout of a surface.
+    /// The file for the layout of a surface.
     fn new(folder: &Path, surface: &Surface, options: &AtlasOptions) -> Self {
         Self {
             file: KeptFile::new(folder, key(surface, options), &LAYOUTS),
@@ -155,7 +155,7 @@ impl Slot {
     }
 }
 
-/// A hash of everything that says how triangles come to lie: 128 bits, so that no two surfaces ever meet.
+/// A hash of everything that the layout depends on: 128 bits, so that collisions are practically impossible.
 fn key(surface: &Surface, options: &AtlasOptions) -> u128 {
     let AtlasOptions {
         method,
@@ -218,9 +218,9 @@ fn unpack(content: &[u8], triangle_count: usize, size: u32) -> Option<Placement>
     is_possible(&placement, size).then_some(placement)
 }
 
-/// Every triangle lies in the texture, in a chart that there is.
+/// Does every triangle lie in the texture and in an existing chart?
 fn is_possible(placement: &Placement, size: u32) -> bool {
-    // Not so for what is not a number.
+    // False for NaN.
     let in_texture = |p: Vec2| (p.cmpge(Vec2::ZERO) & p.cmple(Vec2::splat(size as f32))).all();
     let inside = |map: &AtlasMap| {
         let corners = [map.origin, map.origin + map.du, map.origin + map.dv];

@@ -1,8 +1,8 @@
-//! How far from a texel the texture shows nothing but the surface round it: there a straight line in the texture is a walk
-//! on the surface, up to what flattening has done to lengths and angles.
+//! The distance around a texel within which the texture continues its chart: there a straight line in the texture is a walk on the surface,
+//! up to the distortion of lengths and angles by flattening.
 //!
-//! Near a chart's border, where it matters, the distance is that to the border's edges. Farther in it is that between texel
-//! centres, by the lower envelope of parabolas in each row (Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled
+//! Near a chart's border, where precision matters, the distance is that to the border's edges. Farther inside it is the distance between
+//! texel centres, by the lower envelope of parabolas in each row (Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled
 //! Functions", 2012).
 
 use glam::Vec2;
@@ -16,13 +16,13 @@ pub const UNIT: f32 = 0.5;
 /// Larger clearances are clamped to this.
 pub const FARTHEST: u8 = 255;
 
-/// From a point to the centre of its texel, at the most.
+/// The largest distance from a point to the centre of its texel.
 const TO_CENTRE: f32 = 0.7072;
-/// From the centre of a blocked texel to the border that blocks something near it, at the most.
+/// The largest distance from the centre of a blocked texel to the border in it.
 const TO_BORDER: f32 = 0.8;
-/// From border edges so far away, in texels, the distance is taken exactly.
+/// Up to this distance from border edges, in texels, the distance is exact.
 const NEAR: f32 = 8.0;
-/// Rows of texels that are looked at together.
+/// Rows of texels that are processed together.
 const BAND: usize = 64;
 
 impl Atlas {
@@ -94,7 +94,7 @@ impl Atlas {
     /// Blocks the texels that a border edge passes through. A chart may come so near to itself that no texel lies between.
     fn block(&self, blocked: &mut [bool], [a, b]: [Vec2; 2]) {
         let last = Vec2::new(self.pitch as f32, self.size as f32) - 1.0;
-        // Two points a texel, so that none is passed over but at a corner, by less than 0.1 texels.
+        // Two points a texel, so that none is skipped, except where the edge cuts less than 0.1 texels off a corner.
         let pieces = (2.0 * (b - a).abs().max_element()).ceil().max(1.0);
         for i in 0..=pieces as u32 {
             let point = (a + (b - a) * (i as f32 / pieces)).clamp(Vec2::ZERO, last);
@@ -103,12 +103,12 @@ impl Atlas {
     }
 }
 
-/// The clearance that a distance from a texel's centre leaves to any point in the texel.
+/// The clearance of all points in a texel, from the distance of its centre.
 fn clearance_of(distance: f32) -> u8 {
     ((distance - TO_CENTRE) / UNIT).clamp(0.0, f32::from(FARTHEST)) as u8
 }
 
-/// Lowers the squared distances of texel centres in rows from `first_row` on to that from an edge, where it is near.
+/// Lowers the squared distances of texel centres, in rows from `first_row` on, to the distance from an edge, where that is near.
 fn approach(squares: &mut [f32], pitch: usize, first_row: usize, [a, b]: [Vec2; 2]) {
     let way = b - a;
     let per_square = way.length_squared().max(f32::MIN_POSITIVE).recip();
@@ -136,12 +136,12 @@ fn approach(squares: &mut [f32], pitch: usize, first_row: usize, [a, b]: [Vec2; 
     }
 }
 
-/// Per texel: rows to the nearest blocked texel of its column, or as many as count.
+/// Per texel: rows to the nearest blocked texel of its column, clamped.
 fn down_columns(blocked: &[bool], pitch: usize) -> Vec<u16> {
-    /// So that what is farther than the farthest stays so after the root.
+    /// Values beyond [`FARTHEST`] must stay beyond it after the square root.
     const MOST: u16 = FARTHEST as u16 + 2;
     let mut heights: Vec<u16> = blocked.iter().map(|&b| if b { 0 } else { MOST }).collect();
-    // The texture ends where the surface does.
+    // The surface ends at the sides of the texture.
     for edge in [0, blocked.len() - pitch] {
         heights[edge..edge + pitch]
             .iter_mut()
@@ -161,7 +161,7 @@ fn down_columns(blocked: &[bool], pitch: usize) -> Vec<u16> {
 struct Envelope {
     /// The parabolas that are lowest somewhere: place and squared height, from left to right.
     parabolas: Vec<(i64, i64)>,
-    /// From where on each of them is the lowest.
+    /// The place from which on each of them is the lowest.
     starts: Vec<i64>,
 }
 

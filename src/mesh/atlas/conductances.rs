@@ -14,7 +14,7 @@ use super::gutter::Way;
 use super::table::Table;
 use super::{AtlasError, Control};
 
-/// The square of the distance of pairs, in taps' distances, beyond which something is wrong with the way.
+/// The square of the distance of pairs, in taps' distances, beyond which the way counts as unknown.
 const FARTHEST_PAIR: f32 = 16.0;
 
 /// Open borders whose directions have a greater cosine are one.
@@ -29,7 +29,7 @@ pub(super) struct Layers<'a> {
     pub chart: &'a [u32],
     /// Mean texel area by this texel's area; 0 where it has no owner.
     pub density: &'a [f32],
-    /// Per triangle: what a texel that lies wholly in it has, in mean texel areas.
+    /// Per triangle: the surface area of a texel that lies wholly in it, in mean texel areas.
     pub whole: &'a [f32],
     pub seams: &'a [Seam],
     /// How the gutter texels continue their charts, in the order of `seams`.
@@ -46,7 +46,7 @@ pub(super) struct Layers<'a> {
 /// A read of one texel by another across seams.
 #[derive(Clone, Copy, Debug, Default)]
 struct Read {
-    /// The other.
+    /// The texel that is read.
     texel: u32,
     weight: f32,
     /// The way to it in this texel's chart, times the weight.
@@ -61,7 +61,7 @@ pub(super) struct Conductances {
     pub texels: Vec<u32>,
     /// Their places in the list, or [`NONE`], by texel; of gutter texels the places in the list of seams.
     pub index: Vec<u32>,
-    /// Whether a texel lacks one of the eight neighbours in its chart.
+    /// Does a texel lack one of the eight neighbours in its chart?
     pub at_border: Vec<bool>,
     /// The texel on the other side and the conductance, in mean texel areas.
     pub pairs: Table<(u32, f32)>,
@@ -74,7 +74,7 @@ impl Layers<'_> {
     /// [`AtlasError::Cancelled`].
     pub(super) fn conductances(&self, control: &Control<'_>) -> Result<Conductances, AtlasError> {
         let border = self.chosen(|texel| self.mask(texel) != 0xff);
-        // Gutter texels' places in one list and owned texels' in another: one array, for it is as large as the texture.
+        // One array for the places of gutter texels in one list and of owned texels in another, because it is as large as the texture.
         let mut index = vec![NONE; self.owner.len()];
         for (k, seam) in self.seams.iter().enumerate() {
             index[seam.texel as usize] = k as u32;
@@ -130,8 +130,7 @@ impl Layers<'_> {
         })
     }
 
-    /// Texels at borders, next to those, and others that exchange with them; puts their places in that list into the
-    /// index.
+    /// Texels at borders, next to those, and others that exchange with them. Writes their places in that list into the index.
     fn near_seams(
         &self,
         border: &[u32],

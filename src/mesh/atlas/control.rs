@@ -1,4 +1,4 @@
-//! How far long work is, the making of an atlas above all, a way to stop it, and where layouts are kept.
+//! Progress of long work, above all of making an atlas; a way to stop it; and the folder of cached layouts.
 
 use std::fmt;
 use std::ops::Range;
@@ -7,14 +7,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::AtlasError;
 
-/// Progress reports, cancellation and cache of a long computation. The default reports nothing, never cancels, and keeps nothing.
+/// Progress reports, cancellation and cache of a long computation. The default reports nothing, never cancels, and caches nothing.
 #[derive(Clone, Copy, Default)]
 pub struct Control<'a> {
-    /// Called with the name of the present work and the share of all work that is done, 0 to 1; from any thread, and not too often.
+    /// Called with the name of the present work and the share of all work that is done, 0 to 1; from any thread, at a moderate rate.
     pub progress: Option<&'a (dyn Fn(&'static str, f32) + Sync)>,
     /// Set from any thread to stop the work.
     pub cancelled: Option<&'a AtomicBool>,
-    /// The folder where layouts and occlusion are kept, which take long to compute, to be read the next time.
+    /// The folder for cached layouts and occlusion.
     pub cache: Option<&'a Path>,
 }
 

@@ -1,10 +1,10 @@
 //! Diffusion across seams: which texels exchange with which, and how strongly.
 //!
 //! Diffusion moves mass between pairs of texels: `A_i du_i = b sum_j S_ij (u_j - u_i)` with the texels' areas `A` and
-//! conductances `S_ij = S_ji`, a finite-volume scheme. Whatever one texel loses the other gains, so the sum of value
-//! times area stays, and constants stay constant. Inside a chart the pairs are the eight neighbours of the stencil, each
-//! with a ninth of the mean texel area: charts keep angles, and in two dimensions the energy of such a map does not
-//! depend on its scale. Those beside seams are in [`conductances`](super::conductances).
+//! conductances `S_ij = S_ji`, a finite-volume scheme. What one texel loses the other gains, so the sum of value times area does not
+//! change, and constants stay constant. Inside a chart the pairs are the eight neighbours of the stencil, each with a ninth of the mean
+//! texel area: charts keep angles, and in two dimensions the energy of such a map does not depend on its scale. Those beside seams are in
+//! [`conductances`](super::conductances).
 //!
 //! Texels with all eight neighbours in their chart need no table. All others, and those on the far side of a pair, have
 //! a row: which of the eight neighbours they exchange with, and the pairs across seams, one by one.
@@ -29,8 +29,8 @@ pub const GREATEST_DIFFUSION: f32 = 0.6;
 /// The largest share of its mass that a texel gives away in a step, so that no value becomes negative.
 const GREATEST_SHARE: f32 = 0.95;
 
-/// A texel smaller than the mean by more than this factor exchanges less than its neighbours ask for: at
-/// [`GREATEST_DIFFUSION`] it would give away more than 95 % of what it has.
+/// A texel smaller than the mean by more than this factor exchanges less than its neighbours would: at [`GREATEST_DIFFUSION`] it would give
+/// away more than 95 % of its mass.
 pub const GREATEST_DENSITY: f32 = GREATEST_SHARE / (GREATEST_DIFFUSION * 8.0 / 9.0);
 
 /// A gutter texel whose centre is farther than this from its chart, in texels, holds no point of a triangle: half a
@@ -115,7 +115,7 @@ impl Exchange {
 }
 
 impl Conductances {
-    /// As the kernels take them.
+    /// The tables as kernels read them.
     pub(super) fn tables(&self, layers: &Layers) -> Exchange {
         let unlimited = |texel: u32| limit(layers.density[texel as usize], 8.0 * NINTH);
         let limits = self.limits(layers);
@@ -189,7 +189,7 @@ impl Conductances {
         }
     }
 
-    /// How much of what it is asked for each texel can give.
+    /// The share of its conductances that each texel can keep without giving away too much.
     fn limits(&self, layers: &Layers) -> Vec<f32> {
         let limit_of = |(k, &texel): (usize, &u32)| {
             let inside = layers.mask(texel).count_ones() as f32 * NINTH;
@@ -219,7 +219,7 @@ pub(super) fn deposited(maps: &[AtlasMap], pitch: u32, gutter_texels: &[GutterTe
 
 /// The blocks with anything in them to work on, by their first quads, in ascending order: [`BLOCK_ROWS`] rows of
 /// [`BLOCK_QUADS`] quads, `reach` quads apart. They cover the texture; where `reach` is no multiple of a row of quads,
-/// some share quads, which come out alike.
+/// some share quads, and both compute the same values.
 pub(super) fn used_blocks(density: &[f32], seams: &[Seam], reach: u32) -> Vec<u32> {
     let mut used: Vec<bool> = density
         .par_chunks(4)

@@ -1,8 +1,8 @@
 //! The fixed-point grid that positions in the texture lie on, for all methods but `grid`.
 //!
-//! Positions are whole numbers of *units*, 2^22 or fewer of them a side. So `origin`, `du` and `dv` of a map are exact in
-//! single precision and give all three corners back, triangles agree bitwise on the corners that they share, and what
-//! lies where is decided in whole numbers: the same wherever in the texture a chart is put.
+//! Positions are whole numbers of *units*, 2^22 or fewer of them a side. Therefore `origin`, `du` and `dv` of a map are exact in
+//! single precision and give all three corners back, triangles agree bitwise on the corners that they share, and all decisions about
+//! positions are made in whole numbers: they do not depend on where in the texture a chart is placed.
 
 use glam::{IVec2, Vec2};
 
@@ -16,7 +16,7 @@ const UNITS: u32 = 1 << 22;
 pub(super) struct Fixed {
     /// Units a texel: a power of two, at least 128.
     pub texel: i32,
-    /// How far a chart's halo reaches, in units: what lies within this distance of it along both axes is the chart's.
+    /// The width of a chart's halo, in units: texels within this distance of it along both axes belong to the chart.
     pub reach: i32,
     /// Texels of gutter.
     pub gutter: u32,
@@ -28,7 +28,7 @@ impl Fixed {
     pub(super) fn new(size: u32, gutter: u32) -> Self {
         let texel = (UNITS / size.next_power_of_two()) as i32;
         let reach = f64::from(gutter) + 0.02 + 1.2e-6 * f64::from(size);
-        // A gutter can be asked for that is wider than any texture.
+        // The gutter in the options may be wider than any texture.
         let reach = (reach * f64::from(texel)).ceil().min(f64::from(UNITS));
         Self {
             texel,
@@ -66,8 +66,8 @@ pub(super) fn twice_area([a, b, c]: [IVec2; 3]) -> i64 {
     ab.x * ac.y - ab.y * ac.x
 }
 
-/// The texel that a chart without a texel centre in it owns all the same, and whose triangle owns it: the one under the
-/// centroid of its largest triangle, the first of those.
+/// The texel that a chart without a texel centre in it owns, and the triangle that owns it: the texel under the centroid of its largest
+/// triangle, of equal ones the first.
 pub(super) fn only_texel(
     fixed: Fixed,
     triangles: impl Iterator<Item = (u32, [IVec2; 3])>,

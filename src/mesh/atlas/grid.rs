@@ -1,10 +1,10 @@
 //! The `grid` layout: square cells of one size, row by row, with two neighbouring triangles in each.
 //!
-//! Of a cell of `c` texels with a gutter of `g`, the inner square `[g, c - g]^2` holds a pair: the *lower* triangle
+//! In a cell of `c` texels with a gutter of `g`, the inner square `[g, c - g]^2` holds a pair: the *lower* triangle
 //! has its right angle at the square's origin, the *upper* one at the opposite corner, and the shared edge is the
 //! diagonal `x + y = c` between them, so there is no seam between the two. A triangle without a partner is a lower one.
-//! Texels whose centre lies on the diagonal are the lower triangle's, by rule; so every texel that an inside point can
-//! fall into is owned, also for a lower triangle alone.
+//! Texels whose centre lies on the diagonal are the lower triangle's, by rule; so every texel that can hold a point of a triangle is owned,
+//! also if a lower triangle is alone.
 //!
 //! Every triangle takes equally many texels, whatever its shape: this suits meshes with even triangles.
 
@@ -240,7 +240,7 @@ impl Grid {
     fn cell_gutter(&self, paired: bool) -> Vec<Vec<(u32, Half)>> {
         let (c, g) = (self.cell_size, self.gutter);
         let readable = |x: u32, y: u32| {
-            // The owned texel that is nearest along both axes, if any is within the gutter's reach.
+            // The nearest owned texel along both axes, if one is within the gutter's reach.
             let clamp = |k: u32| k.saturating_sub(g).max(g);
             let (x0, y0) = (clamp(x), clamp(y));
             self.half_at(x, y, paired).is_none() && (paired || x0 + y0 < c)
@@ -269,9 +269,8 @@ impl Grid {
     }
 }
 
-/// The distance that maps keep from the borders of the inner square: what single precision can be wrong by when it
-/// computes a position (four units in the last place, and `uv` outside its triangle by 1e-6), rounded up to a number
-/// that keeps all corner positions exact.
+/// The distance that maps keep from the borders of the inner square: the error of a position in single precision (four units in the last
+/// place, and `uv` outside its triangle by 1e-6), rounded up to a number that keeps all corner positions exact.
 fn margin(size: u32, side: u32) -> f32 {
     let unit = size.next_power_of_two() as f32 / 2_097_152.0;
     let slack = 3e-6 * side as f32 + 0.5 * unit;
@@ -287,8 +286,8 @@ fn least_root(count: usize) -> u32 {
     root as u32
 }
 
-/// Pairs neighbouring triangles along their longest edges, greedily, and makes a cell of each pair and of each triangle
-/// that is left. Also the corner of each triangle where its edge on the cell's diagonal starts.
+/// Pairs neighbouring triangles along their longest edges, greedily, and makes a cell of each pair and of each remaining triangle. Also
+/// returns the corner of each triangle where its edge on the cell's diagonal starts.
 fn pair_triangles(surface: &Surface) -> (Vec<[u32; 2]>, Vec<u8>) {
     let triangle_count = surface.corners.len();
     let mut edges: Vec<(f64, u32)> = (0..surface.halfedges.len() as u32)

@@ -1,9 +1,9 @@
 //! How gutter texels are filled, for any layout.
 //!
-//! A gutter texel is a place beyond its chart's border. From the border point nearest to it, just inside, a straight
-//! walk goes the way that the chart's map says, over the seam and on; where it ends, the trail is read bilinearly.
-//! Texels of that read that are themselves gutter texels are replaced by their own rows, again and again, until only
-//! owned texels remain. Open borders reflect the walk; at vertices the edge that the walk meets decides.
+//! A gutter texel is a place beyond its chart's border. A straight walk begins at the border point nearest to it, just inside, and goes
+//! over the seam in the direction to the texel by the chart's map; at its end the trail is read bilinearly. Texels of that read that are
+//! themselves gutter texels are replaced by their own rows, again and again, until only owned texels remain. Open borders reflect the walk;
+//! at a vertex it crosses the edge that it meets first.
 
 use std::sync::OnceLock;
 
@@ -19,15 +19,14 @@ use super::{AtlasError, Control, GutterTexel, Layout};
 /// would meet that edge at distance 0, and a vertex would be on two edges at once.
 const INSET: f64 = 1e-6;
 
-/// A gutter may reach over many small triangles; a walk that goes on for longer than this reads where it stands. In a
-/// sliver between open borders it would be thrown to and fro thousands of times.
+/// A gutter may reach over many small triangles; a walk with more crossings than this reads at the place it has reached. In a sliver
+/// between open borders it would be reflected thousands of times.
 const MAX_CROSSINGS: u32 = 512;
 
-/// Lighter taps are dropped: the margin that the maps keep makes such taps where a walk really ends on a texel's
-/// centre.
+/// Lighter taps are dropped: the margin of the maps causes such taps where a walk ends on a texel's centre.
 const LEAST_TAP: f64 = 1.0 / 256.0;
 
-/// Texels that are looked for one by one round a gutter texel; what is farther takes a flood.
+/// Within so many texels of a gutter texel the nearest owned one is searched directly; farther ones are found by a flood fill.
 const NEAR: i64 = 8;
 
 /// An [`AtlasMap`] in double precision, with its inverse.
@@ -51,7 +50,7 @@ impl Affine {
         self.origin + uv.x * self.du + uv.y * self.dv
     }
 
-    /// Whether the triangle has area in the texture; without, no `uv` belongs to a position.
+    /// Does the triangle have area in the texture? Without, a position has no `uv`.
     fn has_area(&self) -> bool {
         self.du.perp_dot(self.dv) != 0.0
     }
@@ -107,20 +106,20 @@ impl Affine {
     }
 }
 
-/// How what lies beyond a chart's border continues it, at a gutter texel.
+/// How the surface beyond a chart's border continues the chart, at a gutter texel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way {
     /// Texture position of the surface point under the gutter texel's centre, texels.
     pub position: Vec2,
-    /// The chart there; [`NONE`] where the walk was thrown back or had no direction.
+    /// The chart there; [`NONE`] if the walk was reflected or had no direction.
     pub chart: u32,
     /// From steps there to steps in the gutter texel's chart, texels.
     pub back: Mat2,
-    /// The direction of the open border that the walk was thrown back from, in the gutter texel's chart; else zero.
+    /// The direction of the open border that reflected the walk, in the gutter texel's chart; otherwise zero.
     pub border: Vec2,
 }
 
-/// One row for each gutter texel of a layout, in the same order, and the way to what it is filled from.
+/// One row for each gutter texel of a layout, in the same order, and the way to the texels that fill it.
 ///
 /// # Errors
 /// [`AtlasError::Cancelled`].
@@ -187,8 +186,8 @@ fn nearest_owned(
     })
 }
 
-/// For every gutter texel an owned one of the same chart, about the nearest: a flood from all owned texels at once,
-/// through the gutter. A sliver's gutter may be thousands of texels long, and its only owned texel at one end.
+/// For every gutter texel an owned one of the same chart, about the nearest: a flood fill from all owned texels at once, through the
+/// gutter. A sliver's gutter may be thousands of texels long, and its only owned texel at one end.
 fn flooded(layout: &Layout, pitch: u32, finder: &Finder) -> Vec<u32> {
     let gutter_texels = &layout.gutter_texels;
     let chart_of = |k: u32| layout.chart[gutter_texels[k as usize].triangle as usize];
@@ -219,7 +218,7 @@ fn flooded(layout: &Layout, pitch: u32, finder: &Finder) -> Vec<u32> {
         }
     }
     if reached.len() < found.len() {
-        // A chart in pieces that touch nowhere: any of its texels.
+        // If the chart has disconnected parts, any of its texels.
         let mut any = vec![NONE; layout.chart_count as usize];
         for (texel, &owner) in layout.owner.iter().enumerate() {
             if owner != NONE {
@@ -240,9 +239,9 @@ struct Unfolded {
     /// In the texture.
     position: DVec2,
     triangle: u32,
-    /// From steps in the chart that it comes from to steps where it ends, texels.
+    /// Maps steps in the chart where it begins to steps in the chart where it ends, texels.
     turn: DMat2,
-    /// The direction of the open border that threw it back, in the chart that it comes from; or zero.
+    /// The direction of the open border that reflected it, in the chart where it begins; or zero.
     border: DVec2,
 }
 
@@ -276,7 +275,7 @@ fn unfold(surface: &Surface, maps: &[AtlasMap], pitch: u32, gutter_texel: Gutter
         border: DVec2::ZERO,
     };
     if !map.has_area() {
-        // Its whole chart has none: there is no direction to walk in.
+        // No triangle of its chart has area, so there is no direction to walk in.
         return standing;
     }
     let inside = border + INSET * (DVec2::splat(1.0 / 3.0) - border);
@@ -308,7 +307,7 @@ fn unfold(surface: &Surface, maps: &[AtlasMap], pitch: u32, gutter_texel: Gutter
     }
     let end = stopped.point;
     let there = Affine::of(&maps[end.triangle as usize]);
-    // Straight on the surface: a step turns as the walk's own heading does.
+    // The walk is straight on the surface, so a step is rotated like the walk's heading.
     let rotation = DVec2::new(
         heading.dot(stopped.heading),
         heading.perp_dot(stopped.heading),

@@ -5,14 +5,13 @@
 //! which owned texels each is filled, so that a bilinear read near a seam sees what lies across it.
 //!
 //! **Invariant:** every texel whose centre is within `gutter` texels (in either direction) of any point of a chart is
-//! owned by that chart or is its gutter. So bilinear reads at points of a triangle, and deposits, never touch another
+//! owned by that chart or is its gutter. Therefore bilinear reads at points of a triangle, and deposits, never touch another
 //! chart's texels or empty ones. Every chart owns a texel, however small it is.
 //!
 //! **Invariant:** with `grid` the texel that holds the mapped position of any point of a triangle is owned, by that
-//! triangle or by another one of its chart. With the other methods it may be gutter: what is deposited there goes to the
-//! owned texels behind it.
+//! triangle or by another one of its chart. With the other methods it may be gutter: deposits there go to the owned texels behind it.
 //!
-//! Methods differ in the layout, which is the places of charts. All methods fill gutter texels alike.
+//! Methods differ in the layout, that is, in the places of charts. All methods fill gutter texels in the same way.
 
 mod balance;
 mod bitmap;
@@ -62,7 +61,7 @@ pub use outlook::Outlooks;
 pub use packed::{PackedEntries, PackedExchange, PackedRow};
 pub use statistics::AtlasStatistics;
 
-/// The largest texture side; positions in it keep nine bits below the texel in single precision.
+/// The largest texture side; in single precision, positions in it have nine bits for fractions of a texel.
 pub const MAX_SIZE: u32 = 32_768;
 
 /// Name of computing the diffusion across seams in progress reports.
@@ -92,10 +91,10 @@ pub struct AtlasOptions {
     pub cell_size: u32,
     /// Width of the halo round each chart in texels; less than 1 counts as 1, which bilinear reads need.
     pub gutter: u32,
-    /// For `charts`, one per object: its texels per surface area, relative to the others; empty: all alike.
+    /// For `charts`, one per object: its texels per surface area, relative to the others; empty: all equal.
     pub weights: Vec<f32>,
-    /// For `charts`: a seed by which each chart is turned by a random angle before it is packed; 0: none is. Trails must
-    /// not depend on how charts lie, and this is how one sees that.
+    /// For `charts`: a seed for random angles by which charts are turned before they are packed; 0 turns none. It allows tests that trails
+    /// do not depend on the orientation of charts.
     pub turn: u64,
 }
 
@@ -166,7 +165,7 @@ pub enum AtlasError {
     },
     /// The model's own texture coordinates cannot be used.
     #[error(
-        "the texture coordinates of object {object} cannot be its atlas: {problem}; mend them, or choose \
+        "the texture coordinates of object {object} cannot be its atlas: {problem}; repair them, or choose \
          atlas.method charts or grid"
     )]
     OwnUvs {
@@ -285,8 +284,7 @@ pub struct Atlas {
     pub chart: Vec<u32>,
     /// Per texel: the triangle that holds its centre, or [`NONE`].
     pub owner: Vec<u32>,
-    /// Per texel: surface area that an owned texel stands for, world units squared, 0 for all others. They add up to
-    /// the surface's area.
+    /// Per texel: the surface area that an owned texel covers, world units squared; 0 for all others. The sum is the surface's area.
     pub area: Vec<f32>,
     /// Per texel: mean texel area over this texel's area for owned texels, 0 for all others.
     pub density: Vec<f32>,
@@ -294,7 +292,7 @@ pub struct Atlas {
     pub gutter_texels: Vec<GutterTexel>,
     /// How each of them is filled, in the same order.
     pub seams: Vec<Seam>,
-    /// How texels beside seams exchange what diffuses.
+    /// How texels beside seams exchange trail.
     pub exchange: Exchange,
     /// The first quads of the blocks, of [`BLOCK_ROWS`] rows of [`BLOCK_QUADS`] quads, with owned or gutter texels in
     /// them.
@@ -483,7 +481,7 @@ impl fmt::Display for Atlas {
     }
 }
 
-/// Adds the values of gutter texels to the owned texels behind them, by the weights of reads, as diffusion and deposits do.
+/// Moves the areas of gutter texels to the owned texels behind them, by the weights of reads, as diffusion and deposits do.
 fn give_to_owned(area: &mut [f32], seams: &[Seam]) {
     for seam in seams {
         let given = std::mem::take(&mut area[seam.texel as usize]);

@@ -1,18 +1,17 @@
-//! Whether two parts of a chart's border that are far apart on the surface come within reach of the same texel.
+//! Tests whether two parts of a chart's border that are far apart along it come within reach of the same texel.
 //!
-//! Such texels would belong to the one part for some reads and to the other for others. Beside the tip of a narrow wedge
-//! the two sides are near on the surface as well, and both sides of a thin strip may be within reach of a texel: neither
-//! does harm.
+//! Such a texel would continue the one part for some reads and the other part for others. The two sides of a narrow wedge are near each
+//! other on the surface as well, and both sides of a thin strip may be within reach of a texel: neither is a problem.
 
 use glam::{DVec2, IVec2};
 
 use super::fixed::Fixed;
 use super::outline::Cells;
 
-/// Parts of a border are far apart from this many texels along it, and as many times the reach.
+/// Parts of a border are far apart if the distance along it is more than this many texels, and this many times the reach.
 const FAR: f64 = 8.0;
 
-/// For closed loops of border edges in units, counter-clockwise; `loops` says which loop each edge is in.
+/// Takes closed loops of border edges in units, counter-clockwise; `loops` has the loop of each edge.
 pub(super) fn is_near_itself(edges: &[[IVec2; 2]], loops: &[u32], fixed: Fixed) -> bool {
     let cells = Cells {
         side: fixed.texel,
@@ -49,7 +48,7 @@ pub(super) fn is_near_itself(edges: &[[IVec2; 2]], loops: &[u32], fixed: Fixed) 
             let centre = (IVec2::new(column, row) * fixed.texel + fixed.texel / 2).as_dvec2();
             claims[1..].iter().any(|&(.., other)| {
                 let [a, b] = [first, other].map(|edge| side_of(edges[edge as usize], centre));
-                // Beyond the nearer one lies either the chart, thinly, or what is outside.
+                // Between the two edges there is either a thin part of the chart or the outside.
                 let farther = if a.distance > b.distance { a } else { b };
                 farther.beside && farther.outside && are_far([first, other], [a, b])
             })
@@ -64,7 +63,7 @@ struct Side {
     along: f64,
     /// Whether the nearest point is not an end of the edge.
     beside: bool,
-    /// To the right of the edge.
+    /// Is the place to the right of the edge?
     outside: bool,
 }
 

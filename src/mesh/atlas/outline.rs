@@ -1,8 +1,8 @@
-//! The texels that a chart takes: those whose centres lie in it or within reach of it.
+//! The texels of a chart: those whose centres lie in it or within reach of it.
 //!
 //! The set of places within reach of a chart is the chart and a square round each point of its border (a Minkowski sum),
-//! so besides the border's edges nothing of a chart is needed. All in whole numbers: moving a chart by whole texels moves
-//! its texels alike.
+//! so only the border's edges are needed. All computations are in whole numbers: moving a chart by whole texels moves its texels by as
+//! many.
 
 use glam::IVec2;
 
@@ -11,7 +11,7 @@ use glam::IVec2;
 pub(super) struct Cells {
     /// Units a cell's side; even.
     pub side: i32,
-    /// How far from a cell's centre something may be and still take the cell, in units, along both axes.
+    /// The largest distance from a cell's centre, in units along both axes, at which a chart takes the cell.
     pub reach: i32,
 }
 
@@ -41,7 +41,7 @@ impl Cells {
         let [low, high] = if a.y <= b.y { [a, b] } else { [b, a] };
         let centre = self.centre(row);
         let (from, to) = if high.y - low.y <= self.side / 8 {
-            // Nearly level: a little more than needed, without a division.
+            // A nearly horizontal edge takes slightly more than needed, without a division.
             (low.x.min(high.x), low.x.max(high.x))
         } else {
             let bottom = low.y.max(centre - self.reach);
@@ -87,7 +87,7 @@ impl Mask {
         &self.words[y * self.pitch..][..self.pitch]
     }
 
-    /// Takes the cells of a row from one column to before another.
+    /// Takes the cells of a row from column `from` to before column `to`.
     pub(super) fn take(&mut self, y: usize, from: usize, to: usize) {
         let row = &mut self.words[y * self.pitch..][..self.pitch];
         for (index, word) in row
@@ -140,12 +140,11 @@ pub(super) struct Filled {
     pub mask: Mask,
     /// Cells whose centres are inside.
     pub inside: usize,
-    /// Whether the border runs round some cell's centre more than once, or the wrong way round.
+    /// Does the border wind around some cell's centre more than once, or clockwise?
     pub overlaps: bool,
 }
 
-/// The cells that a chart takes, from its closed border, counter-clockwise, in units. What it takes in negative rows and
-/// columns is left out.
+/// The cells that a chart takes, from its closed border, counter-clockwise, in units. Cells in negative rows and columns are left out.
 pub(super) fn fill(edges: &[[IVec2; 2]], cells: Cells) -> Filled {
     let mut high = IVec2::ZERO;
     for edge in edges {

@@ -1,9 +1,9 @@
-//! How far one can look round in one's own chart: up to there a straight line in the texture that ends in the chart is a
-//! walk on the surface, up to what flattening has done to lengths and angles, also beside the chart's border.
+//! The outlook of a texel is the distance up to which all of its chart is visible from it. Up to there a straight line in the texture that
+//! ends in the chart is a walk on the surface, also beside the chart's border, up to the distortion of lengths and angles by flattening.
 //!
-//! Each texel looks along rays, which begin in the chart and leave it at its border. What of the chart lies behind that is
-//! hidden, and the outlook ends before it. Charts beside each other have different hues, so the hue at the end of a line shows
-//! whether the end lies in the chart in which the line began.
+//! Rays go from each texel until they leave the chart at its border. Parts of the chart behind that are hidden, and the outlook ends before
+//! them. Charts beside each other have different hues, so the hue at the end of a line shows whether the end lies in the chart in which the
+//! line began.
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -11,17 +11,17 @@ use rayon::prelude::*;
 use super::super::surface::{NONE, Surface};
 use super::Atlas;
 
-/// Texels of an atlas whose rays go from texel to texel, along each side; those of larger ones go from cell to cell.
+/// The largest side of an atlas, in texels, whose rays go from texel to texel; in larger ones they go from cell to cell.
 const FINE: u32 = 1536;
-/// Cells that rays look at.
+/// The length of rays, in cells.
 const REACH: usize = 24;
 /// Number of hues, counted from 1. Charts for which no hue is left have 0, and no sensor reads straight ahead there.
 const HUES: u32 = 31;
-/// Nothing passes.
+/// The mark of a cell that no ray passes.
 const WALL: u8 = 255;
-/// Between two points, and the centres of their cells, at the most.
+/// The largest difference between the distance of two points and that of the centres of their cells.
 const TO_CENTRES: f32 = 1.4143;
-/// Gaps between parts of a chart that are narrower, in cells, become walls, because rays would pass them.
+/// Gaps of a chart that are narrower than these, in cells, become walls, because rays would cross them.
 const NARROW: [f32; 3] = [0.5, 1.0, 1.5];
 
 /// Data of texels for straight lines, one entry each.
@@ -29,7 +29,7 @@ const NARROW: [f32; 3] = [0.5, 1.0, 1.5];
 pub struct Outlooks {
     /// Hues, which differ between charts that lie near each other: 1 to 31; 0 where texels are not owned, or no hue was left.
     pub hues: Vec<u8>,
-    /// All texels of the same hue that are not farther can be reached straight; in the atlas's [`Atlas::outlook_unit`].
+    /// All texels of the same hue within this distance can be reached by a straight line; in units of [`Atlas::outlook_unit`].
     pub distances: Vec<u8>,
 }
 
@@ -45,7 +45,7 @@ impl Atlas {
         self.size.div_ceil(FINE) as usize
     }
 
-    /// Where from each texel straight lines may go. It is farther than `clearances` say, of the same surface, or as far.
+    /// Computes the outlooks of all texels. They are at least as large as the `clearances` of the same surface.
     #[must_use]
     pub fn outlooks(&self, surface: &Surface, clearances: &[u8]) -> Outlooks {
         let of_charts = self.hues_of_charts();
@@ -70,7 +70,7 @@ impl Atlas {
         Outlooks { hues, distances }
     }
 
-    /// One hue a chart, so that those have others that lie so near that rays from the one get to the other.
+    /// One hue for each chart; charts that are within a ray's length of each other have different hues.
     fn hues_of_charts(&self) -> Vec<u8> {
         let (pitch, side) = (self.pitch as usize, REACH * self.cell());
         let width = pitch.div_ceil(side);
@@ -116,7 +116,7 @@ impl Atlas {
         hues
     }
 
-    /// The texels where a chart comes so near to itself that there may be no texel between.
+    /// The texels where a chart is so near to itself that there may be no texel between.
     fn walls(&self, surface: &Surface) -> Vec<u32> {
         let owner_at = |point: Vec2| {
             let within = point.cmpge(Vec2::ZERO).all() && point.max_element() < self.size as f32;
@@ -138,7 +138,7 @@ impl Atlas {
                 let pieces = (2.0 * (b - a).abs().max_element()).ceil().max(1.0);
                 let points = (0..=pieces as u32).map(move |i| a + (b - a) * (i as f32 / pieces));
                 points.flat_map(move |point| {
-                    // On one side lies the edge's own triangle. Where two edges meet, the other one's is as near.
+                    // On one side is the edge's own triangle. Where two edges meet, the triangle of the other edge is equally near.
                     let is_other = |way: f32| {
                         owner_at(point + way * cell * aside).is_some_and(|owner| {
                             let corners = surface.corners[owner as usize];
@@ -170,7 +170,7 @@ impl Atlas {
     }
 }
 
-/// The texture in cells of one texel or more, with as many around as rays look at, so that they need not ask where it ends.
+/// The texture in cells of one texel or more, with a margin of a ray's length, so that rays need no test for the end of the texture.
 struct Cells {
     width: usize,
     height: usize,
@@ -178,7 +178,7 @@ struct Cells {
     pitch: usize,
     /// The hue of the cell's texels; 0 where they have none, or several.
     own: Vec<u8>,
-    /// The hue for which rays pass: that of a cell which is of one hue as a whole, else 0; or a [`WALL`].
+    /// The hue whose rays pass the cell: that of a cell with a single hue, otherwise 0; or a [`WALL`].
     passed: Vec<u8>,
 }
 
@@ -226,7 +226,7 @@ impl Cells {
         }
     }
 
-    /// Per cell: up to where nothing is hidden, in halves of a cell.
+    /// Per cell: the distance up to which nothing is hidden, in halves of a cell.
     fn nearest_hidden(&self) -> Vec<u8> {
         let rings = rings(self.pitch);
         let most = rings.iter().map(Vec::len).max().unwrap_or(1);
@@ -247,7 +247,7 @@ impl Cells {
                 nearest.fill(half_cells(REACH as f32 + 1.0));
                 let passed = &self.passed[row(0)];
                 before[..self.width].fill(IN_CHART);
-                go_on(after, before, own, passed);
+                advance(after, before, own, passed);
                 std::mem::swap(before, after);
                 for ring in &rings {
                     for (cell, after) in ring.iter().zip(after.chunks_mut(self.width)) {
@@ -255,7 +255,7 @@ impl Cells {
                         let passed = &self.passed[row(cell.way)];
                         let before = &before[cell.before * self.width..][..self.width];
                         hide(nearest, cell.distance, before, own, hues);
-                        go_on(after, before, own, passed);
+                        advance(after, before, own, passed);
                     }
                     std::mem::swap(before, after);
                 }
@@ -272,12 +272,12 @@ const BESIDE: u8 = 1;
 /// The ray has left the chart: parts of the chart behind that are hidden.
 const LEFT: u8 = 255;
 
-/// All bits or none: what loops without branches are made of, which take many cells at once.
+/// All bits or none, for loops without branches, which process many cells at once.
 fn mask(is: bool) -> u8 {
     if is { 255 } else { 0 }
 }
 
-/// Ends outlooks before a cell that belongs to the chart, where the ray to it has left that.
+/// Ends outlooks before a cell of the chart if the ray to it has left the chart.
 fn hide(nearest: &mut [u8], distance: u8, before: &[u8], own: &[u8], hues: &[u8]) {
     let cells = before.iter().zip(own).zip(hues);
     for (nearest, ((&before, &own), &hue)) in nearest.iter_mut().zip(cells) {
@@ -288,7 +288,7 @@ fn hide(nearest: &mut [u8], distance: u8, before: &[u8], own: &[u8], hues: &[u8]
 
 /// Advances rays by one cell. A single cell outside of the chart does not end a ray: borders are jagged, and gutters continue the
 /// surface.
-fn go_on(after: &mut [u8], before: &[u8], own: &[u8], passed: &[u8]) {
+fn advance(after: &mut [u8], before: &[u8], own: &[u8], passed: &[u8]) {
     let cells = before.iter().zip(own).zip(passed);
     for (after, ((&before, &own), &passed)) in after.iter_mut().zip(cells) {
         let inside = mask(passed == own);
@@ -297,22 +297,22 @@ fn go_on(after: &mut [u8], before: &[u8], own: &[u8], passed: &[u8]) {
     }
 }
 
-/// The least distance of any points in two cells, in halves of a cell, by the distance of the cells' centres.
+/// The least distance between points of two cells, in halves of a cell, from the distance of the cells' centres.
 fn half_cells(cells: f32) -> u8 {
     (2.0 * (cells - TO_CENTRES)).max(0.0) as u8
 }
 
-/// A cell that rays from another one come to.
+/// A cell on the rays from a central one.
 struct Cell {
-    /// From the other one's place to its own.
+    /// Its index minus that of the central cell.
     way: isize,
-    /// Up to where it is not reached, halves of a cell.
+    /// Up to this distance no point of it is reached, halves of a cell.
     distance: u8,
-    /// Through which of the ring before it.
+    /// The cell of the previous ring through which the ray goes.
     before: usize,
 }
 
-/// The cells around, ring by ring of those with the same greater distance along an axis, as far as rays look.
+/// The cells around a central one up to a ray's length, in rings of equal distance along the longer axis.
 fn rings(pitch: usize) -> Vec<Vec<Cell>> {
     let mut places = vec![[0, 0]];
     let mut rings = Vec::new();

@@ -1,4 +1,4 @@
-//! Whether triangles lie on each other in the texture.
+//! Tests whether triangles overlap in the texture.
 
 use glam::{I64Vec2, IVec2};
 use rayon::prelude::*;
@@ -6,8 +6,7 @@ use rayon::prelude::*;
 use super::fixed::{Fixed, twice_area};
 use super::{AtlasError, Control};
 
-/// Triangles may lie on each other by one part of this many of a texel, along the axis where it is least: what
-/// exporters round.
+/// Triangles may overlap by this fraction of a texel (1/50), along the axis of least overlap, because exporters round coordinates.
 const TOLERANCE: i32 = 50;
 
 /// Squares along a side of the grid that triangles are sorted into, at the most.
@@ -66,7 +65,7 @@ pub(super) fn first(
         .unwrap_or(Ok(None))
 }
 
-/// Whether no line parallel to an edge parts the two, by the separating axes of convex shapes.
+/// Do two triangles overlap? Tests whether a line parallel to an edge separates them.
 fn overlap(a: [IVec2; 3], b: [IVec2; 3], slack: i32) -> bool {
     let lies_beside = |a: [IVec2; 3], b: [IVec2; 3]| {
         let orientation = twice_area(a).signum();

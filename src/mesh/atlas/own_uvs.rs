@@ -1,9 +1,8 @@
-//! The `mesh` layout: as the models' own texture coordinates say.
+//! The `mesh` layout: by the models' own texture coordinates.
 //!
-//! One object's unit square is the whole texture. With several objects each has a square in it, of such a size that all
-//! have equally many texels per surface area, but for their weights. Where a model's coordinates run clockwise (glTF has
-//! `v` downwards) they are turned upside down. An *island* is what hangs together by edges whose coordinates agree on
-//! both sides; each is a chart.
+//! The unit square of a single object is the whole texture. With several objects each has a square in it, with sizes such that all have
+//! equally many texels per surface area, times their weights. If a model's coordinates run clockwise (glTF has `v` downwards) they are
+//! flipped vertically. An *island* is a set of triangles connected by edges whose coordinates agree on both sides; each is a chart.
 
 use glam::{DVec2, IVec2, Vec2};
 
@@ -15,13 +14,13 @@ use super::overlap;
 use super::raster::{self, Conflict};
 use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, triangle_area};
 
-/// Squares of objects are whole numbers of cells, of which the texture has so many a side at the most.
+/// Squares of objects consist of whole cells; the texture has at most this many a side.
 const SQUARE_CELLS: u32 = 256;
 
-/// How far outside the unit square coordinates may be: what exporters round.
+/// How far outside the unit square coordinates may be, because exporters round them.
 const OUTSIDE: f32 = 1e-5;
 
-/// Textures up to this size are tried out before they are advised.
+/// Sizes up to this are tested before an error advises them.
 const LARGEST_TRIED: u32 = 8192;
 
 /// Per triangle its map and chart, and the number of charts.
@@ -57,7 +56,7 @@ enum Trouble {
     NoSquare {
         /// Counted from 0.
         object: u32,
-        /// How many times as large the texture would have to be, at a guess.
+        /// An estimate of the factor by which the texture would have to be larger.
         larger: f64,
     },
     /// Two islands want the same texel.
@@ -71,7 +70,7 @@ impl Trouble {
         }
     }
 
-    /// The object that it is about, counted from 1, and what is wrong there.
+    /// The object, counted from 1, and the problem.
     fn explained(self, surface: &Surface) -> (u32, String) {
         match self {
             Self::NoSquare { object, .. } => (
@@ -107,8 +106,7 @@ struct Islands {
     maps: Vec<AtlasMap>,
     chart: Vec<u32>,
     count: u32,
-    /// The object whose square lacks the most texels to be more than gutter, counted from 0, and how many; where that is
-    /// so.
+    /// The object with the smallest square, counted from 0, and how many texels it lacks to be more than gutter; `None` if it lacks none.
     missing: Option<(u32, u32)>,
 }
 
@@ -228,7 +226,7 @@ fn at(uv: &Vec2) -> String {
     format!("uv ({:.4}, {:.4})", uv.x, uv.y)
 }
 
-/// The place of an object's unit square, in texels: a gutter inside of its part of the texture.
+/// The place of an object's unit square, in texels: its part of the texture without a gutter on each side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Square {
     origin: IVec2,
@@ -293,7 +291,7 @@ fn squares(models: &[Model], options: &AtlasOptions) -> Vec<Square> {
     best.unwrap_or_else(|| vec![Square::inside(IVec2::ZERO, 0, gutter); models.len()])
 }
 
-/// Triangles that hang together in the texture, and how many such islands there are, numbered by their first triangles.
+/// The island of each triangle, and the number of islands, which are numbered by their first triangles.
 fn islands(surface: &Surface, corners: &[[IVec2; 3]]) -> (Vec<u32>, u32) {
     let mut parent: Vec<u32> = (0..corners.len() as u32).collect();
     fn root(parent: &mut [u32], mut t: u32) -> u32 {
@@ -359,7 +357,7 @@ fn overlap_error(surface: &Surface, a: u32, b: u32) -> AtlasError {
     }
 }
 
-/// The error with a size that works, or for large textures should: larger by as much as the gap is too small.
+/// The error with a size that works, or for large textures an estimated one, from the factor by which the gap is too small.
 fn room_error(
     surface: &Surface,
     options: &AtlasOptions,

@@ -1,5 +1,5 @@
-//! The tables of exchanges over seams as kernels take them: few and wide words, side by side in the order in which they are
-//! asked for. [`Exchange`] is what they say.
+//! The tables of exchanges over seams as kernels take them: few wide words, contiguous in the order in which they are read. [`Exchange`]
+//! has the same content.
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
@@ -14,34 +14,34 @@ pub struct PackedRow {
     pub texel: u32,
     /// Index of its first two pairs.
     pub first_pair: u32,
-    /// Where its pairs end, and the entries of gutter texels begin from which it takes deposits.
+    /// The end of its pairs, and the beginning of the entries of gutter texels whose deposits it takes a part of.
     pub first_deposit: u32,
-    /// Where the entries of gutter texels end.
+    /// The end of the entries of gutter texels.
     pub end: u32,
     /// Mask of the neighbours that it exchanges with, as in [`ExchangeRow::mask`].
     pub mask: u32,
     /// Conductance with each of them.
     pub conductance: f32,
-    /// Its density: no other place in memory is asked for it.
+    /// Its density, here so that the kernel reads no other memory for it.
     pub density: f32,
     /// Always 0.
     pub pad: u32,
 }
 
-/// Two entries, or one and a share of nothing.
+/// Two entries; the second may be padding with weight 0.
 pub type PackedEntries = [ExchangeEntry; 2];
 
 /// The tables of all texels beside seams.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PackedExchange {
-    /// One per texel: by the number of their entries, so that invocations side by side go through their loops alike.
+    /// One per texel, sorted by the number of entries, so that neighbouring invocations have loops of equal length.
     pub rows: Vec<PackedRow>,
     /// The entries of all rows, in the order of rows, so that reads are contiguous.
     pub entries: Vec<PackedEntries>,
 }
 
 impl Exchange {
-    /// As kernels take it, where texels have such densities.
+    /// The tables as kernels read them, for texels with these densities.
     #[must_use]
     pub fn packed(&self, density: &[f32]) -> PackedExchange {
         let mut rows: Vec<&ExchangeRow> = self.rows.iter().collect();
@@ -81,7 +81,7 @@ impl Exchange {
         }
     }
 
-    /// How many twos of entries that makes.
+    /// The number of pairs of entries.
     #[must_use]
     pub fn packed_entries(&self) -> usize {
         let twos = |row: &ExchangeRow| row.pair_count.div_ceil(2) + row.deposit_count().div_ceil(2);

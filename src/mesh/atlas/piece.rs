@@ -1,4 +1,4 @@
-//! A flattened chart while it is packed: its border, how it may be turned, and what it takes of the texture.
+//! A flattened chart while it is packed: its border, its orientations, and the cells that it takes.
 
 use glam::{DVec2, IVec2};
 
@@ -15,7 +15,7 @@ pub(super) struct Piece {
     pub border: Vec<[u32; 2]>,
     /// Per border edge: the loop that it is in.
     pub loops: Vec<u32>,
-    /// Cosine and sine of the angle by which it lies flat in a box of the least area.
+    /// Cosine and sine of the rotation after which its box has the least area.
     pub upright: DVec2,
     /// The sides of that box, weighted.
     pub extent: DVec2,
@@ -38,7 +38,7 @@ impl Piece {
         piece
     }
 
-    /// Takes a turn for the upright one.
+    /// Sets the upright orientation.
     pub(super) fn turn_to(&mut self, turn: DVec2) {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for point in self.border_points() {
@@ -73,7 +73,7 @@ impl Piece {
         self.extent.x * self.extent.y
     }
 
-    /// Whether it is far longer than wide, so that lying slanted it would waste room.
+    /// Is it far longer than wide, so that a slanted orientation would waste space?
     pub(super) fn is_needle(&self) -> bool {
         self.extent.min_element() < 0.2 * self.extent.max_element()
     }
@@ -135,7 +135,7 @@ impl Piece {
         let low = edges
             .iter()
             .fold(IVec2::MAX, |low, edge| low.min(edge[0]).min(edge[1]));
-        // As far down and left as the first texels' centres are still within reach, and none before.
+        // As far down and left as possible such that the first texels' centres are still within reach.
         let start = fixed.reach - fixed.texel / 2 + 1;
         let mut shift = start - low;
         move_by(&mut edges, shift);
@@ -174,7 +174,7 @@ impl Piece {
     }
 }
 
-/// The texels of a chart, and how it was moved for that.
+/// The texels of a chart, and its translation.
 pub(super) struct Footprint {
     pub filled: Filled,
     /// The border, moved.
@@ -224,7 +224,7 @@ fn with_square(mask: &Mask, low: IVec2, high: IVec2, side: i32) -> Mask {
     larger
 }
 
-/// The border of a chart, edges in the order of a walk round it.
+/// The border of a chart, edges in the order along it.
 fn border(surface: &Surface, flat: &FlatChart) -> (Vec<[u32; 2]>, Vec<u32>) {
     // The twin of an edge, if it is in the chart.
     let across = |[triangle, corner]: [u32; 2]| {
@@ -256,7 +256,7 @@ fn border(surface: &Surface, flat: &FlatChart) -> (Vec<[u32; 2]>, Vec<u32>) {
             let [triangle, corner] = [edge as u32 / 3, edge as u32 % 3];
             edges.push([triangle, corner]);
             loops.push(loop_count);
-            // On round the edge's end until there is a border again.
+            // Goes around the edge's end until there is a border edge again.
             let mut next = [triangle, (corner + 1) % 3];
             while let Some([triangle, corner]) = across(next) {
                 next = [triangle, (corner + 1) % 3];
@@ -284,7 +284,7 @@ fn upright(points: &[DVec2]) -> DVec2 {
             high = high.max(turned);
         }
         let size = high - low;
-        // Back by the edge's angle; and a quarter more if that is upright.
+        // The inverse rotation of the edge's angle, and a quarter turn more if the longer side would be vertical.
         let back = DVec2::new(along.x, -along.y);
         let turn = if size.x >= size.y { back } else { back.perp() };
         if size.x * size.y < best.0 * (1.0 - 1e-9) {

@@ -1,4 +1,4 @@
-//! Charts made ready to be packed: weighed, and cut where they lie on themselves.
+//! Preparing charts for packing: weights are applied, and charts that overlap themselves are cut.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ use super::{AtlasError, AtlasOptions, Control, charts};
 use crate::portable::direction;
 use crate::rng::{Purpose, random, unit};
 
-/// How full of triangles the texture may become at the least; what is near itself is judged at that scale.
+/// The least share of the texture that triangles will fill; whether charts are near themselves is tested at that scale.
 const FULL: f64 = 0.55;
 
 /// Pieces that neither overlap themselves nor are folded.
@@ -61,7 +61,7 @@ pub(super) fn prepared(
     Ok(pieces)
 }
 
-/// Whether no part of a chart lies on another, nor so near that they would share gutter.
+/// Is no part of a chart on another one, or so near that they would share gutter?
 fn is_sound(piece: &Piece, fixed: Fixed, scale: f64) -> bool {
     if piece.flat.triangles.len() == 1 {
         return true;

@@ -19,7 +19,7 @@ pub(super) struct Sheet {
 }
 
 impl Sheet {
-    /// With so many cells a side at the most.
+    /// The sheet of a texture, with at most so many cells a side.
     pub(super) fn new(size: u32, gutter: u32, most_cells: u32) -> Self {
         let side = size.div_ceil(most_cells);
         Self {
@@ -38,7 +38,7 @@ impl Sheet {
 /// The cells of a chart in one orientation.
 pub(super) struct Candidate {
     pub shape: Shape,
-    /// The sum of the rows of its cells, over their number: how high it lies in its box.
+    /// The mean row of its cells in its box.
     middle: f64,
     turn: DVec2,
     shift: IVec2,
@@ -84,7 +84,7 @@ pub(super) struct Pile {
 }
 
 impl Pile {
-    /// Puts each chart where its middle is lowest, as any of its candidates or as the one given; if all fit.
+    /// Puts each chart at the place where its middle is lowest, in any of its orientations or the given one; `None` if not all fit.
     pub(super) fn of(
         candidates: &[Vec<Option<Candidate>>],
         order: &[u32],
@@ -96,7 +96,7 @@ impl Pile {
             turns: vec![0; candidates.len()],
             places: vec![[0, 0]; candidates.len()],
         };
-        // Where the search for a small mask goes on: what was taken below stays taken.
+        // The row from which the search for a mask continues: places below were taken and stay so.
         let mut below: HashMap<&Mask, usize> = HashMap::new();
         for &index in order {
             let mut best: Option<(f64, usize, u8, [usize; 2])> = None;
@@ -115,7 +115,7 @@ impl Pile {
                     _ => 0,
                 };
                 let highest = match best {
-                    // Lower than what is known already, or not at all.
+                    // Only places lower than the best one so far count.
                     Some((least, ..)) => {
                         ((least - candidate.middle).max(-1.0) + 1.0) as usize + shape.height
                     }
@@ -141,7 +141,7 @@ impl Pile {
         Some(pile)
     }
 
-    /// How high the pile is, and, where that is the same, how high the charts' tops are on the whole.
+    /// The height of the pile, and for ties the sum of the heights of the charts' tops.
     pub(super) fn height(&self, candidates: &[Vec<Option<Candidate>>]) -> (usize, usize) {
         let tops = self.places.iter().zip(&self.turns).zip(candidates);
         let mut height = (0, 0);

@@ -1,10 +1,9 @@
-//! Packing: where in the texture each flattened chart goes.
+//! Packing: the place of each flattened chart in the texture.
 //!
-//! Charts are packed by what they really take, gutter included, on a bitmap: large ones first, each where it lies lowest
-//! in any of its orientations. All charts have the same scale, but for the weights of their objects. Orders of charts are
-//! tried on a bitmap of coarse cells, and changed a little again and again as long as that makes the pile lower; with
-//! the best of them the largest scale that fits is searched for on the real bitmap. How much is tried depends on the
-//! number of charts only, never on the time that it takes.
+//! Charts are packed by their exact cells, gutter included, on a bitmap: large ones first, each at the lowest place in any of its
+//! orientations. All charts have the same scale, times the weights of their objects. Orders of charts are tried on a bitmap of coarse
+//! cells, and changed slightly and repeatedly as long as that makes the pile lower; with the best of them the largest scale that fits is
+//! searched for on the real bitmap. The number of trials depends on the number of charts only, never on the time.
 
 use glam::IVec2;
 use rayon::prelude::*;
@@ -26,7 +25,7 @@ const COARSE_CELLS: u32 = 360;
 /// With more charts than this no orders are tried: among so many small ones there is always one that fits.
 const MANY: usize = 600;
 
-/// With more charts than this, coarse cells say nothing about how each lies best.
+/// With more charts than this, the orientations found on coarse cells are not used on the real bitmap.
 const FEW: usize = 40;
 
 /// Orders that are kept.
@@ -35,20 +34,20 @@ const KEPT: usize = 4;
 /// With more charts than this each is tried in one orientation only.
 const VERY_MANY: usize = 3000;
 
-/// Orders that are tried together, each in a thread of its own if there are so many.
+/// Orders that are tried in parallel.
 const TOGETHER: u32 = 8;
 
-/// How many rounds of changed orders there are: as many as look for about so many runs of cells, but no more than one for
-/// each so many triangles; and at least and at most so many.
+/// Limits of the rounds of changed orders: about so many runs of cells are searched for, with at most one round for each so many triangles,
+/// and at least and at most so many rounds.
 const RUNS: usize = 250_000;
 const TRIANGLES: usize = 1000;
 const LEAST_ROUNDS: usize = 2;
 const MOST_ROUNDS: usize = 24;
 
-/// Texels a chart, on average, below which a scale is not worth having.
+/// Texels a chart, on average, below which a scale is not accepted.
 const LEAST_TEXELS: f64 = 1.0;
 
-/// The share of the whole atlas's time that is over when packing starts.
+/// The share of the atlas's total time before packing starts.
 const START: f32 = 0.62;
 
 /// Packs charts into the texture: per triangle its map and chart, and the number of charts.
@@ -67,7 +66,7 @@ pub(super) fn place(
     Ok(packer.placed(surface, sheet.fixed, &found))
 }
 
-/// An order of the charts, and in which of its orientations each is tried: one, or any.
+/// An order of the charts, and the orientation in which each is tried: a given one, or any.
 #[derive(Clone, Debug)]
 struct Plan {
     order: Vec<u32>,
@@ -84,7 +83,7 @@ struct Found {
 
 struct Packer {
     pieces: Vec<Piece>,
-    /// Charts lie as they should and are not turned any more.
+    /// Charts have been turned and keep their orientation.
     turned: bool,
     /// The sum of the charts' areas, weighted.
     area: f64,
@@ -105,18 +104,18 @@ impl Packer {
         }
     }
 
-    /// The scale at which the triangles fill so much of the texture.
+    /// The scale at which the triangles fill this share of the texture.
     fn scale_for(&self, sheet: Sheet, utilisation: f64) -> f64 {
         f64::from(sheet.size) * (utilisation / self.area).sqrt()
     }
 
-    /// The scale at which there is no hope: all of the texture is full, or the longest chart as long as its diagonal.
+    /// The scale above which no packing exists: all of the texture is full, or the longest chart is as long as its diagonal.
     fn scale_limit(&self, sheet: Sheet) -> f64 {
         let diagonal = 1.42 * f64::from(sheet.size);
         (diagonal / self.longest).min(self.scale_for(sheet, 1.0))
     }
 
-    /// The scale below which charts have too few texels to be worth having.
+    /// The scale below which charts have too few texels.
     fn least_scale(&self, sheet: Sheet) -> f64 {
         let texels = f64::from(sheet.size) * f64::from(sheet.size);
         let least = LEAST_TEXELS * self.pieces.len() as f64 / texels;
@@ -160,10 +159,10 @@ impl Packer {
             .collect()
     }
 
-    /// All charts at a scale by the first plan by which they fit.
+    /// Packs all charts at a scale, by the first plan by which they fit.
     fn pack(&self, sheet: Sheet, scale: f64, plans: &[Plan]) -> Option<Found> {
         let cells = sheet.cells();
-        // What cannot fit is not made into masks: they might be far larger than the texture.
+        // No masks are made at a scale that cannot fit: they might be far larger than the texture.
         if scale > self.scale_limit(sheet) || cells == 0 {
             return None;
         }
@@ -175,7 +174,7 @@ impl Packer {
                 .next()
                 .map_or(0, |c| c.shape.count)
         };
-        // Orientations take about equally many.
+        // All orientations take about equally many cells.
         let taken = candidates.iter().map(any).sum::<usize>() * 49 / 50;
         if taken > cells * cells {
             return None;
@@ -251,7 +250,7 @@ impl Packer {
         self.pieces.par_iter().map(count).sum::<usize>() as f64
     }
 
-    /// About the scale at which charts take four fifths of the texture, gutter and all.
+    /// About the scale at which charts take four fifths of the texture, including gutters.
     fn full_scale(&self, sheet: Sheet) -> f64 {
         let coarse = Sheet::new(sheet.size, sheet.fixed.gutter, COARSE_CELLS);
         let limit = 0.7 * self.scale_limit(sheet);
@@ -280,7 +279,7 @@ impl Packer {
         }
     }
 
-    /// Good orders, and the scale at which the best of them about fills the texture.
+    /// Good orders, and about the scale at which the best of them fills the texture.
     fn plans(
         &self,
         sheet: Sheet,
@@ -295,7 +294,7 @@ impl Packer {
         let heap = |candidates: &[Vec<Option<Candidate>>], order: &[u32]| {
             Pile::of(candidates, order, &[], room).map(|pile| (pile.height(candidates), pile))
         };
-        // The scale at which the pile is about as high as wide.
+        // Finds the scale at which the pile is about as high as wide.
         for _ in 0..4 {
             let ratio = match heap(&candidates, &by_size) {
                 Some(((height, _), _)) => cells as f64 / height as f64,
@@ -335,7 +334,7 @@ impl Packer {
                 .map(|order| heap(&candidates, &order).map(|(height, pile)| (height, order, pile)))
                 .collect();
             best.extend(tried.into_iter().flatten());
-            // Stable: of two that are as good, the earlier one.
+            // The sort is stable: of equally good orders the earlier one comes first.
             best.sort_by_key(|(height, ..)| *height);
             best.dedup_by(|a, b| a.1 == b.1);
             best.truncate(KEPT);
@@ -343,9 +342,9 @@ impl Packer {
         let Some(&((height, _), ..)) = best.first() else {
             return Ok((vec![self.by_size()], scale));
         };
-        // The coarse cells take a little more than the real ones.
+        // Coarse cells take slightly more area than real ones.
         let guess = 1.01 * scale * (cells as f64 / height as f64).sqrt();
-        // Where there are many, how they lie best depends on every cell.
+        // With many charts the best orientations depend on single cells.
         let is_free = self.pieces.len() > FEW;
         let plans = best.into_iter().map(|(_, order, pile)| Plan {
             order,
@@ -400,7 +399,7 @@ impl Packer {
     }
 }
 
-/// An order in which a few charts have been put somewhere else.
+/// The order with a few charts moved.
 fn shuffled(order: &[u32], k: u32, round: u32, moves: u32) -> Vec<u32> {
     let mut order = order.to_vec();
     for step in 0..moves {

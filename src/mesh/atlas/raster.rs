@@ -1,8 +1,7 @@
-//! What follows from the places of triangles: each texel's owner, how much of the surface is in it, and the gutter.
+//! Data that follow from the places of triangles: each texel's owner, its surface area, and the gutter.
 //!
-//! All is decided on the grid of fixed-point numbers, so that nothing depends on rounding: the methods `charts` and
-//! `mesh` and a layout read from a file go through here. The texture is worked on in bands of rows, in parallel; within
-//! a band triangles come in ascending order.
+//! All decisions are made with fixed-point numbers, so that nothing depends on rounding. The methods `charts` and `mesh` and layouts from
+//! files use this. The texture is processed in bands of rows, in parallel; within a band triangles come in ascending order.
 
 use glam::{DVec2, IVec2};
 use rayon::prelude::*;
@@ -15,7 +14,7 @@ use super::{AtlasError, AtlasOptions, Control, GutterTexel, Layout, pitch_of, tr
 /// Texel rows a band.
 const BAND: u32 = 16;
 
-/// Name of this work in progress reports, and the share of the whole atlas's time that is over when it starts.
+/// Name of this work in progress reports, and the share of the atlas's total time before it starts.
 pub(super) const DOING: &str = "giving out texels";
 pub(super) const START: f32 = 0.72;
 
@@ -53,7 +52,7 @@ pub(super) fn derive(
 pub(super) struct Conflict {
     /// Triangles of two charts that both want one texel.
     pub triangles: [u32; 2],
-    /// How many times as far from each other they would have to be.
+    /// The factor by which they would have to be farther from each other.
     pub larger: f64,
 }
 
@@ -99,7 +98,7 @@ impl<'a> Sheet<'a> {
         (self.size as usize).div_ceil(BAND as usize)
     }
 
-    /// Per band the items that reach into it, in their order; `rows` says for each its first row and one past its last.
+    /// Per band the items that reach into it, in their order; `rows` has the first row of each and one past its last.
     fn by_band(&self, rows: &[(i32, i32)]) -> Vec<Vec<u32>> {
         let mut bands = vec![Vec::new(); self.band_count()];
         for (item, &(first, end)) in rows.iter().enumerate() {
@@ -211,7 +210,7 @@ impl<'a> Sheet<'a> {
                                     larger: f64::from(2 * self.fixed.reach + 1) / gap,
                                 });
                             }
-                            // Where the owner's own border is not within reach, one lies in the other.
+                            // If the owner's own border is not within reach, one chart lies inside of the other.
                             if owner != NONE && chart_of(owner) != chart_of(edge.of) {
                                 meet(Conflict {
                                     triangles: [owner, edge.of],
@@ -230,8 +229,8 @@ impl<'a> Sheet<'a> {
             .reduce(|a, b| if b.larger > a.larger { b } else { a })
     }
 
-    /// Makes a triangle the owner of the texels in some rows whose centres it holds, its edges included, unless a
-    /// triangle before it does.
+    /// Makes a triangle the owner of the texels in some rows whose centres it holds, its edges included, unless an earlier triangle holds
+    /// them.
     fn own(&self, t: u32, rows: std::ops::Range<i32>, first: i32, owner: &mut [u32]) {
         let mut corners = self.corners[t as usize];
         let area = twice_area(corners);
@@ -270,8 +269,8 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// Gives each texel in some rows its part of a triangle's surface area. Without area in the texture all of it goes
-    /// to the texel under the centroid.
+    /// Adds a triangle's surface area to the texels in some rows, to each its part. If the triangle has no area in the texture, all of it
+    /// goes to the texel under the centroid.
     fn cover(&self, t: u32, rows: std::ops::Range<i32>, first: i32, area: &mut [f32]) {
         let corners = self.corners[t as usize];
         let whole = triangle_area(self.surface, t);
@@ -296,7 +295,7 @@ impl<'a> Sheet<'a> {
             let Some((left, right)) = slab.columns() else {
                 continue;
             };
-            // Cells between the lines that both ends of the row are inside of are covered wholly.
+            // Cells within the spans at both the lower and the upper side of the row are covered wholly.
             let (full_from, full_to) = match (span_at(&triangle, y), span_at(&triangle, y + 1.0)) {
                 (Some(low), Some(high)) => (low.0.max(high.0).ceil(), low.1.min(high.1).floor()),
                 _ => (0.0, 0.0),
@@ -322,7 +321,7 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// The texels that charts own that hold no texel's centre, by chart.
+    /// The single texels of charts that hold no texel's centre, by chart.
     fn only_texels(&self, owner: &[u32], chart_count: u32) -> Vec<(u32, IVec2)> {
         let mut owns = vec![false; chart_count as usize];
         for &triangle in owner {
@@ -390,7 +389,7 @@ impl<'a> Sheet<'a> {
                 for &index in around {
                     let (triangle, texel) = only[index as usize];
                     for row in (texel.y - gutter).max(first)..(texel.y + gutter + 1).min(end) {
-                        // Farther than what is within reach of an edge.
+                        // Farther than any texel within reach of an edge.
                         let key = u64::from(u32::MAX) << 32 | u64::from(triangle);
                         meet(row, texel.x - gutter, texel.x + gutter + 1, &|_| key);
                     }
@@ -409,7 +408,7 @@ impl<'a> Sheet<'a> {
         found.concat()
     }
 
-    /// The borders of all charts: edges without a neighbour that lies beside them in the same chart.
+    /// The borders of all charts: edges without a neighbour beside them in the same chart.
     fn border(&self) -> Vec<BorderEdge> {
         (0..self.corners.len() as u32)
             .into_par_iter()
@@ -428,7 +427,7 @@ impl<'a> Sheet<'a> {
         [corners[corner as usize], corners[(corner as usize + 1) % 3]]
     }
 
-    /// The neighbour beyond an edge that lies beside it in the texture, too.
+    /// The neighbour beyond an edge, if it is beside the edge in the texture, too.
     fn glued(&self, t: u32, corner: u32) -> Option<u32> {
         let twin = self.surface.halfedges[(3 * t + corner) as usize].twin;
         if twin == NONE || self.chart[twin as usize / 3] != self.chart[t as usize] {
@@ -438,8 +437,8 @@ impl<'a> Sheet<'a> {
         (self.ends(twin / 3, twin % 3) == [b, a]).then_some(twin / 3)
     }
 
-    /// The triangle itself, or the nearest one in its chart, by the number of edges between, that has area in the
-    /// texture. Without any in the chart, itself.
+    /// The nearest triangle with area in the texture in the same chart, by the number of edges between; it may be the triangle itself. If
+    /// the chart has none, the triangle itself.
     fn with_area(&self, t: u32) -> u32 {
         if twice_area(self.corners[t as usize]) != 0 {
             return t;
@@ -468,12 +467,12 @@ struct BorderEdge {
     ends: [IVec2; 2],
     /// The triangle whose edge it is.
     of: u32,
-    /// The triangle that the gutter beyond is carried on from.
+    /// The triangle whose map continues into the gutter beyond.
     triangle: u32,
 }
 
 impl BorderEdge {
-    /// How near a place is, and then the triangle: less is nearer.
+    /// A key that orders by distance to a place, then by triangle.
     fn key(&self, place: DVec2) -> u64 {
         let [a, b] = self.ends.map(|end| end.as_dvec2());
         let along = (place - a).dot(b - a) / (b - a).length_squared().max(1.0);
@@ -482,7 +481,7 @@ impl BorderEdge {
     }
 }
 
-/// How far from each other two edges that do not cross are, along the axis along which they are farther, in units.
+/// The distance between two edges that do not cross, along the axis along which it is larger, in units.
 fn gap(a: [IVec2; 2], b: [IVec2; 2]) -> f64 {
     // The nearest places are an end of one and some place on the other.
     let from_end = |end: IVec2, [p, q]: [IVec2; 2]| {
@@ -523,7 +522,7 @@ fn span_at(triangle: &[DVec2; 3], y: f64) -> Option<(f64, f64)> {
     (from <= to).then_some((from, to))
 }
 
-/// A triangle, or what is left of it between two level and two upright lines: at most seven corners.
+/// A triangle, or its part between two horizontal and two vertical lines: at most seven corners.
 #[derive(Clone, Copy)]
 struct Polygon {
     corners: [DVec2; 8],
@@ -557,7 +556,7 @@ impl Polygon {
     }
 
     fn push(&mut self, corner: DVec2) {
-        // A convex polygon gains one corner a cut; rounding could only make ones that coincide.
+        // A convex polygon gains one corner a cut; rounding could only add coinciding ones.
         if self.count < self.corners.len() {
             self.corners[self.count] = corner;
             self.count += 1;

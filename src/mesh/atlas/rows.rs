@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::super::surface::{NONE, Seam};
 use super::{AtlasError, Control};
 
-/// How often gutter texels in rows are replaced by their own rows at the most.
+/// The most sweeps that replace gutter texels in rows by their own rows.
 const MAX_SWEEPS: u32 = 40;
 
 /// A row that changes less than this in a sweep has settled.
@@ -17,7 +17,7 @@ const ROW_CAPACITY: usize = 8;
 /// A bilinear read: up to four texels, owned ones and gutter ones.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Taps {
-    /// Owned texels from the front, and from the back gutter texels, by their index in the list of them.
+    /// Owned texels from the front; from the back the indices of gutter texels in their list.
     index: [u32; 4],
     weight: [f32; 4],
     owned: u8,
@@ -61,8 +61,7 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// `nearest` is an owned texel for a gutter texel, by its index: where the reads of gutter texels that touch no owned
-    /// texel begin.
+    /// `nearest` returns an owned texel for the index of a gutter texel: the initial row of gutter texels whose reads touch no owned texel.
     pub(super) fn resolve(
         taps: &'a [Taps],
         control: &Control<'_>,
@@ -100,10 +99,10 @@ impl<'a> Rows<'a> {
         Ok(rows)
     }
 
-    /// Renews the rows in some slots; says for every slot whether its row changed.
+    /// Updates the rows in some slots; returns for every slot whether its row changed.
     ///
-    /// Halfway only: where two charts meet with nearly two texels between them, the gutter texels of both lie in the same
-    /// places and read little but each other. They would change places from sweep to sweep; their mean is what they are.
+    /// Rows move only halfway to their new values: where two charts meet with nearly two texels between them, the gutter texels of both are
+    /// at the same places and read almost only each other. Their values would alternate from sweep to sweep; the mean converges.
     fn sweep(&mut self, active: &[u32]) -> Vec<bool> {
         let renewed: Vec<Row> = active
             .par_iter()

@@ -1,4 +1,4 @@
-//! Numbers that say how good a layout is: for tables, pictures and tests.
+//! Measures of a layout's quality: for tables, pictures and tests.
 
 use std::fmt;
 
@@ -24,11 +24,10 @@ pub struct AtlasStatistics {
     pub gutter_texels: u64,
     /// Texels that are neither.
     pub empty_texels: u64,
-    /// Texels per surface area of a triangle over the mean of all: what 5, 50 and 95 % of the surface stay below. Not
-    /// numbers where no triangle has area in the texture.
+    /// Texels per surface area of a triangle over the mean of all: 5, 50 and 95 % percentiles over the surface. NaN if no triangle has area
+    /// in the texture.
     pub area_percentiles: [f64; 3],
-    /// Longest stretch over shortest in a triangle's map, 1 where it keeps its angles: what 5, 50 and 95 % of the
-    /// surface stay below.
+    /// Longest stretch over shortest in a triangle's map, 1 if it keeps its angles: 5, 50 and 95 % percentiles over the surface.
     pub stretch_percentiles: [f64; 3],
     /// The largest such stretch; infinite where a triangle has no area in the texture.
     pub worst_stretch: f64,
@@ -40,7 +39,7 @@ pub struct AtlasStatistics {
     pub seam_edges: usize,
 }
 
-/// The share of the texture's texels below which a surface has hardly any.
+/// A surface with a smaller share of the texture's texels gives a warning.
 const HARDLY_ANY: f64 = 0.001;
 
 const PERCENTILES: [f64; 3] = [0.05, 0.5, 0.95];
@@ -99,7 +98,7 @@ impl Atlas {
         }
     }
 
-    /// Whether an owner holds its texel's centre. That of a chart's only texel may not.
+    /// Does an owner hold its texel's centre? The owner of a chart's only texel may not.
     fn holds_centre(&self, owner: u32, texel: u32) -> bool {
         if self.method == AtlasMethod::Grid {
             return true;
@@ -131,11 +130,10 @@ impl Atlas {
         })
     }
 
-    /// Does the edge of a half-edge lie at a chart's border? Either nothing is beyond it, or what is lies elsewhere in
-    /// the texture.
+    /// Is the edge of a half-edge at a chart's border? Either there is no triangle beyond it, or that triangle is elsewhere in the texture.
     #[must_use]
     pub fn is_seam(&self, surface: &Surface, halfedge: u32) -> bool {
-        /// Corners that lie closer than this, in texels, are one.
+        /// Corners closer than this, in texels, count as one.
         const SAME: f32 = 1e-3;
         let twin = surface.halfedges[halfedge as usize].twin;
         if twin == NONE || self.chart[halfedge as usize / 3] != self.chart[twin as usize / 3] {

@@ -15,14 +15,14 @@ const CENTRE_SLACK: f64 = 0.2;
 /// axes.
 const ONLY_SLACK: f64 = 0.71;
 
-/// Points of each triangle that are looked at besides its corners and its centroid.
+/// Points of each triangle that are checked besides its corners and its centroid.
 const RANDOM_POINTS: u32 = 6;
 
 impl Atlas {
     /// Checks every invariant against the surface that the atlas was built from.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its texel or triangle.
+    /// The first violation, with its texel or triangle.
     pub fn validate(&self, surface: &Surface) -> Result<(), String> {
         self.check_sizes(surface)
             .and_then(|()| self.check_charts())
@@ -81,7 +81,7 @@ impl Atlas {
         texels
     }
 
-    /// No two charts want the same texel. Maps of `grid` are not on the fixed-point grid.
+    /// No two charts take the same texel. Maps of `grid` are not on the fixed-point grid.
     fn check_conflicts(&self, surface: &Surface) -> Result<(), String> {
         if self.method == AtlasMethod::Grid {
             return Ok(());

@@ -1,5 +1,5 @@
-//! Numbers out of glTF accessors. Nothing that a file says about sizes is believed: every range is checked before it is
-//! read, and before memory is taken for it.
+//! Numbers from glTF accessors. Sizes in a file are not trusted: every range is checked before it is read, and before memory is allocated
+//! for it.
 
 use gltf::json::accessor::{
     BYTE, ComponentType, FLOAT, SHORT, UNSIGNED_BYTE, UNSIGNED_INT, UNSIGNED_SHORT,
@@ -10,7 +10,7 @@ use super::resource::{Buffers, LOOKUP};
 use super::{damaged, shortened};
 use crate::mesh::error::MeshProblem;
 
-/// A sparse accessor without a base has zeros, which a file gets for nothing; this many numbers at most.
+/// The most numbers of a sparse accessor without a base: its zeros take no bytes in the file.
 const MOST_ZEROS: u64 = 1 << 24;
 
 /// The whole numbers of an accessor that a part of the file names.
@@ -61,13 +61,13 @@ pub(super) fn vectors<const N: usize>(
     })
 }
 
-/// How many elements an accessor says it has.
+/// The count of elements in an accessor.
 pub(super) fn count(root: &Part<'_>, reference: &Part<'_>) -> Result<u64, MeshProblem> {
     let (_, accessor) = root.named("accessors", reference)?;
     accessor.needed("count")?.as_whole()
 }
 
-/// Whether an accessor has data, and does not stand for zeros or for what an extension has.
+/// Does an accessor have data, rather than zeros or data of an extension?
 pub(super) fn has_data(root: &Part<'_>, reference: &Part<'_>) -> Result<bool, MeshProblem> {
     let (_, accessor) = root.named("accessors", reference)?;
     Ok(accessor.get("bufferView").is_some() || accessor.get("sparse").is_some())
@@ -75,7 +75,7 @@ pub(super) fn has_data(root: &Part<'_>, reference: &Part<'_>) -> Result<bool, Me
 
 struct Accessor<'a> {
     part: Part<'a>,
-    /// The reference to it, and its own place.
+    /// The place of the reference to it, and its own.
     place: String,
     component: ComponentType,
     normalized: bool,

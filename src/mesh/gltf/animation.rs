@@ -11,7 +11,7 @@ use crate::mesh::MeshReport;
 use crate::mesh::error::MeshProblem;
 use crate::portable::turn_between;
 
-/// How far a transform may be from rigid: rounding of animations in float32 is far below, what can be seen above.
+/// Tolerance for rigid transforms: far above the rounding of animations in float32, and below visible deformation.
 const RIGID_WITHIN: f64 = 1e-3;
 
 /// Cost of a key, in numbers decoded; more than that of decoding, because it is kept.
@@ -20,13 +20,12 @@ const KEY: u64 = 64;
 /// Cost of evaluating a channel at a time, in numbers decoded.
 const EVALUATION: u64 = 16;
 
-/// A model's animation: where it takes the model, from where the file puts it, in the model's own coordinates. It begins
-/// again when its last key is over.
+/// A model's animation: the motion of the model relative to its rest pose, in the model's own coordinates. It repeats after its last key.
 #[derive(Clone, Debug)]
 pub struct RigidTrack {
     /// The animated nodes from the scene's root down to the last one above a mesh.
     chain: Vec<Link>,
-    /// Brings the model back from where the file puts it to the chain's last node.
+    /// Maps from the model's rest pose to the chain's last node.
     node_from_rest: DMat4,
     /// Seconds.
     duration: f64,
@@ -35,7 +34,7 @@ pub struct RigidTrack {
 /// An animated node and what animates it.
 #[derive(Clone, Debug)]
 struct Link {
-    /// From the node's parent to the animated node above, or to the scene's root: all between stand still.
+    /// From the node's parent to the animated node above, or to the scene's root; nodes between them are at rest.
     above_from_parent: DMat4,
     scale: DVec3,
     rotation: DQuat,
@@ -262,7 +261,7 @@ struct Motion<'s> {
     below: Vec<Option<Below>>,
     /// Each after those above it.
     movers: Vec<Mover>,
-    /// The nearest mover above each mesh, without repetition; `None` above meshes that stand still.
+    /// The nearest mover above each mesh, without repetition; `None` for meshes at rest.
     of_meshes: Vec<Option<usize>>,
     has_still_mesh: bool,
 }

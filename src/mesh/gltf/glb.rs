@@ -25,7 +25,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), MeshProblem>
     };
     if version != 2 {
         return Err(MeshProblem::Unsupported(format!(
-            "this is GLB version {version}, and version 2 is read: export the model anew"
+            "this is GLB version {version}, and only version 2 can be read: export the model again"
         )));
     }
     let mut json = None;

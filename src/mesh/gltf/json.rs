@@ -1,5 +1,4 @@
-//! The JSON of a glTF file, read leniently: nothing is checked before it is needed, and then the message says where it
-//! lies in the file.
+//! The JSON of a glTF file, read leniently: values are checked only when needed, and errors have their place in the file.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -9,7 +8,7 @@ use serde::de::{Deserialize, Deserializer, IgnoredAny, MapAccess, SeqAccess, Vis
 use super::{damaged, shortened};
 use crate::mesh::error::MeshProblem;
 
-/// The lists of a file that say what its shapes are and where. Materials, images and the rest are skipped unread.
+/// The lists of a file that define its shapes and their places. Materials, images and the rest are skipped unread.
 const READ: &[&str] = &[
     "accessors",
     "animations",
@@ -24,7 +23,7 @@ const READ: &[&str] = &[
     "skins",
 ];
 
-/// Members that never matter here, wherever they are. They may hold anything, and much of it.
+/// Members that never matter here; they may be large and contain anything.
 const SKIPPED: &[&str] = &["extras", "max", "min", "name"];
 
 /// A JSON value. Numbers are all `f64`, which is exact for every number that a sensible file has: some writers give
@@ -144,7 +143,7 @@ fn object<'de, A: MapAccess<'de>>(
             members.next_value::<IgnoredAny>()?;
         }
     }
-    // A key that is there twice means the last, as most readers of JSON have it.
+    // Of repeated keys the last one counts, as in most readers of JSON.
     object.reverse();
     object.sort_by(|(a, _), (b, _)| a.cmp(b));
     object.dedup_by(|(later, _), (kept, _)| later == kept);

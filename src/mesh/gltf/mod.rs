@@ -1,13 +1,12 @@
-//! glTF and GLB files: which triangles there are, and where the scene puts them.
+//! glTF and GLB files: their triangles, and the transforms of the scene.
 //!
-//! Models come from strangers, so of the `gltf` crate only types and constants are used: its own import panics on
-//! damaged files and reads any path that a model names. A file is read for its shape alone, and nothing is looked at
-//! that the shape does not need ([`json`]). Every index is looked up with a check, every size is computed with checked
-//! arithmetic in [`accessor`], and only files beside the model are opened in [`resource`]. There the work is
+//! Models are untrusted, so of the `gltf` crate only types and constants are used: its own import panics on damaged files and reads any
+//! path that a model names. Only the parts of a file that the shape needs are read ([`json`]). Every index is looked up with a check, every
+//! size is computed with checked arithmetic in [`accessor`], and only files beside the model are opened in [`resource`]. There the work is
 //! counted, too: a small file can name the same data any number of times.
 //!
 //! The shape is the one that Khronos' viewer shows with its animations at rest: morph targets with their default
-//! weights, skins in the pose of the file's nodes, instances each in its place.
+//! weights, skins in the pose of the file's nodes, and instances at their places.
 
 mod accessor;
 mod animation;
@@ -32,10 +31,10 @@ use json::Part;
 use reader::Reader;
 use resource::Buffers;
 
-/// Extensions that do not change where triangles are at rest, or whose name begins so.
+/// Extensions, or beginnings of their names, that do not change where triangles are at rest.
 ///
-/// `CESIUM_RTC` only moves the model as a whole, to a place so far away that float32 loses digits there. Without it the
-/// model stays at its own origin, which suits walks better.
+/// `CESIUM_RTC` only moves the model as a whole, to a place so far away that float32 loses digits there. Without it the model stays at its
+/// own origin, where precision is better.
 const HARMLESS: &[&str] = &[
     "ADOBE_materials_",
     "CESIUM_RTC",
@@ -118,7 +117,7 @@ fn check_version(root: &Part<'_>) -> Result<(), MeshProblem> {
         };
         if text != "2" && !text.starts_with("2.") {
             return Err(MeshProblem::Unsupported(format!(
-                "this is glTF {}, and glTF 2 is read: export the model anew",
+                "this is glTF {}, and only glTF 2 can be read: export the model again",
                 shortened(&text, 20)
             )));
         }
@@ -147,7 +146,7 @@ fn is_harmless(extension: &str) -> bool {
         .any(|harmless| extension.starts_with(harmless))
 }
 
-/// Whether an extension only packs what is also there unpacked, if the file does not require the extension.
+/// Does an extension only compress data that is also there uncompressed, if the file does not require the extension?
 fn is_compression(extension: &str) -> bool {
     extension.contains("draco") || extension.contains("meshopt")
 }

@@ -20,7 +20,7 @@ use crate::mesh::soup::{MOST_TRIANGLES, Soup};
 /// Collects the triangles of one file.
 pub(super) struct Reader<'a> {
     buffers: Buffers<'a>,
-    /// Triangles that there is room for; more are counted only.
+    /// The most triangles; more are only counted.
     most: u64,
     triangle_count: usize,
     /// Skins that were needed, by their number.
@@ -52,7 +52,7 @@ impl Triangles {
         used.dedup();
         let kept = |vertex: &u32| *vertex as usize;
         if let Some(uvs) = self.uvs.take() {
-            // Damaged ones stay so.
+            // Damaged indices are not changed.
             let is_whole = uvs.len() == self.positions.len();
             self.uvs = is_whole.then(|| used.iter().map(|vertex| uvs[kept(vertex)]).collect());
         }
@@ -74,8 +74,8 @@ struct Places<'s> {
     world_from_mesh: Vec<DMat4>,
     /// Instead of these places, for primitives with joints.
     skin: Option<&'s Skin>,
-    /// Whether the node mirrors, which turns the winding of a skinned mesh, too (glTF 2.0, 3.7.2.1): files whose joints
-    /// mirror back what is stored mirrored rely on it.
+    /// Does the node mirror? That also flips the winding of a skinned mesh (glTF 2.0, 3.7.2.1): files with mirrored positions and mirroring
+    /// joints rely on it.
     is_node_mirrored: bool,
 }
 
@@ -105,7 +105,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Adds what the default scene shows; without nodes, all meshes.
+    /// Adds the meshes of the default scene; without nodes, all meshes.
     pub(super) fn add_scene(&mut self) -> Result<(), MeshProblem> {
         let root = self.buffers.root.clone();
         if root.count("nodes")? == 0 {
@@ -140,7 +140,7 @@ impl<'a> Reader<'a> {
         let skin = match node.get("skin") {
             Some(reference) => {
                 let (index, skin) = self.buffers.root.named("skins", &reference)?;
-                // Copies of a skinned mesh would all be where its joints are, so there is one.
+                // Copies of a skinned mesh would all be at its joints, so only one is added.
                 if node.at(&["extensions", INSTANCING]).is_some() {
                     let seen = &mut self.soup.seen;
                     seen.unapplied_extensions.insert(INSTANCING.to_owned());
@@ -175,7 +175,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Notes the extensions of a mesh or primitive, and counts what it costs to be looked at.
+    /// Notes the extensions of a mesh or primitive, and counts the cost of reading it.
     fn visit(&mut self, part: &Part<'_>) -> Result<(), MeshProblem> {
         let extensions = part.get("extensions");
         let count = extensions.map_or(0, |extensions| extensions.keys().count());
@@ -250,7 +250,7 @@ impl<'a> Reader<'a> {
         let uvs = match primitive.at(&["attributes", "TEXCOORD_0"]) {
             Some(reference) => {
                 self.some_primitive_has_uvs = true;
-                // The shape does not need them, so the model is read without those that are damaged.
+                // The shape does not need them, so damaged ones are left out.
                 accessor::vectors(&mut self.buffers, &reference).ok()
             }
             None => None,
@@ -352,7 +352,7 @@ impl<'a> Reader<'a> {
             self.uvs = Vec::new();
             return Ok(());
         }
-        // A mirror turns the winding, so that the outside stays outside.
+        // Mirroring flips the winding, so that the outside stays outside.
         let wound = |[a, b, c]: [u32; 3]| if is_mirrored { [a, c, b] } else { [a, b, c] };
         let corners = shape.corners.iter().map(|&corners| wound(corners));
         let uvs = shape.uvs.as_ref().filter(|uvs| {

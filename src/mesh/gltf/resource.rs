@@ -1,7 +1,7 @@
 //! Sources of a glTF buffer's bytes: the GLB's own chunk, a data URI, or a file beside the model.
 //!
-//! A model may name only regular files in its own folder or below, wherever links and `..` lead, and gets no more bytes
-//! of them than it says it needs.
+//! A model may name only regular files in its own folder or below, after resolving links and `..`, and gets no more bytes of them than it
+//! declares.
 
 use std::io::{Error, Read};
 use std::path::{Path, PathBuf};
@@ -27,16 +27,16 @@ pub(super) struct Buffers<'a> {
     read: Vec<Option<Result<Vec<u8>, MeshProblem>>>,
     /// The rest of [`MOST_WORK`].
     pub(super) work_left: u64,
-    /// How many more bytes of buffers may be read; all are kept.
+    /// How many more bytes of buffers may be read; all stay in memory.
     pub(super) bytes_left: u64,
 }
 
-/// The bytes of a buffer, as many as there are of those that it should have.
+/// The bytes of a buffer, at most as many as it declares.
 pub(super) struct Bytes<'b> {
     pub(super) bytes: &'b [u8],
     /// Its place in the file.
     pub(super) place: String,
-    /// How many bytes it should have.
+    /// How many bytes it declares.
     pub(super) length: u64,
 }
 
@@ -81,7 +81,7 @@ impl<'a> Buffers<'a> {
                 read.as_ref().map_err(MeshProblem::clone)?
             }
         };
-        // A GLB's chunk may be padded; what lies beyond the buffer's length is not the buffer.
+        // A GLB's chunk may be padded; bytes beyond the buffer's length do not belong to it.
         let length = length.unwrap_or(bytes.len() as u64);
         let there = bytes
             .len()
@@ -106,7 +106,7 @@ fn spend(left: &mut u64, amount: u64) -> Result<(), MeshProblem> {
     }
 }
 
-/// A buffer without data stands for what a compressed view unpacks to.
+/// A buffer without data is for the decompressed data of an extension.
 fn without_data(view: &Part<'_>, buffer: &Part<'_>) -> MeshProblem {
     let compression = view.get("extensions").and_then(|extensions| {
         let mut names = extensions.keys();
@@ -130,12 +130,12 @@ fn resolve(uri: &str, folder: &Path, most: u64) -> Result<Vec<u8>, MeshProblem> 
     };
     if let Some(data) = uri.strip_prefix("data:") {
         return data_uri(data).ok_or_else(|| {
-            refuse("which is a damaged data URI: export the model anew, or as GLB")
+            refuse("which is a damaged data URI: export the model again, or as GLB")
         });
     }
     if has_scheme(uri) {
         return Err(refuse(
-            "which is no file beside it: export the model as GLB, or put the file into its folder",
+            "which is not the path of a file: export the model as GLB, or put the file into its folder",
         ));
     }
     let missing = |error: Error| {
@@ -153,16 +153,16 @@ fn resolve(uri: &str, folder: &Path, most: u64) -> Result<Vec<u8>, MeshProblem> 
         let path = folder.join(name).canonicalize().map_err(missing)?;
         if !path.starts_with(&folder) {
             return Err(refuse(
-                "which lies outside of its folder: copy the file into the folder and name it there",
+                "which is outside of its folder: copy the file into the folder and name it there",
             ));
         }
-        // A pipe or a device could be read for ever.
+        // A pipe or a device may never end.
         if !path.is_file() {
             return Err(refuse("which is no regular file: export the model as GLB"));
         }
         Ok(path)
     };
-    // Some writers do not escape the names of files; those are taken as they are written.
+    // Some writers do not escape the names of files; those are used unchanged.
     let path = match String::from_utf8(percent_decode(uri)) {
         Ok(decoded) => file_named(&decoded).or_else(|problem| file_named(uri).map_err(|_| problem)),
         Err(_) => file_named(uri),

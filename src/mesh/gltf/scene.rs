@@ -30,7 +30,7 @@ pub(super) struct Shown<'a> {
     pub(super) world_from_node: DMat4,
 }
 
-/// A node still to be looked at.
+/// A node still to be visited.
 struct Step {
     index: usize,
     parent: Option<usize>,
@@ -38,7 +38,7 @@ struct Step {
 }
 
 impl<'a> Scene<'a> {
-    /// Walks the default scene, and notes what is odd about it.
+    /// Walks the default scene, and reports oddities.
     pub(super) fn new(root: &Part<'a>, seen: &mut MeshReport) -> Result<Self, MeshProblem> {
         let mut scene = Self {
             root: root.clone(),
@@ -46,7 +46,7 @@ impl<'a> Scene<'a> {
             parents: parents(root)?,
             worlds: vec![None; root.count("nodes")?],
         };
-        // A list and not a recursion: models may be nested as deep as they like, or in circles.
+        // A list and not a recursion: models may be nested arbitrarily deep, or in circles.
         let mut stack: Vec<Step> = Vec::new();
         for index in scene.top_nodes()?.into_iter().rev() {
             stack.push(Step {
@@ -144,7 +144,7 @@ impl<'a> Scene<'a> {
         self.parents[index]
     }
 
-    /// Where a node of the scene is.
+    /// The world transform of a node of the scene.
     pub(super) fn world(&self, index: usize) -> DMat4 {
         self.worlds[index].unwrap_or(DMat4::IDENTITY)
     }
@@ -154,7 +154,7 @@ impl<'a> Scene<'a> {
 fn parents(root: &Part<'_>) -> Result<Vec<Option<usize>>, MeshProblem> {
     let mut parents = vec![None; root.count("nodes")?];
     for (index, node) in root.items("nodes")?.enumerate() {
-        // Lists that cannot be read matter only where the scene leads to them.
+        // Unreadable lists matter only if the scene reaches them.
         for child in node.items("children").into_iter().flatten() {
             let Ok(child) = child.as_whole() else {
                 continue;
@@ -230,7 +230,7 @@ pub(super) fn unit(rotation: [f64; 4]) -> DQuat {
     }
 }
 
-/// Where a node shows copies of its mesh, from the node.
+/// The transforms of copies of a node's mesh, relative to the node.
 pub(super) fn copies(
     buffers: &mut Buffers<'_>,
     node: &Part<'_>,

@@ -1,9 +1,9 @@
-//! Tests with small glTF files that are made here: what decides the shape is applied, what does not is not looked at,
-//! and what is wrong is named by its place.
+//! Tests with small glTF files that are made here: everything that affects the shape is applied, everything else is ignored, and errors
+//! have their place.
 //!
 //! Expected values are derived by hand from boxes: the file's mesh is the cube from -1 to 1, of 12 triangles, area 24
 //! and volume 8. A box of the sides a, b and c has the area 2(ab + bc + ca). The volume is signed: it is positive where
-//! triangles face outwards, before anything is mended.
+//! triangles face outwards, before repairs.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -61,7 +61,7 @@ impl Model {
         model
     }
 
-    /// The cube with what a function does to its JSON.
+    /// The cube with its JSON changed by a function.
     fn with(change: impl FnOnce(&mut Value)) -> Self {
         let mut model = Self::cube();
         change(&mut model.json);
@@ -98,7 +98,7 @@ impl Model {
 
     fn bytes<const N: usize>(&mut self, component: u32, rows: &[[i8; N]]) -> usize {
         let kind = ["", "SCALAR", "VEC2", "VEC3", "VEC4"][N];
-        // Elements are padded to four bytes, as glTF asks for.
+        // Elements are padded to four bytes, as glTF requires.
         let padded = rows.iter().flat_map(|row| {
             let mut bytes = row.map(i8::cast_unsigned).to_vec();
             bytes.resize(4, 0x55);
@@ -178,7 +178,7 @@ fn problem(bytes: &[u8]) -> String {
     }
 }
 
-/// What is measured of a shape.
+/// Measures of a shape.
 #[derive(Debug, PartialEq)]
 struct Measures {
     triangles: usize,
@@ -266,7 +266,7 @@ fn container(length: u32, chunks: &[Vec<u8>]) -> Vec<u8> {
     bytes
 }
 
-/// What is never used may be odd. Each line is the only one that has its oddity.
+/// Unused parts may be invalid. Each line tests another defect.
 #[test]
 fn what_the_shape_does_not_need_is_not_looked_at() {
     let deep = "[".repeat(100_000) + &"]".repeat(100_000);
@@ -336,7 +336,7 @@ fn what_the_shape_does_not_need_is_not_looked_at() {
     assert_measures("a name in Latin-1", &soup(&bytes), &cube());
 }
 
-/// The container may be odd as long as both chunks can be found.
+/// The container may have defects as long as both chunks can be found.
 #[test]
 fn glb_containers_are_read_by_their_chunks() {
     let model = Model::cube();
@@ -374,7 +374,7 @@ fn glb_containers_are_read_by_their_chunks() {
     ] {
         assert_measures(name, &soup(&container(length, &chunks)), &cube());
     }
-    // What is cut off belongs to no triangle.
+    // The missing bytes belong to no triangle.
     let mut model = Model::cube();
     model.view(&[9; 1000]);
     let glb = model.glb();
@@ -382,7 +382,7 @@ fn glb_containers_are_read_by_their_chunks() {
     assert_measures("cut picture", &soup(cut), &cube());
 }
 
-/// Morph targets: each line says what it alone catches.
+/// Morph targets: each line names the feature that only it tests.
 #[test]
 fn morph_targets_have_their_default_weights() {
     let lifted = |change: &dyn Fn(&mut Model)| {
@@ -478,7 +478,7 @@ fn morph_targets_have_their_default_weights() {
     }
 }
 
-/// Skins: each line says what it alone catches. Joint 1 takes the upper corners 4 up, in most of them.
+/// Skins: each line names the feature that only it tests. Joint 1 takes the upper corners 4 up, in most of them.
 #[test]
 fn skins_have_the_pose_of_the_nodes() {
     let mirror = |model: &mut Model| {
@@ -607,7 +607,7 @@ fn skins_have_the_pose_of_the_nodes() {
     }
 }
 
-/// Nodes: each line says what it alone catches.
+/// Nodes: each line names the feature that only it tests.
 #[test]
 fn nodes_place_hide_and_repeat_meshes() {
     let mut models = vec![
@@ -729,7 +729,7 @@ fn far_nodes_keep_their_places() {
     assert_eq!(found.high - found.low, DVec3::splat(2.0));
 }
 
-/// What is left out is said.
+/// The report names ignored parts.
 #[test]
 fn what_is_not_applied_is_in_the_report() {
     let extensions = |names: &[&str]| {
@@ -782,7 +782,7 @@ fn what_is_not_applied_is_in_the_report() {
     assert_measures("extensions that change no shape", &harmless, &cube());
     assert!(harmless.seen.oddities().is_empty());
 
-    // Copies of a skinned mesh: it is where its joints are, once.
+    // Copies of a skinned mesh: there is one, at its joints.
     let mut model = Model::skinned(1.0);
     model.json["nodes"][0]["extensions"] =
         json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}});
@@ -795,7 +795,7 @@ fn what_is_not_applied_is_in_the_report() {
     );
 }
 
-/// Texture coordinates that cannot be read leave the shape as it is, and so does a triangle that lacks corners.
+/// Unreadable texture coordinates and incomplete triangles do not change the shape.
 #[test]
 fn damage_that_leaves_the_shape_is_noted() {
     let uvs = |change: &dyn Fn(&mut Model, usize)| {
@@ -860,7 +860,7 @@ fn damage_that_leaves_the_shape_is_noted() {
     assert_eq!(cut.seen.incomplete_triangles, 1);
 }
 
-/// Compressed data is refused by the name of its extension, unless it is there unpacked too.
+/// Compressed data is refused by the name of its extension, unless it is also there uncompressed.
 #[test]
 fn compression_is_named() {
     let draco = |json: &mut Value| {
@@ -877,7 +877,7 @@ fn compression_is_named() {
         }
         model.glb()
     };
-    // Both with what they are when they are unpacked.
+    // Both with their uncompressed data.
     assert_measures("both", &soup(&with(&[&draco, &meshopt])), &cube());
 
     let no_positions = |json: &mut Value| json["accessors"][0]["bufferView"] = Value::Null;
@@ -903,7 +903,7 @@ fn compression_is_named() {
     }
 }
 
-/// What is wrong is named by its place, in one short sentence, at once.
+/// Errors have their place and are one short sentence.
 #[test]
 fn problems_are_named_by_their_places() {
     let long = "n".repeat(100_000);
@@ -1066,7 +1066,7 @@ fn no_mutation_of_a_rich_file_panics() {
     assert_eq!(soup(&suite::glb(&text, &binary)).triangles.len(), 36);
     let mut refused = 0;
     for round in 0..4000 {
-        // Words of the JSON are hit, not the container: that has tests of its own.
+        // The damage is in the JSON, not in the container, which has tests of its own.
         let mut damaged = text.clone().into_bytes();
         mutate(&mut damaged, random(11, round, 1, Purpose::Start));
         let damaged = String::from_utf8_lossy(&damaged);
@@ -1077,7 +1077,7 @@ fn no_mutation_of_a_rich_file_panics() {
     assert!((500..3500).contains(&refused), "{refused} of 4000 refused");
 }
 
-/// An animation that cannot be followed is passed over for the next that moves a node.
+/// An unusable animation is skipped for the next one that moves a node.
 #[test]
 fn the_first_animation_that_moves_a_node_is_followed() {
     let mut model = Model::cube();
@@ -1159,8 +1159,8 @@ impl Model {
     }
 }
 
-/// A small file can name a thing often, and what it names can name other things often. Each line is a file of a size
-/// that a number gives: with a few it is read, with many it is refused.
+/// A small file can refer to data many times, nested. Each line is a file with a number of such references: with a few it is read, with
+/// many it is refused.
 #[test]
 fn work_that_a_small_file_multiplies_is_refused() {
     type Make = fn(&mut Model, usize);
@@ -1285,7 +1285,7 @@ fn work_that_a_small_file_multiplies_is_refused() {
     }
 }
 
-/// An accessor of one element that has so many values, all but the last of them in vain.
+/// An accessor of one element that has so many values, all but the last of them unused.
 fn sparse_of_one(model: &mut Model, values: usize) -> usize {
     let places = model.view(&vec![0; values]);
     let values_view = model.view(&vec![0; 12 * values]);
@@ -1304,7 +1304,7 @@ fn instanced(translations: usize) -> Value {
     json!({"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}})
 }
 
-/// Every buffer keeps its bytes, also where several name one file.
+/// The bytes of every buffer count, also if several name one file.
 #[test]
 fn buffers_that_name_one_file_are_counted() {
     let folder = tempfile::tempdir().unwrap();
@@ -1451,7 +1451,7 @@ fn triangles_for_which_there_is_no_room_are_counted_and_not_kept() {
     }
 }
 
-/// Catches vertices that no triangle uses and that are kept again and again, and corners that lose theirs.
+/// Catches unused vertices that are stored repeatedly, and corners that lose their vertex.
 #[test]
 fn vertices_that_no_triangle_uses_are_left_out_where_they_are_many() {
     let mut model = Model::cube();

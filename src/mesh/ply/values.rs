@@ -1,4 +1,4 @@
-//! The values of a PLY file, behind its header.
+//! The values of a PLY file, after its header.
 
 use super::{Element, Encoding, Header, Kind};
 use crate::mesh::error::MeshProblem;
@@ -12,7 +12,7 @@ pub(super) struct Values<'a> {
     line: usize,
     /// Each element has a line of its own.
     has_rows: bool,
-    /// Lines that go on behind the last value of their element.
+    /// Lines that continue behind the last value of their element.
     pub(super) longer_rows: usize,
 }
 
@@ -28,7 +28,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    /// The values of text that has as many lines as elements, for files that make no sense otherwise: MeshLab once wrote
+    /// The values of text that has as many lines as elements, for files that are invalid otherwise: MeshLab once wrote
     /// faces with more values than its header named.
     pub(super) fn of_rows(header: &Header, bytes: &'a [u8]) -> Option<Self> {
         if header.encoding != Encoding::Text {

@@ -1,4 +1,4 @@
-//! Distances along surfaces against those that can be worked out.
+//! Distances along surfaces, compared with closed forms.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -43,7 +43,7 @@ fn on_a_plane_it_is_the_straight_line() {
     }
 }
 
-/// Over a cube by all ways to unfold it that may be shortest from the middle of a face.
+/// Distances on a cube, by all unfoldings that may be shortest from the middle of a face.
 #[test]
 fn on_a_cube_it_is_that_of_the_best_unfolding() {
     for name in ["cube", "cube?divisions=5"] {
@@ -99,7 +99,7 @@ fn on_a_ball_it_is_the_great_circle() {
     }
 }
 
-/// Paths go round what is missing, and turn at its corners.
+/// Paths go around a missing part, and turn at its corners.
 #[test]
 fn paths_turn_at_corners_of_the_border() {
     // An L of three unit squares.
@@ -227,7 +227,7 @@ fn both_ways<'a>(
     })
 }
 
-/// What is cut away is nowhere the nearest: with saddles, handles, borders, sharp edges, several places, some on edges.
+/// Cut parts of windows are nowhere the nearest: with saddles, handles, borders, sharp edges, several places, some on edges.
 #[test]
 fn cut_windows_change_no_distance() {
     for name in [
@@ -265,7 +265,7 @@ fn cut_windows_change_no_distance() {
     }
 }
 
-/// On a torus whole families of ways cross everywhere behind its hole; only the nearest go on.
+/// On a torus whole families of ways cross everywhere behind its hole; only the nearest are propagated.
 #[test]
 fn there_are_few_windows_however_far_it_reaches() {
     let count = |name: &str| {

@@ -1,4 +1,4 @@
-//! What is seen of a place through an edge, and what of that another window shows as near.
+//! Windows: the visible part of an edge, and cutting by other windows.
 
 use glam::DVec2;
 
@@ -52,7 +52,7 @@ impl Window {
     }
 }
 
-/// Where the line between a place below the x axis and one above crosses it.
+/// The place where the line between a place below the x axis and one above crosses the axis.
 pub(super) fn crossing(below: DVec2, above: DVec2) -> f64 {
     let part = -below.y / (above.y - below.y).max(f64::MIN_POSITIVE);
     below.x + part * (above.x - below.x)
@@ -83,10 +83,10 @@ pub(super) fn cut(parts: &mut Vec<(f64, f64)>, window: &Window, other: &Window, 
             (false, false) if !is_between(window.origin, other.origin, low, high) => (low, high),
             (false, true) => (low, change(low, high, slack, gain)),
             (true, false) => (change(high, low, slack, gain), high),
-            // It wins, or there may be a part in the middle: to keep too much makes nothing wrong.
+            // It wins, or there may be a part in the middle: keeping too much is harmless.
             _ => continue,
         };
-        // A little of both goes on where they meet, so that nothing between them is seen by neither.
+        // Both overlap slightly where they meet, so that there is no gap between them.
         let rest = [(from, beaten_from + slack), (beaten_to - slack, to)];
         let rest = rest
             .into_iter()
@@ -105,8 +105,8 @@ fn is_between(place: DVec2, other: DVec2, low: f64, high: f64) -> bool {
     rise > 0.0 && low < x && x < high
 }
 
-/// Where a gain that is none at `loses` and some at `wins` begins. By false position, where the gain at an end that stays
-/// counts half each time (the Illinois method).
+/// The place between `loses`, where there is no gain, and `wins`, where there is one, at which the gain begins. By false position,
+/// where the gain at an end that stays counts half each time (the Illinois method).
 fn change(mut loses: f64, mut wins: f64, slack: f64, gain: impl Fn(f64) -> f64) -> f64 {
     let (mut loss, mut win) = (gain(loses), gain(wins));
     for _ in 0..60 {

@@ -11,7 +11,7 @@ use obvhs::{Boundable, BvhBuildParams};
 
 use super::Face;
 
-/// A box and what is in it.
+/// A box and its content.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Node {
@@ -95,7 +95,7 @@ fn flat(bvh: &Bvh2) -> Flat {
         nodes: vec![Node::zeroed()],
         order: Vec::with_capacity(bvh.primitive_indices.len()),
     };
-    // Where it goes, and where it comes from.
+    // The new index, and the old one.
     let mut open = vec![(0, 0)];
     while let Some((to, from)) = open.pop() {
         let node = &bvh.nodes[from];
@@ -161,7 +161,7 @@ fn halved(bounded: &[Bounded]) -> Flat {
                 let Aabb { min, max } = bounded[face as usize].0;
                 min[axis] + max[axis]
             };
-            // By number where they lie alike, so that the order is one.
+            // By number for equal places, so that the order is unique.
             faces.sort_unstable_by(|&a, &b| centre(a).total_cmp(&centre(b)).then(a.cmp(&b)));
             let middle = start + (end - start) / 2;
             let children = flat.nodes.len();

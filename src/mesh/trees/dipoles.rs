@@ -1,4 +1,4 @@
-//! What the faces of a node look like from afar, for winding numbers: Barill, Dickson, Schmidt, Levin and Jacobson,
+//! Dipoles that approximate the faces of a node from a distance, for winding numbers: Barill, Dickson, Schmidt, Levin and Jacobson,
 //! "Fast Winding Numbers for Soups and Clouds" (2018), to first order.
 
 use bytemuck::{Pod, Zeroable};

@@ -1,6 +1,6 @@
-//! What is needed to find the nearest triangle of an object, and on which side of it a place lies: the triangles by
-//! their corners, and the pseudonormals of their edges and vertices. All in object space, so that rigid motion costs
-//! nothing. [`search`] and [`sides`] answer on the host as kernels do.
+//! Data to find the nearest triangle of an object, and the side of it on which a place lies: the triangles by
+//! their corners, and the pseudonormals of their edges and vertices. All data are in object space, so that rigid motion costs nothing.
+//! [`search`] and [`sides`] give the same results on the host as kernels.
 
 mod afar;
 mod build;
@@ -21,7 +21,7 @@ pub use afar::FacePoint;
 pub use build::{GREATEST_DEPTH, Node};
 pub use dipoles::Dipole;
 
-/// A triangle by one corner and the ways from it to the other two.
+/// A triangle by one corner and the vectors from it to the other two.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Face {
@@ -108,7 +108,7 @@ pub struct Trees {
     pub faces: Vec<Face>,
     /// Boxes round boxes round faces, object by object.
     pub nodes: Vec<Node>,
-    /// For each node, what its faces look like from afar.
+    /// For each node, the dipole of its faces.
     pub dipoles: Vec<Dipole>,
     /// Angle-weighted pseudonormals (Baerentzen and Aanaes 2005), object space: one for each half-edge, then one for
     /// each vertex.

@@ -17,10 +17,10 @@ pub const FAR: f32 = 3.0e38;
 /// A reach to which everything is near.
 pub const UNLIMITED: f32 = 1.0e18;
 
-/// What rounding may make of a length in a tree, by its largest coordinate.
+/// Bound on the rounding error of a length in a tree, relative to its largest coordinate.
 const ROUNDING: f32 = 1e-6;
 
-/// What rounding may make of a length itself. And of its square.
+/// Bound on the relative rounding error of a length. And of its square.
 const LENGTH_ROUNDING: f32 = 1.000_001;
 const SQUARE_ROUNDING: f32 = 1.000_003;
 
@@ -30,7 +30,7 @@ pub(crate) fn box_square(place: Vec3, node: &Node) -> f32 {
     dot3(way, way)
 }
 
-/// What rounding may make of a length in a tree.
+/// Bound on the rounding error of a length in a tree.
 #[must_use]
 pub fn slack_of(root: &Node) -> f32 {
     ROUNDING * root.low.abs().max(root.high.abs()).max_element()
@@ -116,7 +116,7 @@ pub fn nearest_on(nodes: &[Node], faces: &[Face], root: u32, place: Vec3, reach:
     best_slot
 }
 
-/// Where a segment crosses a surface first.
+/// The first crossing of a segment with a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
     /// The face, [`NONE`] if nowhere.

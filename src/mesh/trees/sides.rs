@@ -27,13 +27,13 @@ pub struct Sides<'a> {
     pub faces: &'a [Face],
     /// Trees of them.
     pub nodes: &'a [Node],
-    /// What each node is from afar.
+    /// The dipole of each node.
     pub dipoles: &'a [Dipole],
     /// Of half-edges, then of vertices.
     pub pseudonormals: &'a [Vec4],
     /// Three vertex indices per triangle.
     pub corners: &'a [u32],
-    /// Where those of vertices begin.
+    /// Index of the first pseudonormal of a vertex.
     pub first_vertex_normal: u32,
 }
 

@@ -1,4 +1,4 @@
-//! Where cameras stand, what they show, and how hands turn them.
+//! Tests of cameras: positions, fitting, and drags.
 
 use super::*;
 
@@ -24,7 +24,7 @@ fn the_target_is_in_the_middle_of_the_picture() {
 
 #[test]
 fn nothing_is_cut_off_on_a_turn() {
-    // Long: seen from its end it is small.
+    // A long box: it looks small from its end.
     let half = Vec3::new(3.0, 0.5, 0.25);
     let side = |i: i32, bit: i32| if i & bit == 0 { -1.0 } else { 1.0 };
     let corners = || (0..8).map(|i| half * Vec3::new(side(i, 1), side(i, 2), side(i, 4)));
@@ -79,7 +79,7 @@ fn a_flying_camera_turns_on_the_spot_and_goes_straight() {
     flying.look(Vec2::new(40.0, -25.0), SIZE);
     assert_near(flying.eye(), camera().eye(), 1e-5);
     assert!(flying.backward().dot(camera().backward()) < 0.9999);
-    // The hand to the right turns to the right: what was in the middle is left of it.
+    // A drag to the right rotates to the right: the former middle is then left of the middle.
     let seen = flying.pixel(camera().target, SIZE).unwrap();
     assert!(
         seen.x < 0.5 * SIZE.x - 20.0 && seen.y > 0.5 * SIZE.y + 10.0,

@@ -1,4 +1,4 @@
-//! The program that encodes, as a process: fed through a pipe, waited for with a limit, and ended with all that it has started.
+//! The encoder as a process: fed through a pipe, waited for with a time limit, and ended together with its child processes.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::io::{self, Read, Write};
@@ -13,21 +13,21 @@ use std::time::{Duration, Instant};
 use crate::plain_text::escaped;
 use crate::signals;
 
-/// How many lines of the encoder's complaints an error quotes.
+/// How many lines of the encoder's output an error quotes.
 const LAST_WORDS: usize = 6;
-/// Bytes of each of them that are kept, whatever it prints.
+/// The most bytes of each line that are kept.
 const LONGEST_LINE: usize = 300;
 
-/// How long an encoder that has ended, or is to be ended, may keep its end of the pipe.
+/// How long to wait for the pipe's end after an encoder has ended or was killed.
 const LAST_WORDS_WITHIN: Duration = Duration::from_secs(2);
 
-/// Between looks at an encoder that is waited for.
+/// The interval of polling an encoder.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
-/// The groups of encoders that run, by the number of their first process.
+/// The process groups of running encoders, by the id of their first process.
 static RUNNING: Mutex<BTreeSet<u32>> = Mutex::new(BTreeSet::new());
 
-/// How long an encoder may do nothing that can be seen: take no bytes, or write none.
+/// How long an encoder may make no visible progress: take no bytes, or write none.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Patience {
     /// Before an interrupt.
@@ -57,7 +57,7 @@ impl Patience {
     }
 }
 
-/// What has not changed for how long.
+/// A number, and the time since it last changed.
 struct Idle {
     seen: u64,
     since: Instant,
@@ -71,7 +71,7 @@ impl Idle {
         }
     }
 
-    /// Has this number been the same for too long? Then how long that is.
+    /// How long the number has not changed, if that is too long.
     fn too_long(&mut self, now: u64, patience: &Patience) -> Option<Duration> {
         if now != self.seen {
             *self = Self::new(now);
@@ -81,16 +81,16 @@ impl Idle {
     }
 }
 
-/// Why an encoder takes no more frames, or has made no video.
+/// Why an encoder failed.
 #[derive(Debug)]
 pub(super) enum Stop {
     /// It has ended, or closed its end of the pipe.
     Ended,
-    /// It did nothing for so long, and was ended.
+    /// It made no progress for so long, and was ended.
     Idle(Duration),
 }
 
-/// The running encoder. Dropped before it has ended, it is ended.
+/// The running encoder. It is killed if dropped before it has ended.
 #[derive(Debug)]
 pub(super) struct Encoder {
     child: Child,
@@ -115,7 +115,7 @@ impl Encoder {
         running.insert(child.id());
         drop(running);
         let (input, stderr) = (child.stdin.take(), child.stderr.take());
-        // Read all the time, or an encoder with much to say would wait for ever.
+        // Its output is always read, because otherwise an encoder that prints much would block.
         let complaints = std::thread::spawn(move || stderr.map(last_lines).unwrap_or_default());
         Ok(Self {
             child,
@@ -125,9 +125,9 @@ impl Encoder {
         })
     }
 
-    /// Gives it bytes. Ends it if it takes none for too long.
+    /// Writes bytes to it. Ends it if it takes none for too long.
     pub(super) fn feed(&mut self, bytes: &[u8], patience: &Patience) -> Result<(), Stop> {
-        /// More than a pipe takes at once, so that a part is not a matter of many calls.
+        /// More than a pipe takes at once, to save calls.
         const PART: usize = 1 << 20;
         let Self { child, input, .. } = self;
         let Some(pipe) = input else {
@@ -142,7 +142,7 @@ impl Encoder {
                 while let Err(RecvTimeoutError::Timeout) = fed.recv_timeout(10 * LOOK_EVERY) {
                     let now = taken.load(Ordering::Relaxed);
                     if let Some(limit) = idle.too_long(now, patience) {
-                        // The pipe is closed by that, and writing to it fails.
+                        // That closes the pipe, so writing to it fails.
                         signals::kill_group(child);
                         return Some(limit);
                     }
@@ -172,7 +172,7 @@ impl Encoder {
         })
     }
 
-    /// No more frames: waits until the video is made, as long as the file that it writes grows.
+    /// Closes its input and waits until the video is complete, as long as its file grows.
     pub(super) fn wait(&mut self, file: &Path, patience: &Patience) -> Result<ExitStatus, Stop> {
         drop(self.input.take());
         let length = || std::fs::metadata(file).map_or(0, |file| file.len());
@@ -191,7 +191,7 @@ impl Encoder {
         self.end().ok_or(Stop::Ended)
     }
 
-    /// No more frames: how it ended within the time; if it did not, it is ended and there is no status.
+    /// Closes its input and waits for so long; returns the exit status, or `None` after killing it.
     pub(super) fn wait_at_most(&mut self, patience: Duration) -> Option<ExitStatus> {
         drop(self.input.take());
         let has_ended = holds_within(patience, || signals::has_ended(&mut self.child));
@@ -199,11 +199,11 @@ impl Encoder {
         status.filter(|_| has_ended)
     }
 
-    /// Ends it if it still runs, with what it has started; how it ended.
+    /// Ends it if it still runs, with its child processes; returns the exit status.
     pub(super) fn end(&mut self) -> Option<ExitStatus> {
         drop(self.input.take());
         if !self.is_over {
-            // Until it is waited for, its number is no other process's, and its group has no other one's.
+            // Until it is waited for, its process id and its group id are not reused.
             let mut running = running();
             signals::kill_group(&mut self.child);
             running.remove(&self.child.id());
@@ -212,9 +212,9 @@ impl Encoder {
         self.child.wait().ok()
     }
 
-    /// What it said last, once it has ended.
+    /// The last lines of its output, after it has ended.
     pub(super) fn last_words(&mut self) -> String {
-        // A program that it has left behind in another group may still hold its end of the pipe.
+        // A child process in another group may still hold its end of the pipe.
         let lines = match self.complaints.take() {
             Some(thread) if holds_within(LAST_WORDS_WITHIN, || thread.is_finished()) => {
                 thread.join().ok()
@@ -231,22 +231,22 @@ impl Drop for Encoder {
     }
 }
 
-/// Ends all encoders that run, for a program that ends at once.
+/// Ends all running encoders, before the program exits at once.
 pub(super) fn end_all() {
     let running = running();
     for &group in running.iter() {
         signals::kill_group_of(group);
     }
-    // No other one begins.
+    // No new encoder can start.
     std::mem::forget(running);
 }
 
-/// What a panic elsewhere has left is still good.
+/// Ignores poisoning: the value is still valid after a panic elsewhere.
 fn running() -> MutexGuard<'static, BTreeSet<u32>> {
     RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Whether the condition comes true in time.
+/// Does the condition become true in time?
 fn holds_within(patience: Duration, mut condition: impl FnMut() -> bool) -> bool {
     let deadline = Instant::now() + patience;
     loop {
@@ -260,7 +260,7 @@ fn holds_within(patience: Duration, mut condition: impl FnMut() -> bool) -> bool
     }
 }
 
-/// The last lines, however much it prints: of a line without an end, the beginning.
+/// The last lines, however much it prints; long lines are cut.
 fn last_lines(mut stderr: ChildStderr) -> VecDeque<String> {
     let mut lines = VecDeque::new();
     let mut keep = |line: &mut Vec<u8>| {

@@ -132,7 +132,7 @@ fn missing_encoder_is_an_error_that_helps() {
     assert_eq!(names_in(folder.path()), Vec::<String>::new());
 }
 
-/// A program that does what `script` says in the place of the encoder.
+/// A script that replaces the encoder.
 #[cfg(unix)]
 fn fake_encoder(folder: &Path, script: &str) -> PathBuf {
     let path = folder.join("encoder");
@@ -148,7 +148,7 @@ fn fake_encoder(folder: &Path, script: &str) -> PathBuf {
     path
 }
 
-/// The error of a video whose encoder does what `script` says, after as many frames as it takes.
+/// The error of a video whose encoder is this script, after as many frames as it takes.
 #[cfg(unix)]
 fn error_with_encoder(script: &str) -> OutputError {
     let tools = tempfile::tempdir().unwrap();
@@ -186,14 +186,14 @@ fn encoder_that_gives_up_is_quoted() {
             "exit status: 5",
             "cannot close",
         ),
-        // It says more than a pipe holds before it reads anything.
+        // It prints more than a pipe holds before it reads anything.
         (
             "head -c 1000000 /dev/zero | tr '\\0' '\\n' >&2; echo end >&2; cat >/dev/null; exit 3",
             "exit status: 3",
             "end",
         ),
         ("cat >/dev/null", "the file is not whole", ""),
-        // The disk is full before the index is whole, and it says that all is well, as ffmpeg does.
+        // The disk is full before the index is whole, but the exit status is success, as with ffmpeg.
         (
             "cat >/dev/null; for last; do :; done; \
              printf '\\000\\000\\000\\020ftypisomisom\\000\\000\\001\\000moov' >\"${last#file:}\"; echo full >&2",
@@ -215,7 +215,7 @@ fn encoder_that_gives_up_is_quoted() {
     }
 }
 
-/// Without this a run of hours finds at its first frame, or at its end, that it cannot write a video.
+/// Catches a missing encoder that is only detected at the first frame, or at the end of a long run.
 #[cfg(unix)]
 #[test]
 fn encoders_are_tried_before_the_first_frame() {
@@ -249,7 +249,7 @@ fn noise(size: (u32, u32), seed: u32) -> RgbaImage {
     RgbaImage::from_fn(size.0, size.1, |_, _| Rgba([next(), next(), next(), 255]))
 }
 
-/// A disk that has room for some frames keeps them, as a video that can be played.
+/// A disk has room for some frames, which are kept as a playable video.
 #[cfg(unix)]
 #[test]
 fn video_that_breaks_off_keeps_its_whole_frames() {
@@ -279,7 +279,7 @@ fn video_that_breaks_off_keeps_its_whole_frames() {
     assert_eq!(frames.len() as u64, kept.frames);
 }
 
-/// As a disk does that is full when a part ends, and for which the encoder says that all is well.
+/// The disk is full when a part ends, and the encoder's exit status is success.
 #[cfg(unix)]
 #[test]
 fn video_that_lacks_whole_parts_is_cut() {
@@ -322,7 +322,7 @@ fn video_whose_copy_lacks_frames_keeps_them() {
     assert_eq!(names_in(folder.path()), ["x.mp4"]);
 }
 
-/// A disk that is full has room for the end, because it is there.
+/// The end of the file fits on a full disk, because its space is already taken.
 #[test]
 fn gif_on_the_disk_ends_behind_each_frame() {
     let folder = tempfile::tempdir().unwrap();
@@ -335,7 +335,7 @@ fn gif_on_the_disk_ends_behind_each_frame() {
         assert_eq!(names.len(), 1, "{names:?}");
         let hidden = folder.path().join(&names[0]);
         assert_eq!(std::fs::read(&hidden).unwrap().last(), Some(&0x3b));
-        // The last one waits for its length.
+        // The last frame is pending, because its length is not known yet.
         assert_eq!(read_gif(&hidden).len(), count as usize);
     }
 }
@@ -350,7 +350,7 @@ fn gif_that_breaks_off_keeps_its_whole_frames() {
         for i in 0..count {
             gif.frame(&noise(size, i)).unwrap();
         }
-        // The last one waits for its length.
+        // The last frame is pending, because its length is not known yet.
         gif.write_half();
         let kept = gif.cut();
         if count == 1 {
@@ -384,7 +384,7 @@ fn sequence_that_breaks_off_reports_the_frames_there() {
 #[cfg(unix)]
 #[test]
 fn encoder_that_stops_reports_its_last_frame() {
-    // 256 x 256 pixels are 262144 bytes: the second frame breaks off.
+    // 256 x 256 pixels are 262144 bytes: the second frame is cut short.
     let OutputError::Encoder { frames, .. } =
         error_with_encoder("head -c 300000 >/dev/null; exit 1")
     else {
@@ -393,8 +393,8 @@ fn encoder_that_stops_reports_its_last_frame() {
     assert_eq!(frames, 1);
 }
 
-/// A video whose encoder does what `script` says, and may do nothing for so long: how it fails, how long that took, and the
-/// numbers of the processes that the script has noted in the file `$PIDS`.
+/// Makes a video with this script as its encoder and this limit of inactivity. Returns the error, its time, and the process ids that the
+/// script has written to the file `$PIDS`.
 #[cfg(target_os = "linux")]
 fn impatient(
     script: &str,
@@ -423,7 +423,7 @@ fn impatient(
     (error, begun.elapsed(), pids)
 }
 
-/// A process that has ended and was not waited for does not count.
+/// Zombie processes do not count.
 #[cfg(target_os = "linux")]
 fn runs(pid: u32) -> bool {
     let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
@@ -439,8 +439,8 @@ fn ends_soon(pid: u32) -> bool {
     !runs(pid)
 }
 
-/// Catches a wait without a limit: for an encoder that takes all frames and never exits, and for one that takes none, both with
-/// a program of their own that runs on.
+/// Catches a wait without a limit: for an encoder that takes all frames and never exits, and for one that takes none, both with a child
+/// process that runs on.
 #[cfg(target_os = "linux")]
 #[test]
 fn encoder_that_does_nothing_is_ended_with_what_it_has_started() {
@@ -481,7 +481,7 @@ fn first_interrupt_ends_an_encoder_that_does_nothing() {
     }
 }
 
-/// Catches a program that an encoder leaves behind when it exits, and that goes on writing.
+/// Catches a child process that still writes after the encoder has exited.
 #[cfg(target_os = "linux")]
 #[test]
 fn what_an_encoder_leaves_behind_is_ended() {
@@ -491,8 +491,7 @@ fn what_an_encoder_leaves_behind_is_ended() {
     assert!(pids.into_iter().all(ends_soon));
 }
 
-/// Catches lines that are kept as long as they come: one without an end would fill the memory and the terminal. What is in them is
-/// obeyed by no terminal.
+/// Catches lines of unlimited length, which would fill the memory and the terminal, and control characters in them.
 #[cfg(unix)]
 #[test]
 fn what_an_encoder_prints_is_kept_up_to_a_limit() {
@@ -507,7 +506,7 @@ fn what_an_encoder_prints_is_kept_up_to_a_limit() {
 #[cfg(unix)]
 #[test]
 fn encoder_does_not_hear_the_terminals_interrupt() {
-    // The process group of the encoder is its own.
+    // The encoder has a process group of its own.
     let error =
         error_with_encoder("cat >/dev/null; kill -s 0 -- -$$ && echo 'own group' >&2; exit 1");
     assert!(error.to_string().contains("own group"), "{error}");

@@ -1,4 +1,4 @@
-//! Animated GIF: 255 colours chosen anew for each frame, and one for "as before".
+//! Animated GIF: 255 colours chosen for each frame, and one for unchanged pixels.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -12,26 +12,26 @@ use image::RgbaImage;
 use super::OutputError;
 use crate::whole_file::WholeFile;
 
-/// The colour index of a pixel that stays what it was in the frame before.
+/// The colour index of a pixel that does not change from the frame before.
 const UNCHANGED: u8 = 255;
 
 /// Viewers slow down frames that are shorter than this; in hundredths of a second.
 const SHORTEST_FRAME: u64 = 2;
 
-/// The end of every GIF. It stands behind the last frame that is written until the next one takes its place: a disk that is
-/// full has room for it then.
+/// The end of every GIF. It is written after every frame and overwritten by the next one, so that its space is already taken when the disk
+/// gets full.
 const TRAILER: [u8; 1] = [0x3b];
 
 /// A GIF that is being written.
 pub(super) struct Gif {
     file: WholeFile,
-    /// By way of memory: what of a frame does not fit on the disk is known to be the end of that frame only.
+    /// Encodes into memory, so that if a frame does not fit on the disk, only the end of that frame is missing.
     encoder: Encoder<Vec<u8>>,
     frames_per_second: f64,
     frames: u64,
     /// Bytes of the file that are whole, up to its end, and how many frames they show.
     whole: (u64, u64),
-    /// The last frame that was taken, and when it begins. How long it lasts is known when the next one is.
+    /// The last frame, and when it begins. Its length is known when the next one begins.
     waiting: Option<(Frame<'static>, u64)>,
     shown: Option<RgbaImage>,
 }
@@ -87,7 +87,7 @@ impl Gif {
         Ok(())
     }
 
-    /// Writes what is left to write.
+    /// Writes the pending frame.
     pub(super) fn end(&mut self) -> Result<(), OutputError> {
         self.write_waiting(self.now(), self.frames)
     }
@@ -98,13 +98,13 @@ impl Gif {
         Ok(path)
     }
 
-    /// Writing has failed: keeps the frames that are whole, and says how many. None where there are none.
+    /// After a failure: keeps the whole frames, and returns their number; `None` if there are none.
     pub(super) fn cut(mut self) -> Option<(PathBuf, u64)> {
         let (bytes, frames) = self.whole;
         if frames == 0 {
             return None;
         }
-        // A frame that broke off may have begun where the end was.
+        // A frame that was cut short may have overwritten the end.
         self.file.cut(bytes + TRAILER.len() as u64).ok()?;
         self.write(&TRAILER).ok()?;
         Some((self.file.finish_beside().ok()?, frames))
@@ -115,7 +115,7 @@ impl Gif {
         (self.frames as f64 * 100.0 / self.frames_per_second).round() as u64
     }
 
-    /// Writes the frame that waits. With it, the file shows so many frames.
+    /// Writes the pending frame. With it, the file shows so many frames.
     fn write_waiting(&mut self, until: u64, frames: u64) -> Result<(), OutputError> {
         let Some((mut frame, since)) = self.waiting.take() else {
             return Ok(());
@@ -132,13 +132,13 @@ impl Gif {
         Ok(())
     }
 
-    /// As a disk does that has no more room in the middle of a frame.
+    /// A writer that fails in the middle of a frame, as on a full disk.
     #[cfg(test)]
     pub(super) fn write_half(&mut self) {
         self.write(b"half a frame").unwrap();
     }
 
-    /// Behind what is whole.
+    /// After the whole frames.
     fn write(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
         let found = self.file.seek(SeekFrom::Start(self.whole.0));
         let written = found.and_then(|_| self.file.write_all(bytes));
@@ -194,7 +194,7 @@ fn indexed_frame(image: &RgbaImage, before: Option<&RgbaImage>) -> Option<Frame<
 enum Palette {
     /// A picture of few colours keeps them exactly.
     Exact(HashMap<[u8; 3], u8>),
-    /// Many colours: the nearest one for each cell of 4 x 4 x 4 colours, looked for once.
+    /// Many colours: the nearest one for each cell of 4 x 4 x 4 colours, searched once.
     Nearest {
         network: NeuQuant,
         cells: Vec<Option<u8>>,
@@ -209,7 +209,7 @@ impl Palette {
             exact.entry([red, green, blue]).or_insert(next as u8);
             if exact.len() > usize::from(UNCHANGED) {
                 let opaque: Vec<u8> = pixels.flat_map(|&[r, g, b, _]| [r, g, b, 255]).collect();
-                // Every tenth pixel teaches the network enough, except in small pictures.
+                // Every tenth pixel is enough to train the network, except in small pictures.
                 let stride = if opaque.len() > 1 << 18 { 10 } else { 1 };
                 return Self::Nearest {
                     network: NeuQuant::new(stride, usize::from(UNCHANGED), &opaque),

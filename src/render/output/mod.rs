@@ -1,7 +1,7 @@
-//! Files of pictures: a PNG, a sequence of PNGs, a GIF or a video, as the file's name says.
+//! Files of pictures: a PNG, a sequence of PNGs, a GIF or a video, by the file's name.
 //!
-//! **Invariant:** nothing half-written ever has a final name. A file is written under a hidden name
-//! in its own folder and renamed when it is whole; what is not finished is removed.
+//! **Invariant:** no half-written file ever has a final name. A file is written under a temporary name in its own folder and renamed when
+//! it is whole; unfinished files are removed.
 
 use std::fmt;
 use std::io;
@@ -56,7 +56,7 @@ enum Writer {
 }
 
 impl Output {
-    /// Begins an output; its name says what it is.
+    /// Begins an output; its name decides the format.
     ///
     /// | name | content |
     /// | --- | --- |
@@ -68,14 +68,14 @@ impl Output {
     /// `size` is in pixels, width first; `frames_per_second` is the speed at which it will be played.
     ///
     /// # Errors
-    /// All that can be known before the first frame: a name that means nothing, a folder that cannot
-    /// be made or written, a size that the format cannot hold, no `ffmpeg` with libx264.
+    /// Errors that do not depend on frames: an unknown ending, a folder that cannot be created or written, a size that the format cannot
+    /// hold, no `ffmpeg` with libx264.
     pub fn create(
         path: &Path,
         size: (u32, u32),
         frames_per_second: f64,
     ) -> Result<Self, OutputError> {
-        // It stays as it is while the program runs.
+        // This does not change while the program runs.
         static ENCODES: OnceLock<()> = OnceLock::new();
         let encoder = Path::new(ENCODER);
         let kind = checked(path, size, frames_per_second)?;
@@ -90,15 +90,15 @@ impl Output {
         Self::create_with_encoder(path, size, frames_per_second, encoder)
     }
 
-    /// Whether videos can be written here: encodes a small picture, and throws it away.
+    /// Checks that videos can be written: encodes a small picture and discards it.
     ///
     /// # Errors
-    /// What the encoder lacks: the system's words if it does not start, or its own.
+    /// The encoder's problem: the system's error if it does not start, or its own.
     pub fn try_videos() -> io::Result<()> {
         video::try_encoder(Path::new(ENCODER))
     }
 
-    /// As [`create`](Self::create), with another program in the place of `ffmpeg` that is not tried first.
+    /// As [`create`](Self::create), with another program in the place of `ffmpeg`, without checking it.
     fn create_with_encoder(
         path: &Path,
         size: (u32, u32),
@@ -124,29 +124,29 @@ impl Output {
         })
     }
 
-    /// Whether each frame is kept; otherwise only the last one given is, and the others need not be drawn.
+    /// Is each frame kept? Otherwise only the last one is, and the others need not be drawn.
     pub fn wants_every_frame(&self) -> bool {
         !matches!(self.writer, Writer::Picture(_))
     }
 
-    /// Whether transparency is kept.
+    /// Is transparency kept?
     pub fn keeps_alpha(&self) -> bool {
         matches!(self.writer, Writer::Picture(_) | Writer::Sequence(_))
     }
 
-    /// Once the flag is set, an encoder that does nothing is waited for less long: the user wants to leave.
+    /// Once the flag is set, an encoder without progress gets less time, because the user wants to quit.
     pub fn set_interrupt(&mut self, flag: &'static AtomicBool) {
         if let Writer::Video(video) = &mut self.writer {
             video.set_interrupt(flag);
         }
     }
 
-    /// Ends all encoders that run, for a program that ends at once: otherwise one that never exits would outlive it.
+    /// Ends all running encoders, before the program exits at once: otherwise one that hangs would outlive it.
     pub fn end_encoders() {
         encoder::end_all();
     }
 
-    /// The name that was asked for.
+    /// The requested name.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -159,8 +159,8 @@ impl Output {
     /// Takes the next frame: sRGB, the first row on top. A GIF and a video ignore its alpha.
     ///
     /// # Errors
-    /// When the disk is full, or the encoder stops. The output takes no more frames then; [`cut`](Self::cut) keeps those
-    /// that are whole, and dropping it those of a sequence only.
+    /// When the disk is full, or the encoder stops. The output takes no more frames then; [`cut`](Self::cut) keeps the whole frames, and
+    /// dropping it keeps only those of a sequence.
     ///
     /// # Panics
     /// When the frame is of another size than the output.
@@ -183,7 +183,7 @@ impl Output {
 
     /// Ends the output and gives the files their names. Without any frame there is no file.
     ///
-    /// A run that is interrupted calls this too: what it has drawn so far is a whole file then.
+    /// Call it for an interrupted run, too: the frames so far become a whole file.
     ///
     /// # Errors
     /// When the disk is full, or the encoder fails; the error says which part of the file is kept, if any.
@@ -216,7 +216,7 @@ impl Output {
 }
 
 impl Output {
-    /// After an error, keeps what is whole under the name that was asked for: a GIF and a video end with their last whole
+    /// After an error, keeps the whole frames under the requested name: a GIF and a video end with their last whole
     /// frame. The error then says how many frames there are.
     #[must_use]
     pub fn cut(self, error: OutputError) -> OutputError {
@@ -240,7 +240,7 @@ impl Output {
     }
 }
 
-/// What a finished output has written.
+/// The result of a finished output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
     /// The files, in the order of their frames; none if there was no frame.
@@ -275,7 +275,7 @@ impl fmt::Display for Written {
     }
 }
 
-/// What a name means, if its format has pictures of this size and this speed.
+/// The kind of output by its name, if its format allows this size and this speed.
 fn checked(path: &Path, size: (u32, u32), frames_per_second: f64) -> Result<Kind, OutputError> {
     let kind = Kind::of(path).ok_or_else(|| OutputError::Name(path.to_owned()))?;
     let largest = match kind {
@@ -316,19 +316,19 @@ pub enum OutputError {
     /// The file, or the folder for it, cannot be written.
     #[error("cannot write {path}: {source}{}", advice(source), path = path.shown())]
     File {
-        /// The file that was to be written.
+        /// The output file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
-    /// The format has no pictures of this size.
+    /// The format does not allow this size.
     #[error(
         "{path}: a picture of {width} x {height} pixels cannot be written; \
          each side must be 1 to {largest}",
         path = path.shown()
     )]
     Size {
-        /// The file that was to be written.
+        /// The output file.
         path: PathBuf,
         /// In pixels.
         width: u32,
@@ -337,10 +337,10 @@ pub enum OutputError {
         /// The format's longest side, in pixels.
         largest: u32,
     },
-    /// No video has this speed.
+    /// The format does not allow this speed.
     #[error("{0} frames a second cannot be played; use a number above 0, up to 1000")]
     FrameRate(f64),
-    /// The program that makes videos is not there, or cannot encode them.
+    /// The encoder is missing or cannot encode H.264.
     #[error(
         "cannot write {path}: videos need the program `{program}` with the encoder libx264, and that does not work here \
          ({source}); install the package ffmpeg (Debian, Ubuntu: apt-get install ffmpeg), \
@@ -350,35 +350,35 @@ pub enum OutputError {
         gif = path.with_extension("gif").shown()
     )]
     NoEncoder {
-        /// The video that was to be written.
+        /// The video file.
         path: PathBuf,
-        /// The program that was tried.
+        /// The encoder's name.
         program: PathBuf,
-        /// What the system said, or the program.
+        /// The system's error, or the encoder's.
         source: io::Error,
     },
     /// The end is missing.
-    #[error("{source}; what came before is whole: {kept}")]
+    #[error("{source}; everything before it is complete: {kept}")]
     Cut {
         /// Why it could not be written.
         source: Box<OutputError>,
-        /// What there is of it.
+        /// The part that was written.
         kept: Written,
     },
-    /// The program that makes videos has given up.
+    /// The encoder has failed.
     #[error(
         "cannot write {path}: the video encoder stopped after {frames} frames ({status}){}",
         if last_words.is_empty() { String::new() } else { format!(":\n{last_words}") },
         path = path.shown()
     )]
     Encoder {
-        /// The video that was to be written.
+        /// The video file.
         path: PathBuf,
         /// How many frames it had taken.
         frames: u64,
         /// How it ended.
         status: String,
-        /// The last lines that it said.
+        /// The last lines of its output.
         last_words: String,
     },
 }

@@ -1,8 +1,8 @@
-//! What a file's name asks for: the last frame, every frame, a GIF or a video.
+//! The kind of output by a file's name: the last frame, every frame, a GIF or a video.
 
 use std::path::{Path, PathBuf};
 
-/// What is written, as its name says.
+/// The kind of output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Kind {
     /// `NAME.png`: the last frame.
@@ -15,7 +15,7 @@ pub(super) enum Kind {
     Video,
 }
 
-/// How the files of a sequence are called: the frame's number between two fixed parts.
+/// The names of a sequence's files: the frame's number between two fixed parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Numbering {
     folder: PathBuf,
@@ -38,7 +38,7 @@ impl Numbering {
 }
 
 impl Kind {
-    /// The kind that `path` names, or nothing if it names none.
+    /// The kind of output for `path`; `None` if its name has no known ending.
     pub(super) fn of(path: &Path) -> Option<Self> {
         let ends_as_folder = path.to_string_lossy().ends_with(std::path::is_separator);
         if ends_as_folder || path.is_dir() {
@@ -61,7 +61,7 @@ impl Kind {
     }
 }
 
-/// The numbering that the file name's `%d` or `%05d` asks for; any other `%` is a letter like all others.
+/// The numbering by `%d` or `%05d` in the file name; any other `%` is an ordinary character.
 fn numbering(path: &Path) -> Option<Numbering> {
     let name = path.file_name()?.to_str()?;
     name.match_indices('%').find_map(|(start, _)| {

@@ -10,7 +10,7 @@ use super::OutputError;
 use super::name::Numbering;
 use crate::whole_file::WholeFile;
 
-/// One PNG: the last frame that it was given.
+/// One PNG: the last frame.
 #[derive(Debug)]
 pub(super) struct Picture {
     file: WholeFile,
@@ -42,13 +42,13 @@ impl Picture {
 pub(super) struct Sequence {
     numbering: Numbering,
     files: Vec<PathBuf>,
-    /// The folder, if it was made for them.
+    /// The folder, if it was created for them.
     made: Option<PathBuf>,
 }
 
 impl Sequence {
     pub(super) fn create(numbering: Numbering) -> Result<Self, OutputError> {
-        // A file is begun and dropped, to know now whether the folder can be written.
+        // Begins and drops a file, to check now that the folder can be written.
         let first = numbering.path(0);
         let folder = first.parent().filter(|folder| !folder.exists());
         let made = folder.map(Path::to_owned);
@@ -74,7 +74,7 @@ impl Sequence {
 
 impl Drop for Sequence {
     fn drop(&mut self) {
-        // One with something in it stays.
+        // A folder with files in it is not removed.
         if let Some(folder) = &self.made {
             let _ = std::fs::remove_dir(folder);
         }

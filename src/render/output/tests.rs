@@ -67,7 +67,7 @@ fn picture_is_the_last_frame() {
     let path = folder.path().join("new/torus.png");
     let mut output = Output::create(&path, (5, 3), 30.0).unwrap();
     assert!(!output.wants_every_frame());
-    // The first takes more bytes than the second: nothing of it may stay behind.
+    // The first file is longer than the second, which must replace it completely.
     output.frame(&gradient((5, 3), 1)).unwrap();
     output.frame(&plain((5, 3), GREEN)).unwrap();
     assert!(!path.exists(), "no final name before the end");

@@ -1,4 +1,4 @@
-//! Video: raw frames through a pipe to `ffmpeg`, which makes H.264 in an MP4 of them.
+//! Video: raw frames through a pipe to `ffmpeg`, which encodes them as H.264 in an MP4.
 
 use std::ffi::OsString;
 use std::fs::File;
@@ -14,13 +14,13 @@ use super::OutputError;
 use super::encoder::{Encoder, Patience, Stop};
 use crate::whole_file::WholeFile;
 
-/// The longest side of an H.264 picture that the encoder takes.
+/// The longest side of a picture that the encoder accepts.
 pub(super) const LARGEST_SIDE: u32 = 16384;
 
-/// How long an encoder that takes no more frames has to end by itself.
+/// How long to wait for an encoder to exit that takes no more frames.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// How long one has for a small picture, where it may have to be read from a slow disk first.
+/// The time limit for encoding a small picture, including loading the encoder from a slow disk.
 const PATIENCE_AT_FIRST: Duration = Duration::from_secs(20);
 
 /// A video that is being written.
@@ -29,7 +29,7 @@ pub(super) struct Video {
     encoder: Encoder,
     file: WholeFile,
     frames: u64,
-    /// What encodes.
+    /// The encoder.
     program: PathBuf,
     patience: Patience,
 }
@@ -73,10 +73,10 @@ impl Video {
         Ok(())
     }
 
-    /// Waits for what is left to be encoded.
+    /// Waits until all frames are encoded.
     pub(super) fn end(&mut self) -> Result<(), OutputError> {
         let ended = (self.encoder).wait(self.file.hidden_path(), &self.patience);
-        // On a full disk ffmpeg complains, and says by its status that all is well.
+        // On a full disk ffmpeg prints an error, but its exit status is success.
         let is_whole = self.is_whole_in(self.file.hidden_path());
         if !ended.as_ref().is_ok_and(ExitStatus::success) || !is_whole {
             return Err(self.failure(ended));
@@ -84,8 +84,8 @@ impl Video {
         Ok(())
     }
 
-    /// Gives the video its name, with its index at the beginning, as players want it; with an index in parts, which they
-    /// take, too, where there is no room for two of them.
+    /// Gives the video its name, with its index at the beginning, as players want it; or with an index in parts, which they also accept, if
+    /// there is no room for a second copy.
     pub(super) fn finish(self) -> Result<PathBuf, OutputError> {
         let path = self.file.path().to_owned();
         let file = self.with_index_in_front().unwrap_or(self.file);
@@ -105,12 +105,12 @@ impl Video {
         (status.success() && self.is_whole_in(file.hidden_path())).then_some(file)
     }
 
-    /// Whether a file has every frame that was given.
+    /// Does a file have every frame?
     fn is_whole_in(&self, file: &Path) -> bool {
         Whole::of(file).is_ok_and(|whole| whole.is_all && whole.frames == self.frames)
     }
 
-    /// Writing has failed: keeps the frames that are whole, and says how many. None where there are none.
+    /// After a failure: keeps the whole frames, and returns their number; `None` if there are none.
     pub(super) fn cut(mut self) -> Option<(PathBuf, u64)> {
         self.encoder.end();
         let whole = Whole::of(self.file.hidden_path()).ok()?;
@@ -121,12 +121,12 @@ impl Video {
         Some((self.file.finish_beside().ok()?, whole.frames))
     }
 
-    /// Has an encoder that does nothing ended soon once the flag is set.
+    /// Once the flag is set, ends an encoder without progress soon.
     pub(super) fn set_interrupt(&mut self, flag: &'static AtomicBool) {
         self.patience.interrupt = Some(flag);
     }
 
-    /// How long an encoder may do nothing.
+    /// How long an encoder may make no progress.
     #[cfg(test)]
     pub(super) fn patience(&mut self) -> &mut Patience {
         &mut self.patience
@@ -152,12 +152,12 @@ impl Video {
     }
 }
 
-/// Encodes a small picture as videos are encoded, and throws it away: what an encoder lacks is known before a run then.
+/// Encodes a small picture with the options of videos and discards it, so that a problem of the encoder is found before a run.
 ///
 /// # Errors
-/// When it does not start, or what it said last.
+/// If it does not start or fails; with the last lines of its output.
 pub(super) fn try_encoder(program: &Path) -> io::Result<()> {
-    // Sides that are odd need more of its filters than even ones.
+    // Odd sides need more filters than even ones.
     let size = (17, 17);
     let mut command = Command::new(program);
     command.args(input_arguments(size, 30.0));
@@ -165,7 +165,7 @@ pub(super) fn try_encoder(program: &Path) -> io::Result<()> {
     // Standard output, which is ignored.
     command.arg("pipe:1");
     let mut encoder = Encoder::start(command)?;
-    // An encoder that has ended takes nothing; its status says why.
+    // A failed write means that the encoder has ended; its status is the error.
     let _ = encoder.feed(&[0; 4 * 17 * 17], &Patience::of(size));
     match encoder.wait_at_most(PATIENCE_AT_FIRST) {
         Some(status) if status.success() => Ok(()),
@@ -184,7 +184,7 @@ pub(super) fn try_encoder(program: &Path) -> io::Result<()> {
 struct Whole {
     /// The last box is whole, too, and there is an index. Further parts may be missing.
     is_all: bool,
-    /// To the end of the last whole part.
+    /// Bytes up to the end of the last whole part.
     bytes: u64,
     /// Frames of whole parts. A video with its index in front is one part.
     frames: u64,
@@ -196,7 +196,7 @@ impl Whole {
         let end = file.metadata()?.len();
         let mut whole = Self::default();
         let (mut at, mut has_index) = (0, false);
-        // Of the index or part whose pictures come next.
+        // The frames of the index or part whose pictures come next.
         let mut frames = 0;
         while at < end {
             let mut head = [0; 16];
@@ -264,7 +264,7 @@ fn frames_of(mut boxes: &[u8]) -> u64 {
     frames
 }
 
-/// Nothing where there are too few bytes.
+/// `None` if there are too few bytes.
 fn number_at(bytes: &[u8], at: usize) -> u64 {
     let number = bytes.get(at..).and_then(|rest| rest.first_chunk::<4>());
     number.map_or(0, |&number| u32::from_be_bytes(number).into())
@@ -289,8 +289,8 @@ fn input_arguments((width, height): (u32, u32), frames_per_second: f64) -> Vec<S
     arguments
 }
 
-/// H.264 that every player and browser shows: 4:2:0, BT.709 and said so. In parts of half a second, each with its index, so
-/// that it can be played wherever it breaks off.
+/// H.264 for all players and browsers: 4:2:0 and tagged BT.709. It is written in parts of half a second, each with its index, so that a
+/// file that is cut short can be played.
 fn output_arguments((width, height): (u32, u32)) -> Vec<String> {
     // 4:2:0 needs even sides: an odd one repeats its last pixel.
     let (right, bottom) = (width % 2, height % 2);

@@ -1,11 +1,11 @@
-//! What lies on the surface beside the trail: edges, crowds, distances and names of other objects.
+//! Fields on the surface besides the trail: edges, density, distances and nearest objects.
 
 use super::{Renderer, Shot};
 use crate::gpu::PassRecorder;
 use crate::scene::settings::Show;
 use crate::sim::draws::{FieldsArgs, FieldsParams};
 
-/// What the shader is to show: as `FIELD_...` in `shaders/fields.frag`.
+/// The field that the shader shows: `FIELD_...` in `shaders/fields.frag`.
 #[derive(Clone, Copy)]
 pub(super) enum Field {
     Wireframe = 0,
@@ -73,7 +73,7 @@ impl Renderer {
 mod tests {
     use super::*;
 
-    /// A field has in the shader the number that it has here, and the name of its view.
+    /// Checks that fields have equal numbers here and in the shader, and the names of their views.
     #[test]
     fn the_shader_has_the_numbers_of_fields() {
         let shader = include_str!("../../../shaders/fields.frag");

@@ -24,7 +24,7 @@ pub(super) fn pipeline(
 }
 
 impl Renderer {
-    /// On the surface, if there are any and they are to be seen.
+    /// Records the draw, if there is food and it is shown.
     pub(super) fn draw_foods(pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
         let (state, view) = (shot.state, shot.view);
         let Some(food) = state.food.as_ref().filter(|_| view.shows_food) else {

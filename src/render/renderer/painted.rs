@@ -1,4 +1,4 @@
-//! The tint over what was painted for sensors to read: green attracts, violet repels, red stripes are no-go.
+//! The tint of painted areas: green attracts, violet repels, red stripes are no-go.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use crate::gpu::{Blend, Context, Format, GpuError, PassRecorder, RasterOptions, 
 use crate::sim::draws::{PaintedArgs, PaintedConstants, PaintedDraw, PaintedParams};
 use crate::sim::texel_paths::TexelPaths;
 
-/// Trail units of a bias that is seen well. Brushes of the lab come to some ten times the mean trail.
+/// Trail units of a bias that is clearly visible. Brushes of the lab reach about ten times the mean trail.
 const USUAL: f32 = 60.0;
 
 /// Draws the tint on canvases of one format and one number of samples.
@@ -28,7 +28,7 @@ pub(super) fn pipeline(
 }
 
 impl Renderer {
-    /// Over the surface, if there is anything to tint.
+    /// Records the draw, if there are painted areas.
     pub(super) fn draw_painted(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
         let Some(bias) = &shot.state.bias else {
             return;

@@ -13,7 +13,7 @@ use crate::sim::draws::{ParticlesArgs, ParticlesParams};
 use crate::sim::kernels::{DrawOrderArgs, DrawOrderParams};
 
 impl Renderer {
-    /// Before the pass that draws them.
+    /// Records the kernels before the pass that draws them.
     pub(super) fn order_particles(&self, rec: &mut Recorder, state: &State, view: &View) {
         rec.dispatch(
             &self.draw_order,
@@ -74,17 +74,17 @@ impl Renderer {
     }
 
     fn particle_stride(&self, view: &View) -> u32 {
-        // As many as a storage block lists, at the most.
+        // At most as many as a storage block can list.
         let most = view.most_particles.min(self.order.len() as u32);
         draw_order::stride(self.shape.particle_count, most)
     }
 }
 
-/// Light of one point, such that a crowd of usual density is bright and does not burn out.
+/// The light of one point, such that usual densities are bright but not overexposed.
 fn strength(drawn: u32, radius: f32, view: &View, size: Vec2) -> f32 {
     let radius_in_pixels = radius / world_per_pixel(&view.camera, size);
     let area = (std::f32::consts::PI * radius_in_pixels * radius_in_pixels).max(1.0);
-    // Half of them are on the far side.
+    // Half of the particles are on the far side.
     let points_in_a_pixel = 0.5 * drawn as f32 * view.particle_size * view.particle_size / area;
     (0.18 / points_in_a_pixel.max(1e-6)).clamp(0.03, 0.8)
 }

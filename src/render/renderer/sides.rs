@@ -1,5 +1,5 @@
-//! When pictures can do without triangles that turn their back: those of solid objects are hidden by
-//! those that face the eye, as long as that is outside. Devices that are CPUs draw faster without them.
+//! Back-face culling: back faces of solid objects are hidden by front faces, as long as the eye is outside. Devices that are CPUs draw
+//! faster without them.
 
 use std::sync::Arc;
 
@@ -40,10 +40,9 @@ impl<D: Draw> Sides<D> {
     }
 }
 
-/// Does the camera see nothing but the outside of solid objects? Boxes are round these, lowest and highest corners in
-/// object space.
+/// Does the camera see only the outside of solid objects? `boxes` are their bounding boxes, lowest and highest corners in object space.
 pub(super) fn is_outside(camera: &Camera, size: Vec2, boxes: &[[Vec3; 2]], poses: &[Pose]) -> bool {
-    // What is nearer than the near plane is not drawn, as if the eye were there.
+    // Points nearer than the near plane are not drawn, so the eye counts as being there.
     let margin = 1.01 * camera.near_corner(size);
     let eye = camera.eye().as_dvec3();
     boxes.iter().zip(poses).all(|(&[low, high], pose)| {
@@ -81,7 +80,7 @@ mod tests {
         };
         assert!(is_outside(&camera, &boxes, &at(Quat::IDENTITY, 20.0 * eye)));
         assert!(!is_outside(&camera, &boxes, &at(Quat::IDENTITY, eye)));
-        // Its far end comes round to the eye.
+        // Its far end rotates to the eye.
         let to_eye = Quat::from_rotation_arc(Vec3::Z, eye.normalize());
         assert!(!is_outside(&camera, &boxes, &at(to_eye, Vec3::ZERO)));
         assert!(is_outside(
@@ -89,13 +88,13 @@ mod tests {
             &boxes,
             &at(to_eye.inverse() * Quat::from_rotation_x(2.0), -eye)
         ));
-        // Nearer than what is drawn.
+        // Nearer than the near plane.
         let just_before = eye - (1.0 + 1.5 * camera.near()) * eye.normalize();
         let small = [[Vec3::splat(-1.0), Vec3::splat(1.0)]];
         let turned = at(to_eye, just_before);
         assert!(!is_outside(&camera, &small, &turned));
         assert!(is_outside(&camera, &[], &[]));
-        // The corners of a wide picture see past what its middle sees.
+        // In the corners of a wide picture the near plane is farther from the eye.
         let wide = Camera {
             vertical_fov: 150_f32.to_radians(),
             ..camera

@@ -5,7 +5,7 @@ use crate::gpu::PassRecorder;
 use crate::scene::settings::{Part, Show};
 use crate::sim::draws::{QuickSurfaceArgs, QuickSurfaceParams, SurfaceArgs, SurfaceParams};
 
-/// The light that a view is seen in.
+/// The lighting of a view.
 #[derive(Clone, Copy)]
 pub(super) struct Lighting {
     /// Share of the usual light on surfaces and food.
@@ -39,7 +39,7 @@ impl Lighting {
                 ..Self::USUAL
             },
             Show::Relief => Self {
-                // Shadows on it must be seen.
+                // Shading must be visible on it.
                 glow: 0.05,
                 relief: 0.03,
                 ..Self::USUAL
@@ -57,7 +57,7 @@ impl Renderer {
         } = *shot;
         let camera = &view.camera;
         let (trail_share, chart_share) = match view.show {
-            // Points stand out from what is bare.
+            // Points must stand out from the bare surface.
             show if show.has(Part::Points) => (0.0, view.charts_under_trail()),
             Show::Charts => (0.0, 1.0),
             _ => (view.trail_over_charts(), view.charts_under_trail()),

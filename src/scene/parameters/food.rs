@@ -3,13 +3,13 @@
 use super::{Effect, Kind, Number, Parameter, Scale};
 use crate::scene::settings::FoodSettings;
 
-/// The parameters of one `[[food]]`. All change while a simulation runs; what is left of a food stays.
+/// The parameters of one `[[food]]`. All change while a simulation runs; the remaining amount of a food stays.
 pub static FOOD_PARAMETERS: &[Parameter<FoodSettings>] = &[
     Parameter {
         key: "object",
         name: "On object",
         unit: "",
-        help: "The name of the object that the food lies on and moves with. May be empty where there is only one.",
+        help: "The name of the object that the food lies on and moves with. May be empty if there is only one.",
         effect: Effect::Live,
         kind: text!(object, "the name of an object", false),
     },
@@ -25,7 +25,7 @@ pub static FOOD_PARAMETERS: &[Parameter<FoodSettings>] = &[
         key: "radius",
         name: "Radius",
         unit: "scene radii",
-        help: "How far along the surface sensors read it. What they read falls off with the square of what is left of the way, to nothing there.",
+        help: "The distance along the surface up to which sensors read it. Its scent falls off with the square of the remaining distance, to 0 there.",
         effect: Effect::Live,
         kind: real!(radius, (0.001, 10.0), (0.05, 2.0), Logarithmic),
     },
@@ -33,7 +33,7 @@ pub static FOOD_PARAMETERS: &[Parameter<FoodSettings>] = &[
         key: "strength",
         name: "Strength",
         unit: "trail units",
-        help: "What a sensor reads more where it lies. Less than 0 repels.",
+        help: "Added to a sensor's reading at its place. Less than 0 repels.",
         effect: Effect::Live,
         kind: real!(strength, (-1e6, 1e6), (-100.0, 100.0), Linear),
     },
@@ -41,7 +41,7 @@ pub static FOOD_PARAMETERS: &[Parameter<FoodSettings>] = &[
         key: "amount",
         name: "Amount",
         unit: "meals",
-        help: "How many meals it is: each hungry particle that comes to it takes one, it smells less the less is left, and at last it is gone. 0: it never ends.",
+        help: "How many meals it is: each hungry particle that comes to it takes one, its scent becomes weaker, and in the end it is gone. 0: it never ends.",
         effect: Effect::Live,
         kind: whole!(amount: u32, (0.0, 60_000_000.0), (0.0, 1e6), Logarithmic),
     },

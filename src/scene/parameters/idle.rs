@@ -1,4 +1,4 @@
-//! Why a parameter has no effect as a scene is, where it has none: a panel greys it out and says so.
+//! Why a parameter has no effect in a scene: the panel greys it out and shows the reason.
 
 use std::sync::LazyLock;
 
@@ -214,7 +214,7 @@ mod tests {
             .collect()
     }
 
-    /// Each comes to life by what its reason asks for.
+    /// Each parameter has an effect after the change that its reason advises.
     #[test]
     fn what_has_no_effect_says_why_and_has_one_after_that() {
         let mut settings = Settings::default();
@@ -235,7 +235,7 @@ mod tests {
         let apart = idle(&settings);
         assert!(apart.contains(&"transfer.threshold") && !apart.contains(&"transfer.strategy"));
         assert!(apart.contains(&"transfer.buffer_size"));
-        // Every selected particle takes a place in the list, also with strategies in which none waits.
+        // Every selected particle takes a place in the list, also with strategies without waiting.
         for strategy in [Strategy::Direct, Strategy::Respawn] {
             settings.transfer.strategy = strategy;
             assert!(!idle(&settings).contains(&"transfer.buffer_size"));

@@ -1,7 +1,7 @@
 //! Short forms for the rows of the parameter tables.
 
 macro_rules! real {
-    // All of it fits on the slider.
+    // The slider covers the whole range.
     ($($field:ident).+, $range:expr, $scale:ident) => {
         real!($($field).+, $range, $range, $scale)
     };
@@ -74,7 +74,7 @@ macro_rules! place {
     };
 }
 
-/// A number that an object may have for itself.
+/// A number that an object may have of its own.
 macro_rules! own {
     ($field:ident, $range:expr, $slider:expr, $scale:ident) => {
         Kind::Own(Own {

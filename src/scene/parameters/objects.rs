@@ -30,16 +30,16 @@ macro_rules! own_rows {
     };
 }
 
-/// What particles do on it.
+/// Parameters of its particles.
 const PHYSARUM: &[Parameter<ObjectSettings>] = physarum!(own_physarum_rows);
 
-/// Where it is.
+/// Its pose.
 const PLACE: &[Parameter<ObjectSettings>] = &[
     Parameter {
         key: "position",
         name: "Position",
         unit: "world units",
-        help: "Where the object's origin stands.",
+        help: "The position of the object's origin.",
         effect: Effect::Live,
         kind: place!(position),
     },
@@ -223,7 +223,7 @@ const PLACE: &[Parameter<ObjectSettings>] = &[
         key: "motion.period",
         name: "Keyframes' period",
         unit: "seconds",
-        help: "For the repeat loop: after how long they begin again, going from the last keyframe to the first in the time left over. 0, or less than the last keyframe's time: at the last keyframe.",
+        help: "For the repeat loop: the time after which the keyframes begin again; in the rest of it the object moves from the last keyframe to the first. 0, or less than the last keyframe's time: at the last keyframe.",
         effect: Effect::Live,
         kind: real!(motion.period, (0.0, 1e6), (0.0, 60.0), Linear),
     },

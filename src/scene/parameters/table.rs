@@ -10,7 +10,7 @@ use crate::scene::settings::{
 /// The largest scene radius: squares of lengths stay far within single precision.
 pub const MOST_RADIUS: f64 = 1e12;
 
-/// Every parameter of a scene, in the order that people read them.
+/// Every parameter of a scene, in the order of the panel.
 pub static PARAMETERS: &[Parameter] =
     &one_table::<{ BEFORE.len() + PHYSARUM.len() + AFTER.len() }, 3, Settings>([
         BEFORE, PHYSARUM, AFTER,
@@ -37,7 +37,7 @@ macro_rules! physarum_kind {
     (word $field:ident: $type:ident,) => { word!(physarum.$field: $type) };
 }
 
-/// What particles do.
+/// Parameters of particles.
 const PHYSARUM: &[Parameter] = physarum!(physarum_rows);
 
 const BEFORE: &[Parameter] = &[
@@ -133,7 +133,7 @@ const BEFORE: &[Parameter] = &[
         key: "particles.start_direction",
         name: "Start direction",
         unit: "",
-        help: "For the start heading aligned: a direction in the world, of any length but 0. Where it stands upright on the surface, headings are random.",
+        help: "For the start heading aligned: a direction in the world, of any length but 0. If it is normal to the surface, headings are random.",
         effect: Effect::Restart,
         kind: vector!(particles.start_direction, (-1.0, 1.0)),
     },
@@ -149,7 +149,7 @@ const BEFORE: &[Parameter] = &[
         key: "areas.strength",
         name: "Area strength",
         unit: "trail units",
-        help: "What sensors read more where the area map is all green, and less where it is all blue.",
+        help: "Added to a sensor's reading where the area map is fully green, and subtracted where it is fully blue.",
         effect: Effect::Restart,
         kind: real!(areas.strength, (0.0, 1e6), (0.0, 1_000.0), Logarithmic),
     },
@@ -160,7 +160,7 @@ const AFTER: &[Parameter] = &[
         key: "time.dt",
         name: "Time step",
         unit: "seconds",
-        help: "Seconds of the objects' motion that pass in a step. 0 holds them where they are.",
+        help: "Seconds of the objects' motion that pass in a step. 0 stops them.",
         effect: Effect::Live,
         kind: real!(time.dt, (0.0, 3_600.0), (0.0, 0.1), Linear),
     },
@@ -168,7 +168,7 @@ const AFTER: &[Parameter] = &[
         key: "time.start",
         name: "Time at the start",
         unit: "seconds",
-        help: "Seconds of the objects' motion that lie before the first step.",
+        help: "Seconds of the objects' motion before the first step.",
         effect: Effect::Restart,
         kind: real!(time.start, (0.0, 1e6), (0.0, 60.0), Linear),
     },
@@ -224,7 +224,7 @@ const AFTER: &[Parameter] = &[
         key: "atlas.cell_size",
         name: "Cell size",
         unit: "texels a side",
-        help: "For the method grid: side of the cell that two triangles share. 0 for as large as fits.",
+        help: "For the method grid: side of the cell that two triangles share. 0 for the largest that fits.",
         effect: Effect::Restart,
         kind: whole!(atlas.cell_size: u32, (0.0, 32_768.0), (0.0, 128.0), Linear),
     },
@@ -232,7 +232,7 @@ const AFTER: &[Parameter] = &[
         key: "distance.method",
         name: "Distance method",
         unit: "",
-        help: "How the nearest triangle of another object is found. bvh: in a tree of boxes. brute: by looking at every one, which is slow and a check on the others. raster: by the graphics pipeline, which draws the triangles where they lie in the atlas, once for each triangle of the other object, and keeps the nearest by its depth test; to compare.",
+        help: "How the nearest triangle of another object is found. bvh: in a tree of boxes. brute: by comparing all, which is slow and serves as a check on the others. raster: by the graphics pipeline, which draws the triangles at their places in the atlas, once for each triangle of the other object, and keeps the nearest by its depth test; for comparison.",
         effect: Effect::Live,
         kind: word!(distance.method: DistanceMethod),
     },
@@ -240,7 +240,7 @@ const AFTER: &[Parameter] = &[
         key: "distance.depth",
         name: "Distance depth",
         unit: "",
-        help: "For raster: how distances become depths. ordered: by the order of their bits, which keeps all but the last two. clip: straight, as a projection does. logistic, arctangent: by these curves. Distances with equal depths are confused: another triangle may then count as the nearest, with its own exact distance.",
+        help: "For raster: how distances become depths. ordered: by the order of their bits, which keeps all but the last two. clip: linear, as in a projection. logistic, arctangent: by these curves. Distances with equal depths are confused: another triangle may then count as the nearest, with its own exact distance.",
         effect: Effect::Live,
         kind: word!(distance.depth: DepthMapping),
     },
@@ -256,7 +256,7 @@ const AFTER: &[Parameter] = &[
         key: "distance.interval",
         name: "Distance interval",
         unit: "steps",
-        help: "Distances are taken at most every so many steps, and only where objects have moved.",
+        help: "Distances are computed at most every so many steps, and only if objects have moved.",
         effect: Effect::Live,
         kind: whole!(distance.interval: u32, (1.0, 1_000.0), (1.0, 60.0), Linear),
     },
@@ -264,7 +264,7 @@ const AFTER: &[Parameter] = &[
         key: "distance.reach",
         name: "Distance reach",
         unit: "scene radii",
-        help: "Distances between objects are clamped beyond this. More takes more time.",
+        help: "Distances between objects are clamped beyond this. Larger values take more time.",
         effect: Effect::Live,
         kind: real!(distance.reach, (0.0, 100.0), (0.01, 1.0), Logarithmic),
     },
@@ -272,7 +272,7 @@ const AFTER: &[Parameter] = &[
         key: "transfer.strategy",
         name: "Transfer strategy",
         unit: "",
-        help: "What becomes of particles that go into another object. none: they walk on. respawn: they begin anew anywhere on their own object, by area. The others let them change objects, and differ in how the particle buffer is kept in order: scattered: not at all. sequential, parallel: each object has a window of it, kept in order by one invocation or by many. direct: not at all, but for the sort. These four give the same bits.",
+        help: "What happens to particles that go into another object. none: they walk on. respawn: they restart at random places of their own object. With the others they change objects, and differ in how the particle buffer is kept in order: scattered: not at all. sequential, parallel: each object has a window of it, kept in order by one invocation or by many. direct: not at all, but for the sort. These four give the same bits.",
         effect: Effect::Live,
         kind: word!(transfer.strategy: Strategy),
     },
@@ -304,7 +304,7 @@ const AFTER: &[Parameter] = &[
         key: "feeding.radius",
         name: "Food radius",
         unit: "scene radii",
-        help: "How far along the surface scattered food is sensed. What sensors read falls off with the square of what is left of the way, to nothing there.",
+        help: "The distance along the surface up to which sensors read scattered food. Its scent falls off with the square of the remaining distance, to 0 there.",
         effect: Effect::Live,
         kind: real!(feeding.radius, (0.001, 10.0), (0.05, 2.0), Logarithmic),
     },
@@ -312,7 +312,7 @@ const AFTER: &[Parameter] = &[
         key: "feeding.strength",
         name: "Food strength",
         unit: "trail units",
-        help: "What a sensor reads more where scattered food lies. Less than 0 repels.",
+        help: "Added to a sensor's reading at the place of scattered food. Less than 0 repels.",
         effect: Effect::Live,
         kind: real!(feeding.strength, (-1e6, 1e6), (-100.0, 100.0), Linear),
     },
@@ -320,7 +320,7 @@ const AFTER: &[Parameter] = &[
         key: "feeding.amount",
         name: "Food amount",
         unit: "meals",
-        help: "How many meals each scattered food is: each hungry particle that comes to it takes one, it smells less the less is left, and at last it is gone. 0: it never ends.",
+        help: "How many meals each scattered food is: each hungry particle that comes to it takes one, its scent becomes weaker, and in the end it is gone. 0: it never ends.",
         effect: Effect::Live,
         kind: whole!(feeding.amount: u32, (0.0, 60_000_000.0), (0.0, 1e6), Logarithmic),
     },
@@ -352,7 +352,7 @@ const AFTER: &[Parameter] = &[
         key: "feeding.fed_attraction",
         name: "Fed attraction",
         unit: "",
-        help: "What share of the attraction of food and markers a fed particle feels: 0 leaves it to the trails, 1 draws it as if it were hungry. What repels does so in any case.",
+        help: "The share of the attraction of food and markers that a fed particle feels: with 0 it follows the trails only, with 1 it is attracted as if it were hungry. Repulsion is always felt.",
         effect: Effect::Live,
         kind: real!(feeding.fed_attraction, (0.0, 1.0), (0.0, 1.0), Linear),
     },
@@ -368,7 +368,7 @@ const AFTER: &[Parameter] = &[
         key: "camera.azimuth",
         name: "Azimuth",
         unit: "degrees",
-        help: "Where the camera stands about the up axis.",
+        help: "The direction of the camera about the up axis.",
         effect: Effect::Live,
         kind: real!(
             camera.azimuth,
@@ -389,7 +389,7 @@ const AFTER: &[Parameter] = &[
         key: "camera.distance",
         name: "Distance",
         unit: "scene radii",
-        help: "From the camera to what it looks at. 0 for as far as shows every object whole.",
+        help: "From the camera to what it looks at. 0 for the distance that shows every object whole.",
         effect: Effect::Live,
         kind: real!(camera.distance, (0.0, 50.0), (0.0, 10.0), Logarithmic),
     },
@@ -469,7 +469,7 @@ const AFTER: &[Parameter] = &[
         key: "picture.occlusion",
         name: "Ambient occlusion",
         unit: "",
-        help: "How much darker places are that see little of the sky: hollows, and what is close to another object. 0 is off.",
+        help: "How much darker places that see little of the sky are: hollows, and places close to another object. 0 is off.",
         effect: Effect::Live,
         kind: real!(picture.occlusion, (0.0, 1.0), (0.0, 1.0), Linear),
     },

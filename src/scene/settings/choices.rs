@@ -5,7 +5,7 @@ pub use crate::mesh::atlas::AtlasMethod;
 use crate::choice::choice;
 
 choice! {
-    /// Where particles begin.
+    /// The start places of particles.
     Start {
         /// Everywhere, equally many for equal area.
         #[default]
@@ -16,7 +16,7 @@ choice! {
         Ring = "ring",
         /// Inside of such a circle.
         Disc = "disc",
-        /// Where a picture of the texture is light.
+        /// At the bright places of a picture of the texture.
         Mask = "mask",
         /// All on one food or marker.
         Food = "food",
@@ -24,9 +24,9 @@ choice! {
 }
 
 choice! {
-    /// Where the particles of one object begin.
+    /// The start places of one object's particles.
     ObjectStart {
-        /// As the scene says.
+        /// As in the scene's start.
         #[default]
         Scene = "scene",
         /// Everywhere on the object.
@@ -37,7 +37,7 @@ choice! {
         Ring = "ring",
         /// Inside of such a circle.
         Disc = "disc",
-        /// Where a picture of the texture is light.
+        /// At the bright places of a picture of the texture.
         Mask = "mask",
     }
 }
@@ -58,9 +58,9 @@ impl ObjectStart {
 }
 
 choice! {
-    /// Where particles head when they begin.
+    /// The headings of particles at the start.
     Heading {
-        /// Inwards from a ring; else everywhere.
+        /// Inwards from a ring, otherwise random.
         #[default]
         Auto = "auto",
         /// Everywhere.
@@ -79,7 +79,7 @@ choice! {
     Strategy {
         /// They walk on.
         None = "none",
-        /// They begin anew on their own object.
+        /// They restart on their own object.
         Respawn = "respawn",
         /// They change objects in place; every object's kernels run over all particles.
         Scattered = "scattered",
@@ -94,9 +94,9 @@ choice! {
 }
 
 choice! {
-    /// How a sensor gets to where it reads.
+    /// The path of a sensor to the place that it reads.
     Sensing {
-        /// Straight in the atlas where its way stays in one chart; else it walks.
+        /// Straight in the atlas if its path stays in one chart; otherwise it walks.
         #[default]
         Auto = "auto",
         /// It walks on the surface.
@@ -107,7 +107,7 @@ choice! {
 choice! {
     /// Behaviour of a walk at an open border.
     Border {
-        /// The heading is mirrored and the walk goes on.
+        /// The heading is mirrored and the walk continues.
         #[default]
         Reflect = "reflect",
         /// The walk ends at the border.
@@ -118,10 +118,10 @@ choice! {
 choice! {
     /// Does an object follow the animation of its model?
     ModelAnimation {
-        /// It stays where the file puts it.
+        /// It stays at the position in the file.
         #[default]
         Still = "still",
-        /// It goes where the file's first animation takes its nodes.
+        /// It follows the first animation of the file.
         Follow = "follow",
     }
 }
@@ -134,7 +134,7 @@ choice! {
         Loop = "loop",
         /// The object stays there.
         Once = "once",
-        /// They are gone through backwards, and forwards again.
+        /// They are played backwards, then forwards again.
         Mirror = "mirror",
     }
 }
@@ -156,7 +156,7 @@ choice! {
         /// In a tree of boxes.
         #[default]
         Bvh = "bvh",
-        /// By looking at every one: slow, and a check on the others.
+        /// By comparing all: slow, and a check on the others.
         Brute = "brute",
         /// By the graphics pipeline, whose depth test keeps the nearest.
         Raster = "raster",
@@ -215,12 +215,12 @@ choice! {
 }
 
 choice! {
-    /// Whether pictures show what is on the surface besides the trail.
+    /// Do pictures show an overlay, such as food?
     Drawn {
         /// It is drawn.
         #[default]
         Shown = "shown",
-        /// Only what it does is seen.
+        /// It is hidden, but still has its effect.
         Hidden = "hidden",
     }
 }

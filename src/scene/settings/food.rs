@@ -16,9 +16,9 @@ pub struct FoodSettings {
     pub at: [f64; 3],
     /// How far along the surface it is sensed, in scene radii.
     pub radius: f32,
-    /// Trail units that a sensor reads more at its place; negative repels.
+    /// Trail units added to a sensor at its place; negative repels.
     pub strength: f32,
-    /// How many meals it is; 0 for no end of them.
+    /// Its meals; 0 is endless.
     pub amount: u32,
     /// How far along the surface it is eaten, in scene radii; 0 for a marker.
     pub size: f32,

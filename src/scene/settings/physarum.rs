@@ -1,10 +1,10 @@
-//! What particles do: one table of the parameters that they have, for the whole scene and for single objects.
+//! One table of the parameters of particles, for the whole scene and for single objects.
 
 use serde::Serialize;
 
 use super::choices::{Border, Sensing};
 
-/// Gives all parameters to a macro, in their order. Those marked `own` an object may have for itself, too. Each has its type and its
+/// Gives all parameters to a macro, in their order. Objects may have their own values of those marked `own`. Each has its type and its
 /// default and, for the parameter tables, the kind of value with its range, that of its slider and its scale, then name, unit and help.
 macro_rules! physarum {
     ($use:ident) => {
@@ -49,7 +49,7 @@ macro_rules! physarum {
                 /// Particles per texel in use that deposit and decrowding weight are meant for; 0 for any.
                 reference_density: f32 = 0.0, real((0.0, 1e6), (0.0, 10.0), Logarithmic),
                 "Reference density", "particles per texel",
-                "How many particles the look was made for: where there are twice as many, each leaves half as much trail, and the decrowding weight is half, so that the look stays. 0 takes both as they are."
+                "The density of particles that the look was made for: with twice the density, each particle leaves half as much trail, and the decrowding weight is half, so that the look stays. 0 takes both as they are."
             }
             scene {
                 /// What happens at the open border of a surface.
@@ -61,10 +61,10 @@ macro_rules! physarum {
                 /// Edges that one walk may cross in a step; the rest is walked in the next.
                 edge_crossing_attempts: u32 = 10, whole((0.0, 1_000.0), (0.0, 64.0), Linear),
                 "Edge-crossing attempts", "edges per walk",
-                "How many edges one walk may cross in a step. What is left of it is walked first in the next step."
+                "How many edges one walk may cross in a step. The rest of the walk comes first in the next step."
             }
             scene {
-                /// How a sensor gets to where it reads.
+                /// The path of a sensor to the place that it reads.
                 sensing: Sensing = Sensing::Auto, word(),
                 "Sensing", "",
                 "Sensors read straight ahead in the atlas where their way stays in one chart (auto), or always walk."
@@ -130,8 +130,8 @@ macro_rules! own_settings {
 }
 macro_rules! own_fields {
     ($({ $(#[$doc:meta])* $field:ident: $type:ty = $($row:tt)* })*) => {
-        /// `physarum` of an `[[object]]`: values that stand over the scene's while a particle is on this object. What an object
-        /// does not name, it shares with the scene.
+        /// `physarum` of an `[[object]]`: values that override the scene's while a particle is on this object. Other values are the
+        /// scene's.
         #[derive(Clone, Debug, Default, PartialEq, Serialize)]
         pub struct OwnPhysarum {
             $(

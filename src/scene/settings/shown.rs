@@ -4,16 +4,16 @@ use super::Settings;
 use crate::choice::choice;
 use Part::{Charts, Distances, Flat, OwnColors, Points, Scale, Trail};
 
-/// Something that some views have.
+/// A feature of some views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// The trail.
     Trail,
     /// The colour map, as a scale from none to much.
     Scale,
-    /// Colours that neither the trail nor the colour map has an effect on.
+    /// Colours that do not depend on the trail or the colour map.
     OwnColors,
-    /// As much of the atlas's charts as `picture.charts` says.
+    /// The atlas's charts, with the strength of `picture.charts`.
     Charts,
     /// Particles as points.
     Points,
@@ -213,7 +213,7 @@ impl Show {
             .then_some("it needs a second object, and there is only one")
     }
 
-    /// Does it show as much of the atlas's charts as `picture.charts` says?
+    /// Does it show the atlas's charts with the strength of `picture.charts`?
     #[must_use]
     pub fn has_charts(self) -> bool {
         self.has(Charts)
@@ -225,7 +225,7 @@ impl Show {
         self.has(Flat)
     }
 
-    /// The titles of all views of which this is true, as a sentence has them.
+    /// The titles of all views that meet a condition, as part of a sentence.
     #[must_use]
     pub fn titles(is_meant: impl Fn(Self) -> bool) -> String {
         let meant = Self::ALL.iter().filter(|show| is_meant(**show));

@@ -8,7 +8,7 @@ use super::{ParticleSettings, Settings};
 /// `start` of an `[[object]]`: where the particles of its share of the area begin, and where they head.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OwnStart {
-    /// Where; `scene` leaves them to the scene's start, and the rest without effect.
+    /// The start place; with `scene` they begin with the scene's start, and the other keys have no effect.
     pub place: ObjectStart,
     /// As [`ParticleSettings::start_at`], on this object.
     pub at: [f32; 3],
@@ -37,7 +37,7 @@ impl Default for OwnStart {
 }
 
 impl OwnStart {
-    /// Does it say nothing?
+    /// Is it the default?
     #[must_use]
     pub fn is_default(&self) -> bool {
         *self == Self::default()
@@ -49,7 +49,7 @@ impl OwnStart {
 pub struct StartSettings<'a> {
     /// What its keys begin with: `particles.start_` or `object.0.start.`.
     pub prefix: String,
-    /// Where.
+    /// The start place.
     pub place: Start,
     /// The only object, by its index; `None` for all.
     pub object: Option<usize>,
@@ -59,7 +59,7 @@ pub struct StartSettings<'a> {
     pub radius: f32,
     /// A path relative to the scene file.
     pub mask: &'a str,
-    /// Where they head.
+    /// Their headings.
     pub heading: Heading,
     /// A direction in the world.
     pub direction: [f32; 3],

@@ -53,14 +53,14 @@ fn foods_are_read_changed_and_written() {
     assert_eq!((food.amount, food.at), (1000, [0.0, 1.0, 0.5]));
     assert!(marker.is_marker() && !food.is_marker());
     assert_eq!((marker.strength, marker.radius), (-4.5, 0.75));
-    // What is written is read.
+    // A written file reads back equally.
     assert_eq!(read(&settings.to_toml(), &[]).unwrap(), settings);
     assert!(!Settings::default().to_toml().contains("[[food]]"));
     let scene = load(settings).unwrap();
     assert_eq!(scene.settings.food_count(), 2);
 }
 
-/// So that it stays clear when objects are added.
+/// The name is filled in, so that it stays right when objects are added.
 #[test]
 fn the_only_object_gets_the_food_that_names_none() {
     let settings = read("[[food]]\nat = [1, 0, 0]\n", &[]).unwrap();

@@ -54,7 +54,7 @@ fn every_builtin_scene_and_preset_is_right() {
     }
     for preset in builtin::PRESETS {
         assert!(preset.summary().ends_with('.'), "{}", preset.name);
-        // A preset is a whole look: what it does not mention would be left over from the one before.
+        // A preset is a whole look: keys that it lacked would keep values of an earlier preset.
         let table: toml::Table = preset.text.parse().expect("presets are TOML");
         for parameter in PARAMETERS {
             let (section, key) = parameter
@@ -67,7 +67,7 @@ fn every_builtin_scene_and_preset_is_right() {
                 .is_some_and(|section| section.get(key).is_some());
             assert_eq!(
                 mentioned,
-                // Where a look does not mention food, there is none scattered.
+                // A look without scattered food has none.
                 ["physarum", "trail"].contains(&section) && !how
                     || parameter.key == "picture.color_map"
                     || section == "feeding" && preset.name == "feeding",
@@ -92,7 +92,7 @@ fn every_builtin_scene_loads_with_room_in_its_atlas() {
             builtin.name,
             scene.radius
         );
-        // Texels that are worth their gutters.
+        // Enough texels for the gutters.
         let texels = u64::from(scene.settings.atlas.size).pow(2);
         let per_triangle = texels / scene.surface.triangles.len() as u64;
         assert!(per_triangle >= 8, "{}: {per_triangle}", builtin.name);
@@ -124,7 +124,7 @@ fn overrides_come_in_order() {
         "the preset was applied"
     );
     assert_eq!(settings.seed, 9);
-    // Two values of one key: which one is meant is unknown.
+    // Two values of one key: it is unknown which one is meant.
     overrides.set.push("seed=1".to_owned());
     let message = Scene::read(Path::new("torus"), &overrides)
         .expect_err("it is set twice")
@@ -230,8 +230,8 @@ fn objects_are_named_after_their_meshes_and_kept_apart() {
     assert_eq!(scene.name, "three");
 }
 
-/// Thousands of objects, many of them nameless or with names that others were given: each has the name that it gets if all
-/// that come before are looked at.
+/// Thousands of objects, many of them without a name or with a repeated one: each gets the same name as by a search through all earlier
+/// ones.
 #[test]
 fn many_objects_get_the_names_that_few_do() {
     let cube = Mesh::open("builtin:cube", Path::new("")).expect("it is built in");
@@ -240,7 +240,7 @@ fn many_objects_get_the_names_that_few_do() {
     ];
     let names = |count: usize| {
         let object = |i: usize| ObjectSettings {
-            // At last only nameless ones.
+            // Finally only objects without a name.
             name: if i < 200 { given[i * 7 % 10] } else { "" }.to_owned(),
             ..ObjectSettings::default()
         };
@@ -296,7 +296,7 @@ fn a_bare_builtin_mesh_is_a_scene() {
     assert_eq!((scene.name.as_str(), scene.meshes.len()), ("capsule", 1));
 }
 
-/// A torus of 20 million triangles takes half a minute and gigabytes to be made and joined; without the check it is refused
+/// A torus of 20 million triangles takes half a minute and gigabytes to be made and joined; without the check it would be refused only
 /// after that, or laid out in a texture in which many of them share each texel.
 #[test]
 fn more_triangles_than_the_atlas_has_room_for_are_refused_before_they_are_made() {
@@ -337,7 +337,7 @@ fn a_file_of_more_triangles_than_the_atlas_has_room_for_is_refused() {
     let count = 1_048_577_u32;
     let mut stl = vec![0; 80];
     stl.extend(count.to_le_bytes());
-    // Facets without numbers: none of them is looked at.
+    // Facets without numbers, because none of them is read.
     stl.resize(84 + 50 * count as usize, 0xff);
     let mut obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned();
     obj += &"f 1 2 3\n".repeat(count as usize);
@@ -354,7 +354,7 @@ fn a_file_of_more_triangles_than_the_atlas_has_room_for_is_refused() {
     }
 }
 
-/// Catches rods and needles that are taken, and on which particles lose their headings after some steps.
+/// Catches rods and needles that are accepted although particles on them lose their headings after some steps.
 #[test]
 fn rods_too_thin_for_directions_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -374,7 +374,7 @@ fn rods_too_thin_for_directions_are_refused() {
             message.starts_with("object `rod`: most of its surface"),
             "{message}"
         );
-        assert!(message.contains("make it thicker"), "{message}");
+        assert!(message.contains("make the object thicker"), "{message}");
     }
     for (length, width) in [(1.0, 5e-7), (1e5, 1.0), (1.0, 1.0)] {
         load(length, width).expect("it can be walked on");

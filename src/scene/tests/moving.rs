@@ -1,4 +1,4 @@
-//! Objects are where their motion has them at every time, and motion that makes no sense is refused.
+//! Tests of motion: objects have the right pose at every time, and senseless motion is refused.
 
 use glam::{DAffine3, DQuat, DVec3};
 
@@ -45,7 +45,7 @@ fn a_spin_goes_about_the_objects_own_axis() {
         );
         near(pose_at(&gear, None, time), expected, "spin");
     }
-    // A year in, whole turns have cost no digits.
+    // After a year the precision is not lower.
     let year = 365.0 * 24.0 * 3600.0;
     near(
         pose_at(&gear, None, year),
@@ -167,7 +167,7 @@ fn keyframes_loop_stop_or_turn_back() {
     }
 }
 
-/// From each time to one a little later, no motion jumps, across the ends of loops as well.
+/// No motion jumps from a time to one slightly later, not even across the ends of loops.
 #[test]
 fn motion_is_continuous() {
     let all = object(

@@ -125,7 +125,7 @@ fn the_table_and_the_file_have_the_same_keys() {
             }
         }
     }
-    // Of motion and of an object's own values, files have only what is said.
+    // Files have only the set values of motion and of an object's own parameters.
     let mut settings = Settings::default();
     for parameter in OBJECT_PARAMETERS {
         nudge(parameter, &mut settings.objects[0]);
@@ -165,7 +165,7 @@ fn defaults_are_in_range_and_documented() {
     }
 }
 
-/// Touching a slider would lose a value that is beyond its ends, and it could not be dragged back.
+/// Catches sliders that do not cover a built-in value: dragging would lose it.
 #[test]
 fn sliders_have_what_presets_say() {
     for preset in PRESETS {
@@ -181,7 +181,7 @@ fn sliders_have_what_presets_say() {
             }
         }
     }
-    // An object's own values are looked for in the same places.
+    // Objects' own values are checked in the same files.
     for own in OBJECT_PARAMETERS {
         let shared = PARAMETERS.iter().find(|shared| shared.key == own.key);
         if let (Kind::Own(own_kind), Some(Kind::Number(shared))) =
@@ -229,7 +229,7 @@ fn mistyped_keys_are_named_with_their_line_and_the_nearest_right_one() {
         problem,
         "line 2: trail.speed: no such key; did you mean physarum.speed?"
     );
-    // Nothing is near.
+    // No key is similar.
     let problem = only_problem(read("[trail]\nxyzzyq = 0.1\n"));
     assert_eq!(
         problem,
@@ -282,7 +282,7 @@ fn wrong_types_are_named_with_their_line() {
         ),
         (
             "trail = 3",
-            "line 1: trail is a section: keys such as trail.diffusion stand in it",
+            "line 1: trail is a section, with keys such as trail.diffusion",
         ),
         (
             "seed = 1979-05-27",
@@ -379,7 +379,7 @@ fn assignments_take_every_kind_of_value() {
         Ok(2_000_000)
     );
     assert_eq!(set(&["trail.decay=1"]).map(|s| s.trail.decay), Ok(1.0));
-    // Later ones win.
+    // Later assignments win.
     assert_eq!(set(&["seed=1", "seed=2"]).map(|s| s.seed), Ok(2));
 }
 
@@ -429,7 +429,7 @@ fn mesh_paths_on_the_command_line_begin_where_it_was_typed() {
     assert_eq!(settings.objects[0].mesh, "models/fish.obj");
 }
 
-/// Whatever is typed, the answer is settings or a message.
+/// Any input gives settings or a message, and no panic.
 #[test]
 fn nothing_that_can_be_typed_panics() {
     let values = [
@@ -481,7 +481,7 @@ fn nothing_that_can_be_typed_panics() {
     }
 }
 
-/// Catches a suggestion that is looked for among all keys for a word of any length, and texts of problems that are not shown: the
+/// Catches searches for suggestions for words of any length, and building texts of problems that are not shown: the
 /// first took 16 s, the second 20 s.
 #[test]
 fn a_hundred_thousand_mistakes_are_reported_together() {
@@ -532,7 +532,8 @@ fn control_characters_in_messages_are_visible() {
     }
 }
 
-/// Catches lists so long that planning between their objects takes all time and memory, and a second problem that only follows.
+/// Catches lists so long that planning between their objects takes all time and memory, and a second problem that only follows from the
+/// first.
 #[test]
 fn more_objects_and_foods_than_there_may_be_are_one_problem() {
     let many = "[[object]]\nmesh = 'builtin:cube'\n".repeat(4097);

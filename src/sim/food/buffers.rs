@@ -12,11 +12,11 @@ use crate::sim::types::{Mark, Meal};
 
 /// Buffers of food and markers.
 pub struct FoodBuffers {
-    /// One per food or marker: what is left of it.
+    /// One per food or marker: its remaining amount.
     pub meals: Buffer<Meal>,
     /// Their marks in pictures.
     pub marks: Buffer<Mark>,
-    /// One per texel, gutters filled: trail units that sensors read more.
+    /// One per texel, gutters filled: trail units that are added to sensor readings.
     pub scent: Texture<f32>,
     /// One per texel, gutters filled: the food that is eaten there, counted from 1, or 0.
     pub plates: Texture<u32>,
@@ -24,14 +24,14 @@ pub struct FoodBuffers {
     pub scented: Buffer<UVec2>,
     /// As [`FoodSet::falloffs`].
     pub falloffs: Buffer<UVec2>,
-    /// The groups of the dispatch that sums smells up anew.
+    /// The groups of the dispatch that sums up scents again.
     pub groups: Buffer<DispatchGroups>,
-    /// How many foods and markers.
+    /// The number of foods and markers.
     pub food_count: u32,
 }
 
 impl FoodBuffers {
-    /// Takes the memory and uploads: of each food there is what `meals` say.
+    /// Takes the memory and uploads the data; `meals` are the amounts of foods.
     ///
     /// # Errors
     /// No memory.

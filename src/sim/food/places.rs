@@ -1,4 +1,4 @@
-//! Where a scene's foods and markers lie: those that it names, and those that it scatters.
+//! The places of a scene's foods and markers, both named and scattered ones.
 
 use glam::{DVec3, Vec3};
 
@@ -12,10 +12,10 @@ use crate::scene::motion::Origins;
 use crate::scene::settings::{FoodSettings, Settings};
 use crate::sim::start::{AreaTable, nearest_point, share, uniform_in_triangle};
 
-/// Places that scattered food is chosen from; always as many, so that more food leaves what is there where it is.
+/// The number of places that scattered food is chosen from. It is constant, so that the first foods keep their places when there are more.
 const CANDIDATES: u32 = 4096;
 
-/// Every food and marker of a scene: first those that it names, then those that it scatters.
+/// Every food and marker of a scene: first the named ones, then the scattered ones.
 ///
 /// # Errors
 /// When a named one is farther from its object than it reaches.
@@ -82,7 +82,7 @@ pub fn nearest_on_object(surface: &Surface, at: Vec3, object: u32) -> (SurfacePo
     (point, a + point.u * (b - a) + point.v * (c - a))
 }
 
-/// Scattered over all objects, each as far as can be from those before it on its object, wherever objects stand.
+/// Foods scattered over all objects, each as far as possible from earlier ones on its object, independent of the objects' poses.
 fn scattered(settings: &Settings, surface: &Surface, radius: f32) -> Vec<FoodPlace> {
     let feeding = &settings.feeding;
     if feeding.scattered == 0 {

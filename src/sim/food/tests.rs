@@ -1,4 +1,4 @@
-//! Food on the host: meals, plates, places, and what is kept of it.
+//! Food on the host: meals, plates, places, and amounts that are kept.
 
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
@@ -88,7 +88,7 @@ fn food_lies_where_its_object_is_nearest() {
         problem.contains("the nearest place on it is ["),
         "{problem}"
     );
-    // Coordinates are the mesh's own: a scale moves it along.
+    // Coordinates are those of the mesh, so a scale moves the food, too.
     let mut scaled = settings(&["ball", "moon"], &[("moon", Y, 5)]);
     scaled.objects[1].scale = 0.5;
     scaled.objects[1].rotation = [90.0, 0.0, 0.0];
@@ -99,7 +99,7 @@ fn food_lies_where_its_object_is_nearest() {
     assert!(mark.normal.y > 0.9 && mark.is_food == 1);
 }
 
-/// Where discs overlap, the nearer food is eaten; gutters are as the texels behind them.
+/// If discs overlap, the nearer food is eaten; gutters equal the texels behind them.
 #[test]
 fn plates_are_of_the_nearest_food() {
     let near = [0.98, 0.2, 0.0];
@@ -187,7 +187,7 @@ fn what_stays_is_not_measured_again_and_keeps_what_is_left() {
         &food_set.reached[2],
         &before.food_set.reached[0]
     ));
-    // One of another amount is another food.
+    // A food with another amount is another food.
     assert_eq!(food_set.kept(&before.food_set, &[10, 20]), [20, 7, 51]);
     // The result equals that of measuring all of them.
     let anew = FoodSet::new(surface, atlas, food_set.places.clone(), None, &control).unwrap();
@@ -195,7 +195,7 @@ fn what_stays_is_not_measured_again_and_keeps_what_is_left() {
     assert!(anew.plates == food_set.plates);
 }
 
-/// Objects come and go: the food of those that stay is what was left of it.
+/// When objects are added and removed, the food of the others keeps its remaining amount.
 #[test]
 fn food_is_carried_over_with_its_object() {
     let both = settings(&["ball", "moon"], &[("ball", X, 50), ("moon", Y, 60)]);

@@ -99,7 +99,7 @@ fn on_a_card_particles_are_limited_by_the_lists_of_them() {
         max_memory_allocation_size: (1 << 32) - (1 << 21),
         ..device((1 << 32) - 1)
     };
-    // As NVIDIA's driver says.
+    // The limits of NVIDIA's driver.
     assert_eq!(most_particles(&card), (1 << 30) - (1 << 19));
     assert!(most_particles(&card) > 1_000_000_000);
     assert_eq!(tables(&card, 1 << 27), Tables::InOnePiece);

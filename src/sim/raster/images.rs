@@ -9,7 +9,7 @@ use crate::gpu::{
 use crate::sim::buffers::{self, Counts};
 use crate::sim::setup::Setup;
 
-/// How the pipeline draws.
+/// The options of the pipeline.
 #[must_use]
 pub fn raster_options() -> RasterOptions {
     RasterOptions {
@@ -29,7 +29,7 @@ pub struct Raster {
     pub slots: Buffer<u32>,
     /// The surface point under each texel, and the triangle that owns it.
     pub places: Texels<u32>,
-    /// For each texel the slot of the nearest face and 1, 0 for none.
+    /// For each texel the slot of the nearest face plus 1, 0 for none.
     pub target: Image,
     /// The smallest depth of each texel.
     pub depth: Image,
@@ -40,7 +40,7 @@ pub struct Raster {
 }
 
 impl Raster {
-    /// Takes the memory and uploads what is drawn.
+    /// Takes the memory and uploads the inputs.
     ///
     /// # Errors
     /// When the device has no memory left, or no images of the atlas's size.

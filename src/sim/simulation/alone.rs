@@ -9,7 +9,7 @@ use super::Simulation;
 use crate::error::{Error, Result};
 use crate::gpu::{Alone, Recorder};
 
-/// A kernel of the next step that is to run alone: what it found there, and all that the step was to do.
+/// A kernel of the next step that is to run alone: copies of its inputs, and the planned step.
 #[derive(Clone)]
 pub struct KernelAlone {
     recorded: Alone,
@@ -26,7 +26,7 @@ impl KernelAlone {
 }
 
 impl Simulation {
-    /// The kernels of a step, in order, as often as they run in a step that takes distances. Records nothing.
+    /// The kernels of a step that computes distances, in order, as often as they run. Records nothing.
     pub fn kernels(&mut self, rec: &mut Recorder) -> Vec<String> {
         let (step, _) = self
             .course
@@ -34,11 +34,11 @@ impl Simulation {
         rec.kernels_of(|rec| self.record_and_return(rec, &step))
     }
 
-    /// Records what the next step does before a kernel comes for the first time. The state is none that steps lead to
-    /// afterwards; [`Simulation::restore`] leads back, and one step after it distances are known again.
+    /// Records the part of the next step before a kernel's first run. Afterwards the state is invalid; [`Simulation::restore`] repairs it,
+    /// and one step later distances are known again.
     ///
     /// # Errors
-    /// When the step has no such kernel, or the device no memory for what the kernel changes.
+    /// When the step has no such kernel, or the device has no memory for copies of the buffers that the kernel changes.
     pub fn record_before(&mut self, rec: &mut Recorder, kernel: &str) -> Result<KernelAlone> {
         let changes = self.course.changes();
         self.state.follow(self.course.poses());
@@ -56,7 +56,7 @@ impl Simulation {
         })
     }
 
-    /// Records that kernel and nothing else, in a scope of this name, on what it would find in the step.
+    /// Records only that kernel, in a scope of this name, on the inputs that it has in the step.
     pub fn record_alone(&mut self, rec: &mut Recorder, alone: &KernelAlone, scope: &str) {
         rec.record_alone(&alone.recorded, scope, |rec| {
             self.record_and_return(rec, &alone.step);

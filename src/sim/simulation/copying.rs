@@ -1,4 +1,5 @@
-//! The whole state copied to the host beside what runs: recorded in a frame, read by any thread when that is done.
+//! Copies of the whole state to the host without stopping the simulation: recorded in a frame, read by any thread when the frame has
+//! finished.
 
 use super::super::buffers;
 use super::super::kept::{BufferCopy, Copies};
@@ -7,18 +8,18 @@ use super::Simulation;
 use crate::error::Result;
 use crate::gpu::Recorder;
 
-/// A state on its way to the host.
+/// A state being copied to the host.
 pub struct SnapshotCopy {
     /// The parts on the host.
     host: Snapshot,
     parts: Copies,
-    /// None before the first were taken.
+    /// None before the first were computed.
     distances: Option<(BufferCopy<f32>, BufferCopy<u32>)>,
 }
 
 impl Simulation {
-    /// Records a copy of the state as all that was recorded so far leaves it: what [`snapshot`](Self::snapshot) and
-    /// [`distances`](Self::distances) wait for, without waiting.
+    /// Records a copy of the state after everything recorded so far, as [`snapshot`](Self::snapshot) and [`distances`](Self::distances)
+    /// return it, but without waiting.
     ///
     /// # Errors
     /// No memory.
@@ -40,7 +41,7 @@ impl Simulation {
 }
 
 impl SnapshotCopy {
-    /// Has the frame finished? Does not wait. What is there is kept, and stays.
+    /// Has the frame finished? Does not wait. Copied parts are kept.
     pub fn is_there(&mut self) -> bool {
         self.parts.are_there()
             && (self.distances.as_mut())

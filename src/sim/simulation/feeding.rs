@@ -1,4 +1,4 @@
-//! Food and markers of the running simulation: put there, taken away, and what is left of them.
+//! Food and markers of the running simulation: adding and removing them, and their remaining amounts.
 
 use std::sync::{Arc, Weak};
 
@@ -16,16 +16,16 @@ use crate::mesh::atlas::Control;
 use crate::scene::foods;
 use crate::scene::settings::Settings;
 
-/// Food that takes the place of what there is.
+/// Food that replaces the present food.
 pub(super) struct Served {
     food_set: FoodSet,
     buffers: Option<FoodBuffers>,
-    /// As the buffers have them.
+    /// The remaining meals in the buffers.
     meals: Vec<Meal>,
 }
 
 impl Served {
-    /// The buffers of a food set, with `left` meals left of each food.
+    /// The buffers of a food set, with `left` remaining meals of each food.
     fn new(ctx: &Arc<Context>, food_set: FoodSet, left: &[u32]) -> Result<Self> {
         let meals = food_set.meals(Some(left));
         let buffers = (!food_set.is_empty())
@@ -38,7 +38,7 @@ impl Served {
         })
     }
 
-    /// Updates the meals left, because food was eaten meanwhile.
+    /// Updates the remaining meals, because food was eaten in the meantime.
     fn keep(&mut self, ctx: &Context, left: &[u32]) -> Result<()> {
         let meals = self.food_set.meals(Some(left));
         if let Some(buffers) = self.buffers.as_ref().filter(|_| meals != self.meals) {
@@ -56,33 +56,33 @@ impl Served {
     }
 }
 
-/// Other food for a running simulation: what takes long about it, to be done by any thread.
+/// Other food for a running simulation: the slow part of its preparation, for any thread.
 pub struct FoodOrder {
-    /// Measuring takes long and needs no device, so it keeps none from ending.
+    /// Weak, because measuring takes long and needs no device, and must not keep the device alive.
     ctx: Weak<Context>,
-    /// With the settings that ask for it.
+    /// The settings with this food.
     course: Course,
     means: Means,
-    /// Meals left of the present food.
+    /// Remaining meals of the present food.
     remaining: Vec<u32>,
 }
 
-/// Other food, measured; [`Simulation::apply_with_food`] lets it be there.
+/// Other food, measured; [`Simulation::apply_with_food`] puts it into effect.
 pub struct PreparedFood {
     /// The settings that it was ordered with.
     settings: Settings,
-    /// None where all lies as it did.
+    /// None if no place has changed.
     served: Option<Served>,
-    /// How that was.
+    /// The food before.
     before: Vec<FoodPlace>,
 }
 
 impl FoodOrder {
-    /// Measures how far every texel is from it, and makes the kernels that the first food needs.
+    /// Measures the distances of texels from it, and makes the kernels that the first food needs.
     ///
     /// # Errors
-    /// When a food lies off its object or on none, there are too many, or they reach too many texels; when the device is lost
-    /// or has ended meanwhile; and when it was stopped.
+    /// When a food is too far from its object or on none, there are too many, or they reach too many texels; when the device is lost or was
+    /// destroyed in the meantime; and when it was cancelled.
     pub fn prepare(self, control: &Control<'_>) -> Result<PreparedFood> {
         let Course {
             setup, settings, ..
@@ -99,7 +99,7 @@ impl FoodOrder {
                 Served::new(&ctx, food_set, &left)
             })
             .transpose()?;
-        // The first food has kernels of its own: the device keeps them until they are asked for.
+        // The first food needs other kernels, which the device keeps in its cache until they are needed.
         pipelines_of(
             &ctx,
             &self.course.setup,
@@ -120,7 +120,7 @@ impl PreparedFood {
         has_same_food(&self.settings, settings)
     }
 
-    /// Asks for it.
+    /// Puts this food into settings.
     pub fn put_into(&self, settings: &mut Settings) {
         settings.foods.clone_from(&self.settings.foods);
         settings.feeding = self.settings.feeding.clone();
@@ -132,12 +132,12 @@ impl PreparedFood {
     }
 }
 
-/// Do both ask for the same food?
+/// Do both settings have the same food?
 fn has_same_food(a: &Settings, b: &Settings) -> bool {
     a.foods == b.foods && a.feeding == b.feeding
 }
 
-/// The food of changed settings; none where it lies as it did.
+/// The food of changed settings; none if no place has changed.
 fn measured(setup: &Setup, settings: &Settings, control: &Control<'_>) -> Result<Option<FoodSet>> {
     if let [problem, ..] = &foods::problems(settings)[..] {
         return Err(Error::Invalid(problem.clone()));
@@ -152,20 +152,20 @@ fn measured(setup: &Setup, settings: &Settings, control: &Control<'_>) -> Result
 }
 
 impl Simulation {
-    /// The food of changed settings, if it is other food than what there is, as an order for any thread. Until it is
-    /// prepared, what there was stays.
+    /// The food of changed settings, if it differs from the present food, as an order for any thread. The present food stays until the new
+    /// one is prepared.
     #[must_use]
     pub fn order_food(&self, settings: &Settings) -> Option<FoodOrder> {
         (!has_same_food(settings, self.settings())).then(|| FoodOrder {
             ctx: Arc::downgrade(&self.ctx),
             course: self.course.with_settings(settings),
             means: self.means(),
-            // A guess: what is eaten meanwhile is seen to when it is served.
+            // A guess: amounts that are eaten in the meantime are corrected when it is served.
             remaining: self.remaining().unwrap_or_default(),
         })
     }
 
-    /// The food of changed settings, if it is other food. What stays where it is keeps what is left of it.
+    /// The food of changed settings, if it is other food. Food that stays at its place keeps its remaining amount.
     pub(super) fn served(
         &self,
         settings: &Settings,
@@ -194,7 +194,7 @@ impl Simulation {
 
     /// Puts the food into effect from the next step on.
     pub(super) fn serve(&mut self, served: Served) {
-        // Other owners of the setup keep theirs.
+        // Other owners of the setup keep their food.
         Arc::make_mut(&mut self.course.setup).food_set = served.food_set;
         self.state.food = served.buffers;
     }
@@ -207,7 +207,7 @@ impl Simulation {
         Ok(buffers.transpose()?)
     }
 
-    /// Meals left of each food, copied to the host like [`snapshot`](Self::snapshot); always 1 for markers and for
+    /// Remaining meals of each food, copied to the host like [`snapshot`](Self::snapshot); always 1 for markers and for
     /// food without an amount.
     ///
     /// # Errors

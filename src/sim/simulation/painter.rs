@@ -6,7 +6,7 @@ use crate::gpu::{Context, GpuError, Interface, Pipeline, Tables};
 use crate::sim::kernels::{ExchangeSeams, ExchangeSeamsConstants, Paint, PaintConstants, Teleport};
 use crate::sim::texel_paths::TexelPaths;
 
-/// Made when something is painted.
+/// The pipelines of brushes, made when something is painted.
 pub(super) struct Painter {
     pub(super) paint: Pipeline<Paint>,
     pub(super) teleport: Pipeline<Teleport>,

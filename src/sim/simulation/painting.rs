@@ -1,4 +1,4 @@
-//! Brushes on the running simulation: what a dab changes is recorded between steps; and areas that are put back as they were.
+//! Brushes on the running simulation: dabs are recorded between steps; and areas can be restored.
 
 use std::ops::Range;
 
@@ -22,7 +22,7 @@ use crate::gpu::{Buffer, Domain, Recorder, Threads};
 /// The bias at an earlier time; empty at first.
 #[derive(Default)]
 pub struct Areas {
-    /// None where nothing had been painted.
+    /// None if nothing had been painted.
     field: Option<Buffer<f32>>,
 }
 
@@ -38,13 +38,12 @@ impl Areas {
 const COMPARED_AT_ONCE: u32 = 1 << 22;
 
 impl Simulation {
-    /// Records one dab of a brush, which happens before the next step that is recorded, where the objects are then in
-    /// pictures. Reads nothing back and waits for nothing; only the first dab makes its kernels, and the first one that
-    /// attracts, repels or forbids makes those of a step anew. Says which texels it has painted: none where it touches
-    /// nothing.
+    /// Records one dab of a brush, which is painted before the next recorded step, at the objects' present poses in pictures. Reads nothing
+    /// back and does not wait; only the first dab makes its kernels, and the first one that attracts, repels or forbids makes the kernels
+    /// of steps again. Returns the number of painted texels, which may be zero.
     ///
-    /// The trail that a dab adds spreads and decays like any other. What attracts, repels or forbids stays, and is part of
-    /// snapshots, checkpoints and hashes from then on; scene files have it in a [map](super::super::areas) beside them.
+    /// The trail that a dab adds spreads and decays like any other. Areas that attract, repel or forbid stay, and are part of snapshots,
+    /// checkpoints and hashes from then on; scene files have them in a [map](super::super::areas) beside them.
     ///
     /// ```no_run
     /// # use myxo::sim::paint::{Brush, Dab};
@@ -107,7 +106,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// From now on sensors read a bias, which is nothing at first.
+    /// From now on sensors read a bias, which is zero at first.
     pub(super) fn make_bias(&mut self) -> Result<()> {
         if self.state.bias.is_some() {
             return Ok(());
@@ -116,7 +115,7 @@ impl Simulation {
         self.take_bias(Some(bias))
     }
 
-    /// Sensors read this from now on, or nothing.
+    /// From now on sensors read this bias, or none.
     pub(super) fn take_bias(&mut self, bias: Option<Texture<f32>>) -> Result<()> {
         if bias.is_some() != self.state.bias.is_some() {
             let means = Means {
@@ -171,7 +170,7 @@ impl Simulation {
         );
     }
 
-    /// Takes particles there, if that is what the brush does.
+    /// Moves particles to the dab, if the brush does that.
     fn teleport(&self, rec: &mut Recorder, dab: &Dab, texels: &[DabTexel]) -> Result<()> {
         let (Some(painter), Some(params)) = (&self.painter, dab.of_particles(self.settings()))
         else {
@@ -201,15 +200,15 @@ impl Simulation {
     }
 }
 
-/// Areas as they were: what a hand that undoes needs.
+/// Copies of earlier areas, for undo.
 impl Simulation {
-    /// Does a brush change what attracts, repels or forbids, if it touches anything?
+    /// Does a brush change areas, if it touches anything?
     #[must_use]
     pub fn changes_areas(&self, brush: Brush) -> bool {
         brush.changes_areas(self.state.bias.is_some())
     }
 
-    /// Records a copy, on the device, of what attracts, repels and forbids as all that was recorded so far leaves it.
+    /// Records a copy, on the device, of the areas after everything recorded so far.
     ///
     /// # Errors
     /// When the device has no memory left.
@@ -222,8 +221,7 @@ impl Simulation {
         Ok(Areas { field: Some(copy) })
     }
 
-    /// The texels of a span whose bias has changed since `before`. All that was recorded must have been submitted; waits for
-    /// it.
+    /// The texels of a span whose bias has changed since `before`. Everything recorded must have been submitted; waits for it.
     ///
     /// # Errors
     /// When the device is lost or its memory is full.
@@ -251,7 +249,7 @@ impl Simulation {
         Ok(repainted)
     }
 
-    /// Records that texels become what they were (or, with `again`, what they came to be afterwards), each listed once.
+    /// Records that texels get their earlier values (with `again`, their later ones). Each is listed once.
     ///
     /// # Errors
     /// When the device has no memory left. Then nothing is recorded.
@@ -278,7 +276,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Records that texels come to hold values: their number, and each with the weight 1 and with its value.
+    /// Records that texels get values: their number, and each with the weight 1 and with its value.
     fn put_part(
         &self,
         rec: &mut Recorder,
@@ -287,7 +285,7 @@ impl Simulation {
         let Some(field) = &self.state.bias else {
             return;
         };
-        // All of it is taken away; then as many units come as the weight says.
+        // The old value is removed entirely; then the weight is added, in units.
         let params = PaintParams {
             texel_count,
             fade: 1.0,
@@ -305,8 +303,7 @@ impl Simulation {
         self.paint_field(rec, &values, field, params);
     }
 
-    /// The present bias: one value per texel, gutters filled; empty if nothing was ever painted. Waits for
-    /// all that was submitted.
+    /// The present bias: one value per texel, gutters filled; empty if nothing was ever painted. Waits for all submitted work.
     ///
     /// # Errors
     /// When the device is lost or its memory is full.
@@ -317,7 +314,7 @@ impl Simulation {
         }
     }
 
-    /// Puts areas there that [`areas`](Self::areas) gave, in the place of all that are.
+    /// Replaces all areas by ones that [`areas`](Self::areas) has returned.
     ///
     /// # Errors
     /// When there is another number of texels, or the device has no memory left.
@@ -332,10 +329,10 @@ impl Simulation {
         self.take_bias(bias_of(&self.ctx, bias)?)
     }
 
-    /// Nothing attracts, repels or forbids any more, as before the first brush that did.
+    /// Removes all areas and the bias.
     ///
     /// # Errors
-    /// When the kernels of a step cannot be made without it.
+    /// When the kernels of a step without a bias cannot be made.
     pub fn forget_areas(&mut self) -> Result<()> {
         self.take_bias(None)
     }

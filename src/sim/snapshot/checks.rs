@@ -8,13 +8,13 @@ use super::super::setup::Setup;
 use super::super::types::Particle;
 use super::{Census, Snapshot};
 
-/// No trail grows so dense; sums over texels stay finite below it.
+/// No trail reaches this density; sums over texels stay finite below it.
 const MOST_TRAIL: f32 = 1e30;
 
-/// Trail that can be gone on from: rounding in later steps stays below [`MOST_TRAIL`].
+/// The largest trail value in a checkpoint: in later steps, with rounding, it stays below [`MOST_TRAIL`].
 const MOST_LOADED_TRAIL: f32 = 0.1 * MOST_TRAIL;
 
-/// Scene radii. Changes of speeds and sizes while it runs have room below.
+/// Scene radii. Also with changes of speed and size during a run, pending lengths stay below it.
 const MOST_PENDING: f32 = 1e9;
 
 /// Gutters hold weighted sums of other texels, whose weights are 1 in sum but for rounding.
@@ -64,7 +64,7 @@ impl Snapshot {
         }
         self.transfers
             .validate(&self.particles, &self.motions, setup)?;
-        // On texels that no triangle owns and that are no gutter, deposits would be lost.
+        // Deposits on texels that are neither owned nor gutter would be lost.
         let in_gutters = setup.atlas.seams.iter();
         let mut deposited: u64 = in_gutters
             .map(|seam| u64::from(self.deposits[seam.texel as usize]))
@@ -93,9 +93,8 @@ impl Snapshot {
         Ok(())
     }
 
-    /// Checks that steps can go on from here: no number is so large that arithmetic with it leaves single precision. Every
-    /// state that a simulation has come to is far from that, but a checkpoint may hold any numbers. What
-    /// [`validate`](Self::validate) checks holds.
+    /// Checks that steps can continue from here: no number is so large that arithmetic with it exceeds the range of single precision. The
+    /// states of a simulation are far from that, but a checkpoint may hold any numbers. The caller has called [`validate`](Self::validate).
     ///
     /// # Errors
     /// Names the first number that is out of its range.
@@ -104,7 +103,7 @@ impl Snapshot {
         if !away.is_finite() || away.abs().max_element() > FARTHEST {
             return Err("its origin is too far from the scene's".to_owned());
         }
-        // A walk leaves no more than a step's length, and a step is 10 scene radii at most.
+        // A pending length is at most that of a step, which is at most 10 scene radii.
         let most_pending = MOST_PENDING * setup.radius;
         let mut both = self.particles.iter().zip(&self.motions);
         if let Some((particle, motion)) = both.find(|(_, motion)| motion.pending > most_pending) {
@@ -116,7 +115,7 @@ impl Snapshot {
         let mut trail = self.trail.iter().enumerate();
         if let Some((texel, value)) = trail.find(|(_, value)| **value > MOST_LOADED_TRAIL) {
             return Err(format!(
-                "the trail is {value} at texel {texel}, and at most {MOST_LOADED_TRAIL:e} can be gone on from"
+                "the trail is {value} at texel {texel}, and a run can continue from at most {MOST_LOADED_TRAIL:e}"
             ));
         }
         let mut bias = self.bias.iter().enumerate();
@@ -129,7 +128,7 @@ impl Snapshot {
         self.transfers.check_ranges(&self.particles, most_pending)
     }
 
-    /// How the objects of a scene with so many of them move on from here.
+    /// The movement of a scene's objects from here on, if it has this many.
     ///
     /// # Errors
     /// When poses are damaged, or are those of another number of objects.
@@ -160,10 +159,10 @@ impl Snapshot {
         Ok(movement)
     }
 
-    /// Does it have what is left of so many foods and markers? One without any is of a scene that had none.
+    /// Does it have the remaining amounts of so many foods and markers? A state without any is of a scene without food.
     ///
     /// # Errors
-    /// When it has it of another number of them.
+    /// When it has those of another number of foods.
     pub fn check_food(&self, here: usize) -> Result<(), String> {
         let there = self.food.remaining.len();
         if there == here {

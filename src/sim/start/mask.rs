@@ -1,4 +1,4 @@
-//! Starts under a mask: a greyscale picture, laid over the whole texture, that says how many particles begin where.
+//! Starts under a mask: a greyscale picture of the whole texture, whose lightness is the density of particles.
 
 use std::path::{Path, PathBuf};
 
@@ -12,13 +12,13 @@ use crate::mesh::surface::Surface;
 use crate::plain_text::Shown as _;
 use crate::sim::texture_map;
 
-/// Finer masks are read as if they had so many pixels a side.
+/// Masks with more pixels a side are reduced to this number.
 const FINEST: u32 = 2048;
 
 /// Its name in messages.
 const WHAT: &str = "start mask";
 
-/// A picture of the texture.
+/// A greyscale picture of the texture.
 #[derive(Clone, Debug)]
 pub struct Mask {
     path: PathBuf,
@@ -26,7 +26,7 @@ pub struct Mask {
 }
 
 impl Mask {
-    /// Reads a PNG. What is transparent counts as black.
+    /// Reads a PNG. Transparent pixels count as black.
     ///
     /// # Errors
     /// When there is no such file, it is no picture, or it has more pixels than masks for an atlas of this size may have.
@@ -66,7 +66,7 @@ impl Mask {
         }
     }
 
-    /// How light it is at a place of the texture, whose sides are 1: 0 to 1.
+    /// The lightness, 0 to 1, at a place of the texture, whose sides are 1.
     #[must_use]
     pub fn light(&self, place: Vec2) -> f64 {
         let (width, height) = self.pixels.dimensions();
@@ -76,7 +76,7 @@ impl Mask {
     }
 }
 
-/// The surface in cells of about a pixel of a mask, and which of them holds a share of all particles.
+/// The surface in cells of about a pixel of a mask, and the share of particles that begin in each.
 #[derive(Clone, Debug)]
 pub struct MaskTable {
     /// Per triangle that has light cells: its id, rows of cells, and where its cells begin.
@@ -91,7 +91,7 @@ impl MaskTable {
     /// Lays a mask over the texture.
     ///
     /// # Errors
-    /// When it is black wherever there is a triangle, of one object if one is given.
+    /// When it is black on all triangles, or on those of one object if one is given.
     pub fn new(mask: &Mask, surface: &Surface, atlas: &Atlas, object: Option<u32>) -> Result<Self> {
         let (width, height) = mask.pixels.dimensions();
         let side = Vec2::new(width.min(FINEST) as f32, height.min(FINEST) as f32);
@@ -139,7 +139,7 @@ impl MaskTable {
         )))
     }
 
-    /// The place of a share of all particles, in a cell at the place that the pair says in a triangle: triangle, u, v.
+    /// The place of a share of all particles, in a cell, at the pair's place within the cell: triangle, u, v.
     pub(super) fn place(&self, share: f64, (a, b): (f32, f32)) -> (u32, f32, f32) {
         let last = self.up_to.len() - 1;
         let wanted = share * self.up_to[last];
@@ -247,7 +247,7 @@ mod tests {
                     ((at.x.max(0.0) as u32 / 8 + at.y.max(0.0) as u32 / 8) % 3) as usize
                 };
                 counts[patch(Vec2::ZERO)] += 1.0;
-                // Cells are a pixel large: no particle is farther in the dark.
+                // Cells have the size of a pixel: no particle is farther inside a dark part.
                 let near =
                     [-1.0, 0.0, 1.0].map(|x| [-1.0, 0.0, 1.0].map(|y| patch(Vec2::new(x, y))));
                 strays += u32::from(near.as_flattened().iter().all(|&k| k == 0));

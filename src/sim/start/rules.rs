@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::scene::settings::{Heading, Start, StartSettings};
 use crate::sim::food::FoodPlace;
 
-/// The pictures that a scene's starts ask for: the scene's, and one for each object.
+/// The pictures of a scene's start rules: the scene's, and one for each object.
 #[derive(Clone, Debug)]
 pub struct Masks {
     scene: Option<Mask>,
@@ -21,7 +21,7 @@ impl Masks {
     /// Reads them.
     ///
     /// # Errors
-    /// When one cannot be read, or is no picture.
+    /// When one cannot be read, or is not a picture.
     pub fn open(scene: &Scene) -> Result<Self> {
         let open = |start: &StartSettings<'_>| -> Result<Option<Mask>> {
             match start.place {
@@ -48,7 +48,7 @@ impl Starts {
     /// The rules of a scene's settings.
     ///
     /// # Errors
-    /// When a mask is black wherever particles could begin.
+    /// When a mask is black at all places where particles could begin.
     pub fn of(scene: &Scene, atlas: &Atlas, masks: &Masks, foods: &[FoodPlace]) -> Result<Self> {
         let (scenes, own) = scene.settings.starts();
         let own = own.iter().zip(&masks.own).map(|(start, mask)| {

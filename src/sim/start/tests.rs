@@ -1,4 +1,4 @@
-//! Places that are fair, headings that lie on the surface, and rules of objects.
+//! Uniform places, headings in the surface, and rules of objects.
 
 use super::*;
 use crate::mesh::Mesh;
@@ -12,7 +12,7 @@ fn surface(meshes: &[(&str, f32)]) -> Surface {
     Surface::build(&objects)
 }
 
-/// All particles by one rule, with the headings that they have by themselves.
+/// All particles by one rule, with its default headings.
 fn begin(
     surface: &Surface,
     place: StartPlace,
@@ -271,7 +271,7 @@ fn headings_are_laid_onto_the_surface() {
         assert!(out.dot(heading(&surface, p, &inward.1[i])) < -1.0 + 1e-5);
         assert!(out.dot(position(&surface, p).as_dvec3() - centres[0]) > -1e-6);
     }
-    // Upright on the cube's top there is no direction: headings are by chance.
+    // On the cube's top the direction is upright: headings are random.
     let cube = self::surface(&[("cube", 1.0)]);
     let upright = starts(
         StartPlace::Everywhere,
@@ -332,7 +332,7 @@ fn an_object_can_begin_otherwise_than_the_others() {
         moved > 1000 && sum.length() < 0.01 * moved as f32,
         "{moved} {sum}"
     );
-    // All on one object, evenly.
+    // All on one object, uniformly.
     let mut only = everywhere;
     only.scene.object = Some(2);
     let (particles, _) = start(&surface, &only, 60_000, 5);

@@ -1,4 +1,4 @@
-//! `advance` in its four forms: what they take, read and write. Twin of `shaders/advance.comp`.
+//! `advance` in its four forms: their parameters and bindings. Twin of `shaders/advance.comp`.
 
 use rayon::prelude::*;
 
@@ -24,11 +24,11 @@ use crate::sim::walker::WALK_DONE;
 use crate::sim::work::{Call, Counter, StepKernel};
 use crate::strict::{logarithm, root, settled, turn_of};
 
-/// Kernels that together advance every particle once: the first lists for the others what it leaves. One shader in four
-/// forms, by the names that times have.
+/// Kernels that together advance every particle once: the first lists particles for the others. One shader in four forms, by their names in
+/// times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// Every particle, or every one that no other form takes.
+    /// Every particle, or every one that no other form processes.
     All,
     /// Particles whose sensors must walk.
     Walking,
@@ -43,9 +43,9 @@ pub const FORMS_OF_ADVANCE: [&str; 4] = ["advance", "walk_sensors", "advance_nea
 
 /// All sensors walk.
 const SENSORS_WALK: u32 = 0;
-/// Sensors go straight ahead in the atlas, and particles that cannot do that are listed.
+/// Sensors go straight ahead in the atlas, and particles for which this is not possible are listed.
 const SENSORS_STRAIGHT: u32 = 1;
-/// The sensors of those walk.
+/// Sensors of particles listed for that walk.
 const SENSORS_WALK_LISTED: u32 = 2;
 /// Sensors of particles that were listed because they are near other objects go straight ahead.
 const SENSORS_STRAIGHT_LISTED: u32 = 3;
@@ -60,7 +60,7 @@ const GROUPS_A_ROW: u32 = 65_535;
 pub struct Terms {
     /// Sensors read with noise.
     pub sensor_noise: bool,
-    /// Some trail is liked best.
+    /// Some trail value is preferred.
     pub favourite_density: bool,
     /// Heights count.
     pub gravity: bool,
@@ -94,7 +94,7 @@ impl Plan<'_> {
         self.settings.physarum.sensing == Sensing::Auto && !terms.gravity
     }
 
-    /// The forms that come after the first, each with the particles that it takes.
+    /// The forms after the first, each with the counter of its particles.
     pub fn forms_of_advance(&self, terms: Terms) -> &'static [(Form, Counter)] {
         const FORMS: [(Form, Counter); 3] = [
             (Form::Walking, Counter::Walking),
@@ -108,13 +108,13 @@ impl Plan<'_> {
         }
     }
 
-    /// Rows of groups of the dispatches for those that are listed.
+    /// Rows of groups in the dispatches for listed particles.
     pub fn walker_rows(&self) -> u32 {
         let groups = self.particle_count().div_ceil(Advance::GROUP_SIZE);
         groups.div_ceil(GROUPS_A_ROW).max(1)
     }
 
-    /// Moves, or a form of it: particles walk, sense, turn, walk, eat and deposit.
+    /// `advance`, or a form of it: particles walk, sense, turn, walk, eat and deposit.
     #[must_use]
     pub fn advance(&self, terms: Terms, form: Form) -> Call<Advance> {
         let Self {
@@ -168,8 +168,8 @@ impl Plan<'_> {
 }
 
 /// Buffers that the forms for listed particles share. Each form writes the particles and motions of its own list, and the entries of
-/// `particle_indices` that an atomic addition gives it. It changes deposits, the flow and meals by atomic additions. The lists of
-/// walkers it only reads: the first form of the shader writes them.
+/// `particle_indices` that an atomic addition gives it. It changes deposits, the flow and meals by atomic additions. It only reads the
+/// lists of walkers, which the first form of the shader writes.
 pub fn shared_by_forms(s: &State) -> Vec<&dyn AnyBuffer> {
     let mut shared: Vec<&dyn AnyBuffer> = vec![
         &s.particles,
@@ -228,7 +228,7 @@ impl StepKernel for Advance {
         }
     }
 
-    /// The first form takes every particle, and the others find none.
+    /// The first form processes every particle, and the others have none.
     fn twin(call: &Call<Self>, a: &mut Arrays) {
         if call.on != Form::All {
             return;
@@ -271,7 +271,7 @@ const ROUNDING: f32 = 1e-6;
 
 /// Inputs of `advance`.
 pub struct AdvanceInputs<'a> {
-    /// Triangles, what lies behind their edges, and where they lie in the atlas.
+    /// Triangles, their neighbours across edges, and their places in the atlas.
     pub strips: &'a [StripTriangle],
     /// Trail with filled gutters.
     pub trail: &'a [f32],
@@ -291,11 +291,11 @@ pub struct AdvanceInputs<'a> {
     pub surroundings: &'a [u16],
     /// For covered texels, places on other objects.
     pub across: &'a [u32],
-    /// On which triangle that is.
+    /// The triangles of these places.
     pub across_triangles: &'a [u32],
-    /// Trail units that sensors read more, with filled gutters.
+    /// Trail units that are added to sensor readings, with filled gutters.
     pub bias: &'a [f32],
-    /// Trail units that sensors read more for food and markers, with filled gutters.
+    /// Trail units that are added for food and markers, with filled gutters.
     pub scent: &'a [f32],
     /// Per texel: the food that is eaten there, counted from 1, or 0.
     pub plates: &'a [u32],
@@ -338,11 +338,11 @@ impl AdvanceInputs<'_> {
 pub struct Selection<'a> {
     /// Counts what was selected.
     pub flow: &'a mut Flow,
-    /// The selected ones.
+    /// The selected particles.
     pub particle_indices: &'a mut [u32],
-    /// Meals left, and meals eaten.
+    /// Meals that remain, and meals eaten.
     pub meals: &'a mut [Meal],
-    /// Particles that come in each of [`FORMS_OF_ADVANCE`], where there are several.
+    /// Number of particles in each of [`FORMS_OF_ADVANCE`], if there are several.
     pub forms: &'a mut [usize; 4],
 }
 
@@ -357,7 +357,7 @@ pub fn advance(
     deposits: &mut [u32],
 ) {
     let (all, meals) = ((&*particles, &*motions), &*selection.meals);
-    // Particles do not wait for each other: what they do to what they share comes afterwards, in their order.
+    // Particles are independent: changes of shared data follow afterwards, in their order.
     let outcomes: Vec<_> = (0..params.particle_count as usize)
         .into_par_iter()
         .map(|slot| advance_one(constants, params, inputs, meals, (all.0[slot], all.1[slot])))
@@ -447,7 +447,7 @@ fn advance_one(
     let straight = ahead
         .filter(|(_, is_clear)| *is_clear && motion.pending <= 0.0)
         .map(|(places, _)| places);
-    // Nothing of other objects concerns those that are far from all of them.
+    // Particles far from all other objects need no data of them.
     let concerned = ahead.is_none_or(|(places, _)| {
         let start = inputs.position_of(particle.triangle, [particle.u, particle.v]);
         let mark = if straight.is_some() { NEAR } else { IN_SIGHT };
@@ -580,7 +580,7 @@ fn is_near(
         || places.iter().any(|&place| end(place) & COVERED != 0)
 }
 
-/// For how many steps a particle is fed that was so for `fed` and has come to a texel; and which meal it has taken there.
+/// The remaining fed steps of a particle that has reached a texel and had `fed` remaining steps; and the food that it has eaten there.
 fn fed_at(
     params: &AdvanceParams,
     inputs: &AdvanceInputs,

@@ -1,4 +1,4 @@
-//! `diffuse`: what it takes, reads and writes. Twin of `shaders/diffuse.comp`, a texel at a time.
+//! `diffuse`: its parameters and bindings. Twin of `shaders/diffuse.comp`, a texel at a time.
 
 use rayon::prelude::*;
 
@@ -112,7 +112,7 @@ pub fn diffuse(
             }
         })
     };
-    // Lanes do not wait for each other.
+    // Lanes are independent.
     let one = |i: u32| {
         let reach = constants.distance as u32 * params.quads_a_row;
         let first = blocks[i as usize / 4] + i % 4;

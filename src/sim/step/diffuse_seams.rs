@@ -1,4 +1,4 @@
-//! `diffuse_seams`: what it takes, reads and writes. Twin of `shaders/diffuse_seams.comp`.
+//! `diffuse_seams`: its parameters and bindings. Twin of `shaders/diffuse_seams.comp`.
 
 use crate::mesh::atlas::{ExchangeEntry, ExchangeRow};
 use crate::sim::arrays::Arrays;

@@ -1,4 +1,4 @@
-//! `digest`: what it takes, reads and writes. Twin of `shaders/digest.comp`.
+//! `digest`: its parameters and bindings. Twin of `shaders/digest.comp`.
 
 use crate::gpu::Kernel as _;
 use crate::sim::arrays::Arrays;
@@ -10,7 +10,7 @@ use crate::sim::types::Meal;
 use crate::sim::work::{Call, StepKernel};
 
 impl Plan<'_> {
-    /// Takes away what was eaten.
+    /// Subtracts the eaten meals.
     #[must_use]
     pub fn digest(&self) -> Call<Digest> {
         let food_set = &self.setup.food_set;
@@ -42,8 +42,7 @@ impl StepKernel for Digest {
     }
 }
 
-/// Takes from each food what was eaten of it. Says whether the smell of any has become another: then [`super::scent`] is
-/// due.
+/// Subtracts from each food the eaten meals. Returns whether any scent has changed: then [`super::scent`] is due.
 pub fn digest(params: &DigestParams, meals: &mut [Meal]) -> bool {
     let mut is_due = false;
     for meal in &mut meals[..params.food_count as usize] {

@@ -1,4 +1,4 @@
-//! `distance`: what it takes, reads and writes. Twin of `shaders/distance.comp`, and of
+//! `distance`: its parameters and bindings. Twin of `shaders/distance.comp`, and of
 //! `shaders/include/distance.glsl` and `jobs.glsl`, which the other methods share.
 
 use glam::{Vec3, Vec4};
@@ -22,7 +22,7 @@ use crate::sim::work::{Call, StepKernel};
 use crate::strict::{root, settled};
 
 impl Plan<'_> {
-    /// Looks at the texels of the tiles that need a look.
+    /// Searches the texels of the listed tiles.
     pub fn distance(&self) -> Call<Distance> {
         let lengths = self.lengths;
         Call {
@@ -81,10 +81,10 @@ impl StepKernel for Distance {
     }
 }
 
-/// In place of a near face: all of the tile is beyond reach, outside.
+/// In place of a near face: the whole tile is beyond reach, outside.
 pub(super) const TILE_OUTSIDE: u32 = u32::MAX;
 
-/// In place of a near face: all of the tile is beyond reach, inside of a closed object.
+/// In place of a near face: the whole tile is beyond reach, inside of a closed object.
 pub(super) const TILE_INSIDE: u32 = u32::MAX - 1;
 
 /// Nothing is known.
@@ -96,7 +96,7 @@ pub(super) const LIST: u32 = 1 << 28;
 /// Inputs of the kernels of signed distance.
 #[derive(Clone, Copy)]
 pub struct DistanceInputs<'a> {
-    /// Objects whose distances are taken.
+    /// Objects whose distances are computed.
     pub jobs: &'a [DistanceJob],
     /// The other objects within reach of each of them.
     pub pairs: &'a [ObjectPair],
@@ -161,7 +161,7 @@ impl<'a> DistanceInputs<'a> {
     }
 }
 
-/// Signed distance to other objects, and the nearest triangle of theirs. `looks` are those of `distance_tiles`.
+/// Signed distance to other objects, and their nearest triangle. `looks` are the results of `distance_tiles`.
 pub fn distance(
     constants: &DistanceConstants,
     params: &DistanceParams,
@@ -302,7 +302,7 @@ pub fn job_of(jobs: &[DistanceJob], thread: u32) -> usize {
     low
 }
 
-/// The signed distance to an object whose nearest face is known, clamped to reach, as it counts against that to others.
+/// The signed distance to an object whose nearest face is known, clamped to reach, as it is compared with that to others.
 #[must_use]
 pub fn clamped_distance(distance: f32, outside: bool, is_closed: bool, reach: f32) -> f32 {
     let within = distance < reach;

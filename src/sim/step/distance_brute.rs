@@ -1,4 +1,4 @@
-//! `distance_brute`: what it takes, reads and writes. Twin of `shaders/distance_brute.comp`.
+//! `distance_brute`: its parameters and bindings. Twin of `shaders/distance_brute.comp`.
 
 use super::distance::{DistanceInputs, candidate_distance, found_by, place_in_other};
 use crate::mesh::surface::NONE;
@@ -12,7 +12,7 @@ use crate::sim::work::{Call, StepKernel};
 use crate::strict::{root, settled};
 
 impl Plan<'_> {
-    /// Looks at every triangle from every texel.
+    /// Compares every triangle with every texel.
     pub fn distance_brute(&self) -> Call<DistanceBrute> {
         Call {
             on: (),
@@ -58,7 +58,7 @@ impl StepKernel for DistanceBrute {
     }
 }
 
-/// Signed distance to other objects, by looking at every triangle of theirs.
+/// Signed distance to other objects, by looking at all their triangles.
 pub fn distance_brute(
     constants: &DistanceBruteConstants,
     params: &DistanceBruteParams,

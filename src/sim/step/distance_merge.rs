@@ -1,4 +1,4 @@
-//! `distance_merge`: what it takes, reads and writes. Twin of `shaders/distance_merge.comp`.
+//! `distance_merge`: its parameters and bindings. Twin of `shaders/distance_merge.comp`.
 
 use super::distance::{DistanceInputs, candidate_distance, found_by, place_in_other};
 use crate::mesh::surface::NONE;
@@ -12,7 +12,7 @@ use crate::sim::work::{Call, StepKernel};
 use crate::strict::{root, settled};
 
 impl Plan<'_> {
-    /// Takes the distances to what a round has drawn.
+    /// Computes the distances to the faces that a round has drawn.
     pub fn distance_merge(&self, round: u32) -> Call<DistanceMerge> {
         Call {
             on: (),
@@ -61,7 +61,7 @@ impl StepKernel for DistanceMerge {
     }
 }
 
-/// Signed distance to the faces that were drawn, where it is less than that to the objects before.
+/// Signed distance to the faces that were drawn, if it is less than that to earlier objects.
 pub fn distance_merge(
     constants: &DistanceMergeConstants,
     params: &DistanceMergeParams,

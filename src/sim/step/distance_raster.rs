@@ -1,4 +1,4 @@
-//! `distance_raster`, which draws: what it takes, reads and writes. Twin of `shaders/distance_raster.vert` and
+//! `distance_raster`, which draws: its parameters and bindings. Twin of `shaders/distance_raster.vert` and
 //! `shaders/distance_raster.frag`, and of `shaders/include/meets.glsl`.
 
 use glam::{Vec3, Vec4};
@@ -20,7 +20,7 @@ use crate::sim::state::State;
 use crate::sim::work::Work;
 use std::sync::Arc;
 
-/// A round in which every job has one of its pairs: what is nearest on the other object is drawn.
+/// A round in which every job has one of its pairs: the nearest faces of the other object are drawn.
 #[derive(Debug)]
 pub struct DrawDistances {
     constants: DistanceRasterConstants,
@@ -30,7 +30,7 @@ pub struct DrawDistances {
 }
 
 impl Plan<'_> {
-    /// Draws what is nearest, in so many rounds.
+    /// Draws the nearest faces, in as many rounds as needed.
     pub fn distance_raster(&self) -> impl Iterator<Item = DrawDistances> + use<> {
         let update = Arc::new(self.distances.clone());
         let constants = DistanceRasterConstants {
@@ -90,7 +90,7 @@ impl Work for DrawDistances {
     }
 }
 
-/// For each texel the slot of the face that is nearest by its depth and 1, or 0, by what is drawn.
+/// For each texel the slot of the drawn face with the smallest depth plus 1, or 0.
 #[must_use]
 pub fn distance_raster(
     constants: &DistanceRasterConstants,

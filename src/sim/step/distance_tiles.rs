@@ -1,5 +1,5 @@
-//! `distance_tiles`: what it takes, reads and writes. Twin of `shaders/distance_tiles.comp`: which faces of other objects
-//! may be nearest to tiles of samples, and which tiles need a look.
+//! `distance_tiles`: its parameters and bindings. Twin of `shaders/distance_tiles.comp`: which faces of other objects
+//! may be nearest to tiles of samples, and which tiles must be searched.
 
 use glam::Vec3;
 
@@ -24,7 +24,7 @@ use crate::sim::work::{Call, StepKernel};
 use crate::strict::{direction3_or, dot3, inverse_root, quotient, root};
 
 impl Plan<'_> {
-    /// Finds which faces are near the tiles of what has moved.
+    /// Finds the faces that are near the tiles of moved objects.
     pub fn distance_tiles(&self) -> Call<DistanceTiles> {
         Call {
             on: (),
@@ -94,8 +94,8 @@ struct Ball {
     farthest: f32,
 }
 
-/// Looks at all tiles of the jobs. `states` say what all texels of a tile are, if anything; `margins` how far each is from
-/// being within reach of each pair's other object, of which places have come nearer by up to `moves`.
+/// Processes all tiles of the jobs. `states` are the uniform states of the tiles' texels; `margins` say how far each tile is from being
+/// within reach of each pair's other object, whose places have come nearer by up to `moves`.
 #[must_use]
 pub fn distance_tiles(
     constants: &DistanceTilesConstants,
@@ -239,8 +239,7 @@ impl Ball {
         }
     }
 
-    /// May what is convex hold the nearest point for some place in the ball? `way` leads to the middle from its nearest
-    /// point.
+    /// May a convex shape hold the nearest point for some place in the ball? `way` leads to the middle from the shape's nearest point.
     fn may_be_nearest(&self, way: Vec3) -> bool {
         let square = dot3(way, way);
         let by = inverse_root(square);

@@ -1,4 +1,4 @@
-//! `exchange_seams`: what it takes, reads and writes. Twin of `shaders/exchange_seams.comp`.
+//! `exchange_seams`: its parameters and bindings. Twin of `shaders/exchange_seams.comp`.
 
 use crate::sim::arrays::Arrays;
 use crate::sim::field::fill_gutters;

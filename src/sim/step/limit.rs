@@ -1,6 +1,6 @@
-//! The kernels that find out which particles leave where more are selected than the lists of transfers hold: what they take, read
-//! and write, and their twins. Those with the smallest keys leave. A key is the particle's id, mixed by a bijection that is
-//! another one in each step: no two are equal, no particle is always first, and no order of invocations shows.
+//! The kernels that decide which particles leave if more are selected than the lists of transfers hold: their parameters, bindings and
+//! twins. The particles with the smallest keys leave. A key is the particle's id, mixed by a bijection that differs from step to step: no
+//! two keys are equal, no particle is always first, and the order of invocations has no effect.
 
 use crate::gpu::{DispatchGroups, Kernel as _};
 use crate::rng::{Purpose, random, seed_word};
@@ -26,7 +26,7 @@ pub enum KeyHalf {
 }
 
 impl Plan<'_> {
-    /// Fixes how many particles leave.
+    /// Fixes the number of particles that leave.
     #[must_use]
     pub fn close_list(&self) -> Call<CloseList> {
         Call {

@@ -1,4 +1,4 @@
-//! `respawn`: what it takes, reads and writes. Twin of `shaders/respawn.comp`.
+//! `respawn`: its parameters and bindings. Twin of `shaders/respawn.comp`.
 
 use crate::mesh::surface::Triangle;
 use crate::rng::seed_word;
@@ -13,7 +13,7 @@ use crate::sim::work::{Call, StepKernel};
 use crate::strict::turn_of;
 
 impl Plan<'_> {
-    /// Lets particles begin anew.
+    /// Lets particles restart.
     #[must_use]
     pub fn respawn(&self) -> Call<Respawn> {
         Call {
@@ -58,7 +58,7 @@ impl StepKernel for Respawn {
     }
 }
 
-/// Lets particles that were selected begin anew on their own object.
+/// Lets selected particles restart on their own object.
 #[expect(clippy::too_many_arguments, reason = "those of the kernel")]
 pub fn respawn(
     params: &RespawnParams,

@@ -1,4 +1,4 @@
-//! `scent`: what it takes, reads and writes. Twin of `shaders/scent.comp`.
+//! `scent`: its parameters and bindings. Twin of `shaders/scent.comp`.
 
 use glam::UVec2;
 
@@ -12,7 +12,7 @@ use crate::sim::types::Meal;
 use crate::sim::work::{Call, StepKernel};
 
 impl Plan<'_> {
-    /// Sums up what sensors read of food and markers.
+    /// Sums up the scents of food and markers.
     #[must_use]
     pub fn scent(&self) -> Call<Scent> {
         Call {
@@ -50,7 +50,7 @@ impl StepKernel for Scent {
     }
 }
 
-/// Sums up what sensors read more for food and markers, at every texel that any reaches.
+/// Sums up the scents of food and markers, at every texel that any reaches.
 pub fn scent(
     params: &ScentParams,
     scented: &[UVec2],

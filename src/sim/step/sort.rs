@@ -1,5 +1,5 @@
-//! The kernels that sort a segment of the particles: what they take, read and write. Twins of `shaders/sort_count.comp`,
-//! `shaders/sort_scan.comp` and `shaders/sort_scatter.comp`: particles in the order in which they lie together in the atlas.
+//! The kernels that sort a segment of the particles: their parameters and bindings. Twins of `shaders/sort_count.comp`,
+//! `shaders/sort_scan.comp` and `shaders/sort_scatter.comp`: the order keeps particles that are near each other in the atlas together.
 
 use crate::mesh::strip::StripTriangle;
 use crate::sim::arrays::Arrays;
@@ -125,7 +125,7 @@ impl StepKernel for SortScatter {
     }
 }
 
-/// The slot that lies so far behind the ring's beginning. Without windows that is slot 0.
+/// The slot at this offset from the ring's beginning. Without windows the ring begins at slot 0.
 fn slot_of(windows: &[Window], i: u32, ring: u32) -> usize {
     let start = windows.first().map_or(0, |window| window.start);
     Window::slot(start, i, ring) as usize

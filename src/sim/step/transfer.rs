@@ -1,4 +1,4 @@
-//! The kernels that let particles leave and land: what they take, read and write, and their twins.
+//! The kernels that let particles leave and land: their parameters, bindings and twins.
 
 use crate::mesh::surface::{AtlasMap, NONE};
 use crate::mesh::trees::search::{UNLIMITED, nearest_on};
@@ -20,7 +20,7 @@ use crate::sim::work::{Call, StepKernel};
 use crate::strict::{positive, settled};
 
 impl Plan<'_> {
-    /// Lets those land that have left.
+    /// Lets particles that have left land.
     #[must_use]
     pub fn transfer_in(&self) -> Call<TransferIn> {
         Call {
@@ -34,7 +34,7 @@ impl Plan<'_> {
         }
     }
 
-    /// Lets those leave that were selected.
+    /// Lets selected particles leave.
     pub fn transfer_out(&self) -> Call<TransferOut> {
         Call {
             on: (),
@@ -231,7 +231,7 @@ pub fn transfer_out(
                 let place = ground.place_in(target, flight.position);
                 let root = terrain.roots[target as usize];
                 let face = nearest_on(nodes, faces, root, place, UNLIMITED);
-                // As the kernel does where a search has not ended.
+                // As in the kernel for a search that has not ended.
                 if face != NONE {
                     triangle = faces[face as usize].triangle;
                 }

@@ -1,4 +1,4 @@
-//! `unfold`: what it takes, reads and writes. Twin of `shaders/unfold.comp`.
+//! `unfold`: its parameters and bindings. Twin of `shaders/unfold.comp`.
 
 use glam::{Vec2, Vec3};
 
@@ -21,7 +21,7 @@ use crate::sim::work::{Call, StepKernel};
 use crate::strict::{cross3, dot2, dot3, length3, positive, reciprocal, root};
 
 impl Plan<'_> {
-    /// Finds where walks go on on other objects.
+    /// Finds where walks continue on other objects.
     pub fn unfold(&self) -> Call<Unfold> {
         let lengths = self.lengths;
         Call {
@@ -100,7 +100,7 @@ const LEAST_SINE: f32 = 0.02;
 /// Inputs of `unfold`.
 #[derive(Clone, Copy)]
 pub struct UnfoldInputs<'a> {
-    /// Objects whose distances were taken.
+    /// Objects whose distances were computed.
     pub jobs: &'a [DistanceJob],
     /// The other objects within reach of each of them.
     pub pairs: &'a [ObjectPair],
@@ -118,11 +118,11 @@ pub struct UnfoldInputs<'a> {
     pub ground: Ground<'a>,
     /// Triangle to atlas.
     pub atlas_maps: &'a [AtlasMap],
-    /// The tiles that were looked at, where distances are taken tile by tile.
+    /// The searched tiles, if distances are computed tile by tile.
     pub listed: &'a [ListedTile],
 }
 
-/// Marks texels near other objects, and finds for covered ones the place on the other object where walks go on.
+/// Marks texels near other objects, and finds for covered ones the place on the other object where walks continue.
 pub fn unfold(
     constants: &UnfoldConstants,
     params: &UnfoldParams,
@@ -154,7 +154,7 @@ pub fn unfold(
         };
         let sample = sample as usize;
         let SurfaceSample { position, texel } = inputs.samples[sample];
-        // In the kernels it is `distance` that marks texels where those are listed.
+        // On the device, `distance` marks texels if covered ones are listed.
         let marked = marks_at(inputs.distances[texel as usize], params);
         let around = &mut surroundings[texel as usize];
         *around = *around & !MARKS | marked;

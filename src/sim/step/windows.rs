@@ -1,7 +1,7 @@
-//! The kernels that keep each object's particles together: what they take, read and write, and their twins. A window holds one
+//! The kernels that keep each object's particles together: their parameters, bindings and twins. A window holds one
 //! object's particles.
 //!
-//! **Invariant:** the windows lie one behind the other in the ring and share all its slots.
+//! **Invariant:** the windows lie one after the other in the ring and share all its slots.
 //!
 //! **Invariant:** between steps every particle lies in its object's window.
 
@@ -21,7 +21,7 @@ use crate::sim::transfers::{most_displaced, most_gained};
 use crate::sim::types::{Border, Flow, Motion, Particle, Transfer, Window};
 use crate::sim::work::{Call, StepKernel};
 
-/// Entries that one invocation takes, each by a round of a loop and one of a loop in it; as many rounds are left for windows.
+/// Entries that one invocation processes, each by a round of a loop and one of an inner loop; the other rounds are for windows.
 pub const RUN: u32 = ROUNDS / 4;
 
 impl Plan<'_> {
@@ -40,7 +40,7 @@ impl Plan<'_> {
         }
     }
 
-    /// Lists particles in wrong windows; one invocation, a run of the slots that may hold one.
+    /// Lists particles in wrong windows; one invocation per run of slots that may hold one.
     #[must_use]
     pub fn defragment_scan(&self, first: u32) -> Call<DefragmentScan> {
         Call {
@@ -57,7 +57,7 @@ impl Plan<'_> {
         }
     }
 
-    /// Puts them into the right ones.
+    /// Moves them into the right windows.
     #[must_use]
     pub fn defragment_swap(&self, first: u32) -> Call<DefragmentSwap> {
         Call {
@@ -74,12 +74,12 @@ impl Plan<'_> {
         }
     }
 
-    /// Where runs begin that together have room for so many entries.
+    /// The beginnings of runs that together hold so many entries.
     pub fn runs(&self, entries: u32) -> impl Iterator<Item = u32> + use<> {
         (0..entries).step_by(RUN as usize)
     }
 
-    /// Slots that may hold a particle of another object than their window's, at the most.
+    /// Upper bound on the slots that may hold a particle of another object than their window's.
     #[must_use]
     pub fn most_candidates(&self) -> u32 {
         let gained = most_gained(self.means.capacity, self.object_count());
@@ -87,7 +87,7 @@ impl Plan<'_> {
         gained.saturating_add(self.means.capacity)
     }
 
-    /// Entries of the lists of slots that do, at the most.
+    /// Upper bound on the entries in the lists of slots that do.
     #[must_use]
     pub fn most_entries(&self) -> u32 {
         let particles = self.particle_count().into();
@@ -140,7 +140,7 @@ impl StepKernel for DefragmentScan {
             particles: &s.particles.texels,
             motions: &s.motions.texels,
             strips: &s.surface.strips,
-            // Room that nothing else needs at this time.
+            // Scratch memory that is not in use at this time.
             holes: &s.walkers.slots.texels,
             strays: &s.sorting.particles.texels,
             stray_motions: &s.sorting.motions.texels,
@@ -249,7 +249,7 @@ pub fn move_borders(
     groups[4] = DispatchGroups::of(entries, params.swap_group);
 }
 
-/// The slot of number `i` of those that a window has got.
+/// Slot number `i` of those that a window has gained.
 fn gained_slot(window: &Window, border: &Border, i: u32, ring: u32) -> u32 {
     let offset = if i < border.front {
         i
@@ -259,7 +259,7 @@ fn gained_slot(window: &Window, border: &Border, i: u32, ring: u32) -> u32 {
     Window::slot(window.start, offset, ring)
 }
 
-/// Was a slot a window's before, and is it still?
+/// Did a slot belong to a window before, and does it still?
 fn has_kept(window: &Window, border: &Border, slot: u32, ring: u32) -> bool {
     let offset = Window::offset(window.start, slot, ring);
     (border.front..window.count - (border.gained - border.front)).contains(&offset)

@@ -1,8 +1,7 @@
-//! The simulation on the host: the same steps as on the device, done by the twins of the kernels; so the model is tested where
-//! there is no GPU. A twin has its kernel's name and arguments and the same order of statements; clarity comes before speed. The
-//! twins of a step stand in the files of [`step`](super::step), beside what their kernels take; here are those of the other
-//! kernels. What the host needs of the same mathematics stands in modules of its own, which twins use as well: nothing but tests
-//! and `myxo selftest` use a twin.
+//! The simulation on the host: the same steps as on the device, executed by the twins of the kernels, so that the model is tested without a
+//! GPU. A twin has its kernel's name and arguments and the same order of statements; clarity comes before speed. The twins of a step are in
+//! the files of [`step`](super::step), beside the parameters of their kernels; here are those of the other kernels. Mathematics that the
+//! host also needs is in separate modules, which twins use: only tests and `myxo selftest` use a twin.
 
 mod copy_words;
 mod paint;
@@ -77,7 +76,7 @@ impl Simulation {
         step.on_host(&mut self.arrays);
     }
 
-    /// The next step, which is to be done [work](Self::run_work) by work.
+    /// The next step. The caller executes it [work](Self::run_work) by work.
     pub fn next_step(&mut self) -> Step {
         let capacity = self.arrays.transfers.capacity();
         let means = Means {
@@ -88,12 +87,12 @@ impl Simulation {
         self.course.next(means)
     }
 
-    /// Does a part of that step.
+    /// Executes one work of that step.
     pub fn run_work(&mut self, work: &dyn Work) {
         work.on_host(&mut self.arrays);
     }
 
-    /// Everything that steps change.
+    /// All arrays that steps change.
     #[must_use]
     pub fn arrays(&self) -> &Arrays {
         &self.arrays
@@ -116,14 +115,14 @@ impl Simulation {
         &mut self.course.settings
     }
 
-    /// How many particles have come in each of [`super::FORMS_OF_ADVANCE`] in the last step; zeros where all sensors walk.
+    /// The number of particles that each of [`super::FORMS_OF_ADVANCE`] processed in the last step; zeros if all sensors walk.
     #[must_use]
     pub fn forms(&self) -> [usize; 4] {
         self.arrays.forms
     }
 
     /// One per texel, as the last step read them: signed distance, and the nearest triangle or
-    /// [`NONE`]. Of two or more objects.
+    /// [`NONE`]. For scenes with two or more objects.
     #[must_use]
     pub fn distances(&self) -> (&[f32], &[u32]) {
         (&self.arrays.distances, &self.arrays.nearest)
@@ -136,7 +135,7 @@ impl Simulation {
         (&self.arrays.tile_states, &self.arrays.margins)
     }
 
-    /// One per texel: where on another object walks go on, [`NONE`] where none covers it.
+    /// One per texel: the place on another object where walks continue, [`NONE`] if no object covers it.
     #[must_use]
     pub fn across(&self) -> Vec<u32> {
         let texels = self.arrays.across.iter().zip(&self.arrays.surroundings);
@@ -145,7 +144,7 @@ impl Simulation {
             .collect()
     }
 
-    /// Sets where an object is from the next step on; as [`super::Simulation::set_pose`].
+    /// Sets the pose of an object from the next step on; as [`super::Simulation::set_pose`].
     ///
     /// # Errors
     /// When there is no such object, or the pose is not rigid.
@@ -160,7 +159,7 @@ impl Simulation {
     /// Takes over settings with other food; as [`super::Simulation::apply`].
     ///
     /// # Errors
-    /// When a food lies off its object, or they reach too many texels.
+    /// When a food is too far from its object, or foods reach too many texels.
     pub fn put_food(&mut self, settings: &Settings) -> Result<()> {
         let setup = &self.course.setup;
         let places = places(settings, &setup.surface, &setup.origins, setup.radius)?;
@@ -214,7 +213,7 @@ impl Simulation {
         }
     }
 
-    /// Goes on from a snapshot of the same scene.
+    /// Continues from a snapshot of the same scene.
     ///
     /// # Panics
     /// When its poses are damaged.

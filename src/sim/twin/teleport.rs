@@ -8,7 +8,7 @@ use crate::sim::kernels::TeleportParams;
 use crate::sim::types::{Motion, Particle};
 use crate::strict::turn_of;
 
-/// Takes some particles to places that a brush has touched, each on its own object.
+/// Moves some particles to places that a brush has touched, each on its own object.
 pub fn teleport(
     params: &TeleportParams,
     places: &[Particle],

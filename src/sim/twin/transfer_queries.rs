@@ -5,7 +5,7 @@ use crate::sim::kernels::TransferQueriesParams;
 use crate::sim::transfer_walk::walk_on;
 use crate::sim::types::Walker;
 
-/// Walks every query on, for as many attempts as one dispatch has. A query has two walkers.
+/// Continues every query, by the attempts of one dispatch. A query has two walkers.
 pub fn transfer_queries(
     params: &TransferQueriesParams,
     terrain: &Terrain,

@@ -1,4 +1,4 @@
-//! What is exported is the state: models, meshes, arrays and scene files hold what the simulation holds.
+//! Exports equal the state: models, meshes, arrays and scene files hold the simulation's values.
 
 mod npz;
 mod picture;
@@ -19,7 +19,7 @@ use myxo::sim::paint::NO_GO_BELOW;
 use myxo::sim::{Simulation, Snapshot};
 use npz::Arrays;
 
-/// A simulation some steps on.
+/// A simulation after some steps.
 struct Run {
     scene: Scene,
     simulation: Simulation,
@@ -55,7 +55,7 @@ impl Run {
     }
 }
 
-/// Three that touch, one of which turns, some steps on.
+/// Three objects that touch, one of which turns, after some steps.
 fn moving_trio(gpu: &Gpu) -> Run {
     let scene = scene_of_several(&TRIO, |settings| {
         settings.particles.count = 5000;
@@ -75,7 +75,7 @@ fn parts(bytes: &[u8]) -> (gltf::Gltf, Vec<u8>) {
     (model, binary)
 }
 
-/// The base colour, or what glows.
+/// The texture of the base colour or of the emission.
 fn texture_of(model: &gltf::Gltf, binary: &[u8], glows: bool) -> RgbImage {
     let material = model.materials().next().expect("there is a material");
     let base = material.pbr_metallic_roughness().base_color_texture();
@@ -147,7 +147,7 @@ fn a_model_has_every_object_at_its_pose_with_normals_and_trail() {
             assert!(off < 0.05, "corner {corner}: {off} texels");
         }
     }
-    // By vertices: colours, and no texture that they would be multiplied with.
+    // With vertex colours there is no texture, which would be multiplied with them.
     let (model, binary) = parts(&run.bytes(Format::Glb, Colors::Vertex));
     assert_eq!(model.images().count() + model.textures().count(), 0);
     let mesh = model.meshes().next().expect("the first object");
@@ -292,7 +292,7 @@ fn arrays_hold_the_state() {
         let texel = atlas.position_of(particle.triangle, particle.u, particle.v);
         assert_eq!(texel, Vec2::from(texels[i]));
     }
-    // The ids of the twin order differ from slots, or the test would not see that rows are sorted.
+    // Ids must differ from slots, otherwise the test could not see that rows are sorted.
     assert!(
         state
             .particles
@@ -401,7 +401,7 @@ fn a_scene_without_steps_is_exported_too() {
     gpu.finish();
 }
 
-/// Painted areas and who is fed, as the state has them.
+/// Painted areas and fed particles are exported as the state has them.
 #[test]
 fn areas_and_meals_are_in_the_arrays() {
     let Some(gpu) = gpu() else { return };
@@ -425,17 +425,17 @@ fn areas_and_meals_are_in_the_arrays() {
     let bias = arrays.all::<f32>("area_bias", "<f4", &[side, side]);
     let no_go = arrays.all::<u8>("area_no_go", "|b1", &[side, side]);
     for (i, (bias, no_go)) in bias.into_iter().zip(&no_go).enumerate() {
-        let told = state.bias[i / side * atlas.pitch as usize + i % side];
-        assert_eq!(*no_go == 1, told < NO_GO_BELOW, "{told}");
-        assert_eq!(bias, if *no_go == 1 { 0.0 } else { told });
+        let kept = state.bias[i / side * atlas.pitch as usize + i % side];
+        assert_eq!(*no_go == 1, kept < NO_GO_BELOW, "{kept}");
+        assert_eq!(bias, if *no_go == 1 { 0.0 } else { kept });
     }
     assert!(no_go.contains(&1) && no_go.contains(&0));
     gpu.finish();
 }
 
-/// A picture that lies where a scene's map would go is not its own, unless the scene that lies there says so.
+/// A map does not replace a picture of the same name, unless the replaced scene names that picture as its map.
 #[test]
-fn maps_of_areas_take_nobodys_place() {
+fn maps_of_areas_replace_no_other_picture() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of_several(&TRIO[..1], |settings| {
         settings.particles.count = 100;
@@ -456,7 +456,7 @@ fn maps_of_areas_take_nobodys_place() {
         assert_eq!(Path::new(&again.settings.areas.map), own);
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
     }
-    // Where no map can be written, no scene names one.
+    // If no map can be written, the scene file is not written either.
     std::fs::remove_file(&own).unwrap();
     std::fs::create_dir(&own).unwrap();
     std::fs::write(&file, "map = \"x_areas_2.png\"\n").unwrap();
@@ -475,7 +475,7 @@ fn moving_scene_of_two() -> Scene {
     })
 }
 
-/// Two scenes that are alike, one of them far away: by the coordinates of a mesh's file, and by where an object stands.
+/// Two equal scenes, one of them far away, by the coordinates in a mesh's file and by the position of an object.
 fn alike(by: DVec3) -> Scene {
     let ball = Mesh::builtin("builtin:icosphere?subdivisions=2").unwrap();
     let file = tempfile::Builder::new().suffix(".obj").tempfile().unwrap();
@@ -504,7 +504,7 @@ fn alike(by: DVec3) -> Scene {
     Scene::from_settings("alike".to_owned(), settings, ".".into()).unwrap()
 }
 
-/// What is exported has the coordinates that the scene has, in double precision where single is too coarse. Would catch: an
+/// Exports have the scene's coordinates, in double precision where single is too coarse. Would catch: an
 /// export that writes places as the device has them, counted from the scene's origin.
 #[test]
 fn exports_have_the_coordinates_of_a_scene_far_away() {
@@ -600,9 +600,9 @@ fn exports_have_the_coordinates_of_a_scene_far_away() {
     gpu.finish();
 }
 
-/// A scene file of the state begins with the poses that the objects have, and they go on the same way.
+/// A scene file of the state begins with the present poses of the objects, and their motion continues.
 #[test]
-fn a_scene_file_goes_on_where_the_objects_are() {
+fn a_scene_file_continues_from_the_present_poses() {
     let Some(gpu) = gpu() else { return };
     let mut run = Run::of(&gpu, moving_scene_of_two(), 37);
     let outside = DAffine3::from_rotation_translation(

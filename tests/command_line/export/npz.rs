@@ -27,7 +27,7 @@ impl Arrays {
         self.0.keys().cloned().collect()
     }
 
-    /// What stands before the elements, and these.
+    /// The header and the elements.
     fn split(&self, name: &str) -> (&str, &[u8]) {
         let bytes = self
             .0

@@ -167,7 +167,7 @@ fn a_model_looks_as_the_picture_of_its_scene() {
         sorted.sort_unstable();
         let half = sorted[sorted.len() / 2];
         eprintln!("{name}: {mean:.1} of 255 on an average, half of all by {half} at the most");
-        // A texture that lies otherwise is 80 off.
+        // A texture in another orientation is 80 off.
         assert!(half <= 4 && mean < 9.0, "{name}: {half}, {mean}");
     }
     gpu.finish();

@@ -9,7 +9,7 @@ use myxo::mesh::suite;
 use super::straight::Model;
 use super::{asset, builtin, obj};
 
-/// Where a face lies, in texels.
+/// The place of a face, in texels.
 #[derive(Clone, Copy)]
 struct Place {
     chart: usize,
@@ -60,7 +60,7 @@ fn area([a, b, c]: [DVec2; 3]) -> f64 {
     0.5 * (b - a).perp_dot(c - a)
 }
 
-/// Calls with each point of a grid of `fine` points a texel that lies inside of the triangle and not on its border.
+/// Calls `found` with each point of a grid of `fine` points per texel that lies inside of the triangle and not on its border.
 fn points_inside(corners: [DVec2; 3], fine: f64, mut found: impl FnMut(DVec2)) {
     let [a, b, c] = corners;
     let (low, high) = (a.min(b).min(c) * fine, a.max(b).max(c) * fine);
@@ -76,7 +76,7 @@ fn points_inside(corners: [DVec2; 3], fine: f64, mut found: impl FnMut(DVec2)) {
     }
 }
 
-/// Nothing overlaps, and bilinear reads anywhere in a chart touch no texel that reads in another chart touch.
+/// Checks that nothing overlaps, and that bilinear reads in different charts never touch the same texel.
 fn check_apart(name: &str, size: usize, places: &[Place]) {
     const FINE: usize = 4;
     let mut covered = vec![false; (FINE * size).pow(2)];
@@ -106,7 +106,7 @@ fn check_apart(name: &str, size: usize, places: &[Place]) {
     }
 }
 
-/// Charts are counted from 0 without gaps, and faces lie the same way round.
+/// Checks that charts are numbered from 0 without gaps, and that faces keep their orientation.
 fn check_rows(name: &str, model: &Model, places: &[Place]) {
     assert_eq!(places.len(), model.triangles.len(), "{name}");
     let count = places.iter().map(|place| place.chart).max().unwrap() + 1;
@@ -161,7 +161,7 @@ fn a_model_keeps_its_numbering() {
     let (size, places) = ask(&path, &["--atlas-method", "grid"]);
     assert_eq!(size, 1024);
     check_rows(&name, &model, &places);
-    // Where two faces of the file share a chart they share an edge, whose ends lie at the same place for both.
+    // If two faces of the file share a chart, they share an edge, whose ends lie at the same place for both.
     let mut of_chart = vec![Vec::new(); places.len()];
     for (face, place) in places.iter().enumerate() {
         of_chart[place.chart].push(face);
@@ -181,7 +181,7 @@ fn a_model_keeps_its_numbering() {
 }
 
 #[test]
-fn faces_of_one_size_get_texels_alike() {
+fn faces_of_one_size_get_equally_many_texels() {
     let folder = tempfile::tempdir().unwrap();
     let (name, path, model) = obj(folder.path(), &builtin("cube?divisions=4"));
     let (_, places) = ask(&path, &["--atlas-method", "grid", "--atlas-size", "256"]);
@@ -219,7 +219,7 @@ fn charts_lie_apart_keep_sizes_and_are_glued() {
     }
 }
 
-/// Nearly all of the surface has texels of nearly the mean size.
+/// Checks that nearly all of the surface has texels of nearly the mean size.
 fn check_sizes(name: &str, densities: &[(f64, f64)]) {
     let all: f64 = densities.iter().map(|(_, area)| area).sum();
     let beyond = |(density, _): &&(f64, f64)| !(0.8..1.25).contains(density);
@@ -227,7 +227,7 @@ fn check_sizes(name: &str, densities: &[(f64, f64)]) {
     assert!(odd < 0.05 * all, "{name}: {:.3} of the surface", odd / all);
 }
 
-/// Faces of a chart hang together over edges that lie at one place for both, to the last bit that is told.
+/// Checks that faces of a chart are connected by edges whose ends have equal coordinates in both, to the last printed digit.
 fn check_glued(name: &str, model: &Model, places: &[Place]) {
     let mut edges = std::collections::HashMap::new();
     for (face, triangle) in model.triangles.iter().enumerate() {

@@ -1,5 +1,4 @@
-//! `myxo query geodesic` and `myxo query atlas`, as people run them: accuracy against double precision and closed forms,
-//! and the numbering of files.
+//! `myxo query geodesic` and `myxo query atlas`: accuracy against double precision and closed forms, and the numbering of files.
 
 mod atlas;
 mod sdf;
@@ -110,10 +109,10 @@ fn random_walks(model: &Model, count: u32, length: f64) -> Vec<Walk> {
     (0..count).map(walk).collect()
 }
 
-/// What came out for one model, errors in radii and degrees.
+/// The results for one model, errors in radii and degrees.
 struct Measured {
     errors: Vec<f64>,
-    /// Of the walks that come near no vertex.
+    /// The walks that come near no vertex.
     worst: f64,
     worst_angle: f64,
     wrong_faces: Vec<String>,
@@ -161,7 +160,7 @@ fn measure(model: &Model, walks: &[Walk], answers: &[Answer]) -> Measured {
         assert!((answer.direction.length() - 1.0).abs() < 1e-9);
         assert!(answer.direction.dot(model.normal(answer.face)).abs() < 1e-6);
         if answer.face == end.face {
-            // Not by the dot product, which says nothing about small angles.
+            // Not by the dot product, which is inexact for small angles.
             let angle = answer.direction.cross(end.direction).length().asin();
             measured.worst_angle = measured.worst_angle.max(angle.to_degrees());
             assert!(answer.direction.dot(end.direction) > 0.0, "walk {id}");
@@ -184,7 +183,7 @@ fn obj(folder: &Path, mesh: &Mesh) -> (String, PathBuf, Model) {
     (mesh.name.clone(), path, model)
 }
 
-/// A model that comes along, with the triangles as the file has them.
+/// A model of the repository, with the triangles as in its file.
 fn asset(name: &str) -> (String, PathBuf, Model) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("assets/{name}.glb"));
     let mesh = Mesh::load_raw(&path).unwrap();
@@ -211,7 +210,7 @@ fn builtin(name: &str) -> Mesh {
     mesh
 }
 
-/// A bumpy sphere that is far from the origin, measured in its size, and small.
+/// A small, bumpy sphere that is far from the origin relative to its size.
 fn far_potato() -> Mesh {
     let mesh = suite::potato();
     let positions: Vec<_> = mesh
@@ -346,7 +345,7 @@ fn walks_on_a_plane_are_straight_lines() {
     assert!((100..400).contains(&stopped), "{stopped} of 500 stop");
 }
 
-/// Walks along edges: rounding must not send them to and fro between the two triangles for ever.
+/// Walks along edges: rounding must not make them alternate between the two triangles forever.
 #[test]
 fn walks_along_edges_get_to_their_ends() {
     let folder = tempfile::tempdir().unwrap();
@@ -429,7 +428,7 @@ fn walks_on_a_cube_are_rolling_it() {
             if way >= walk.length {
                 break;
             }
-            // The plane lies on the cube: going to one side brings that side's face up.
+            // The plane lies on the cube: rolling to one side brings that side's face up.
             let axis = DVec3::new(side.y, -side.x, 0.0);
             cube_from_plane *= DMat3::from_axis_angle(axis, -FRAC_PI_2);
             centre += 2.0 * side;

@@ -1,4 +1,4 @@
-//! `myxo query sdf`: what comes out for places whose distances are known.
+//! `myxo query sdf`: its answers for places whose distances are known.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -138,7 +138,7 @@ fn to_triangle(place: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
 fn places_are_answered_from_however_far() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    // Within the facets, or outside of what they stand for.
+    // Inside of the facets, or outside of the ball that they approximate.
     let is_within = |radius: f64, inner: f64, outer: f64| match radius {
         radius if radius < inner => Some(true),
         radius if radius > outer => Some(false),
@@ -186,7 +186,7 @@ fn places_are_answered_from_however_far() {
                     .iter()
                     .map(|&triangle| to_triangle(place, triangle));
                 let distance = distances.fold(f64::INFINITY, f64::min);
-                // Digits of the answer itself, of the faces' single precision, and of numbers as large as these.
+                // The rounding of the answer itself, of the faces' single precision, and of such large coordinates.
                 let rounding = diagonal * (1e-6 + 1e-15 * far);
                 assert!(
                     (answer[1].abs() - distance).abs() < rounding,
@@ -198,14 +198,14 @@ fn places_are_answered_from_however_far() {
                         let to_ring = place.x.hypot(place.z) - 1.0;
                         is_within(to_ring.hypot(place.y), 0.36, 0.4)
                     }
-                    // A sheet has a lower side; pseudonormals know it from afar, the sky it covers does not.
+                    // A sheet has a lower side: pseudonormals find it from far away, winding numbers do not.
                     _ => Some(rule == "pseudonormal" && place.y < 0.0),
                 };
                 assert!(
                     is_inside.is_none_or(|is_inside| is_inside == (answer[1] < 0.0)),
                     "{name}, {far} diagonals, {rule}: {answer:?}"
                 );
-                // The point lies on the face that is named, as near as any.
+                // The point lies on the named face, and no point is nearer.
                 let q = DVec3::new(answer[3], answer[4], answer[5]);
                 let q = world_from_b.inverse().transform_point3(q);
                 assert!(to_triangle(q, triangles[answer[2] as usize]) < rounding);
@@ -216,7 +216,7 @@ fn places_are_answered_from_however_far() {
 }
 
 #[test]
-fn what_is_wrong_with_a_scene_is_named() {
+fn errors_of_a_scene_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     std::fs::write(folder.join("in.csv"), "id,px,py,pz\n0,0,0,0\n").unwrap();
@@ -240,7 +240,10 @@ fn what_is_wrong_with_a_scene_is_named() {
         "id,px,py,pz\n0,0,0,0\n1,0,-1.7e308,1.7e308\n",
     )
     .unwrap();
-    assert!(refusal().contains("in.csv: line 3: the place is farther away than numbers tell"));
+    assert!(
+        refusal()
+            .contains("in.csv: line 3: the place is too far away for its distance to be a number")
+    );
     write_scene(
         folder,
         "builtin:cube",

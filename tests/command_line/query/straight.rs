@@ -1,5 +1,5 @@
 //! Straight walks in double precision on the bare triangles of a file: no welding by the library, no tangent frames and
-//! no stored rotations, so nothing is shared with what is tested.
+//! no stored rotations, so nothing is shared with the tested code.
 
 use std::collections::HashMap;
 
@@ -13,14 +13,14 @@ pub struct Model {
     across: Vec<[Option<usize>; 3]>,
 }
 
-/// Where a walk ends.
+/// The end of a walk.
 pub struct End {
     pub face: usize,
     pub position: DVec3,
     pub direction: DVec3,
     pub travelled: f64,
     pub at_border: bool,
-    /// How near to a vertex the path has crossed an edge, in lengths of that edge.
+    /// The least distance from a vertex at which the path has crossed an edge, in lengths of that edge.
     pub nearest_vertex: f64,
     pub crossings: u32,
 }
@@ -149,7 +149,7 @@ impl Model {
                 return end;
             };
             end.crossings += 1;
-            // The part along the edge stays; the part across it goes on into the neighbour's plane.
+            // The part along the edge stays; the part across it continues into the neighbour's plane.
             let along = along.normalize();
             let inward = normal.cross(along);
             let middle: DVec3 = self.corners(next).into_iter().sum::<DVec3>() / 3.0;

@@ -183,14 +183,14 @@ fn walks_end_where_they_are_not_covered() {
     let met: Vec<_> = on_floor.iter().filter(|row| row[1] == 1.0).collect();
     assert!(met.len() > 50, "{}", met.len());
     for row in met {
-        // The ball's circle in the floor has a radius of 0.8. One that comes up from below the floor meets it from there.
+        // The ball's circle in the floor has a radius of 0.8. A walk that comes up from below meets the floor from there.
         assert!(place(row).z.abs() < 1e-6, "{row:?}");
         let radius = place(row).length();
         assert!(radius > 0.79, "{row:?}");
     }
 }
 
-/// What is too far away to be met changes nothing, however far that is.
+/// A mesh that is too far away to be met has no effect, however far it is.
 #[test]
 fn walks_stay_where_the_other_mesh_is_far_away() {
     let folder = tempfile::tempdir().unwrap();
@@ -213,8 +213,8 @@ fn walks_stay_where_the_other_mesh_is_far_away() {
     assert!(all.iter().all(|answers| *answers == all[0]));
 }
 
-/// A bar along Y with a slot in it, as a letter U in X and Z: the arm that stands on X = 0 is so thick, the slot and the
-/// other arm are as wide as they always are. Side `k` of its outline has the faces `2 k` and `2 k + 1`.
+/// A bar along Y with a slot in it, as a letter U in X and Z: the arm at X = 0 has this thickness, the slot and the other arm have fixed
+/// ones. Side `k` of its outline has the faces `2 k` and `2 k + 1`.
 struct Slotted {
     outline: [[f64; 2]; 10],
 }
@@ -252,7 +252,7 @@ impl Slotted {
             }
         }
         for i in 0..10 {
-            // Numbers begin with 1; those at Y = 1 come behind the others.
+            // Vertices are numbered from 1; those at Y = 1 follow the others.
             let (a, b) = (i + 1, (i + 1) % 10 + 1);
             obj += &format!("f {} {} {b}\nf {} {b} {a}\n", a + 10, b + 10, a + 10);
         }
@@ -283,7 +283,7 @@ impl Slotted {
             let b = DVec2::from_array(self.outline[(i + 1) % 10]);
             let share = (at - a).dot(b - a) / a.distance_squared(b);
             nearest = nearest.min(at.distance(a.lerp(b, share.clamp(0.0, 1.0))));
-            // A way to the right crosses the outline of what it is inside of an odd number of times.
+            // From a point inside, a line to the right crosses the outline an odd number of times.
             let crosses = (a.y > at.y) != (b.y > at.y);
             is_inside ^= crosses && at.x < a.x + (at.y - a.y) / (b.y - a.y) * (b.x - a.x);
         }
@@ -296,8 +296,8 @@ impl Slotted {
     }
 }
 
-/// A bar with a slot, and walks up the wall of the slot onto a square that cuts through all of it. One that goes on
-/// outwards crosses the slot and gets into the other arm; one that goes on inwards comes out of a thin wall behind. The
+/// A bar with a slot, and walks up the wall of the slot onto a square that cuts through all of it. One that continues
+/// outwards crosses the slot and gets into the other arm; one that continues inwards comes out of a thin wall behind. The
 /// walk takes the side whose end is less covered by the bar, whichever that is.
 #[test]
 fn walks_go_inwards_where_the_way_out_is_more_covered() {

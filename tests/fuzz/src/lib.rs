@@ -152,20 +152,20 @@ pub fn seed_checkpoint(steps: usize) -> Checkpoint {
     }
 }
 
-/// A checkpoint whose checksum is mended, of the scene of checkpoints: steps go on from what is not refused.
+/// A checkpoint with a corrected checksum, of the scene of checkpoints: steps must be possible from every state that is not refused.
 pub fn checkpoint(bytes: &[u8]) {
     gone_on(bytes);
 }
 
-/// The same; tells whether it was gone on from.
+/// The same; returns whether it was accepted.
 pub fn gone_on(bytes: &[u8]) -> bool {
     let Some(body) = bytes.len().checked_sub(4) else {
         let _ = Checkpoint::from_bytes(bytes);
         return false;
     };
-    let mut mended = bytes[..body].to_vec();
-    mended.extend(crc32fast::hash(&bytes[..body]).to_le_bytes());
-    let read = match Checkpoint::from_bytes(&mended) {
+    let mut corrected = bytes[..body].to_vec();
+    corrected.extend(crc32fast::hash(&bytes[..body]).to_le_bytes());
+    let read = match Checkpoint::from_bytes(&corrected) {
         Ok(read) => read,
         Err(reason) => {
             is_short(&reason);

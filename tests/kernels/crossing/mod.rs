@@ -1,4 +1,4 @@
-//! Where particles leave for: the kernels against their twins, and both against folds that can be worked out.
+//! Targets of leaving particles: the kernels compared with their twins, and both with folds in closed form.
 
 mod landing;
 mod overtaken;
@@ -308,7 +308,7 @@ fn transfer_out_agrees_with_its_twin() {
 }
 
 /// Two planes that cross at an angle, somewhere in the world: a particle that has gone through the other one is folded
-/// about the line, and goes on on the side that the first plane's normal points to.
+/// about the line, and continues on the side that the first plane's normal points to.
 #[test]
 fn particles_go_on_as_the_fold_says() {
     let Some(gpu) = gpu() else { return };

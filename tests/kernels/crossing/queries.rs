@@ -36,7 +36,7 @@ fn queries(count: usize, triangles: u32, length: f64) -> Vec<WalkQuery> {
         .collect()
 }
 
-/// Few attempts at a time, so that walks of the twin stop and go on in every phase. How many have changed objects.
+/// Few attempts at a time, so that walks of the twin stop and continue in every phase. How many have changed objects.
 fn agree(gpu: &Gpu, surface: &Surface, poses: [Pose; 2], queries: &[WalkQuery]) -> usize {
     let trees = Trees::build(surface);
     let first = surface.objects[1].triangles.0;
@@ -113,7 +113,7 @@ fn walks_that_change_objects_agree_with_the_twin() {
     gpu.finish();
 }
 
-/// Where walks end in the middle of the fine ball that they come from, all of it is about as near, and some devices leave
+/// Walks end in the middle of the fine ball that they come from, where all faces are about equally near, and some devices end
 /// the search before its end.
 #[test]
 fn walks_that_end_in_the_middle_of_a_fine_ball_agree_with_the_twin() {

@@ -94,7 +94,7 @@ fn overtaken_particles_go_on_from_their_place() {
                 continue;
             }
             swept += 1;
-            // What is left of the way goes on along the line or away from the first plane, to its upper side.
+            // What is left of the way continues along the line or away from the first plane, to its upper side.
             let rest = (1.0 - time) * way.length();
             let along = if speed == 0.0 {
                 0.0

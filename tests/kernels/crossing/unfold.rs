@@ -204,9 +204,9 @@ struct OnFloor {
 #[derive(Clone, Copy)]
 enum OnWall {
     Nothing,
-    /// So many have just been there.
+    /// The count of particles of the last step.
     Crowd(u32),
-    /// So much trail.
+    /// The trail.
     Trail(f32),
 }
 
@@ -272,7 +272,7 @@ fn turned_to_wall(all: &[OnFloor]) -> (usize, usize) {
 }
 
 /// Particles that want up: on the floor there is no up, but behind the wall sensors read the height on the wall at which
-/// they would be. So those near the wall turn to it, if they can change to it.
+/// they would be. Particles near the wall turn to it, if they can change to it.
 #[test]
 fn gravity_pulls_up_a_wall_that_is_near() {
     let Some(gpu) = gpu() else { return };

@@ -138,7 +138,7 @@ fn distance_kernels_agree_with_their_twins() {
     gpu.finish();
 }
 
-/// Where the objects stand in a scene, changed.
+/// The poses of the objects of a scene, changed.
 fn moved(scene: &Scene, object: usize, by: [f32; 3]) -> Settings {
     let mut settings = scene.settings.clone();
     for (place, by) in settings.objects[object].position.iter_mut().zip(by) {

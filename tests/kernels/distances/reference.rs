@@ -61,7 +61,7 @@ impl Model {
         self.triangles.iter().map(angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
     }
 
-    /// Where on the way the first triangle is crossed, with the sine of the angle at which, and how near to a side of a
+    /// The place on the way where the first triangle is crossed, with the sine of the angle, and the distance to a side of a
     /// triangle any crossing is, as a share of the model's radius.
     pub fn crossing(&self, from: DVec3, to: DVec3) -> (Option<(f64, f64)>, f64) {
         let mut first: Option<(f64, f64)> = None;

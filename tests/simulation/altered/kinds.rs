@@ -1,4 +1,4 @@
-//! Alterations of one kind each, and what comes of them.
+//! Alterations of one kind each, and their results.
 
 use serde_json::json;
 
@@ -7,7 +7,7 @@ use super::parts::{
     TRAIL, WINDOWS,
 };
 
-/// What is altered, and words of the reason for which it is refused; none where steps go on.
+/// What is altered, and words of the reason for which it is refused; none where steps continue.
 pub type Alteration = (&'static str, fn(&mut Parts), Option<&'static str>);
 
 pub const ALTERATIONS: &[Alteration] = &[
@@ -154,7 +154,7 @@ pub const ALTERATIONS: &[Alteration] = &[
     (
         "a trail that grows too dense by rounding",
         |p| p.fill_all(TRAIL, 1e30),
-        Some("can be gone on from"),
+        Some("a run can continue from at most"),
     ),
     ("a very dense trail", |p| p.fill_all(TRAIL, 9e28), None),
     (

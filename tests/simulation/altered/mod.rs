@@ -1,4 +1,4 @@
-//! Altered checkpoints with a corrected checksum: each is refused with a reason, or steps can go on
+//! Altered checkpoints with a corrected checksum: each is refused with a reason, or steps can continue
 //! from it, and no particle is lost.
 
 mod kinds;
@@ -70,7 +70,7 @@ const STEPS_AFTER: u32 = 3;
 /// A step of these scenes takes milliseconds.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A scene, its state after some steps, and a simulation that goes on from what is read.
+/// A scene, its state after some steps, and a simulation that continues from what is read.
 struct Trial {
     gpu: Gpu,
     scene: Scene,
@@ -106,7 +106,7 @@ impl Trial {
         })
     }
 
-    /// The reason for which it is refused, if it is. Steps go on from all others.
+    /// The reason for which it is refused, if it is. Steps continue from all others.
     fn refusal(&mut self, parts: &Parts) -> Option<String> {
         let file = self.folder.with("altered.state", parts.bytes());
         let checkpoint = match Checkpoint::read(&file) {
@@ -144,9 +144,9 @@ impl Trial {
         refusal
     }
 
-    /// Alters states at random, and gives how many of them were gone on from.
+    /// Alters states at random, and gives how many of them were continued from.
     fn alter_at_random(&mut self, seed: u64, cases: u64) -> u64 {
-        let mut gone_on = 0;
+        let mut accepted = 0;
         for case in 0..cases {
             let mut draws = Draws(seed ^ case << 20);
             let mut parts = self.whole.clone();
@@ -155,9 +155,9 @@ impl Trial {
                 what += ", ";
                 what += &alter(&mut parts, &mut draws);
             }
-            gone_on += u64::from(self.tried(&what, &parts).is_none());
+            accepted += u64::from(self.tried(&what, &parts).is_none());
         }
-        gone_on
+        accepted
     }
 
     fn finish(self) {
@@ -368,7 +368,7 @@ fn alter_header(parts: &mut Parts, draws: &mut Draws) -> String {
     }
 }
 
-/// Finds states that pass the checks of a checkpoint although steps cannot go on from them. Tests of single checks cover only
+/// Finds states that pass the checks of a checkpoint although steps cannot continue from them. Tests of single checks cover only
 /// foreseen alterations.
 #[test]
 fn altered_checkpoints_are_refused_or_gone_on_from() {
@@ -394,8 +394,8 @@ fn altered_checkpoints_are_refused_or_gone_on_from() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    let gone_on = trial.alter_at_random(1, 60);
-    assert!((5..50).contains(&gone_on), "{gone_on} of 60");
+    let accepted = trial.alter_at_random(1, 60);
+    assert!((5..50).contains(&accepted), "{accepted} of 60");
     trial.finish();
 }
 
@@ -408,9 +408,9 @@ fn many_altered_checkpoints_are_refused_or_gone_on_from() {
             return;
         };
         let begun = Instant::now();
-        let gone_on = trial.alter_at_random(seed, 1000);
+        let accepted = trial.alter_at_random(seed, 1000);
         println!(
-            "{strategy}: {gone_on} of 1000 altered checkpoints were gone on from, {:?}",
+            "{strategy}: {accepted} of 1000 altered checkpoints were accepted, {:?}",
             begun.elapsed()
         );
         trial.finish();

@@ -103,7 +103,7 @@ impl Parts {
         self.lists[MOTIONS][4 * first as usize + 3] |= 1;
         self.lists[FLOW][SELECTED] += 1;
         let [zero, one] = [0.0_f32, 1.0].map(f32::to_bits);
-        // Where from, its slot; heading, source; normal, target; triangle, what is left to walk.
+        // Place, its slot; heading, source; normal, target; triangle, length left to walk.
         let mut transfer = vec![
             zero, zero, zero, first, one, zero, zero, 0, zero, one, zero, 1, triangle, zero, 0, 0,
         ];

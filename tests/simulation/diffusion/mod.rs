@@ -67,7 +67,7 @@ impl Case {
         }
     }
 
-    /// Where an owned texel lies on the surface.
+    /// The place of an owned texel on the surface.
     fn place(&self, texel: u32) -> Option<DVec3> {
         let (t, u, v) = self.atlas.surface_point_of(texel)?;
         let [a, b, c] = self.surface.corners[t as usize]

@@ -1,5 +1,4 @@
-//! A hand on an X display: the pointer and the keys that `xdotool` moves, and the clipboard of `xclip`. There is one pointer, so one
-//! test at a time has it.
+//! Input on an X display: pointer and keys by `xdotool`, and the clipboard by `xclip`. There is one pointer, so tests take turns.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -12,37 +11,37 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 
 use super::messages;
-use crate::hand::Does;
+use crate::input::Gesture;
 use crate::lab::PATIENCE;
 
-/// What the hand does reaches the window within this time; a frame that shows it may come later.
+/// Input reaches the window within this time; a frame that shows it may come later.
 const REACHES_IT: Duration = Duration::from_millis(150);
-/// The least time between two things that a hand does.
+/// The least time between two inputs.
 const AT_LEAST: Duration = Duration::from_millis(30);
-/// A window that shows nothing new for so long may have gone.
+/// After so long without a new frame, the window may be gone.
 const GOES_WITHIN: Duration = Duration::from_secs(1);
-/// How often the window is looked at.
+/// The interval at which the window's report is read.
 const INTERVAL: Duration = Duration::from_millis(10);
 
 /// There is one pointer.
 static HAND: Mutex<()> = Mutex::new(());
 
 /// Waits until no other test has the pointer.
-pub fn hand() -> MutexGuard<'static, ()> {
+pub fn only_one() -> MutexGuard<'static, ()> {
     HAND.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A lab's window, and the only hand.
+/// A lab's window. It holds the pointer until it is dropped.
 pub struct Display {
-    /// The file that tells what the window shows.
+    /// The file into which the lab writes what the window shows.
     places: PathBuf,
     window: String,
-    /// When the hand did something last.
+    /// When input was sent last.
     moved: Instant,
-    _hand: MutexGuard<'static, ()>,
+    _guard: MutexGuard<'static, ()>,
 }
 
-/// Runs `xdotool`, and gives what it says.
+/// Runs `xdotool` and returns its output.
 pub fn xdotool(arguments: &[&str]) -> String {
     let output = Command::new("xdotool").args(arguments).output();
     let output = output.expect("it is installed");
@@ -50,17 +49,17 @@ pub fn xdotool(arguments: &[&str]) -> String {
 }
 
 impl Display {
-    /// Waits for the hand. The lab tells in that file what it shows.
+    /// Waits until the pointer is free. `places` is the file into which the lab writes what it shows.
     pub fn new(places: PathBuf) -> Self {
         Self {
-            _hand: hand(),
+            _guard: only_one(),
             places,
             window: String::new(),
             moved: Instant::now(),
         }
     }
 
-    /// The window of that process to the corner, where the pointer looks for it, and the keys to it.
+    /// Moves the window of that process to the corner, where coordinates of the pointer are right, and gives it the keyboard.
     pub fn take_hold(&mut self, process: u32) {
         let process = process.to_string();
         let begun = Instant::now();
@@ -76,7 +75,7 @@ impl Display {
         self.hold_again();
     }
 
-    /// The same after the window was somewhere else.
+    /// Does this again after the window was moved.
     pub fn hold_again(&mut self) {
         self.ask(&["windowmove", &self.window, "0", "0"]);
         self.ask(&["windowraise", &self.window]);
@@ -96,12 +95,12 @@ impl Display {
         self.settle(0);
     }
 
-    /// Its number.
+    /// The window's id.
     pub fn window(&self) -> &str {
         &self.window
     }
 
-    /// Runs `xdotool` with the window.
+    /// Runs `xdotool` on the window.
     pub fn ask(&self, arguments: &[&str]) -> String {
         xdotool(arguments)
     }
@@ -116,7 +115,7 @@ impl Display {
         sleep(INTERVAL);
     }
 
-    /// No frame is to come, and nothing that the hand did is on its way.
+    /// No frame is due, and all input has arrived.
     pub fn rests(&self, seen: &Value) -> bool {
         seen["rests"] == true && self.moved.elapsed() > REACHES_IT
     }
@@ -126,7 +125,7 @@ impl Display {
         frames.unwrap_or_default()
     }
 
-    /// Waits for two frames after so many, of which the second began after the hand had done something, unless none is to come.
+    /// Waits for two frames after `frames`, the second of which began after the last input, unless none is due.
     fn settle(&mut self, frames: u64) {
         self.moved = Instant::now();
         while self.moved.elapsed() < PATIENCE {
@@ -148,52 +147,52 @@ impl Display {
         !xdotool(&["getwindowname", &self.window]).is_empty()
     }
 
-    /// The hand does something, and the window has time to see it.
-    pub fn does(&mut self, what: &Does) {
+    /// Sends a gesture and gives the window time to react.
+    pub fn perform(&mut self, what: &Gesture) {
         let frames = self.frames();
         let click = |button: &u8| {
             xdotool(&["click", "--delay", "60", &button.to_string()]);
         };
         match what {
-            Does::Move(x, y) => {
+            Gesture::Move(x, y) => {
                 xdotool(&["mousemove", &x.to_string(), &y.to_string()]);
             }
-            Does::MoveBy(x, y) => {
+            Gesture::MoveBy(x, y) => {
                 xdotool(&["mousemove_relative", "--", &x.to_string(), &y.to_string()]);
             }
-            Does::Down(button) => {
+            Gesture::Down(button) => {
                 xdotool(&["mousedown", &button.to_string()]);
             }
-            Does::Up(button) => {
+            Gesture::Up(button) => {
                 xdotool(&["mouseup", &button.to_string()]);
             }
-            Does::Click(button) => {
+            Gesture::Click(button) => {
                 // Long enough to be seen between two slow frames.
-                self.does(&Does::Down(*button));
-                return self.does(&Does::Up(*button));
+                self.perform(&Gesture::Down(*button));
+                return self.perform(&Gesture::Up(*button));
             }
-            Does::DoubleClick => {
+            Gesture::DoubleClick => {
                 xdotool(&["click", "--repeat", "2", "--delay", "90", "1"]);
             }
-            Does::Wheel(away) => click(if *away { &4 } else { &5 }),
-            Does::KeyDown(key) => {
+            Gesture::Wheel(away) => click(if *away { &4 } else { &5 }),
+            Gesture::KeyDown(key) => {
                 xdotool(&["keydown", key]);
             }
-            Does::KeyUp(key) => {
+            Gesture::KeyUp(key) => {
                 xdotool(&["keyup", key]);
             }
-            Does::Keys(keys) => {
+            Gesture::Keys(keys) => {
                 let delay = if keys.len() == 1 { "40" } else { "12" };
                 xdotool(&[&["key", "--delay", delay], *keys].concat());
                 if keys.contains(&"ctrl+q") {
-                    // Nothing is shown after that.
+                    // The window is closing and shows nothing after that.
                     return;
                 }
             }
-            Does::Write(text) => {
+            Gesture::Write(text) => {
                 xdotool(&["type", "--delay", "30", "--", text]);
             }
-            Does::Resize(width, height) => {
+            Gesture::Resize(width, height) => {
                 let (width, height) = (width.to_string(), height.to_string());
                 xdotool(&["windowsize", &self.window, &width, &height]);
             }
@@ -230,7 +229,7 @@ impl Display {
 
     /// What is in the clipboard.
     pub fn clipboard(&self) -> String {
-        // It waits for whatever has copied something.
+        // `xclip` waits for the program that has copied something.
         let output = Command::new("timeout")
             .args(["5", "xclip", "-selection", "clipboard", "-out"])
             .stdin(Stdio::null())

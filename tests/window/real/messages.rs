@@ -1,5 +1,5 @@
-//! Messages to a window, as managers of files and of windows send them: files that are dropped, by the source's side of XDND,
-//! version 5; and the wish that it may close.
+//! Messages to a window, as file managers and window managers send them: dropped files, as the source of XDND version 5, and the request to
+//! close.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -14,7 +14,7 @@ use x11rb::wrapper::ConnectionExt as _;
 
 use crate::lab::PATIENCE;
 
-/// Sends a message of that kind which says one word.
+/// Sends a message of that type with one atom as its data.
 pub fn send_to(window: &str, kind: &str, word: &str) {
     let window: Window = window.parse().expect("it is a number");
     let (connection, _) = x11rb::connect(None).expect("there is a display");

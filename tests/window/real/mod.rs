@@ -1,11 +1,11 @@
-//! What only a window on a display shows: that pointer, keys, text, files and the clipboard reach it and come from it, and what
-//! becomes of it when it is resized, hidden, closed or killed. Few and short: what each control does is for the other tests.
+//! What can only be tested in a window on a display: pointer, keys, text, files and the clipboard, and what happens when the window is
+//! resized, hidden, closed or killed. These tests are few and short; the other tests check what each control does.
 //!
 //! They need `xdotool`, `xclip` and an X display, which `make test` brings; without these they fail, unless MYXO_ALLOW_NO_DEVICE=1
 //! lets them skip.
 
 pub mod display;
-mod hands;
+mod input;
 mod messages;
 mod opening;
 mod troubles;
@@ -15,7 +15,7 @@ use std::process::{Command, Stdio};
 
 use crate::worked;
 
-/// Are there a display and a hand to be had?
+/// Are there a display, `xdotool` and `xclip`?
 fn can_open_a_window() -> bool {
     worked::begins();
     let has = |tool: &str| {

@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use super::can_open_a_window;
-use super::display::hand;
+use super::display::only_one;
 use crate::worked;
 
 fn lab(arguments: &[&str]) -> std::process::Output {
@@ -19,7 +19,7 @@ fn the_lab_draws_and_closes() {
     if !can_open_a_window() {
         return;
     }
-    let _hand = hand();
+    let _guard = only_one();
     for show in ["surface", "particles", "atlas"] {
         let show = format!("picture.show={show}");
         let output = lab(&[
@@ -57,13 +57,13 @@ fn without_a_display_the_lab_says_what_to_do() {
     assert_eq!(errors.lines().count(), 1, "{errors}");
 }
 
-/// The variable of a compositor that is gone: X11 opens the window, and where there is none, the message names the variable.
+/// A variable names a compositor that is gone: X11 opens the window, and without X11 the error names the variable.
 #[test]
 fn a_compositor_that_is_gone_is_named_and_x11_takes_its_place() {
     if !can_open_a_window() {
         return;
     }
-    let _hand = hand();
+    let _guard = only_one();
     let begin = || {
         let mut lab = Command::new(env!("CARGO_BIN_EXE_myxo"));
         lab.args(["lab", "cube", "--no-preferences", "--frames=2"]);

@@ -1,5 +1,4 @@
-//! What can become of a window on a display: it is resized, hidden, covered, asked to close or killed, its device is lost, its disk
-//! is full.
+//! A window on a display is resized, hidden, covered, asked to close or killed, its device is lost, its disk is full.
 
 use std::process::{Command, Stdio};
 
@@ -17,7 +16,7 @@ fn step(seen: &Value) -> u64 {
 }
 
 #[test]
-fn what_can_be_done_to_the_window_does_it_no_harm() {
+fn resizing_hiding_and_other_labs_do_not_harm_the_window() {
     if !can_open_a_window() {
         return;
     }
@@ -32,8 +31,8 @@ fn what_can_be_done_to_the_window_does_it_no_harm() {
             display.ask(&words.collect::<Vec<_>>());
         });
     };
-    let now = || step(&lab.seen().expect("it is told"));
-    // Another one beside it, which leaves at once and takes nothing along.
+    let now = || step(&lab.seen().expect("the lab has reported"));
+    // A second lab that ends at once does not disturb it.
     let mut other = program()
         .current_dir(lab.folder.path())
         .args(["lab", "--no-preferences", "--size=480x320", "--frames=3"])
@@ -41,7 +40,7 @@ fn what_can_be_done_to_the_window_does_it_no_harm() {
         .stderr(Stdio::null())
         .spawn()
         .expect("the program starts");
-    // Nearly nothing, and back.
+    // A tiny size, and back.
     for (width, height) in [("1", "1"), ("3000", "1"), ("900", "760")] {
         ask(&["windowsize", "--sync", "window", width, height]);
         goes_on(&lab);
@@ -50,13 +49,12 @@ fn what_can_be_done_to_the_window_does_it_no_harm() {
         let right = seen["places"]["picture"][2].as_f64();
         right.is_some_and(|right| (right - 900.0).abs() < 1.5)
     });
-    // Minimised as far as there is a manager of windows; out of sight in any case. It is the same simulation afterwards, and
-    // answers keys.
+    // Minimised where there is a window manager, and hidden in any case. Afterwards the simulation is the same and the window answers keys.
     for _ in 0..3 {
         let before = now();
         ask(&["windowminimize", "window"]);
         ask(&["windowunmap", "--sync", "window"]);
-        // The smallest that there is, unseen.
+        // The smallest size, while hidden.
         ask(&["windowsize", "window", "1", "1"]);
         ask(&["windowsize", "window", "900", "760"]);
         ask(&["windowmap", "--sync", "window"]);
@@ -65,14 +63,14 @@ fn what_can_be_done_to_the_window_does_it_no_harm() {
         assert!(now() > before, "it has not begun anew");
     }
     lab.key_until("space", "it answers", "playing", false);
-    lab.key_until("space", "and goes on", "playing", true);
+    lab.key_until("space", "it continues", "playing", true);
     assert!(other.wait().expect("it ends").success());
     lab.display(|display, _| display.hold_again());
     lab.pick("cube");
     lab.quit();
 }
 
-/// By its cross, as it were, in the middle of an export.
+/// Closed by the message of the close button, in the middle of an export.
 #[test]
 fn a_window_that_is_closed_in_the_middle_leaves_whole_files() {
     if !can_open_a_window() {
@@ -104,7 +102,7 @@ fn a_window_that_is_killed_keeps_the_scene() {
     assert_eq!(read.expect("it can be read").1.trail.decay, 0.625);
 }
 
-/// The same window goes on with another one.
+/// The window continues with another device.
 #[test]
 fn a_device_that_is_lost_is_replaced_in_the_window() {
     if !can_open_a_window() {
@@ -136,7 +134,10 @@ fn a_window_on_a_full_disk_says_so_and_goes_on() {
     });
     lab.click("out.kind=GIF");
     lab.key_until("F9", "it is recorded", "recording", true);
-    hear(&lab, "what came before is whole: recording_000001.gif");
+    hear(
+        &lab,
+        "everything before it is complete: recording_000001.gif",
+    );
     let (_, shown) = shown_of(&arrived(&lab, "recording_000001.gif"));
     assert!(shown >= 1, "{shown}");
     goes_on(&lab);

@@ -1,5 +1,5 @@
-//! How long the window takes: until it is there, for a large picture, for a film, and from a key to its answer, while a scene
-//! runs. `make window-times` prints them as tables; what was measured is in `benches/results/README.md`.
+//! Times of the window: until it opens, for a large picture, for a film, and from a key to its answer, while a scene runs. `make
+//! window-times` prints them as tables; what was measured is in `benches/results/README.md`.
 
 use std::path::PathBuf;
 use std::thread::sleep;
@@ -12,7 +12,7 @@ use crate::lab::PATIENCE;
 use crate::program::{program, shown_of};
 
 const SIZE: &str = "--size=1280x800";
-/// Scenes that answer keys, with so many particles.
+/// The scenes, and their numbers of particles.
 const SCENES: [&str; 3] = ["torus", "trio", "gears"];
 const COUNT: &str = "--set=particles.count=500000";
 const KEYS: usize = 60;
@@ -41,13 +41,13 @@ fn answers(lab: &Lab) -> Vec<f64> {
     let is_shown = || lab.seen()?["state"]["help"].as_bool();
     while times.len() < KEYS {
         assert!(lost < KEYS, "keys do not come");
-        // A key that was taken for lost may have come since.
-        let told = lab.wait("it is told", |seen| seen["state"]["help"].is_boolean());
-        let told = told["state"]["help"] == true;
-        // At any time of a step.
+        // A key that was counted as lost may have arrived since.
+        let reported = lab.wait("the report", |seen| seen["state"]["help"].is_boolean());
+        let reported = reported["state"]["help"] == true;
+        // Spread over all phases of a step.
         let pause = 120 + 37 * (times.len() as u64 * 7 % 11);
         sleep(Duration::from_millis(pause));
-        let shown = is_shown().unwrap_or(told);
+        let shown = is_shown().unwrap_or(reported);
         let begun = Instant::now();
         xdotool(&["key", "--delay", "0", "h"]);
         let is_answered = || is_shown() == Some(!shown);
@@ -82,7 +82,7 @@ fn made(lab: &Lab, button: &str, file: &str) -> (f64, PathBuf) {
 }
 
 #[test]
-#[ignore = "takes minutes, and tells of the machine; `make window-times` runs it"]
+#[ignore = "takes minutes, and measures the machine; `make window-times` runs it"]
 fn times_of_the_window() {
     if !can_open_a_window() {
         return;

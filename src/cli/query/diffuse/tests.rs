@@ -1,4 +1,4 @@
-//! Tests of the translation between rows and texels.
+//! Tests of the conversion between rows and texels.
 
 use super::*;
 
@@ -14,7 +14,7 @@ fn read(mesh: &Mesh, rows: &str) -> Result<Vec<Spot>> {
 }
 
 #[test]
-fn what_is_deposited_comes_out_where_it_was_put() {
+fn deposits_come_out_where_they_were_put() {
     let mesh = Mesh::builtin("cube").expect("it is built in");
     let atlas = atlas(&mesh, 64);
     // Amounts far beyond what a float32 holds.
@@ -73,13 +73,13 @@ fn rows_that_cannot_be_deposited_are_named() {
     let spots = read(&mesh, "a,0,1,0,0,1e308\nb,0,1,0,0,1e308\n").expect("each is right");
     let error = Trail::new(&atlas(&mesh, 64), &spots).expect_err("it overflows");
     assert!(error.to_string().contains("more than a number can hold"));
-    // Nothing at all stays nothing.
+    // No deposits give no trail.
     let trail = Trail::new(&atlas(&mesh, 64), &[]).expect("it is right");
     assert!(trail.values.iter().all(|&value| value == 0.0) && trail.unit == 1.0);
 }
 
 #[test]
-fn amounts_are_told_in_few_digits() {
+fn amounts_have_few_digits() {
     for (number, text) in [
         (deposited(&[]), "0"),
         (-0.0, "0"),

@@ -1,4 +1,4 @@
-//! Tests of the translation, and of the device's walks against double precision.
+//! Tests of the conversion, and of the device's walks against double precision.
 
 use super::*;
 use glam::DVec2;

@@ -1,4 +1,4 @@
-//! Layouts on disk: kept whole, found by what they are of, thrown away when damaged or old.
+//! Layouts on disk: stored whole, found by the hash of their input, removed when damaged or old.
 
 use std::fs;
 
@@ -67,7 +67,7 @@ fn what_is_kept_is_not_made_again() {
     let first = build(&options(), Some(folder.path()));
     assert_eq!(build(&options(), Some(folder.path())), first);
     assert_eq!(made.get(), 1);
-    // Without a folder nothing is kept, nor asked for.
+    // Without a folder nothing is stored or read.
     build(&options(), None);
     assert_eq!(made.get(), 2);
     let larger = AtlasOptions {
@@ -76,7 +76,7 @@ fn what_is_kept_is_not_made_again() {
     };
     build(&larger, Some(folder.path()));
     assert_eq!(made.get(), 3);
-    // A damaged file is mended.
+    // A damaged file is replaced.
     for entry in fs::read_dir(folder.path()).unwrap() {
         fs::write(entry.unwrap().path(), "nonsense").unwrap();
     }
@@ -126,7 +126,8 @@ fn whole_files_of_something_else_are_none() {
     assert_eq!(unpack(&pack(&placement(10)), 12, 64), None);
 }
 
-/// Catches a layout with a right checksum that no packing has made: by it particles of two places share texels, without a word.
+/// Catches a layout with a right checksum that no packing would make: with it, particles of two places would share texels without a
+/// warning.
 #[test]
 fn whole_layouts_that_are_wrong_are_made_anew() {
     let cube = surface("cube");
@@ -179,7 +180,7 @@ fn whole_layouts_that_are_wrong_are_made_anew() {
     }
 }
 
-/// Catches a check that refuses what the program itself makes: such layouts would be made anew at each start.
+/// Catches a check that refuses the program's own layouts, which would then be made at each start.
 #[test]
 fn layouts_that_are_made_are_taken() {
     let meshes = [
@@ -279,11 +280,11 @@ fn many_may_write_and_read_at_once() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
-/// [`VERSION`] stands for how surfaces come to lie. Where a layout changes on purpose, raise it and take over the printed
-/// numbers; without that, programs go on using layouts that another version has kept on disk.
+/// [`VERSION`] identifies the result of the layout methods. If a layout changes on purpose, raise it and copy the printed numbers;
+/// otherwise programs would use cached layouts of another version.
 ///
-/// Per mesh: charts, and a mean of places in the triangles, texels, in which corners and triangles weigh differently, so that it
-/// changes where they change places. All machines find the same bits.
+/// Per mesh: the number of charts, and a weighted mean of places in the triangles, in texels; corners and triangles have different weights,
+/// so that the mean changes if they exchange places. The bits are equal on all machines.
 #[test]
 fn layouts_of_this_version_are_known() {
     const KNOWN: (u32, [(&str, AtlasMethod, u32, Vec2); 4]) = (

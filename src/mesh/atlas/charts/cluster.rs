@@ -1,5 +1,5 @@
-//! Cutting sets of triangles into compact parts: nearest seed over the dual graph, where going from triangle to
-//! triangle counts distance and turning.
+//! Cutting sets of triangles into compact parts: each triangle belongs to the nearest seed in the dual graph, in which the length of an
+//! edge combines distance and the angle between normals.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
@@ -31,12 +31,12 @@ impl Ord for Reached {
 pub(super) struct Graph {
     /// Triangles of the surface, ascending.
     pub triangles: Vec<u32>,
-    /// Per triangle its neighbours among them and how far they are.
+    /// Per triangle its neighbours among them, and their distances.
     pub neighbours: Vec<[(u32, f64); 3]>,
 }
 
 impl Graph {
-    /// `step` says how far it is from one triangle to a neighbour.
+    /// `step` is the distance from one triangle to a neighbour.
     pub fn new(
         surface: &Surface,
         triangles: &[u32],
@@ -68,7 +68,7 @@ impl Graph {
         }
     }
 
-    /// Lowers distances to those from a set of seeds, and labels what is nearer to one of them than it was.
+    /// Lowers the distances of triangles that are nearer to one of the seeds, and gives them its label.
     fn spread(&self, seeds: &[(u32, u32)], distances: &mut [f64], labels: &mut [u32]) {
         let mut heap = BinaryHeap::new();
         for &(seed, label) in seeds {
@@ -115,13 +115,13 @@ impl Graph {
         if distances[last as usize] > 0.0 {
             self.spread(&[(last, 1)], &mut distances, &mut labels);
         } else {
-            // All in one place.
+            // All triangles are in one place.
             labels[0] = 1;
         }
         labels
     }
 
-    /// Cuts connected triangles into about `count` parts of like size.
+    /// Cuts connected triangles into about `count` parts of similar size.
     pub fn parts(
         &self,
         metric: &Metric,

@@ -2,8 +2,8 @@
 //!
 //! A conformal map changes lengths by a factor `exp(u)`, and to end flat, `u` must solve a Poisson equation with the
 //! curvature on its right side. Of all of them the one with `u = 0` on the boundary has the least spread of `exp(u)`
-//! (Chebyshev's principle for maps, proved by Grave). It says by how much the boundary must bend, bending the boundary
-//! gives a closed curve in the plane, and the interior follows by harmonic extension. One factorisation serves both.
+//! (Chebyshev's principle for maps, proved by Grave). Its solution gives the curvature of the flat boundary, which gives a closed curve in
+//! the plane, and the interior follows by harmonic extension. One factorisation serves both.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::SupernodalThreshold;
@@ -22,7 +22,7 @@ use crate::mesh::edges::next;
 use crate::mesh::surface::NONE;
 use crate::portable::{self, exp};
 
-/// Patches with fewer inner vertices are factored at once; for the others a look at how they scale comes first.
+/// Patches with fewer inner vertices are factored at once; for larger ones the scaling is estimated first.
 const WORTH_A_LOOK: usize = 300;
 
 /// Rounds of the rough solver at the most.
@@ -43,7 +43,7 @@ pub(super) fn flatten(
             bend[vertex as usize] -= angle;
         }
     }
-    // Angle defects inside; what the border's vertices lack of a straight angle, later.
+    // Angle defects of inner vertices; the border's are handled later.
     let inner = laplacian.inner.iter();
     let defects: Vec<f64> = inner.map(|&v| -(bend[v as usize] + TAU)).collect();
     if defects.len() >= WORTH_A_LOOK {
@@ -86,7 +86,7 @@ pub(super) fn flatten(
     Some(positions)
 }
 
-/// The border as a closed curve in the plane, from its lengths and by how much it bends at each vertex.
+/// The border as a closed curve in the plane, from its lengths and its turning angle at each vertex.
 fn border_curve(
     patch: &Patch,
     metric: &Metric,
@@ -126,7 +126,7 @@ fn border_curve(
     Some(())
 }
 
-/// The cotangent Laplacian of the inner vertices, and how they hang on the border.
+/// The cotangent Laplacian of the inner vertices, and their weights with border vertices.
 struct Laplacian {
     /// The vertex of each row.
     inner: Vec<u32>,
@@ -187,7 +187,7 @@ impl Laplacian {
         }
     }
 
-    /// A few digits of the solution, by conjugate gradients, scaled by the diagonal.
+    /// A few digits of the solution, by conjugate gradients, preconditioned by the diagonal.
     fn solve_roughly(&self, right: &[f64]) -> Vec<f64> {
         let n = right.len();
         let scale: Vec<f64> = (0..n)
@@ -210,7 +210,7 @@ impl Laplacian {
                 solution[i] += step * along[i];
                 rest[i] -= step * image[i];
             }
-            // How much nearer the solution has come, in the norm of the matrix.
+            // The progress of the solution, in the norm of the matrix.
             energy += step * size;
             of_late += step * size;
             if round % 10 == 0 {
@@ -243,7 +243,7 @@ impl Laplacian {
         }
     }
 
-    /// `None` when there is nothing to factor, and `None` outside where it cannot be.
+    /// `Some(None)` if there are no inner vertices; `None` if the matrix cannot be factored.
     fn factor(&self) -> Option<Option<Factor>> {
         let n = self.inner.len();
         if n == 0 {
@@ -261,15 +261,15 @@ impl Laplacian {
 
 /// A matrix as `L L^T`, column by column.
 ///
-/// Blocks of columns would take less time where there are many, but the crate multiplies those by the widest instructions that a
-/// processor has, and sums of another order have other bits. One column at a time it adds in the order of the columns.
+/// Blocks of columns would be faster for large matrices, but the crate multiplies them with the widest instructions of the processor, and
+/// sums in another order have other bits. With one column at a time it adds in the order of the columns.
 struct Factor {
     symbolic: SymbolicCholesky<usize>,
     values: Vec<f64>,
 }
 
 impl Factor {
-    /// `None` where it has none.
+    /// `None` if the matrix is not positive definite.
     fn of(lower: SparseColMatRef<'_, usize, f64>) -> Option<Self> {
         let params = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
@@ -307,8 +307,8 @@ impl Factor {
     }
 }
 
-/// Compressed columns of a lower triangle from its diagonal and entries (column, row, value), of which the same may come
-/// more than once.
+/// Compressed columns of a lower triangle from its diagonal and entries (column, row, value), which may contain the same place more than
+/// once.
 fn columns(diagonal: &[f64], entries: &[(u32, u32, f64)]) -> (Vec<usize>, Vec<usize>, Vec<f64>) {
     let n = diagonal.len();
     let mut ends = vec![0; n + 1];

@@ -1,7 +1,7 @@
-//! Growing charts from below: neighbouring pieces are joined as long as what they make together is flat enough.
+//! Growing charts bottom-up: neighbouring pieces are joined as long as their union can be flattened well enough.
 //!
-//! Rounds of pairs, each piece in one at most, tested side by side by flattening what they make. A pair is only tried
-//! when both have hardly a better partner, so the order of good joins does not depend on numbering.
+//! Each round tests pairs in parallel, each piece in one pair at most, by flattening their union. A pair is only tried if it is nearly the
+//! best of both pieces, so the order of good joins does not depend on numbering.
 
 use std::collections::HashMap;
 use std::sync::Mutex;
@@ -14,12 +14,12 @@ use super::piece::{Bounds, Piece, Refusal, Spending};
 use super::{AtlasError, Control};
 use crate::mesh::surface::{NONE, Surface};
 
-/// How near to its best partner's a pair's score must be for a piece to be tried with it.
+/// A pair is tried if its score is at least this share of the best score of both pieces.
 const SLACK: f64 = 0.9;
-/// A pair that was refused is tried again when one of the two has grown so much that it is another case.
+/// A refused pair is tried again if the area of both together has grown by this factor.
 const GROWN: f64 = 1.3;
 
-/// Scratch memory that parallel work borrows.
+/// Scratch memory for parallel work.
 #[derive(Default)]
 pub(super) struct Pool(Mutex<Vec<Places>>);
 
@@ -41,13 +41,13 @@ pub(super) struct Merger<'a> {
     pub metric: &'a Metric,
     pub pool: &'a Pool,
     pub control: &'a Control<'a>,
-    /// Pieces keep their number; what has been joined leaves a gap.
+    /// Pieces keep their number; joined ones leave a gap.
     pub pieces: Vec<Option<Piece>>,
     /// Per triangle, its piece.
     pub labels: Vec<u32>,
     /// Surface area of everything.
     pub area: f64,
-    /// Pairs that are not to be tried again, and the area that they had together.
+    /// Refused pairs, and the area that they had together.
     refused: HashMap<(u32, u32), f64>,
 }
 
@@ -87,7 +87,7 @@ impl<'a> Merger<'a> {
         self.pieces.into_iter().flatten().collect()
     }
 
-    /// Joins until nothing more can be, telling the number of pieces after each round.
+    /// Joins pieces until no pair can be joined, and reports the number of pieces after each round.
     pub fn run(
         &mut self,
         bounds: &Bounds,
@@ -156,7 +156,7 @@ impl<'a> Merger<'a> {
             return Err(Refusal::Shape);
         };
         let triangles = merged(&a.triangles, &b.triangles);
-        // Long and lobed is what becomes neither longer nor more lobed.
+        // A union may be as long and as lobed as the worse of the two pieces.
         let bounds = Bounds {
             hull: bounds.hull.max(a.quality.hull).max(b.quality.hull),
             roundness: (bounds.roundness)
@@ -188,7 +188,7 @@ impl<'a> Merger<'a> {
         }
     }
 
-    /// The pieces beside one and how much border they share, ascending.
+    /// The neighbours of a piece in ascending order, and the length of the border that they share.
     pub fn neighbours(&self, piece: u32) -> Vec<(u32, f64)> {
         let Some(of) = &self.pieces[piece as usize] else {
             return Vec::new();
@@ -269,7 +269,7 @@ impl<'a> Merger<'a> {
     }
 }
 
-/// Round unions first, small ones before large ones.
+/// The score of a pair: round unions first, small ones before large ones.
 fn score(a: &Piece, b: &Piece, shared: f64) -> f64 {
     let perimeter = (a.perimeter + b.perimeter - 2.0 * shared).max(1e-9 * a.perimeter);
     let area = a.area + b.area;

@@ -24,7 +24,7 @@ pub(super) struct Shape {
 impl Shape {
     pub fn new(ab: f64, cp: f64, ch: f64) -> Self {
         let (bp, double_area) = (cp - ab, ab * ch);
-        // The dot product of the two edges that leave each corner; their cross product is twice the area at all three.
+        // The dot products of the two edges at each corner; their cross product is twice the area at all three.
         let dots = [ab * cp, -ab * bp, cp * bp + ch * ch];
         let length = |p: f64| (p * p + ch * ch).sqrt();
         Self {
@@ -49,7 +49,7 @@ pub(super) struct Metric {
     pub normals: Vec<DVec3>,
     /// Surface area of everything.
     pub total: f64,
-    /// Whether a triangle is of a connected part of few triangles; none is before [`super::flat_charts`] says so.
+    /// Does a triangle belong to a connected part of few triangles? [`super::flat_charts`] sets this; all are false before.
     pub is_coarse: Vec<bool>,
 }
 
@@ -87,8 +87,8 @@ impl Metric {
         self.shapes[halfedge as usize / 3].lengths[halfedge as usize % 3]
     }
 
-    /// How far it is from a triangle's centroid to that of a neighbour, when turning by one radian counts as much as
-    /// going `turn`.
+    /// The distance from a triangle's centroid to that of a neighbour, where an angle of one radian between the normals counts like the
+    /// length `turn`.
     pub fn step(&self, from: u32, to: u32, turn: f64) -> f64 {
         let (from, to) = (from as usize, to as usize);
         let angle = angle_between(self.normals[from], self.normals[to]);

@@ -1,8 +1,8 @@
 //! The `charts` method: how a surface is cut into few charts, and how each is flattened.
 //!
-//! Charts grow from below. The surface is cut into small compact pieces, which are joined pair by pair as long as what
-//! they make is a disc that can be flattened without distorting areas and angles too much. Each piece is flattened
-//! conformally (`flatten`), because diffusion is the plain stencil only in charts that keep angles.
+//! Charts grow bottom-up. The surface is cut into small compact pieces, which are joined pair by pair as long as their union is a disc that
+//! can be flattened without distorting areas and angles too much. Each piece is flattened conformally (`flatten`), because the plain
+//! stencil of diffusion is right only in charts that keep angles.
 
 mod cluster;
 mod flatten;
@@ -30,7 +30,7 @@ use patch::{Patch, Places};
 use piece::{Bounds, LOOSE, Piece, STRICT};
 use smooth::Smoothing;
 
-/// Connected parts up to this size are coarse: built from single triangles, and borders judged without their teeth.
+/// Connected parts up to this size are coarse: pieces begin as single triangles, and the teeth of borders do not count.
 const SMALL: usize = 1500;
 /// Bounds on first pieces: flatter than a chart, so that two of them can be joined; and of
 /// any shape, because the shape follows the triangles.
@@ -44,7 +44,7 @@ const FIRST: Bounds = Bounds {
 /// The share of the whole atlas's time that goes to charts.
 const DONE: f32 = 0.62;
 
-/// How often joining and smoothing take turns at the most, within each bounds: smoother pieces join better.
+/// How often joining and smoothing alternate at most, for each set of bounds: smoother pieces join better.
 const REPEATS: usize = 3;
 /// How borders are straightened.
 const SMOOTHING: Smoothing = Smoothing {
@@ -126,7 +126,7 @@ pub(super) fn flat_charts(
         .collect())
 }
 
-/// Cuts everything into pieces to begin with.
+/// The pieces to begin with.
 fn first_pieces(
     surface: &Surface,
     metric: &Metric,
@@ -135,7 +135,7 @@ fn first_pieces(
     control: &Control<'_>,
 ) -> Result<Vec<Piece>, AtlasError> {
     let curvature = curvature(surface, metric);
-    // Sets of a part, and what turning by one radian counts as in each.
+    // Sets of a part, and the length that an angle of one radian counts as in each.
     let sets_of = |part: &Vec<u32>| -> Result<Vec<(Vec<u32>, f64)>, AtlasError> {
         let own_area = metric.area(part);
         let turn = 0.1 * own_area.sqrt();
@@ -164,7 +164,7 @@ fn first_pieces(
     Ok(pieces.into_iter().flatten().collect())
 }
 
-/// One piece, or several where that one would be no disc or distort too much.
+/// One piece, or several if one would be no disc or distort too much.
 fn cut_until_flat(
     surface: &Surface,
     metric: &Metric,

@@ -1,7 +1,7 @@
 //! A set of triangles as a mesh of its own: its vertices, its neighbours, its border, and whether it is a disc.
 //!
-//! Vertices are fans of corners round which one can turn without leaving the patch. So a vertex at which the patch only
-//! touches itself becomes two, and every edge that two triangles of the patch share is glued.
+//! A vertex is a fan of corners that are connected within the patch. A vertex at which the patch only touches itself becomes two, and every
+//! edge that two triangles of the patch share is glued.
 
 use glam::DVec3;
 
@@ -15,7 +15,7 @@ pub(super) struct Patch {
     pub triangles: Vec<u32>,
     /// Per triangle its three vertices. Behind the triangles of the surface stand made-up ones that close holes.
     pub corners: Vec<[u32; 3]>,
-    /// Shapes of the made-up ones.
+    /// Shapes of the made-up triangles.
     filling: Vec<Shape>,
     /// Per half-edge of the patch, [`NONE`] at its border.
     pub twins: Vec<u32>,
@@ -36,8 +36,8 @@ struct Fans {
 }
 
 impl Patch {
-    /// The patch of some triangles in ascending order, or `None` when they are no disc. Holes that are open border all
-    /// round are closed with made-up triangles: they need no cut.
+    /// The patch of some triangles in ascending order, or `None` if they are no disc. Holes whose whole rim is open border are closed with
+    /// made-up triangles: they need no cut.
     pub fn new(surface: &Surface, triangles: &[u32], places: &mut Places) -> Option<Self> {
         let twins = twins(surface, triangles, places);
         let fans = Fans::new(&twins);
@@ -79,7 +79,7 @@ impl Patch {
         Some(patch)
     }
 
-    /// Closes a hole with a fan about its middle; false where that would have no area.
+    /// Closes a hole with a fan around its middle; false if a triangle of the fan would have no area.
     fn fill(&mut self, surface: &Surface, hole: &[u32]) -> bool {
         let position = |h: u32| position(surface, 3 * self.triangles[h as usize / 3] + h % 3);
         let middle = hole.iter().map(|&h| position(h)).sum::<DVec3>() / hole.len() as f64;
@@ -125,7 +125,7 @@ impl Patch {
         self.corners[halfedge as usize / 3][halfedge as usize % 3]
     }
 
-    /// The shape of a triangle, a made-up one too.
+    /// The shape of a triangle, which may be a made-up one.
     pub fn shape<'a>(&'a self, metric: &'a Metric, triangle: usize) -> &'a Shape {
         match self.triangles.get(triangle) {
             Some(&t) => &metric.shapes[t as usize],

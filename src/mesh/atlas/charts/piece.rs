@@ -1,4 +1,4 @@
-//! A flattened set of triangles, and how good it is.
+//! A flattened set of triangles, and its quality.
 
 use glam::DVec2;
 
@@ -14,7 +14,7 @@ pub(super) struct Piece {
     pub triangles: Vec<u32>,
     /// Positions of their corners; the area is that on the surface.
     pub corners: Vec<[DVec2; 3]>,
-    /// Half-edges of the surface at its border, open ones too.
+    /// Half-edges of the surface at its border, including open ones.
     pub border: Vec<u32>,
     pub area: f64,
     /// Length of the border.
@@ -22,7 +22,7 @@ pub(super) struct Piece {
     pub quality: Quality,
 }
 
-/// How much a flattened piece distorts, as shares of its surface area, and what shape it has.
+/// The distortion of a flattened piece, as shares of its surface area, and measures of its shape.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Quality {
     /// Share of the area that shrinks too much.
@@ -31,20 +31,20 @@ pub(super) struct Quality {
     pub large: f64,
     /// Share of the area that is stretched too much in one direction.
     pub skewed: f64,
-    /// Share of the area beyond all tolerance.
+    /// Share of the area with extreme distortion.
     pub wild: f64,
     /// Area of the convex hull over the area: 1 is convex.
     pub hull: f64,
     /// Outer perimeter, without its teeth, squared over that of a disc of the same area: 1 is a disc.
     pub roundness: f64,
-    /// Share of the surface of everything.
+    /// Its share of the area of the whole surface.
     pub part: f64,
-    /// Share of the area that does not unroll.
+    /// Share of the area that is not developable.
     pub bent: f64,
 }
 
-/// Bounds on a piece. The first is the range that the whole atlas shall have between its 5 % and 95 % percentiles; if
-/// every chart has it, the atlas has it.
+/// Bounds on a piece. If less than 5 % of every chart is below and above the allowed growth of areas, the 5 % and 95 % percentiles of the
+/// whole atlas lie within it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     /// Share of the area that may shrink, grow or skew too much, each.
@@ -52,12 +52,13 @@ pub(super) struct Bounds {
     pub wild: f64,
     pub hull: f64,
     pub roundness: f64,
-    /// Share of all surface, of a piece that does not unroll: a few large charts leave gaps that nothing fills.
+    /// Largest share of the whole surface, for a piece that is not developable: a few large charts would leave gaps that no other chart
+    /// fills.
     pub part: f64,
 }
 
-/// Bounds on all charts together. Roundness was tried out at 1024 x 1024: with 1.75 the texture is filled to 0.65 -
-/// 0.72, with 2.2 to 0.58 - 0.69 by half as many charts; with 1.5 hardly anything may be joined.
+/// Bounds on all charts together. The roundness was chosen at 1024 x 1024: with 1.75 charts fill 0.65 to 0.72 of the texture, with 2.2 half
+/// as many charts fill 0.58 to 0.69; with 1.5 hardly any pieces can be joined.
 pub(super) const STRICT: Bounds = Bounds {
     share: 0.045,
     wild: 0.002,
@@ -73,20 +74,20 @@ pub(super) const LOOSE: Bounds = Bounds {
     ..STRICT
 };
 
-/// Areas that change more than this are bent: they do not unroll.
+/// A triangle whose area changes more than this is bent: the piece is not developable there.
 const UNROLLED: f64 = 0.01;
 
 /// Areas shrink at most to this and grow at most to its counterpart.
 const AREA: [f64; 2] = [0.856, 1.144];
-/// How wrong a rough look at areas may be.
+/// The error of the estimated growth of areas.
 const DOUBT: f64 = 0.01;
-/// No triangle that counts goes beyond these.
+/// Growth beyond these is extreme.
 const WILD_AREA: [f64; 2] = [0.6, 1.7];
 /// Larger over smaller stretch of a triangle.
 const SKEW: f64 = 1.145;
 const WILD_SKEW: f64 = 1.6;
 
-/// Why some triangles make no piece.
+/// Why a set of triangles is no piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Refusal {
     /// The triangles form no disc.
@@ -119,7 +120,7 @@ impl Piece {
         }
     }
 
-    /// Flattens triangles in ascending order, when they are a disc and stay within bounds.
+    /// Flattens triangles, given in ascending order, if they are a disc and stay within bounds.
     pub fn new(
         surface: &Surface,
         metric: &Metric,
@@ -180,7 +181,7 @@ impl Piece {
     }
 }
 
-/// Whether triangles that grow by about these factors may end within bounds.
+/// Can triangles whose areas grow by about these factors stay within bounds?
 fn is_hopeful(metric: &Metric, triangles: &[u32], growths: &[f64], bounds: &Bounds) -> bool {
     let (mut area, mut grown) = (0.0, 0.0);
     let areas = triangles.iter().map(|&t| metric.shapes[t as usize].area());
@@ -244,7 +245,7 @@ impl Quality {
     }
 }
 
-/// Areas that shrink, grow and skew too much: what percentiles over the whole atlas are counted by.
+/// Areas that shrink, grow and skew too much, from which the percentiles of the whole atlas follow.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Spending([f64; 3]);
 
@@ -257,7 +258,7 @@ impl Spending {
         Self([0, 1, 2].map(|k| self.0[k] - other.0[k]))
     }
 
-    /// Whether it is a bearable part of the whole area, or no more than before.
+    /// Is it within the strict share of the whole area, or no more than before?
     pub fn within(&self, before: &Self, area: f64) -> bool {
         let limit = STRICT.share * area;
         let pairs = self.0.iter().zip(&before.0);
@@ -283,15 +284,15 @@ fn roundness(perimeter: f64, area: f64) -> f64 {
     perimeter * perimeter / (4.0 * std::f64::consts::PI * area)
 }
 
-/// Parts of a border that its perimeter is taken of, at the most.
+/// The most parts into which a border is divided for its perimeter.
 const BORDER_PARTS: usize = 64;
-/// On coarse parts of the surface so few that each has a tooth to take the mean of, and no fewer than show a shape. Fine
-/// parts keep the stricter measure: without it, a capsule falls into 73 charts instead of 12.
+/// On coarse parts of the surface there are fewer parts, so that each averages over a tooth of the border, but enough to show its shape.
+/// Fine parts keep the stricter measure: without it, a capsule is cut into 73 charts instead of 12.
 const EDGES_A_PART: f64 = 2.5;
 const FEWEST_PARTS: usize = 12;
 
-/// The perimeter of a border without its teeth, which are as fine as the triangles and do not matter: that of the polygon of the
-/// means over equal parts of the border.
+/// The perimeter of a border without its teeth, which are as small as triangles and do not matter: the perimeter of the polygon of mean
+/// positions over equal parts of the border.
 fn smooth_perimeter(curve: &[DVec2], is_coarse: bool) -> f64 {
     let parts = if is_coarse {
         ((curve.len() as f64 / EDGES_A_PART) as usize).clamp(FEWEST_PARTS, BORDER_PARTS)
@@ -358,7 +359,7 @@ fn hull_area(points: &[DVec2]) -> f64 {
     0.5 * pairs.map(|(a, b)| a.perp_dot(*b)).sum::<f64>()
 }
 
-/// Whether two edges of a closed curve meet that are not neighbours.
+/// Do two edges of a closed curve meet that are not neighbours?
 fn crosses_itself(curve: &[DVec2]) -> bool {
     let n = curve.len();
     let (low, high) = curve.iter().fold(

@@ -1,5 +1,5 @@
-//! Straightening the borders between charts: their triangles are shared out anew, and what no longer flattens well is
-//! taken back.
+//! Straightening the borders between charts: triangles are reassigned, and changes after which a chart no longer flattens well are
+//! reverted.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -15,14 +15,14 @@ use crate::mesh::surface::NONE;
 /// How charts are reshaped.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Smoothing {
-    /// Charts are shrunk by these shares, one after another, of their inner radius and grown again, which drops what is thin.
+    /// Charts are shrunk by these shares of their inner radius, one after another, and grown again, which removes thin parts.
     pub openings: &'static [f64],
     /// Rounds of blurring the labels (the scheme of Merriman, Bence and Osher, 1992), which rounds corners off.
     pub blur: usize,
 }
 
 impl Merger<'_> {
-    /// Shares triangles out anew, so that borders get shorter; every chart stays flat enough.
+    /// Reassigns triangles so that borders get shorter; every chart stays within bounds.
     pub fn smooth(
         &mut self,
         graph: &Graph,
@@ -50,7 +50,7 @@ impl Merger<'_> {
         self.forget();
     }
 
-    /// Takes over new labels where the pieces are then within bounds, or no worse than they were.
+    /// Applies new labels to pieces that are then within bounds, or no worse than before.
     fn relabel(&mut self, mut labels: Vec<u32>, bounds: &Bounds) -> Result<(), AtlasError> {
         let mut made: Vec<Option<Piece>> = vec![None; self.pieces.len()];
         let mut stale = vec![true; self.pieces.len()];
@@ -130,9 +130,9 @@ impl Merger<'_> {
         Ok(())
     }
 
-    /// Labels after some rounds of blurring each one's indicator over the triangles; the strongest wins.
+    /// Labels after some rounds of blurring the indicator of each label over the triangles; the strongest label wins.
     fn blurred(&self, labels: &[u32], rounds: usize) -> Vec<u32> {
-        /// The labels that a triangle has most of, and how much.
+        /// The strongest labels of a triangle, and their shares.
         type Mix = [(u32, f32); 4];
         let pure = |&label: &u32| -> Mix {
             let mut mix = [(NONE, 0.0); 4];
@@ -181,7 +181,7 @@ impl Merger<'_> {
 }
 
 impl Quality {
-    /// Bounds that are kept by what keeps the given ones, and by this.
+    /// The given bounds, widened so that this quality is within them.
     fn or(&self, bounds: &Bounds) -> Bounds {
         Bounds {
             share: bounds
@@ -197,7 +197,7 @@ impl Quality {
     }
 }
 
-/// Labels after each chart has been shrunk to its core and all cores have grown again, over whatever they reach first.
+/// Labels after each chart has been shrunk to its core and all cores have grown again; each triangle gets the label that reaches it first.
 fn opened(graph: &Graph, labels: &[u32], count: usize, opening: f64) -> Vec<u32> {
     let n = labels.len();
     let beside = |i: usize| {
@@ -224,7 +224,7 @@ fn opened(graph: &Graph, labels: &[u32], count: usize, opening: f64) -> Vec<u32>
     own
 }
 
-/// Shortest distances from starts that have a distance already; labels go along, or stop at the border of their own.
+/// Shortest distances from starts with given distances. Labels spread with them; `within` stops them at the border of their own label.
 fn grow(
     graph: &Graph,
     starts: impl Iterator<Item = (u32, f64)>,

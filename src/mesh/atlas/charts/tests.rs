@@ -1,4 +1,4 @@
-//! Tests of cutting and flattening: what every chart must be, over the suite of meshes, and where the answer is known.
+//! Tests of cutting and flattening: properties of every chart over the suite of meshes, and cases with a known answer.
 
 mod exact;
 mod layout;

@@ -14,7 +14,7 @@ fn with_charts(size: u32, gutter: u32) -> AtlasOptions {
     }
 }
 
-/// Builds and validates; `None` where the error says that there is no room, and a size that works.
+/// Builds and validates; `None` if the error says that there is no room, and has a size that works.
 fn sound(name: &str, surface: &Surface, options: &AtlasOptions) -> Option<Atlas> {
     match Atlas::build(surface, options) {
         Ok(atlas) => {

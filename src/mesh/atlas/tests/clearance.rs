@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// By looking at every texel in reach, and at every border edge.
+/// Compares with every texel in reach, and with every border edge.
 #[test]
 fn clear_lines_stay_in_their_chart() {
     for (names, method, size) in [
@@ -63,7 +63,7 @@ fn clear_lines_stay_in_their_chart() {
                 clearance == 0.0 || nearest > clearance + 0.7,
                 "{clearance} of {nearest} from {centre}"
             );
-            // Beside the border, where it decides which sensors must walk, it is nearly exact; farther in a little less so.
+            // Beside the border, where it decides which sensors must walk, it is nearly exact; farther inside it is slightly less exact.
             let lost = if nearest < 7.9 { 0.71 } else { 2.3 };
             assert!(
                 clearance + CLEARANCE_UNIT > nearest - lost,

@@ -57,7 +57,7 @@ fn every_part_is_named_and_can_be_stopped() {
         names.dedup();
         assert_eq!(names, [first, &common].concat());
         for (k, &last) in all.iter().enumerate() {
-            // Where pieces are cut in parallel, a report may come more than once.
+            // If pieces are cut in parallel, a report may come more than once.
             if all[..k].contains(&last) {
                 continue;
             }

@@ -74,7 +74,7 @@ fn pairs_exchange_symmetrically_and_no_texel_gives_more_than_it_has() {
         ("torus?major=24&minor=16", 300, 1),
         ("torus?major=24&minor=16", 256, 2),
         ("icosphere?subdivisions=3", 301, 1),
-        // Cells with hardly any texels.
+        // Cells with very few texels.
         ("icosphere?subdivisions=3", 110, 1),
         ("capsule?segments=9&rings=3", 200, 4),
     ] {
@@ -112,7 +112,7 @@ fn a_seam_exchanges_what_both_sides_would_read() {
         .map(|&t| if t == NONE { 0.0 } else { 1.0 })
         .collect();
     let deposited = vec![true; seams.len()];
-    // How the charts lie to each other is unknown, so all stays as it was read.
+    // The relative position of the charts is unknown, so conductances stay as they were read.
     let unknown = Way {
         position: Vec2::ZERO,
         chart: NONE,
@@ -175,8 +175,8 @@ fn a_seam_exchanges_what_both_sides_would_read() {
     );
 }
 
-/// How far the pairs beside a cube's edges are from keeping linear fields, and from spreading as they should: root mean
-/// squares over texels beside seams of the first moments, and of what second ones have too much, in texels.
+/// How far the pairs beside a cube's edges are from keeping linear fields, and from the right rate of spreading: root mean squares over
+/// texels beside seams of the first moments, and of the errors of second ones, in texels.
 fn errors_of_moments(size: u32, turn: u64) -> (f64, f64) {
     let surface = surface(&["cube"]);
     let options = AtlasOptions {
@@ -214,7 +214,7 @@ fn errors_of_moments(size: u32, turn: u64) -> (f64, f64) {
     }
     let (mut first, mut second, mut count) = (0.0, 0.0, 0.0);
     for row in atlas.exchange.rows.iter().filter(|row| row.mask() != 0xff) {
-        // Round a corner the way to a texel is not one.
+        // Around a corner of the cube the way to a texel is not unique.
         let (at, _) = place(row.texel);
         if at.abs().min_element() > 1.0 - 6.0 * edge {
             continue;

@@ -23,7 +23,7 @@ fn all_sorts_of_surfaces_and_sizes_hold_together() {
     for (names, sizes) in suite {
         let surface = surface(names);
         for &size in sizes {
-            // Those that take longest have one each.
+            // The slowest sizes have one gutter each.
             let gutters: &[u32] = match size {
                 1000 => &[1],
                 777 => &[2],
@@ -196,7 +196,7 @@ fn too_small_a_texture_names_the_size_that_works() {
 
 #[test]
 fn texels_know_their_share_of_the_surface() {
-    // Two objects, one with a quarter of the other's edges: its texels stand for 1/16 of the area.
+    // Two objects, one with a quarter of the other's edges: its texels cover 1/16 of the area each.
     let mesh = Mesh::builtin("cube").unwrap();
     let surface = Surface::build(&[(&mesh, 1.0), (&mesh, 0.25)]);
     let atlas = build(&surface, 128, 1);

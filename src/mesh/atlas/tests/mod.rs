@@ -1,4 +1,4 @@
-//! Tests of the atlas, and what they share.
+//! Tests of the atlas, and their common code.
 
 mod charts;
 mod clearance;

@@ -1,8 +1,8 @@
-//! How far straight lines in the texture go that end in the chart in which they begin.
+//! Tests of straight lines in the texture that end in the chart in which they begin.
 
 use super::*;
 
-/// How far a line gets from the nearest texel of its chart, at the most, texels from centre to point; up to 4.
+/// The largest distance of a line from the nearest texel centre of its chart, texels; up to 4.
 fn beside(atlas: &Atlas, chart: u32, from: Vec2, to: Vec2) -> f32 {
     let pitch = atlas.pitch as i32;
     let pieces = (4.0 * from.distance(to)).ceil();
@@ -20,9 +20,10 @@ fn beside(atlas: &Atlas, chart: u32, from: Vec2, to: Vec2) -> f32 {
     far.fold(0.0, f32::max)
 }
 
-/// By looking at texels in the outlook of some, from anywhere in the one to anywhere in the other; and most of what a straight line gets to is in it.
+/// Tests lines from anywhere in a texel to anywhere in texels within its outlook; and the outlook contains most of the texels that a
+/// straight line reaches.
 #[test]
-fn what_is_in_the_outlook_is_reached_straight() {
+fn texels_in_the_outlook_are_reached_by_straight_lines() {
     for (names, method, size) in [
         (
             &["torus?major=24&minor=16", "cube"][..],

@@ -101,7 +101,7 @@ fn objects_share_the_texture_by_their_areas() {
 #[test]
 fn coordinates_that_cannot_be_an_atlas_are_explained() {
     const GOOD: [f32; 4] = [0.0, 0.0, 0.4, 0.4];
-    /// What is wrong, the triangles' rectangles, and what the error must name.
+    /// The problem, the quads' rectangles, and words that the error must contain.
     type Case = (&'static str, &'static [[f32; 4]], &'static [&'static str]);
     let cases: [Case; 6] = [
         (

@@ -11,7 +11,7 @@ fn point_at(surface: &Surface, triangle: u32, u: f32, v: f32) -> Vec3 {
     a + u * (b - a) + v * (c - a)
 }
 
-/// A trail that has the value of `field` at the centre of every owned texel, gutter filled.
+/// A trail that has the value of `field` at the centre of every owned texel, with filled gutters.
 fn filled(atlas: &Atlas, surface: &Surface, field: impl Fn(Vec3) -> f32) -> Vec<f32> {
     let mut trail = vec![f32::NAN; atlas.texel_count()];
     for texel in 0..atlas.texel_count() as u32 {
@@ -110,7 +110,7 @@ fn reads_of_a_linear_field_see_no_seam() {
     // A border mirrors the field: half a texel at the most, along both axes in a corner.
     let (_, worst) = read_errors(&atlas, &plane, linear, |_| true);
     assert!((0.1..0.71).contains(&worst), "at the border: {worst}");
-    // Elsewhere the error is what interpolation itself costs where the field has a kink in texels.
+    // Elsewhere the error is that of interpolation at kinks of the field in texels.
     let torus = surface(&["torus?major=48&minor=32"]);
     let icosphere = surface(&["icosphere?subdivisions=3"]);
     let cube = surface(&["cube"]);

@@ -106,7 +106,7 @@ fn a_cap_is_projected_stereographically() {
         (low.min(r), high.max(r))
     });
     assert!(high / low < 1.01, "radius over tangent is {low} to {high}");
-    // That far from flat the rim is larger than the middle by the square of the secant.
+    // At the rim of this cap areas grow more than in the middle, by the square of the secant.
     let (areas, skews) = distortions(
         &surface,
         &[FlatChart {
@@ -139,7 +139,7 @@ fn angles_converge_to_those_on_the_surface() {
     assert!(fine < 0.015, "{fine}");
 }
 
-/// A hole all of open border is no reason to cut; its rim neither overlaps nor moves.
+/// A hole whose whole rim is open border needs no cut; its rim neither overlaps nor moves.
 #[test]
 fn holes_need_no_cut() {
     let plane = Mesh::builtin("plane?columns=20&rows=20").unwrap();
@@ -171,7 +171,7 @@ fn holes_need_no_cut() {
         corners: piece.corners,
     };
     assert!(deviation(&surface, &[whole]) < 1e-11);
-    // A hole whose rim belongs to another chart is no such hole.
+    // A hole whose rim belongs to another chart does need one.
     let plane = builtin("plane?columns=20&rows=20");
     let ring: Vec<u32> = (0..800).filter(|t| t / 2 != 210).collect();
     assert!(Patch::new(&plane, &ring, &mut Places::new()).is_none());

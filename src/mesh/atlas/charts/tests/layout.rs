@@ -202,7 +202,7 @@ fn charts_are_few_and_keep_areas_and_angles() {
     }
 }
 
-/// The checks find what is wrong.
+/// The checks find errors.
 #[test]
 fn wrong_charts_are_noticed() {
     let surface = builtin("torus?major=24&minor=16");
@@ -313,7 +313,7 @@ fn splitting_makes_discs_and_moves_nothing() {
     }
 }
 
-/// Teeth of a coarse border are no lobes. There are so many balls that a chart may be as large as it likes.
+/// The teeth of a coarse border do not count as lobes. There are so many balls that the size of a chart is not limited.
 #[test]
 fn coarse_balls_are_cut_into_few_charts() {
     const BALLS: usize = 16;

@@ -63,7 +63,7 @@ fn parts(count: usize) -> Mesh {
     suite::mesh("parts", &positions, &triangles)
 }
 
-/// Triangles between random corners: edges with many triangles, and hardly two that fit.
+/// Triangles between random corners: edges with many triangles, and hardly two triangles that share an edge consistently.
 fn soup(count: usize) -> Mesh {
     let positions: Vec<_> = (0..300).map(jitter).collect();
     let pick = |i: usize, k: usize| random(9, i as u32, k as u32, Purpose::Start)[0] % 300;
@@ -88,7 +88,7 @@ fn web(count: usize) -> Mesh {
     suite::mesh("web", &positions, &triangles)
 }
 
-/// A thin triangle at an edge of each.
+/// The mesh with a thin triangle at an edge of each triangle.
 fn slivers(mesh: &Mesh) -> Mesh {
     let (mut positions, mut triangles) = (mesh.positions.clone(), Vec::new());
     for &[a, b, c] in &mesh.corners {

@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde_json::Value;
 
 use super::can_open_a_window;
-use crate::hand::Does;
+use crate::input::Gesture;
 use crate::opening::type_path;
 use crate::out::hear_once_loaded;
 use crate::program::{Folder, path, program, wait_until};
@@ -43,7 +43,7 @@ fn pointer_keys_and_text_arrive() {
     // Text, into the field that was clicked.
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.625", "trail.decay", "0.625");
-    lab.does(Does::Resize(1200, 960));
+    lab.perform(Gesture::Resize(1200, 960));
     lab.click_until("gallery", "gallery", true);
     let act = || {
         lab.point("preset.name", 0.5);
@@ -67,9 +67,9 @@ fn pointer_keys_and_text_arrive() {
         [values["camera"].clone(), values["camera.target"].clone()]
     };
     let changes = |what: &str, act: &dyn Fn(), turns: bool| {
-        let before = camera(&lab.seen().expect("it is told"));
+        let before = camera(&lab.seen().expect("the lab has reported"));
         lab.again_until(what, act, |seen| camera(seen) != before);
-        let after = camera(&lab.seen().expect("it is told"));
+        let after = camera(&lab.seen().expect("the lab has reported"));
         assert_eq!(
             before[0] != after[0],
             turns,
@@ -82,17 +82,21 @@ fn pointer_keys_and_text_arrive() {
     changes("it moves", &|| lab.drag(3, 4, (12, 5)), false);
     lab.point("picture", 0.5);
     let with_shift = || {
-        lab.does(Does::KeyDown("shift"));
+        lab.perform(Gesture::KeyDown("shift"));
         lab.drag(1, 4, (-12, 5));
-        lab.does(Does::KeyUp("shift"));
+        lab.perform(Gesture::KeyUp("shift"));
     };
     changes("it moves with Shift", &with_shift, false);
     lab.point("picture", 0.6);
-    changes("a double click", &|| lab.does(Does::DoubleClick), false);
+    changes(
+        "a double click",
+        &|| lab.perform(Gesture::DoubleClick),
+        false,
+    );
     let before = lab.save("cube").camera.distance;
     lab.point("picture", 0.5);
-    lab.does(Does::Wheel(true));
-    lab.does(Does::Wheel(true));
+    lab.perform(Gesture::Wheel(true));
+    lab.perform(Gesture::Wheel(true));
     lab.wait("the picture rests", |seen| seen["rests"] == true);
     assert!(lab.save("cube").camera.distance < before, "it comes nearer");
     lab.key_until("F11", "it fills the screen", "full_screen", true);
@@ -100,7 +104,7 @@ fn pointer_keys_and_text_arrive() {
     lab.quit();
 }
 
-/// Where a point has several pixels, as on dense screens.
+/// On dense screens a point has several pixels.
 #[test]
 fn the_pointer_arrives_on_a_dense_display() {
     if !can_open_a_window() {
@@ -154,7 +158,7 @@ fn the_clipboard_is_that_of_the_display() {
     let lab = Lab::open_on_display(&SMALL);
     lab.display(|display, _| {
         display.copy("# Fern.\n[trail]\ndecay = 0.375\n");
-        // What has copied serves it only a moment later.
+        // The program that copied serves the text only a moment later.
         wait_until("the clipboard has it", Duration::from_secs(20), || {
             display.clipboard().contains("0.375")
         });

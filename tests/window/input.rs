@@ -1,4 +1,4 @@
-//! What a hand does to a lab: as lines to one without a window, or by `xdotool` on a display.
+//! Input to a lab: lines to a lab without a window, or `xdotool` on a display.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::process::{Child, ChildStdin};
@@ -10,36 +10,36 @@ use serde_json::{Value, json};
 use crate::lab::PATIENCE;
 use crate::real::display::Display;
 
-/// One of the two.
-pub enum Hand {
+/// The receiver of input.
+pub enum Input {
     Lines(Box<Lines>),
     Display(Box<Display>),
 }
 
-/// What one hand can do. Keys are called as `xdotool` does.
+/// What a user does. Keys have the names that `xdotool` uses.
 #[derive(Clone, Debug)]
-pub enum Does<'a> {
-    /// The pointer comes to this pixel.
+pub enum Gesture<'a> {
+    /// Moves the pointer to this pixel.
     Move(f64, f64),
-    /// It moves by so many pixels.
+    /// Moves the pointer by so many pixels.
     MoveBy(i32, i32),
     Down(u8),
     Up(u8),
-    /// A button goes down and up.
+    /// Presses and releases a button.
     Click(u8),
     DoubleClick,
-    /// The wheel is turned by a notch: away from the hand, or towards it.
+    /// Turns the wheel by a notch: away from the user, or towards them.
     Wheel(bool),
     KeyDown(&'a str),
     KeyUp(&'a str),
-    /// These keys are pressed one after the other, as quickly as can be; those that are held meanwhile come first: `ctrl+s`.
+    /// Presses these keys one after the other, as quickly as possible; modifiers come first: `ctrl+s`.
     Keys(&'a [&'a str]),
     Write(&'a str),
     Resize(u32, u32),
 }
 
-impl Does<'_> {
-    /// The keys that it presses and lets go.
+impl Gesture<'_> {
+    /// The keys that it presses and releases.
     pub fn keys(&self) -> &[&str] {
         match self {
             Self::Keys(keys) => keys,
@@ -47,12 +47,12 @@ impl Does<'_> {
         }
     }
 
-    /// Does one of the pointer's buttons go down?
+    /// Does it press one of the pointer's buttons?
     pub fn presses(&self) -> bool {
         matches!(self, Self::Down(_) | Self::Click(_) | Self::DoubleClick)
     }
 
-    /// What comes in at each moment.
+    /// The events of each frame.
     fn moments(&self) -> Value {
         match self {
             Self::Move(x, y) => json!([[{ "move": [x, y] }]]),
@@ -82,7 +82,7 @@ impl Does<'_> {
     }
 }
 
-/// Keys going down, and coming up.
+/// The events that press keys, and those that release them.
 fn strokes(keys: &str) -> (Vec<Value>, Vec<Value>) {
     let keys: Vec<String> = keys.split('+').map(key_of).collect();
     let down = keys.iter().map(|key| json!({ "key_down": key }));
@@ -90,7 +90,7 @@ fn strokes(keys: &str) -> (Vec<Value>, Vec<Value>) {
     (down.collect(), up.collect())
 }
 
-/// What the lab calls a key.
+/// The lab's name of a key.
 fn key_of(name: &str) -> String {
     let other = match name {
         "Shift_L" => "shift",
@@ -109,15 +109,15 @@ fn key_of(name: &str) -> String {
     other.to_owned()
 }
 
-/// A lab without a window, which is told of everything by lines and answers each.
+/// A lab without a window: it reads input as lines and answers each.
 pub struct Lines {
-    tell: ChildStdin,
+    input: ChildStdin,
     answers: Receiver<String>,
-    /// What it has answered last.
+    /// Its last answer.
     answer: Option<Value>,
-    /// Nothing moved by itself at the end of that.
+    /// The last line was input, so controls stay where the answer says.
     pub rests: bool,
-    /// It does not answer any more.
+    /// The lab has ended.
     has_ended: bool,
 }
 
@@ -132,7 +132,7 @@ impl Lines {
             lines.map(|line| sender.send(line)).all(|sent| sent.is_ok())
         });
         Self {
-            tell: child.stdin.take().expect("it is piped"),
+            input: child.stdin.take().expect("it is piped"),
             answers,
             answer: None,
             rests: false,
@@ -140,24 +140,24 @@ impl Lines {
         }
     }
 
-    /// Tells it what is done.
-    pub fn does(&mut self, what: &Does) {
-        self.tell(&what.moments());
+    /// Sends a gesture.
+    pub fn perform(&mut self, what: &Gesture) {
+        self.send(&what.moments());
         self.rests = true;
     }
 
     /// Lets it draw a frame.
     pub fn look(&mut self) {
-        self.tell(&json!([]));
+        self.send(&json!([]));
         self.rests = false;
     }
 
-    /// A line, and its answer.
-    pub fn tell(&mut self, moments: &Value) {
+    /// Sends a line and waits for its answer.
+    pub fn send(&mut self, moments: &Value) {
         if self.has_ended {
             return;
         }
-        let sent = writeln!(self.tell, "{moments}").and_then(|()| self.tell.flush());
+        let sent = writeln!(self.input, "{moments}").and_then(|()| self.input.flush());
         if sent.is_err() {
             self.has_ended = true;
             return;
@@ -172,13 +172,13 @@ impl Lines {
         }
     }
 
-    /// What it shows.
+    /// What the lab shows.
     pub fn seen(&self) -> Option<Value> {
         let seen = self.answer.as_ref()?["seen"].clone();
         (!seen.is_null()).then_some(seen)
     }
 
-    /// What is in its clipboard.
+    /// The lab's clipboard.
     pub fn clipboard(&self) -> String {
         let answer = self.answer.as_ref();
         let text = answer.and_then(|answer| answer["clipboard"].as_str());

@@ -1,11 +1,11 @@
-//! Hands on what grows: brushes, the probe, objects that are picked, moved, added and taken out.
+//! Tools: brushes, the probe, food, and objects that are picked, moved and turned.
 
 use glam::{DQuat, EulerRot};
 use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings, Show};
 
 use serde_json::Value;
 
-use crate::hand::Does;
+use crate::input::Gesture;
 use crate::program::{Folder, path};
 use crate::{Lab, can_open};
 
@@ -29,12 +29,12 @@ position = [1.5, 0.0, 0.0]
 "#;
 
 impl Lab {
-    /// What the probe tells under the pointer.
+    /// The trail that the probe shows under the pointer.
     #[track_caller]
     pub fn probed(&self, what: &str) -> f64 {
         let key = format!("probe.{what}");
         let number = |seen: &Value| seen["values"][&key].as_str()?.parse::<f64>().ok();
-        // What was read before the last change may still be on its way.
+        // A value that was read before the last change may still arrive.
         self.look_at(4);
         let seen = self.wait(&key, |seen| number(seen).is_some());
         number(&seen).expect("it is a number")
@@ -42,11 +42,11 @@ impl Lab {
 
     /// Draws a little to and fro, so that the pointer ends where it was.
     fn stroke(&self) {
-        self.does(Does::Down(1));
+        self.perform(Gesture::Down(1));
         for right in [6, -6, 6, -6] {
-            self.does(Does::MoveBy(right, 0));
+            self.perform(Gesture::MoveBy(right, 0));
         }
-        self.does(Does::Up(1));
+        self.perform(Gesture::Up(1));
     }
 
     /// Draws with a tool in the middle of the picture.
@@ -58,10 +58,10 @@ impl Lab {
         self.stroke();
     }
 
-    /// Holds a handle and moves it.
+    /// Drags a handle.
     #[track_caller]
     pub fn pull(&self, handle: &str, way: [i32; 2]) {
-        // It follows its object a frame later.
+        // A handle follows its object a frame later.
         self.look_at(2);
         self.point(handle, 0.5);
         self.drag(1, 5, (way[0], way[1]));
@@ -69,7 +69,7 @@ impl Lab {
 }
 
 #[test]
-fn hands_paint_what_they_touch() {
+fn brushes_paint_what_they_touch() {
     if !can_open() {
         return;
     }
@@ -81,7 +81,7 @@ fn hands_paint_what_they_touch() {
     lab.key("i");
     let before = lab.probed("trail");
     let step = |seen: &Value| seen["state"]["step"].as_u64().expect("it is a number");
-    let held = step(&lab.seen().expect("it is told"));
+    let held = step(&lab.seen().expect("the lab has reported"));
 
     // Trail comes and goes while the simulation is held.
     lab.paint_with("trail");
@@ -91,7 +91,11 @@ fn hands_paint_what_they_touch() {
     lab.stroke();
     let erased = lab.probed("trail");
     assert!(erased < 0.5 * painted, "{erased}, and {painted} before");
-    assert_eq!(step(&lab.seen().expect("it is told")), held, "it is held");
+    assert_eq!(
+        step(&lab.seen().expect("the lab has reported")),
+        held,
+        "it is held"
+    );
 
     // Particles come, and deposit in the next step.
     lab.paint_with("particles");
@@ -100,7 +104,7 @@ fn hands_paint_what_they_touch() {
     let visited = lab.probed("trail");
     assert!(visited > erased, "{visited}, and {erased} before");
 
-    // What sensors read, which stays.
+    // Attraction, which stays.
     lab.paint_with("attract");
     let attracted = lab.probed("painted");
     assert!(attracted > 0.0, "{attracted}");
@@ -113,7 +117,7 @@ fn hands_paint_what_they_touch() {
     lab.paint_with("no-go");
     painted("no-go");
     lab.key("ctrl+s");
-    lab.wait("it is told where areas are", |seen| {
+    lab.wait("the notice of the saved map", |seen| {
         let notice = seen["state"]["notice"].as_str();
         notice.is_some_and(|text| text.contains("with painted areas in"))
     });
@@ -124,37 +128,39 @@ fn hands_paint_what_they_touch() {
     lab.type_until("brush.radius", 0.9, "0.2", "brush.radius", "0.200");
     lab.type_until("brush.strength", 0.9, "5", "brush.strength", "5.0");
     lab.point("picture", 0.5);
-    lab.does(Does::KeyDown("shift"));
-    lab.does(Does::Wheel(true));
-    lab.does(Does::Wheel(true));
-    lab.does(Does::KeyUp("shift"));
+    lab.perform(Gesture::KeyDown("shift"));
+    lab.perform(Gesture::Wheel(true));
+    lab.perform(Gesture::Wheel(true));
+    lab.perform(Gesture::KeyUp("shift"));
     lab.wait("it grows", |seen| {
         let radius = seen["values"]["brush.radius"].as_str();
         radius.and_then(|radius| radius.parse().ok()) > Some(0.201)
     });
     lab.key("Escape");
-    lab.wait("it is left", |seen| seen["values"]["tool"] == "look");
+    lab.wait("the tool is put down", |seen| {
+        seen["values"]["tool"] == "look"
+    });
     lab.key("b");
     lab.wait("it is taken again", |seen| {
         seen["values"]["tool"] == "erase"
     });
-    assert_eq!(step(&lab.seen().expect("it is told")), held + 1);
+    assert_eq!(step(&lab.seen().expect("the lab has reported")), held + 1);
 
-    // It goes on from what was painted.
+    // The simulation continues from what was painted.
     lab.paint_with("trail");
     let painted = lab.probed("trail");
     lab.key_until("space", "it runs", "playing", true);
-    lab.wait("it goes on", |seen| step(seen) > held + 30);
+    lab.wait("the simulation continues", |seen| step(seen) > held + 30);
     assert_ne!(lab.probed("trail"), painted);
 
     // The probe's button, and the camera's tool.
-    let told = |seen: &Value| seen["values"]["probe.trail"].is_string();
+    let has_value = |seen: &Value| seen["values"]["probe.trail"].is_string();
     lab.click("probe");
     lab.point("picture", 0.5);
-    lab.wait("it says nothing", |seen| !told(seen));
+    lab.wait("it says nothing", |seen| !has_value(seen));
     lab.click("probe");
     lab.point("picture", 0.5);
-    let seen = lab.wait("it says it again", told);
+    let seen = lab.wait("it says it again", has_value);
     let says = |what: &str| seen["values"][format!("probe.{what}")].as_str();
     assert_eq!(says("object"), Some("ball"));
     let triangle = says("triangle").map(|words| words.replace(',', ""));
@@ -166,12 +172,14 @@ fn hands_paint_what_they_touch() {
     assert!(uv.iter().all(|u| *u >= 0.0) && uv.iter().sum::<f32>() < 1.001);
     assert!(says("to others").is_some_and(|words| words.ends_with("radii")));
     lab.click("tool=look");
-    lab.wait("it is left", |seen| seen["values"]["tool"] == "look");
+    lab.wait("the tool is put down", |seen| {
+        seen["values"]["tool"] == "look"
+    });
     lab.quit();
 }
 
 #[test]
-fn strokes_that_stay_are_undone_and_come_again() {
+fn strokes_that_stay_are_undone_and_redone() {
     if !can_open() {
         return;
     }
@@ -187,32 +195,32 @@ fn strokes_that_stay_are_undone_and_come_again() {
         lab.wait(&words, |seen| seen["values"]["probe.painted"] == words);
     };
     let is_none = || {
-        lab.wait("nobody has ever painted", |seen| {
+        lab.wait("nothing is painted", |seen| {
             seen["values"]["probe.trail"].is_string() && seen["values"]["probe.painted"].is_null()
         });
     };
-    // What is said of a scene that is saved: does it have a map of areas?
-    let tells = |part: bool| {
+    // Does the notice of a saved scene mention a map of areas?
+    let says_areas = |part: bool| {
         lab.save("pair");
-        lab.wait("it is told", |seen| {
+        lab.wait("a notice", |seen| {
             let notice = seen["state"]["notice"].as_str().unwrap_or_default();
             notice.contains("pair_000001.toml") && notice.contains("with painted areas in") == part
         });
     };
     is_none();
 
-    // No-go: painted, undone, and there again.
+    // No-go areas: painted, undone and redone.
     lab.paint_with("no-go");
     is("no-go");
-    tells(true);
+    says_areas(true);
     lab.key("ctrl+z");
     is_none();
-    tells(false);
+    says_areas(false);
     lab.key("ctrl+shift+z");
     is("no-go");
-    tells(true);
+    says_areas(true);
 
-    // In order with other changes, each stroke by itself; the eraser's areas come back, too.
+    // Undo takes strokes one by one, in order with other changes; it brings erased areas back, too.
     lab.paint_with("erase");
     is("nothing");
     lab.find("trail.decay");
@@ -241,7 +249,7 @@ fn strokes_that_stay_are_undone_and_come_again() {
     lab.key("ctrl+z");
     is_none();
 
-    // Trail has grown on, and stays.
+    // Undo does not change the trail.
     let before = lab.probed("trail");
     lab.paint_with("trail");
     let painted = lab.probed("trail");
@@ -252,7 +260,7 @@ fn strokes_that_stay_are_undone_and_come_again() {
 }
 
 #[test]
-fn hands_work_in_every_view() {
+fn tools_work_in_every_view() {
     if !can_open() {
         return;
     }
@@ -260,7 +268,7 @@ fn hands_work_in_every_view() {
     let file = folder.with("pair.toml", SCENE);
     let lab = Lab::open(&[path(&file)]);
     lab.key_until("space", "it is held", "playing", false);
-    // A brush that is taken after it leaves the probe on.
+    // Taking a brush leaves the probe on.
     lab.key("i");
     lab.click("tool=trail");
     let on_surface = Show::ALL.iter().filter(|show| !show.is_flat());
@@ -274,19 +282,19 @@ fn hands_work_in_every_view() {
         assert!(painted > before + 1.0, "{show}: {painted}, {before} before");
         assert_eq!(lab.value("camera"), camera, "{show}");
     }
-    // Picked where nothing else is on.
+    // Objects are picked only without a tool.
     lab.click("tool=look");
-    // The panel shows what was picked, and no views then: by keys.
+    // The panel shows the picked object and no views then, so views are chosen by keys.
     for (key, show) in [("2", "relief"), ("9", "nearest")] {
         lab.key_until(key, show, "show", show);
         lab.pick("ball");
         lab.key("Escape");
-        lab.wait("it is let go", |seen| seen["values"]["picked"] == "");
+        lab.wait("nothing is picked", |seen| seen["values"]["picked"] == "");
     }
     // The atlas is flat.
     lab.key_until("0", "the atlas", "show", "atlas");
     lab.key("b");
-    lab.wait("it is told", |seen| {
+    lab.wait("a notice", |seen| {
         let notice = seen["state"]["notice"].as_str();
         notice.is_some_and(|text| text.contains("the atlas is flat"))
     });
@@ -307,7 +315,7 @@ fn rotation(object: &ObjectSettings) -> DQuat {
 }
 
 #[test]
-fn hands_move_and_turn_objects() {
+fn handles_move_and_turn_objects() {
     if !can_open() {
         return;
     }
@@ -317,7 +325,7 @@ fn hands_move_and_turn_objects() {
     let start = lab.save("pair");
     lab.pick("ball");
 
-    // Moved, turned, and back.
+    // Moved, turned, and undone.
     lab.pull("gizmo=plane", [-8, 4]);
     let moved = lab.save("pair");
     let way = |settings: &Settings, other: &Settings| {
@@ -334,7 +342,7 @@ fn hands_move_and_turn_objects() {
     );
     lab.key("ctrl+z");
     assert_eq!(lab.save("pair").objects[0], moved.objects[0]);
-    // Along the arrow, wherever it points, and nowhere else.
+    // The object moves along the arrow only.
     let mut before = moved.objects[0].position;
     for (axis, handle) in [(0, "gizmo=x"), (2, "gizmo=z")] {
         let [middle, end] = ["gizmo=plane", handle].map(|name| lab.place(name));
@@ -354,10 +362,10 @@ fn hands_move_and_turn_objects() {
     }
     for _ in 0..2 {
         lab.key("ctrl+z");
-        // In one slow frame two of them would be one.
+        // Within one slow frame two changes would be merged into one.
         lab.save("pair");
     }
-    // About the axis of the ring, and no other.
+    // The object turns about the ring's axis only.
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         lab.pull(&format!("gizmo=turn.{name}"), [8, 8]);
         let turned = lab.save("pair");
@@ -374,7 +382,7 @@ fn hands_move_and_turn_objects() {
 }
 
 #[test]
-fn hands_put_food_there_and_take_it_away() {
+fn food_is_placed_moved_and_removed() {
     if !can_open() {
         return;
     }
@@ -385,13 +393,15 @@ fn hands_put_food_there_and_take_it_away() {
     let foods = |count: &str| {
         let count = count.to_owned();
         lab.wait("foods", |seen| seen["values"]["foods"] == count);
-        // Also where the simulation is held.
+        // Food can be placed while the simulation is paused.
         lab.wait("it is there", |seen| seen["values"]["foods.there"] == "all");
     };
     lab.key("o");
     lab.wait("the tool is taken", |seen| seen["values"]["tool"] == "food");
     lab.key("o");
-    lab.wait("it is left", |seen| seen["values"]["tool"] == "look");
+    lab.wait("the tool is put down", |seen| {
+        seen["values"]["tool"] == "look"
+    });
     lab.click("tool=food");
     lab.wait("it is taken again", |seen| seen["values"]["tool"] == "food");
     foods("0");
@@ -408,7 +418,7 @@ fn hands_put_food_there_and_take_it_away() {
     let away = food.at.iter().map(|x| x * x).sum::<f64>().sqrt();
     assert!((away - 1.0).abs() < 0.02, "{food:?}");
 
-    // It is changed, and grows on from what is running.
+    // Food is changed while the simulation runs on.
     lab.type_until("food.strength", 0.9, "-30", "food.strength", "-30");
     lab.type_until("food.amount", 0.9, "500", "food.amount", "500");
     lab.type_until("food.radius", 0.9, "0.5", "food.radius", "0.5");
@@ -419,7 +429,7 @@ fn hands_put_food_there_and_take_it_away() {
     assert_eq!((food.radius, food.size), (0.5, 0.25));
     lab.key("period");
 
-    // The picture shows it, or not.
+    // The picture can show or hide it.
     let shown = |words: &str| {
         let words = words.to_owned();
         lab.wait("food", |seen| seen["values"]["shows_food"] == words);
@@ -431,9 +441,11 @@ fn hands_put_food_there_and_take_it_away() {
     lab.click("undo");
     shown("true");
 
-    // Elsewhere there is nobody picked; on it, it is picked again.
+    // A click elsewhere picks nothing; a click on the food picks it again.
     lab.key("Escape");
-    lab.wait("it is left", |seen| seen["values"]["picked.food"] == "");
+    lab.wait("the tool is put down", |seen| {
+        seen["values"]["picked.food"] == ""
+    });
     lab.point("picture", 0.5);
     lab.press();
     lab.wait("it is picked again", |seen| {
@@ -447,7 +459,7 @@ fn hands_put_food_there_and_take_it_away() {
     lab.press();
     lab.wait("it is picked", |seen| seen["values"]["picked.food"] == "0");
 
-    // Dragged, the picture stands still; back in one go.
+    // Dragging it does not turn the picture, and one undo takes it back.
     let camera = lab.value("camera");
     let lay = lab.save("pair").foods;
     lab.pull("picture", [9, 5]);
@@ -474,7 +486,7 @@ fn hands_put_food_there_and_take_it_away() {
     lab.click("food.remove");
     foods("0");
     assert_eq!(lab.save("pair").foods, []);
-    // There is no food any more: the picture turns.
+    // There is no food any more, so dragging turns the picture.
     lab.pull("picture", [9, 5]);
     lab.wait("it turns", |seen| seen["values"]["camera"] != camera);
     foods("0");
