@@ -21,7 +21,7 @@ use crate::lab::stage::Stage;
 use crate::room;
 
 /// Kernels that take longer are divided.
-const LONGEST_SLICE: Duration = Duration::from_millis(12);
+const LONGEST_SLICE: Duration = Duration::from_millis(8);
 /// A device that is lost again before the scene has run for so long is not replaced, or that would never end.
 const RUNS_FOR: Duration = Duration::from_secs(10);
 
@@ -38,6 +38,8 @@ struct Slices {
 pub struct Sliced {
     /// The stage has a new picture.
     pub has_drawn: bool,
+    /// Steps are over.
+    pub has_stepped: bool,
     /// Invariants were checked, which is to be shown.
     pub is_checked: bool,
 }
@@ -185,6 +187,7 @@ impl Runner {
                 }
                 return Ok(Sliced {
                     has_drawn: slices.draws,
+                    has_stepped: slices.steps > 0,
                     is_checked: self.have_stepped(slices.steps, clocks)?,
                 });
             }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use glam::Vec2;
 use myxo::gpu::{Context, DeviceKind, Format, Image, Readback, Recorder};
+use myxo::render::exposure::Exposure;
 use myxo::render::pick::{self, Hit};
 use myxo::render::{Canvas, Prepared, Quality, Renderer, View};
 use myxo::scene::Scene;
@@ -25,6 +26,9 @@ const SHOWN_FOR: Duration = Duration::from_millis(500);
 
 /// Bands of a picture that is drawn in slices. More would be quicker each, and slower together: each goes over all triangles.
 const BANDS: u32 = 3;
+
+/// An exposure that changes by less than this share from one picture to the next has settled.
+const SETTLED: f32 = 1e-3;
 
 /// Copies of the counters that may be on their way to the host.
 const COUNTERS_UNDER_WAY: usize = 4;
@@ -80,6 +84,10 @@ pub struct Stage {
     exposure: Readback<f32>,
     /// The trail that has the brightest colour, as of some frames ago; none before the first picture.
     pub brightest: Option<f32>,
+    /// The step whose trail, and the share of it that may be clipped, that the exposure no longer changes for.
+    settled: Option<(u64, f32)>,
+    /// The share that may be clipped in the picture that was recorded last.
+    clipped_share: f32,
     counters: Readback<Flow>,
     /// Transfers between objects, as of some frames ago.
     pub flow: Flow,
@@ -125,6 +133,8 @@ impl Stage {
             marks: RunningMarks::default(),
             exposure: Readback::new(ctx, "exposure", 1, COUNTERS_UNDER_WAY)?,
             brightest: None,
+            settled: None,
+            clipped_share: 0.0,
             counters: Readback::new(ctx, "flow", 1, COUNTERS_UNDER_WAY)?,
             flow: Flow::default(),
         })
@@ -204,16 +214,28 @@ impl Stage {
         if is_quick {
             view.most_particles = PARTICLES_ON_CPU;
         }
+        let step = self.simulation.step();
+        if let Exposure::Auto {
+            clipped_share,
+            adaptation,
+        } = &mut view.exposure
+            && self.settled == Some((step, *clipped_share))
+        {
+            *adaptation = 0.0;
+        }
         let mut poses = self.simulation.shown_poses();
         for (pose, factor) in poses.iter_mut().zip(&self.scales) {
             *pose = pose.scaled(*factor);
         }
-        (quality, (view, self.simulation.step(), poses, beside))
+        (quality, (view, step, poses, beside))
     }
 
     /// Records a picture into the canvases that are shown.
     fn record(&mut self, rec: &mut Recorder, now: &Drawn, bands: u32) {
         let (view, step, poses, _) = now;
+        if let Exposure::Auto { clipped_share, .. } = view.exposure {
+            self.clipped_share = clipped_share;
+        }
         self.particles_drawn = self.renderer.particles_drawn(view);
         self.simulation.record_poses(rec);
         let true_poses = self.simulation.poses().to_vec();
@@ -240,8 +262,12 @@ impl Stage {
 
     /// Takes what has arrived on the host.
     fn read_back(&mut self) {
-        while let Some((_, brightest)) = self.exposure.poll() {
-            self.brightest = brightest.first().copied();
+        while let Some((step, brightest)) = self.exposure.poll() {
+            let before = self.brightest.replace(brightest[0]);
+            let change = before.map(|before| (brightest[0] - before).abs());
+            if change.is_some_and(|change| change <= SETTLED * brightest[0]) {
+                self.settled = Some((step, self.clipped_share));
+            }
         }
         while let Some((_, counters)) = self.counters.poll() {
             self.flow = counters[0];

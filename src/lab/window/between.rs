@@ -54,6 +54,10 @@ impl Lab {
         if sliced.is_checked {
             self.host.request_redraw();
         }
+        if sliced.has_stepped {
+            // However long that took, what is drawn next is of something that moves.
+            self.moved = self.host.now();
+        }
         if !self.runner.is_within_slices() {
             self.report_messages();
         }
