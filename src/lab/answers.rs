@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 /// From one answer to the next at the least, or a pointer that moves would keep the steps from coming.
-const BETWEEN_ANSWERS: Duration = Duration::from_millis(50);
+const BETWEEN_ANSWERS: Duration = Duration::from_millis(20);
 
 /// When the window answers next, while steps are under way.
 pub struct Answers {
