@@ -277,6 +277,8 @@ impl Stage {
     /// What the canvas shows has changed between steps.
     pub fn forget_picture(&mut self) {
         self.drawn = None;
+        // What is drawn in slices now is no longer right, either.
+        self.coming = None;
     }
 
     /// Does the canvas show what this camera and view last saw?
