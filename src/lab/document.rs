@@ -150,12 +150,13 @@ impl Document {
 
     /// How many times as large an object will be when what is on its way is there; 1 where nothing is.
     pub fn pending_scale(&self, object: usize) -> f32 {
-        let (running, edited) = (&self.running.objects, &self.edited.objects);
-        match (running.get(object), edited.get(object)) {
-            (Some(running), Some(edited)) if self.renews && running.mesh == edited.mesh => {
-                edited.scale / running.scale
-            }
-            _ => 1.0,
+        let Some(running) = self.running.objects.get(object).filter(|_| self.renews) else {
+            return 1.0;
+        };
+        // While others come or go it is in another place.
+        match place_among(&self.edited.objects, running) {
+            Some(place) => self.edited.objects[place].scale / running.scale,
+            None => 1.0,
         }
     }
 

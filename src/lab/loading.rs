@@ -109,6 +109,9 @@ impl Loading {
                 return Err(AtlasError::Cancelled.into());
             };
             let stage = Stage::new(&ctx, loaded, format)?;
+            if handle.is_cancelled() {
+                return Err(AtlasError::Cancelled.into());
+            }
             handle.report("building pipelines", 1.0);
             Ok(Ready { stage, file })
         });
@@ -137,6 +140,11 @@ impl Loading {
     /// Asks the thread to end; it does with [`AtlasError::Cancelled`].
     pub fn cancel(&self) {
         self.job.cancel();
+    }
+
+    /// Has its thread ended?
+    pub fn has_ended(&self) -> bool {
+        self.job.has_ended()
     }
 
     /// What came of it, once, when it has ended.

@@ -63,7 +63,7 @@ impl Outliner {
                 let sign = if is_on { sign } else { sign.color(weak) };
                 Button::new(sign).frame(false).min_size(egui::vec2(20.0, ROW))
             };
-            if count > 1 {
+            if count > 1 || is_hidden {
                 let eye = ui
                     .add(sign(if is_hidden { "–" } else { "👁" }, !is_hidden))
                     .on_hover_text(
@@ -95,6 +95,10 @@ impl Outliner {
                     });
                     if alone.marked(&format!("objects.alone={object}")).clicked() {
                         desk.document.marks.isolate(object);
+                        let marks = &desk.document.marks;
+                        if hands.selected.is_some_and(|selected| marks.is_hidden(selected)) {
+                            hands.pick(None);
+                        }
                     }
                 }
                 // Those that are on their way have the names that were asked for.

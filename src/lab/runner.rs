@@ -49,6 +49,8 @@ pub struct Runner {
     /// The scene and its pictures; none before the first scene is ready.
     pub stage: Option<Stage>,
     slices: Option<Slices>,
+    /// A part of a step was never submitted.
+    is_torn: bool,
     /// What steps and pictures are recorded into.
     pub frames: Frames,
     /// For what is shown while steps are under way.
@@ -79,6 +81,7 @@ impl Runner {
         Self {
             stage: None,
             slices: None,
+            is_torn: false,
             frames,
             answers,
             pacer: Pacer::default(),
@@ -110,6 +113,7 @@ impl Runner {
         stage.take_canvases(self.stage.take());
         clocks.restart(&mut self.frames, &stage);
         self.stage = Some(stage);
+        self.is_torn = false;
         if let Some(lost) = &mut self.lost {
             lost.scene = None;
             lost.remarks.clear();
@@ -196,9 +200,15 @@ impl Runner {
         Ok(Sliced::default())
     }
 
-    /// What was not submitted of a step never is.
+    /// What was not submitted of a step never is. Nothing can be drawn or copied from then on, because buffers are not what the host
+    /// takes them for.
     pub fn give_up_slices(&mut self) {
-        self.slices = None;
+        self.is_torn |= self.slices.take().is_some();
+    }
+
+    /// Can the state be drawn now? Not while a part of a step is still to be submitted, nor when that was given up.
+    pub fn can_draw(&self) -> bool {
+        !self.is_torn && self.slices.is_none()
     }
 
     /// So many steps have been submitted. Was something checked that is to be shown?

@@ -39,6 +39,9 @@ pub type Sizes = ([u32; 2], Option<[u32; 2]>);
 /// What pictures depend on: the view, the step, the poses, and the size of the atlas beside.
 type Drawn = (View, u64, Vec<Pose>, Option<[u32; 2]>);
 
+/// What an automatic exposure depends on: the step, and the share of the trail that may be clipped.
+type Exposed = (u64, f32);
+
 /// All of a scene that is made without a device.
 pub struct Loaded {
     /// With its meshes.
@@ -84,10 +87,13 @@ pub struct Stage {
     exposure: Readback<f32>,
     /// The trail that has the brightest colour, as of some frames ago; none before the first picture.
     pub brightest: Option<f32>,
-    /// The step whose trail, and the share of it that may be clipped, that the exposure no longer changes for.
-    settled: Option<(u64, f32)>,
-    /// The share that may be clipped in the picture that was recorded last.
-    clipped_share: f32,
+    /// What the automatic exposure of the last picture depended on, and the number of the first picture that had this.
+    exposed: Option<Exposed>,
+    exposed_since: u64,
+    /// What the exposure has settled for: it would change nothing more.
+    settled: Option<Exposed>,
+    /// Pictures that were recorded.
+    recorded: u64,
     counters: Readback<Flow>,
     /// Transfers between objects, as of some frames ago.
     pub flow: Flow,
@@ -133,8 +139,10 @@ impl Stage {
             marks: RunningMarks::default(),
             exposure: Readback::new(ctx, "exposure", 1, COUNTERS_UNDER_WAY)?,
             brightest: None,
+            exposed: None,
+            exposed_since: 0,
             settled: None,
-            clipped_share: 0.0,
+            recorded: 0,
             counters: Readback::new(ctx, "flow", 1, COUNTERS_UNDER_WAY)?,
             flow: Flow::default(),
         })
@@ -233,8 +241,14 @@ impl Stage {
     /// Records a picture into the canvases that are shown.
     fn record(&mut self, rec: &mut Recorder, now: &Drawn, bands: u32) {
         let (view, step, poses, _) = now;
-        if let Exposure::Auto { clipped_share, .. } = view.exposure {
-            self.clipped_share = clipped_share;
+        self.recorded += 1;
+        let exposed = match view.exposure {
+            Exposure::Auto { clipped_share, .. } => Some((*step, clipped_share)),
+            Exposure::Fixed(_) => None,
+        };
+        if self.exposed != exposed {
+            (self.exposed, self.exposed_since) = (exposed, self.recorded);
+            self.settled = None;
         }
         self.particles_drawn = self.renderer.particles_drawn(view);
         self.simulation.record_poses(rec);
@@ -253,7 +267,7 @@ impl Stage {
         if is_scaled {
             self.simulation.record_shown_poses(rec, &true_poses);
         }
-        (self.renderer).record_brightest(rec, &mut self.exposure, *step);
+        (self.renderer).record_brightest(rec, &mut self.exposure, self.recorded);
         if self.simulation.settings().strategy() != Strategy::None {
             let transfers = &self.simulation.state().transfers;
             transfers.record_readback(rec, &mut self.counters, *step);
@@ -262,11 +276,13 @@ impl Stage {
 
     /// Takes what has arrived on the host.
     fn read_back(&mut self) {
-        while let Some((step, brightest)) = self.exposure.poll() {
+        while let Some((number, brightest)) = self.exposure.poll() {
             let before = self.brightest.replace(brightest[0]);
             let change = before.map(|before| (brightest[0] - before).abs());
-            if change.is_some_and(|change| change <= SETTLED * brightest[0]) {
-                self.settled = Some((step, self.clipped_share));
+            let is_small = change.is_some_and(|change| change <= SETTLED * brightest[0]);
+            // The picture before had the same trail to be exposed for.
+            if is_small && number > self.exposed_since {
+                self.settled = self.exposed;
             }
         }
         while let Some((_, counters)) = self.counters.poll() {
@@ -279,6 +295,8 @@ impl Stage {
         self.drawn = None;
         // What is drawn in slices now is no longer right, either.
         self.coming = None;
+        // It may have become brighter or darker.
+        (self.exposed, self.settled) = (None, None);
     }
 
     /// Does the canvas show what this camera and view last saw?
@@ -294,6 +312,13 @@ impl Stage {
     /// stays.
     pub fn shows(&self, view: &View, sizes: Sizes) -> bool {
         self.has_drawn(view, sizes) && self.drawn_at.elapsed() < SHOWN_FOR
+    }
+
+    /// Do the canvases have these sizes?
+    pub fn has_sizes(&self, (size, beside): Sizes) -> bool {
+        let size_of =
+            |canvas: &Option<(Quality, Canvas)>| (canvas.as_ref()).map(|(_, canvas)| canvas.size());
+        [size_of(&self.shown.picture), size_of(&self.shown.beside)] == [Some(size), beside]
     }
 
     /// What was drawn last; see [`Self::shows`].

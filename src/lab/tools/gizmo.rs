@@ -153,7 +153,8 @@ impl Hands {
         // While objects come or go, those that are seen are not those that are edited.
         let settings =
             (desk.document.edited.objects.get(object)).filter(|_| !desk.document.is_renewed());
-        let settings = settings.filter(|_| !desk.document.marks.is_locked(object));
+        let marks = &desk.document.marks;
+        let settings = settings.filter(|_| !marks.is_locked(object) && !marks.is_hidden(object));
         let (Some(pose), Some(settings)) = (facts.hand.poses.get(object), settings) else {
             self.grab = None;
             return false;

@@ -31,7 +31,6 @@ impl Lab {
         if self.answers.is_due(self.host.has_input()) {
             let begun = Instant::now();
             let repaint = self.answer(false)?;
-            self.clocks.facts.answers_within_steps += 1;
             self.answers.given(begun, repaint);
         }
         let sliced = (self.runner).run_slices(LONGEST_SLICES, &mut self.clocks)?;
@@ -115,7 +114,12 @@ impl Lab {
             pixels_per_point: seen.pixels_per_point,
         };
         let is_there = |stage: &Stage| stage.has_drawn(&shot.view, shot.sizes());
-        if !is_new && !self.runner.stage.as_ref().is_some_and(is_there) {
+        let has_sizes = |stage: &Stage| stage.has_sizes(shot.sizes());
+        let fits = match is_new {
+            true => self.runner.stage.as_ref().is_some_and(has_sizes),
+            false => self.runner.stage.as_ref().is_some_and(is_there),
+        };
+        if !fits {
             self.forget_places();
             return Ok(seen.repaint);
         }
@@ -128,6 +132,7 @@ impl Lab {
         self.clocks.catch_up();
         self.draw(rec, image, &shot)?;
         self.runner.answers.wait_idle()?;
+        self.clocks.facts.answers_within_steps += u64::from(!is_new);
         self.tell_places(&seen.context, seen.pixels_per_point, false)?;
         Ok(seen.repaint)
     }

@@ -296,7 +296,9 @@ fn at_the_end(command: &Command) -> AtTheEnd {
         Command::Hand(Work::Add(mesh, _)) => AtTheEnd::GivenUp(format!(
             "{mesh} was not added to the scene: the window closed before its turn"
         )),
+        Command::OpenAlone(path) => not_opened(path),
         Command::Screenshot
+        | Command::SaveTimes(_)
         | Command::Save
         | Command::SaveAs(_)
         | Command::SavePreset(_)

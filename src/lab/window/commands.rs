@@ -114,6 +114,11 @@ impl Lab {
             }
         };
         if let Some(stage) = &self.runner.stage {
+            // Names are taken over, whatever is refused.
+            let runs = stage.simulation.settings().objects.iter();
+            for (running, runs) in self.interface.document.running.objects.iter_mut().zip(runs) {
+                running.name.clone_from(&runs.name);
+            }
             self.jobs.food.want(&stage.simulation, &wanted);
         }
         is_taken

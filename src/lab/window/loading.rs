@@ -26,7 +26,7 @@ impl Lab {
         self.interface.document.asked = asked;
         let device = (&self.runner.ctx, self.runner.format);
         let loading = Loading::begin((name, origin), device, self.atlases.clone(), load);
-        self.jobs.loading = Some(loading);
+        self.jobs.load(loading);
         self.host.request_redraw();
     }
 
@@ -76,7 +76,11 @@ impl Lab {
 
     /// Shows the scene that was loaded. If something was wrong with it, what runs goes on.
     pub(super) fn has_loaded(&mut self, loading: Loading, result: Result<Ready>) -> Result<()> {
-        let shown = result.and_then(|ready| self.show(ready, loading.origin));
+        let shown = match result {
+            // It had ended before it saw that.
+            Ok(_) if loading.is_cancelled() => Err(AtlasError::Cancelled.into()),
+            result => result.and_then(|ready| self.show(ready, loading.origin)),
+        };
         let context = self.host.context().clone();
         if shown.is_err() {
             self.interface.not_shown();

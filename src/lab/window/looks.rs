@@ -88,8 +88,11 @@ impl Lab {
         Ok(format!("Saved {}", path.shown()))
     }
 
-    /// What is seen now, small, if there is a scene.
+    /// A small picture of what is seen now, if there is a scene and no step is half done.
     pub(super) fn small_picture(&mut self) -> Result<Option<RgbaImage>> {
+        if !self.runner.can_draw() {
+            return Ok(None);
+        }
         let Some(stage) = &mut self.runner.stage else {
             return Ok(None);
         };

@@ -155,9 +155,7 @@ impl Lab {
     fn leave_device(&mut self) {
         self.runner.leave_device();
         self.jobs.exports.leave_device();
-        if let Some(loading) = &mut self.jobs.loading {
-            loading.leave_device();
-        }
+        self.jobs.leave_device();
         // Measurements end when they look next, and their results are not waited for.
         self.jobs.food = Default::default();
         self.edits.leave_device();

@@ -404,7 +404,7 @@ impl Lab {
         self.tell_messages(&self.runner.ctx.take_messages());
         let told = self.runner.ctx.debug_entries();
         if !told.entries.is_empty() || told.overflow > 0 {
-            log::warn!("told by debug_value:\n{told}");
+            log::warn!("values of debug_value:\n{told}");
         }
     }
 
@@ -441,15 +441,17 @@ impl Lab {
     /// Ends everything, and keeps what is to be kept. What was found to be wrong on the way is an error.
     pub fn close(mut self) -> Result<()> {
         self.obey_what_writes();
-        // What was not begun of a step is left.
+        if self.interface.document.is_unsaved() && self.finish_steps().is_err() {
+            // The scene is kept without a picture.
+        }
         self.runner.give_up_slices();
         let _ = self.runner.frames.wait_idle();
         self.end_taking_out();
         self.jobs.food.close();
-        if let Some(mut loading) = self.jobs.loading.take() {
+        if let Some(loading) = &self.jobs.loading {
             loading.cancel();
-            loading.leave_device();
         }
+        self.jobs.leave_device();
         self.report_messages();
         self.tell_left();
         self.keep_preferences();
