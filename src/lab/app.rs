@@ -13,7 +13,7 @@ use crate::lab::loading::Opened;
 use crate::lab::options::LabOptions;
 use crate::lab::window::Lab;
 
-/// Somebody outside the window asks that it be closed.
+/// A request from outside the window to close it.
 #[derive(Clone, Copy, Debug)]
 pub struct Close;
 

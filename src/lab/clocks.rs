@@ -152,7 +152,7 @@ impl Clocks {
         facts.check = None;
     }
 
-    /// Times are measured anew.
+    /// Restarts the measurement of times.
     pub fn clear_times(&mut self, frames: &mut Frames) {
         frames.timings_mut().clear();
         self.facts.times = Times::default();

@@ -20,7 +20,7 @@ pub enum Command {
     GoBack,
     /// Take one step.
     Step,
-    /// Measure times anew.
+    /// Restart the measurement of times.
     ClearTimes,
     /// Write these times to files.
     SaveTimes(Arc<Lately>),
@@ -62,7 +62,7 @@ pub enum Command {
     CancelLoading,
     /// The window over the whole screen, or no longer.
     FullScreen,
-    /// A hand is on the scene.
+    /// The user acts on the scene with a tool.
     Hand(Work),
     /// Take something out.
     TakeOut(Out),
@@ -82,7 +82,7 @@ pub enum Work {
         /// Scene radii.
         radius: f32,
     },
-    /// The hand has let go of a stroke that may have changed what attracts, repels or forbids.
+    /// The button was released after a stroke that may have changed what attracts, repels or forbids.
     EndStroke,
     /// Undo, or redo with `again`, whose turn comes after strokes that had no end yet.
     Undo {
@@ -91,7 +91,7 @@ pub enum Work {
     },
     /// Undo or redo has come to where this stroke is the last one.
     ToStroke(u64),
-    /// All particles begin anew, on what is painted to attract.
+    /// All particles restart on the areas that are painted to attract.
     StartOnPainted,
     /// Takes an object out of the scene.
     Remove(Which),

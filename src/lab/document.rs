@@ -37,7 +37,7 @@ pub struct Document {
     pub view: View,
     /// The look that the present one is changing into, slowly.
     pub morph: Option<Morph>,
-    /// Does the simulation run by itself?
+    /// Does the simulation run, or is it paused?
     pub playing: bool,
     /// The preset that was taken last, or whose look the scene had when it was loaded.
     pub preset: Option<String>,

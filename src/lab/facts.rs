@@ -106,7 +106,7 @@ pub struct Facts {
     pub before: Option<Before>,
     /// What is being loaded, if anything is.
     pub loading: Option<LoadingFacts>,
-    /// What the hands need to know.
+    /// What the tools need from the window.
     pub hand: HandFacts,
     /// What is being taken out.
     pub out: OutFacts,
@@ -139,7 +139,7 @@ pub struct Under {
     pub bias: Option<f32>,
 }
 
-/// What the window knows for the hands.
+/// What the window provides to the tools.
 #[derive(Clone, Debug, Default)]
 pub struct HandFacts {
     /// The pixel that was looked at last, if any was asked for.

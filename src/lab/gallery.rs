@@ -71,14 +71,14 @@ impl std::fmt::Debug for Gallery {
 }
 
 impl Gallery {
-    /// Those of the user's presets are read anew.
+    /// Pictures of the user's presets are read again.
     pub fn forget_pictures(&mut self) {
         self.own_pictures.clear();
         self.left_pictures.clear();
         self.removing = None;
     }
 
-    /// All of them are read anew.
+    /// All pictures are read again.
     pub fn forget_all_pictures(&mut self) {
         self.pictures.clear();
         self.forget_pictures();
@@ -337,7 +337,7 @@ impl Gallery {
     }
 }
 
-/// What the hand wants of a card that can be removed.
+/// What the user asks of a card that can be removed.
 enum Removing {
     Ask,
     Keep,

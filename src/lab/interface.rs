@@ -74,7 +74,7 @@ pub struct Shown {
     pub picture: Rect,
     /// Where the atlas goes, if it is shown beside the picture.
     pub beside: Option<Rect>,
-    /// A hand is on the scene.
+    /// The user is moving something in the scene.
     pub touched: bool,
 }
 

@@ -130,7 +130,7 @@ impl App {
         }
     }
 
-    /// Does nothing move by itself but what grows and what is being written?
+    /// Is nothing in motion except the simulation and files that are being written?
     fn rests(&self, frames: u64) -> bool {
         let Some(lab) = &self.lab else { return true };
         let Host::Windowless(host) = &lab.host else {

@@ -296,7 +296,7 @@ mod tests {
         // The thread is held until the wish to end is known.
         let (go, wait) = mpsc::channel::<()>();
         let mut loading = begin(Box::new(move || {
-            wait.recv().expect("it is let go");
+            wait.recv().expect("the thread may continue");
             load()
         }));
         assert!(loading.take().is_none() && !loading.is_cancelled());
@@ -320,7 +320,7 @@ mod tests {
         // Before it has read anything: it is not waited for.
         let (go, wait) = mpsc::channel::<()>();
         let mut loading = begin(Box::new(move || {
-            wait.recv().expect("it is let go");
+            wait.recv().expect("the thread may continue");
             tiny()
         }));
         loading.leave_device();

@@ -11,8 +11,8 @@ use crate::own_presets::OwnPresets;
 use crate::own_presets::summary;
 use crate::own_presets::with_preset;
 
-/// What looks change by: time that passes, or that of the film that is being made, in which a look takes as long as one who
-/// watches it will see.
+/// The clock by which looks change: wall time, or the time of the film that is being made, so that a change lasts as long in
+/// the film as in the window.
 #[derive(Clone, Debug, Default)]
 pub struct LookClock {
     now: f64,
@@ -104,7 +104,7 @@ impl Looks {
                 desk.document.preset = Some(name.to_owned());
                 self.change_look(to, desk);
                 // It grows out of what is there; from the start it comes to what its small picture shows.
-                let text = format!("{name}: {} (R begins anew)", summary(text));
+                let text = format!("{name}: {} (R restarts)", summary(text));
                 desk.notices.say(ctx, text, false);
                 true
             }

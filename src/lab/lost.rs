@@ -12,7 +12,7 @@ use myxo::scene::Scene;
 pub struct Lost {
     /// The scene that ran on it, until one runs again.
     pub scene: Option<Scene>,
-    /// What was told of its meshes.
+    /// Remarks on its meshes.
     pub remarks: Vec<String>,
     /// Since when a scene runs again.
     pub runs_since: Option<Instant>,
@@ -20,7 +20,7 @@ pub struct Lost {
     pub kept: Option<(String, PathBuf)>,
 }
 
-/// Does it tell of a lost device?
+/// Is the cause a lost device?
 pub fn is_loss(error: &Error) -> bool {
     matches!(error, Error::Gpu(GpuError::DeviceLost { .. }))
 }

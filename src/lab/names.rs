@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use myxo::sim::areas::map_beside;
 use myxo::{Error, Result};
 
-/// A name that nobody else takes as long as this lives.
+/// A file name that is reserved as long as this value lives.
 #[derive(Debug)]
 pub struct Reserved {
     path: PathBuf,
@@ -46,7 +46,7 @@ impl Reserved {
                 Err(error) => return Err(failure(&path)(error)),
             }
             let reserved = Self { path, mark };
-            // Whoever had the mark before may have finished just now.
+            // The previous owner of the mark may have written the file just now.
             if !reserved.path.exists() {
                 return Ok(reserved);
             }
@@ -138,23 +138,23 @@ mod tests {
     }
 
     #[test]
-    fn many_hands_take_different_names() {
+    fn many_threads_take_different_names() {
         let folder = tempfile::tempdir().unwrap();
-        let hands: Vec<_> = (0..8)
+        let threads: Vec<_> = (0..8)
             .map(|_| {
                 let folder = folder.path().to_owned();
                 std::thread::spawn(move || {
                     (0..20)
                         .map(|_| {
                             let name = Reserved::next(&folder, "shot", "png").unwrap();
-                            File::create_new(name.path()).expect("nobody has it");
+                            File::create_new(name.path()).expect("the name is free");
                         })
                         .count()
                 })
             })
             .collect();
-        for hand in hands {
-            assert_eq!(hand.join().unwrap(), 20);
+        for thread in threads {
+            assert_eq!(thread.join().unwrap(), 20);
         }
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 160);
     }

@@ -1,4 +1,4 @@
-//! What the interface tells those who steer the window from outside, as tests do.
+//! State of the interface that is reported to programs that drive the window, such as tests.
 
 use serde::Serialize;
 

@@ -1,6 +1,6 @@
-//! "Open…": a file that is chosen in the window itself, for whoever cannot drop one onto it, as on Wayland. It goes the way
-//! of a file that was dropped; a picture to begin on goes into the row that asks for it. The same asks where to save, and for the
-//! folder of what is taken out.
+//! "Open…": a dialog in the window itself that chooses a file, for systems where files cannot be dropped onto it, such as
+//! Wayland. The file is opened like a dropped one; a picture to begin on goes into the row that asks for it. The same dialog
+//! asks where to save, and for the folder of exports.
 
 use std::cell::RefCell;
 use std::mem::discriminant;
@@ -70,7 +70,7 @@ enum Purpose {
     Folder,
 }
 
-/// The dialog, once somebody has asked for it. A copy shows the same one.
+/// The dialog, once it was opened. A copy shows the same dialog.
 #[derive(Clone, Debug, Default)]
 pub struct Opening {
     dialog: Option<Rc<RefCell<FileDialog>>>,
@@ -98,7 +98,7 @@ impl Opening {
         self.folder = folder.to_owned();
     }
 
-    /// Another scene comes: nobody was asked where to save that one.
+    /// Another scene comes, so a question where to save the old one is withdrawn.
     pub fn leave_scene(&mut self) {
         self.mesh = None;
         if self.purpose == Purpose::Save {
@@ -221,7 +221,7 @@ impl Opening {
         None
     }
 
-    /// Asks what becomes of a mesh that was chosen, if there is one: it joins the scene, or is opened by itself.
+    /// Asks what to do with a chosen mesh, if there is one: add it to the scene, or open it alone.
     pub fn ask_about_mesh(
         &mut self,
         ctx: &egui::Context,
@@ -289,7 +289,7 @@ impl Opening {
     }
 }
 
-/// A dialog in the words of the lab, without what only those need who save.
+/// A dialog with the lab's labels, without the parts that only saving needs.
 fn dialog(title: &str, kinds: Kinds) -> FileDialog {
     let mut dialog = FileDialog::new()
         .title(title)

@@ -7,13 +7,13 @@ use std::time::Duration;
 
 /// The share of the time that steps may take.
 const SHARE: f64 = 0.75;
-/// The same while a hand is on the mouse.
+/// The share of the time that steps may take while the user drags.
 const SHARE_WHILE_TOUCHED: f64 = 0.4;
 /// Credit for longer than this is lost: after a stall nothing is made up for.
 const LONGEST_FRAME: f64 = 0.1;
 /// The most steps in one frame, so that one command buffer stays small.
 const MOST_STEPS: u32 = 256;
-/// The steps of one frame take no longer, but for a single one: as long as they run, nobody is answered.
+/// The steps of one frame take no longer, except a single step: while they run, input has no answer.
 const LONGEST_STEPS: f64 = 0.065;
 /// Where steps take longer than this, their picture comes in a frame of its own.
 const NOTABLE: f64 = 0.02;
@@ -96,7 +96,7 @@ impl Pacer {
         f64::from(steps) * self.step_seconds > NOTABLE
     }
 
-    /// Do they take longer than a hand waits?
+    /// Do they take longer than a user should wait?
     pub fn are_long(&self, steps: u32) -> bool {
         f64::from(steps) * self.step_seconds > LONGEST_STEPS
     }
@@ -158,7 +158,10 @@ mod tests {
             let (rate, _) = run(step, 0.08, 0.0, false);
             assert!(rate > 0.95 / (step + 0.08), "{rate} steps a second");
             let (touched, _) = run(step, 0.08, 0.0, true);
-            assert!(touched < 0.7 * rate, "a hand that turns sees more pictures");
+            assert!(
+                touched < 0.7 * rate,
+                "more pictures come while the user turns the view"
+            );
         }
     }
 

@@ -29,7 +29,7 @@ use crate::lab::views::{camera_section, light_section, views_list};
 use crate::lab::widgets::{parse_number, reader, section, section_with};
 use crate::own_presets::summary;
 
-/// What the sections hold that are no rows of parameters, for those who look for it.
+/// Search words of the sections' contents that are no rows of parameters.
 static PICTURE_WORDS: LazyLock<String> = LazyLock::new(|| {
     let titles: Vec<String> = { Show::ALL.iter() }
         .map(|show| show.title().to_lowercase())
@@ -46,7 +46,7 @@ const LIGHT_WORDS: &str = "light shadow";
 /// Is what is searched for among the words? Without a search, everything is.
 fn is_among(words: &str, filter: &str) -> bool {
     let filter = filter.trim().to_lowercase();
-    // A beginning of words that follow each other: who looks for a light wants no flight.
+    // The search matches the beginnings of words: `light` must not find `flight`.
     filter.is_empty() || words.starts_with(&filter) || words.contains(&format!(" {filter}"))
 }
 
@@ -289,7 +289,7 @@ impl ParameterPanel {
             let Some(running) = desk.document.running.objects.get(i) else {
                 continue;
             };
-            // Who joined later has no other beginning than what it is.
+            // An object that joined later resets to its running settings.
             let name = &desk.document.edited.objects[i].name;
             let loaded = desk
                 .document
@@ -608,8 +608,8 @@ fn invariants(ui: &mut Ui, check: &Check) {
     .on_hover_text(cost);
 }
 
-/// The sections of the table, in the panel's order, with their titles and whether they begin open.
-/// What `[camera]` and `[picture]` hold is moved by hand, too, and stands above them.
+/// The sections of the table, in the panel's order, with their titles and whether they begin open. The parameters of `[camera]`
+/// and `[picture]` change with the mouse, too, and stand above them.
 pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
     ("physarum", "Physarum", true),
     ("trail", "Trail", true),

@@ -45,7 +45,7 @@ pub fn are_asked_for(ctx: &egui::Context) -> bool {
     ctx.data(|data| data.get_temp::<Found>(id())).is_some()
 }
 
-/// Gives the cross a name that closes a floating window with a title; egui does not tell where it lies.
+/// Names the cross that closes a floating window with a title; egui does not give its position.
 pub fn mark_cross<R>(shown: Option<egui::InnerResponse<R>>, name: &str) {
     const SIDE: f32 = 18.0;
     const MARGIN: f32 = 7.0;
@@ -70,7 +70,7 @@ pub fn note_value(ctx: &egui::Context, name: &str, value: impl FnOnce() -> Strin
 struct Seen<S> {
     /// No frame is due for a while, unless something comes in. First, for `stir` to find it.
     rests: bool,
-    /// How many frames were told of so far.
+    /// The number of frames that were reported so far.
     frames: u64,
     /// What the lab is doing.
     state: S,
@@ -80,9 +80,9 @@ struct Seen<S> {
     values: BTreeMap<String, String>,
 }
 
-/// Tells where everything is, in a file if there is one.
+/// Reports where everything is, in a file if there is one.
 pub struct Places {
-    /// Without one it is told in [`Places::last`] only.
+    /// Without a file the report is in [`Places::last`] only.
     file: Option<PathBuf>,
     found: Found,
     /// What it says.
@@ -126,7 +126,7 @@ impl Places {
         Ok(())
     }
 
-    /// What the last frame has shown that told of it, and how many did.
+    /// The last report, and the number of frames that were reported.
     pub fn last(&self) -> (&str, u64) {
         (&self.last, self.frames)
     }
@@ -137,7 +137,7 @@ impl Places {
         *found = Named::default();
     }
 
-    /// Writes what the frame has shown; where it `rests`, nothing will move by itself.
+    /// Writes what the frame has shown. If it `rests`, nothing changes without input.
     pub fn write(
         &mut self,
         state: impl Serialize,
@@ -174,14 +174,17 @@ mod tests {
         let file = folder.path().join("places.json");
         let read = || -> Value { serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap() };
         let mut places = Places::new(Some(file.clone()), &egui::Context::default());
-        assert!(!places.stir().unwrap(), "nothing is told yet");
+        assert!(!places.stir().unwrap(), "nothing is reported yet");
         places.write("a state", 1.0, true).unwrap();
-        let mut told = read();
-        assert_eq!((&told["rests"], &told["frames"]), (&true.into(), &1.into()));
-        assert_eq!(told["state"], "a state");
+        let mut report = read();
+        assert_eq!(
+            (&report["rests"], &report["frames"]),
+            (&true.into(), &1.into())
+        );
+        assert_eq!(report["state"], "a state");
         assert!(places.stir().unwrap());
-        told["rests"] = false.into();
-        assert_eq!(read(), told);
+        report["rests"] = false.into();
+        assert_eq!(read(), report);
         assert!(!places.stir().unwrap(), "once");
         places.write("a state", 1.0, false).unwrap();
         assert!(!places.stir().unwrap(), "it did not rest");

@@ -53,7 +53,7 @@ impl Preferences {
             .map(|dirs| dirs.config_dir().join("lab.toml"))
     }
 
-    /// From a file. One that is broken is told of in the log, and not used.
+    /// Reads a file. A broken one is reported in the log and not used.
     pub fn read(file: &Path) -> Self {
         let text = match std::fs::read_to_string(file) {
             Ok(text) => text,
@@ -63,14 +63,14 @@ impl Preferences {
                 return Self::default();
             }
         };
-        let told = |what: &str, error: toml::de::Error| {
+        let warn = |what: &str, error: toml::de::Error| {
             let reason = error.message().lines().next().unwrap_or_default();
             log::warn!("{}: {what} is not used: {reason}", file.shown());
         };
         let entries = match text.parse::<toml::Table>() {
             Ok(entries) => entries,
             Err(error) => {
-                told("it", error);
+                warn("it", error);
                 return Self::default();
             }
         };
@@ -78,7 +78,7 @@ impl Preferences {
         let of = |entries: toml::Table| entries.try_into::<Self>();
         let right = entries.into_iter().filter(|(key, value)| {
             let alone = of(std::iter::once((key.clone(), value.clone())).collect());
-            alone.map_err(|error| told(key, error)).is_ok()
+            alone.map_err(|error| warn(key, error)).is_ok()
         });
         of(right.collect()).unwrap_or_default().sane()
     }
@@ -105,7 +105,7 @@ impl Preferences {
         }
     }
 
-    /// Nothing that nobody could see or read.
+    /// Replaces values with which the window could not be seen or read.
     fn sane(mut self) -> Self {
         if !(0.5..=4.0).contains(&self.zoom) {
             self.zoom = 1.0;

@@ -9,7 +9,8 @@ use myxo::scene::settings::{ColorMap, Settings};
 pub struct Morph {
     from: Settings,
     to: Settings,
-    /// What it came to last; where what it changes is no longer so, a hand has been at it, and the morph ends.
+    /// The last settings that it has set. If one of its parameters differs from them, the user has changed it, and the morph
+    /// ends.
     last: Settings,
     began: f64,
     seconds: f64,
@@ -57,7 +58,7 @@ impl Morph {
         parameter.differs(&self.from, &self.to)
     }
 
-    /// What the hand does to anything else meanwhile stays.
+    /// Copies the parameters that the morph changes; the user's changes to others stay.
     fn put(&self, look: &Settings, settings: &mut Settings) {
         for parameter in PARAMETERS.iter().filter(|p| self.changes(p)) {
             parameter.copy(look, settings);
@@ -75,7 +76,7 @@ pub fn between(from: &Settings, to: &Settings, share: f64) -> Settings {
         if parameter.effect != Effect::Live {
             continue;
         }
-        // Food is laid out anew whenever it changes: it comes at the end, as words do.
+        // Food is laid out again whenever it changes, so it changes at the end, as words do.
         if parameter.key.starts_with("feeding.") && !parameter.key.starts_with("feeding.fed_") {
             continue;
         }
@@ -229,12 +230,12 @@ mod tests {
         assert!(morph.advance(&mut settings, 14.0));
         assert_eq!(settings, to);
         let mut touched = between(&from, &to, 0.5);
-        // What is not on the way is the hand's.
+        // Parameters that the morph does not change belong to the user.
         for (time, seed) in [(12.5, 2), (13.0, 3)] {
             touched.seed = seed;
             touched.objects[0].position[0] += 1.0;
             let before = touched.clone();
-            assert!(!other.advance(&mut touched, time), "it goes on");
+            assert!(!other.advance(&mut touched, time), "it continues");
             assert!(touched.trail.decay < before.trail.decay);
             assert_eq!(touched.seed, seed);
             assert_eq!(touched.objects, before.objects);
@@ -242,7 +243,7 @@ mod tests {
         touched.trail.decay = 0.1;
         let before = touched.clone();
         assert!(other.advance(&mut touched, 13.0), "it ends");
-        assert_eq!(touched, before, "and leaves what the hand has set");
+        assert_eq!(touched, before, "and leaves what the user has set");
     }
 
     #[test]

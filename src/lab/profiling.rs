@@ -98,10 +98,7 @@ const KERNELS: &[(&str, &str)] = &[
         "defragment_swap",
         "Brings particles to their object's part of the buffer",
     ),
-    (
-        "respawn",
-        "Particles that went into another object begin anew",
-    ),
+    ("respawn", "Particles that went into another object restart"),
     ("digest", "Takes away the food that was eaten"),
     ("scent", "The field by which food and markers attract"),
     ("paint", "A dab of a brush"),
@@ -159,7 +156,7 @@ impl Profiling {
             if freeze.marked("times.freeze").clicked() {
                 self.frozen = (!is_frozen).then(|| desk.facts.times.clone());
             }
-            let clear = ui.button("Clear").on_hover_text("Measures anew");
+            let clear = ui.button("Clear").on_hover_text("Restarts the measurement");
             if clear.marked("times.clear").clicked() {
                 self.frozen = None;
                 desk.commands.push(Command::ClearTimes);

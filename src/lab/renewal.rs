@@ -1,4 +1,4 @@
-//! What the hand has changed while the scene it works on was on its way once more: that is kept when the scene is there.
+//! Keeps the changes that the user made while the scene was being loaded again.
 
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{FoodSettings, ObjectSettings, ParticleSettings, Settings};

@@ -52,7 +52,7 @@ pub fn row<T>(
     })
 }
 
-/// The same with a line of its own below the name, which tells whether it has changed the value.
+/// A row with a line of its own below the name; `edit` returns whether that line has changed the value.
 pub fn row_with<T>(
     ui: &mut Ui,
     parameter: &Parameter<T>,
@@ -280,7 +280,7 @@ fn in_full(number: f64, decimals: RangeInclusive<usize>) -> String {
     }
 }
 
-/// The number, or the end of the range that it lies beyond: whoever typed it is told.
+/// The number, or the end of the range that it lies beyond; a notice says that it was changed.
 pub fn within<T>(ui: &Ui, parameter: &Parameter<T>, number: f64, range: (f64, f64)) -> f64 {
     let taken = number.clamp(range.0, range.1);
     if taken != number {

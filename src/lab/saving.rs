@@ -1,4 +1,4 @@
-//! Scene files that the lab writes: numbered, none over another, or by a name that somebody chose.
+//! Scene files that the lab writes: numbered and never over another, or by a name that the user chose.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -19,8 +19,8 @@ pub struct SceneFile {
 }
 
 impl SceneFile {
-    /// A file that was opened, if it is a scene's and somebody's own: no built-in name, model or checkpoint, and none of those
-    /// that are kept as they were left.
+    /// An opened file, if it is the user's own scene file: no built-in name, model or checkpoint, and none of the scenes that
+    /// were kept on leaving.
     pub fn opened(path: &Path) -> Option<Self> {
         if !(is_scene_file(path) && path.is_file()) || left_name(path).is_some() {
             return None;
@@ -50,7 +50,7 @@ fn is_scene_file(path: &Path) -> bool {
         .is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
 }
 
-/// Saves a scene's text, named after the scene. What makes the text knows the file's path, and may put others beside it.
+/// Saves a scene's text, named after the scene. `text` receives the file's path, and may put other files beside it.
 pub fn save_scene(
     folder: &Path,
     name: &str,
@@ -60,7 +60,7 @@ pub fn save_scene(
     write_scene(name.path(), text)
 }
 
-/// The same into this file, in the place of one that is there.
+/// Saves a scene's text into this file, in the place of one that is there.
 pub fn write_scene(path: &Path, text: impl FnOnce(&Path) -> Result<String>) -> Result<PathBuf> {
     let text = text(path)?;
     let written = WholeFile::create(path).and_then(|mut file| {
@@ -75,10 +75,10 @@ pub fn write_scene(path: &Path, text: impl FnOnce(&Path) -> Result<String>) -> R
     Ok(path.to_owned())
 }
 
-/// What somebody chose, with the ending of scene files.
+/// The path that the user chose, with the ending of scene files.
 ///
 /// # Errors
-/// When it had no such ending, and the file with it is there already: nobody was asked about that one.
+/// When it had no such ending, and the file with it exists already: the dialog has not asked whether to replace that one.
 pub fn chosen(path: PathBuf) -> Result<PathBuf> {
     if is_scene_file(&path) {
         return Ok(path);

@@ -47,7 +47,7 @@ impl Screen {
             }
             None => Front::Unseen(Unseen::new(&ctx, size)),
         };
-        // A device that is the CPU gains nothing from working ahead, and the hand would feel the delay.
+        // A device that is the CPU gains nothing from working ahead, and the user would notice the delay.
         let in_flight = if ctx.info().kind == DeviceKind::Cpu {
             1
         } else {

@@ -361,7 +361,7 @@ impl Canvases {
         [has(&self.picture), has(&self.beside)] == wanted
     }
 
-    /// Makes those anew that are not. True where one was.
+    /// Makes the canvases again that do not fit. Returns true if it made one.
     fn fit(
         &mut self,
         (ctx, format): (&Arc<Context>, Format),

@@ -1,5 +1,5 @@
-//! Undo and redo of what was changed in the panel and painted: whole settings and looks, and the number of the last stroke of
-//! a brush, one entry for each thing that the hand did. What strokes have changed lies elsewhere.
+//! Undo and redo of what was changed in the panel and painted: whole settings and looks, and the number of the last stroke of a
+//! brush, one entry for each action of the user. The texels that strokes have changed are in `strokes.rs`.
 
 use glam::Vec3;
 use myxo::render::View;
@@ -10,8 +10,8 @@ use myxo::scene::settings::{ColorMap, Settings};
 /// Entries that are kept.
 const MOST: usize = 200;
 
-/// What the picture looks like. Where it is taken from and which view it shows are no changes of anything: who takes back a
-/// parameter wants to go on looking at the same.
+/// What the picture looks like. The camera and the view shown are not part of it: the undo of a parameter must not move the
+/// view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Look {
     color_map: ColorMap,
@@ -85,7 +85,7 @@ pub struct Entry {
     state: State,
     /// The last stroke; 0 for none.
     strokes: u64,
-    /// The preset that was taken last. It is no change by itself.
+    /// The preset that was taken last. It alone makes no entry.
     preset: Option<String>,
 }
 
@@ -138,7 +138,7 @@ impl Undo {
         std::mem::take(&mut self.lasts)
     }
 
-    /// The hand has let go: if anything is different from before, that is one more entry.
+    /// An action has ended: if anything is different from before, that is one more entry.
     pub fn note(&mut self, settings: &Settings, view: &View) {
         let look = Look::of(view);
         if self.now.state.settings == *settings && self.now.state.look == look {
@@ -171,7 +171,7 @@ impl Undo {
 
     /// Some strokes cannot be undone any more: `known` gives for each the last one up to it that can.
     pub fn keep_strokes(&mut self, known: impl Fn(u64) -> u64) {
-        // What the file has not is there still, though nobody knows how to take it back.
+        // A stroke that the file lacks is still there, though it cannot be undone any more.
         let is_saved = |undo: &Self| {
             let saved = undo.saved.as_ref();
             saved.is_some_and(|saved| saved.strokes == undo.now.strokes)
@@ -391,7 +391,7 @@ mod tests {
             assert_eq!((undo.strokes(), settings.trail.decay), (strokes, decay));
         }
         assert!(undo.undo(&mut settings, &mut view));
-        // What was undone is not there any more, and its number is nobody's.
+        // The undone strokes are gone, and their numbers are not used again.
         assert_eq!(undo.stroke(), 4);
         assert!(!undo.can_redo());
         // The last is too large, and the first is forgotten.
@@ -402,7 +402,7 @@ mod tests {
         assert!(undo.undo(&mut settings, &mut view));
         assert_eq!((undo.strokes(), settings.trail.decay), (0, decay));
         assert!(!undo.can_undo());
-        // A scene that is built anew knows none of them.
+        // A scene that is built again has none of the strokes.
         assert!(undo.redo(&mut settings, &mut view) && undo.redo(&mut settings, &mut view));
         undo.keep_strokes(|_| 0);
         assert_eq!(undo.past.len(), 1, "the parameter's");

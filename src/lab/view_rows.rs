@@ -1,5 +1,5 @@
-//! Rows of the panel for what `[picture]` and `[camera]` hold. The view is moved by hand, so each row shows it as a scene file
-//! would have it, and what is changed there goes back into the view.
+//! Rows of the panel for what `[picture]` and `[camera]` hold. The view changes with the mouse, so each row shows it as a scene
+//! file would have it, and a change in the row goes back into the view.
 
 use egui::Ui;
 use glam::Vec3;
@@ -47,7 +47,7 @@ fn parameter(key: &str) -> &'static Parameter {
     found.expect("the table has what rows show")
 }
 
-/// The rows whose key or name has what somebody looks for.
+/// The rows whose key or name contains the searched text.
 pub(super) fn found<'a>(rows: &'a [&'a str], filter: &str) -> Vec<&'a str> {
     let filter = filter.trim().to_lowercase();
     let is_found =

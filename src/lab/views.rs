@@ -152,7 +152,7 @@ fn legend(ui: &mut Ui, document: &Document, facts: &Facts) {
     }
 }
 
-/// What is looked at and how, for those who steer the window from outside.
+/// Notes the camera and the view for programs that drive the window.
 pub(super) fn note_view(ctx: &egui::Context, document: &Document, navigation: &Navigation) {
     let camera = || document.view.camera.to_settings(Vec3::ZERO);
     note_value(ctx, "camera", || {

@@ -1,9 +1,10 @@
 //! The lab without a window, for tests: `myxo lab --windowless`. Each line of standard input is a list of input events; the reply
 //! is one line with the state of the interface. Between two lines nothing happens.
 //!
-//! A line is a list of moments in JSON, each a list of [`Event`]s that come in together; at least one frame shows them before those
-//! of the next moment come. After the last one there are frames until nothing moves by itself, such as a card that opens or a camera
-//! on its way; a line without moments is a single frame. Time goes on by [`FRAME`] with each frame, however long it takes.
+//! A line is a list of moments in JSON, each a list of [`Event`]s that come in together; at least one frame shows them before
+//! those of the next moment come. After the last one there are frames until animations have ended, such as a card that opens or
+//! a camera on its way; a line without moments is a single frame. Time advances by [`FRAME`] with each frame, however long it
+//! takes.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -12,7 +13,7 @@ use egui::{Event as Input, Key, Modifiers, PointerButton, Pos2, Rect};
 use myxo::{Error, Result};
 use serde::Deserialize;
 
-/// The time from one frame to the next. Most that moves by itself has moved after two.
+/// The time from one frame to the next. Most animations have ended after two.
 pub const FRAME: Duration = Duration::from_millis(60);
 /// Steps of a frame take about so long.
 pub const PACE: Duration = Duration::from_millis(16);
@@ -37,7 +38,7 @@ pub enum Event {
     Press(u8),
     /// It comes up.
     Release(u8),
-    /// The wheel is turned by so many notches, away from the hand.
+    /// The wheel is turned by this number of notches, away from the user.
     Wheel(f32),
     /// A key goes down: `ctrl`, `shift`, `alt`, or what egui calls it.
     KeyDown(String),

@@ -355,7 +355,7 @@ fn a_value_of_its_own_begins_as_the_scenes() {
 }
 
 #[test]
-fn checks_of_invariants_tell_what_they_cost_and_find() {
+fn checks_of_invariants_show_their_cost_and_findings() {
     let mut harness = Harness::new();
     assert!(harness.places_of("invariants hold").is_empty());
     let check = Check {
@@ -366,15 +366,15 @@ fn checks_of_invariants_tell_what_they_cost_and_find() {
     };
     harness.facts.check = Some(check.clone());
     harness.frame(vec![]);
-    let told = harness.places_of("invariants hold; checks take 3 %");
-    assert_eq!(told.len(), 1);
+    let lines = harness.places_of("invariants hold; checks take 3 %");
+    assert_eq!(lines.len(), 1);
     harness.facts.check = Some(Check {
         problem: Some("after step 1234: 2 particles are lost and 0 doubled".to_owned()),
         ..check
     });
     harness.frame(vec![]);
-    let told = harness.places_of("after step 1234: 2 particles are lost");
-    assert_eq!(told.len(), 1);
+    let lines = harness.places_of("after step 1234: 2 particles are lost");
+    assert_eq!(lines.len(), 1);
 }
 
 #[test]
@@ -432,7 +432,7 @@ fn every_parameter_has_a_place_in_the_panel() {
         let is_shown = super::super::panel::SECTIONS
             .iter()
             .any(|(prefix, ..)| *prefix == section);
-        // The camera is moved by hand, and the picture has a section of its own.
+        // The camera is moved with the mouse, and the picture has a section of its own.
         assert!(
             is_shown || matches!(section, "camera" | "picture"),
             "{}",
@@ -454,25 +454,25 @@ fn a_notice_goes_away() {
 }
 
 #[test]
-fn what_is_wrong_with_a_dropped_file_is_told_with_what_comes_after() {
+fn errors_of_dropped_files_stay_with_later_notices() {
     let mut harness = Harness::new();
     let ctx = harness.ctx.clone();
-    let told = |interface: &Interface| interface.notices.text().expect("it is shown");
+    let text = |interface: &Interface| interface.notices.text().expect("it is shown");
     let interface = &mut harness.interface;
     interface.notices.begin_drop();
     interface.notices.say(&ctx, "a.obj comes", false);
-    assert_eq!(told(interface), "a.obj comes");
+    assert_eq!(text(interface), "a.obj comes");
     for text in ["b.obj is torn", "b.obj is torn", "c.obj is torn"] {
         interface.notices.begin_drop();
         interface.notices.say(&ctx, text, true);
     }
-    assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\na.obj comes");
+    assert_eq!(text(interface), "b.obj is torn\nc.obj is torn\na.obj comes");
     interface.notices.say(&ctx, "d.obj comes", false);
     interface.notices.say(&ctx, "e.obj comes", false);
-    assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\ne.obj comes");
+    assert_eq!(text(interface), "b.obj is torn\nc.obj is torn\ne.obj comes");
     interface.notices.end_drop();
     interface.notices.say(&ctx, "saved", false);
-    assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\nsaved");
+    assert_eq!(text(interface), "b.obj is torn\nc.obj is torn\nsaved");
     // They are one error.
     (0..3).for_each(|_| drop(harness.frame(vec![])));
     let at = harness.places_of("b.obj is torn")[0];

@@ -86,7 +86,7 @@ impl Shared {
 pub struct Encoder {
     shared: Arc<Shared>,
     job: Option<Job<Written>>,
-    /// It is somebody else's when the film is written.
+    /// The name is free for others once the film is written.
     name: Reserved,
 }
 
@@ -129,7 +129,7 @@ impl Encoder {
     }
 
     /// Frames that are in the film, and pictures that wait.
-    pub fn told(&self) -> (u64, usize) {
+    pub fn facts(&self) -> (u64, usize) {
         let queue = self.shared.lock();
         (queue.written, queue.frames.len())
     }

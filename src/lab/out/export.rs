@@ -90,7 +90,7 @@ impl Export {
     }
 
     /// For the interface.
-    pub fn told(&self) -> Making {
+    pub fn facts(&self) -> Making {
         match self {
             Self::Picture(picture) => Making {
                 name: name_of(picture.name.path()),
@@ -102,8 +102,8 @@ impl Export {
                 done: Some(0.8 * picture.shot.as_ref().map_or(1.0, Shot::share)),
                 is_cancelled: picture.is_cancelled,
             },
-            Self::Film(film) => film.told(),
-            Self::File(export) => export.told(),
+            Self::Film(film) => film.facts(),
+            Self::File(export) => export.facts(),
         }
     }
 
@@ -341,8 +341,8 @@ impl Film {
     }
 
     /// For the interface.
-    pub fn told(&self) -> Making {
-        let (written, _) = self.encoder.told();
+    pub fn facts(&self) -> Making {
+        let (written, _) = self.encoder.facts();
         let left = if self.done > 0 && !self.is_filmed() {
             let each = self.begun.elapsed().as_secs_f64() / self.done as f64;
             format!(", {:.0} s left", each * (self.all - self.done) as f64)
@@ -414,7 +414,7 @@ impl FileExport {
         // While other objects are on their way, food may lie on one that is not there.
         let on_these = edited.objects.len() == export.scene.settings.objects.len();
         if model == Model::Scene && on_these {
-            // What the hand has set, though it may still be on its way.
+            // The food that the user has set, though it may still be on its way.
             export.scene.settings.foods.clone_from(&edited.foods);
             export.scene.settings.feeding = edited.feeding.clone();
             begin_on_food_that_is(&mut export.scene.settings);
@@ -443,7 +443,7 @@ impl FileExport {
         }
     }
 
-    fn told(&self) -> Making {
+    fn facts(&self) -> Making {
         let doing = match self.watch.written() {
             0 => "copying the state".to_owned(),
             bytes => format!("{:.1} MB written", bytes as f64 / 1e6),

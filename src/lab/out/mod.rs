@@ -49,10 +49,10 @@ impl TakeOut {
     }
 
     /// For the interface.
-    pub fn told(&self) -> OutFacts {
+    pub fn facts(&self) -> OutFacts {
         OutFacts {
-            recording: self.recording.as_ref().map(Recording::told),
-            making: self.job.as_ref().map(Export::told),
+            recording: self.recording.as_ref().map(Recording::facts),
+            making: self.job.as_ref().map(Export::facts),
             filmed: self.job.as_ref().and_then(Export::filmed),
             ends: self.ends.is_some(),
         }
@@ -108,7 +108,7 @@ impl TakeOut {
     }
 }
 
-/// A folder as somebody types it, who means their own by ~ as in a shell.
+/// A folder as the user types it; `~` is the home folder, as in a shell.
 pub fn typed_folder(text: &str, home: Option<&Path>) -> PathBuf {
     let text = Path::new(text.trim());
     match (text.strip_prefix("~"), home) {
@@ -168,12 +168,12 @@ mod tests {
 
     #[test]
     fn folders_are_typed_as_in_a_shell() {
-        let home = Some(Path::new("/home/somebody"));
+        let home = Some(Path::new("/home/user"));
         for (typed, wanted) in [
             ("", ""),
             (" films ", "films"),
-            ("~", "/home/somebody"),
-            ("~/Pictures", "/home/somebody/Pictures"),
+            ("~", "/home/user"),
+            ("~/Pictures", "/home/user/Pictures"),
             ("~other/films", "~other/films"),
             ("/a/~/b", "/a/~/b"),
         ] {

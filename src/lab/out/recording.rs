@@ -153,7 +153,7 @@ impl Recording {
     }
 
     /// For the interface.
-    pub fn told(&self) -> Recorded {
+    pub fn facts(&self) -> Recorded {
         let frames = self.end.unwrap_or(self.next);
         Recorded {
             seconds: match self.end {
@@ -167,7 +167,7 @@ impl Recording {
         }
     }
 
-    /// What came of it, once, when it has ended: by itself only if something is wrong.
+    /// The result, once, when the recording has ended. A recording that was not stopped ends only on an error.
     pub fn take(&mut self) -> Option<Result<Written>> {
         self.encoder.take()
     }

@@ -130,7 +130,7 @@ impl Hands {
     fn start_control(&self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let size = vec2(ui.available_width(), 20.0);
         let start = egui::Button::new("⟲ Start here").min_size(size);
-        let hint = "All particles begin anew on what is green, which is taken away for it. A mask of it, a PNG in the folder for \
+        let hint = "All particles restart on the green areas, which are removed for it. A mask of them, a PNG in the folder for \
              files, becomes the scene's start";
         let start = hint_beside(ui.add(start), hint, "");
         if start.marked("start.painted").clicked() {

@@ -1,4 +1,4 @@
-//! Food and markers by hand: put on a surface, picked, dragged, changed and taken away.
+//! The tool for food and markers: puts them on a surface, picks, drags, changes and removes them.
 
 use egui::{CursorIcon, Key, Pos2, Response, RichText, Slider, SliderClamping, Ui};
 use glam::{Affine3A, Vec2, Vec3};
@@ -57,7 +57,8 @@ const CONTROLS: [Control; 4] = [
 ];
 
 impl Hands {
-    /// A drag with the tool for food takes along the food that it begins on. Is it the hand's, so that the picture does not turn?
+    /// A drag with the tool for food moves the food that it begins on. Returns true if the drag is used, so that the picture
+    /// does not turn.
     pub(super) fn drag_food(
         &mut self,
         ui: &Ui,
@@ -219,7 +220,7 @@ impl Hands {
         desk.commands.push(Command::Apply);
     }
 
-    /// The simulation refuses this food: what runs is what there is again, unless the hand has set other food since.
+    /// The simulation refuses this food: the running food is set again, unless the user has set other food since.
     pub fn take_food_back(&mut self, refused: &Settings, document: &mut Document) {
         document.undo.forget_food(refused, &document.running);
         let Settings { foods, feeding, .. } = &mut document.edited;
@@ -339,8 +340,8 @@ fn keep_in_range(food: &mut FoodSettings, key: &str) {
     }
 }
 
-/// Where the foods lie that the hand knows, in world space, and how large they are drawn: those of `edited`, which need not
-/// be there yet, then those that are scattered. `running` are those that `marks` begin with.
+/// Positions in world space and drawn sizes of the foods: those of `edited`, which need not be there yet, then the scattered
+/// ones. `running` are the foods that `marks` begin with.
 pub fn placed(
     edited: &Settings,
     running: &[FoodSettings],
@@ -402,9 +403,9 @@ mod tests {
         assert_eq!((meals(0.0), meals(500.0)), ("∞".into(), "500".into()));
     }
 
-    /// What is put, taken away or refused is not in the simulation, or still is: an index always means the hand's food.
+    /// Food that was put, removed or refused may differ from the simulation's: an index always means the edited food.
     #[test]
-    fn indices_are_those_of_the_hand_while_food_is_on_its_way() {
+    fn indices_are_those_of_edited_food_while_food_is_on_its_way() {
         let mut edited = Settings::default();
         edited.objects[0].scale = 2.0;
         let food = |x: f32| FoodSettings {

@@ -137,7 +137,7 @@ fn to_segment(at: Pos2, from: Pos2, to: Pos2) -> f32 {
 }
 
 impl Hands {
-    /// The hand on the gizmo, which is drawn. Does it hold a handle?
+    /// Draws the gizmo and lets it use the pointer. Returns true if a handle is held.
     pub(super) fn use_gizmo(
         &mut self,
         ui: &Ui,
@@ -188,7 +188,7 @@ impl Hands {
         let to = held.release.or(pointer);
         let in_steps = ui.input(|i| i.modifiers.command);
         let step = in_steps.then(|| step_of(facts.hand.radius));
-        let mut told = None;
+        let mut label = None;
         let held = self.grab.as_mut().filter(|grab| !grab.is_given_up);
         if let (Some(grab), Some(at)) = (held, to) {
             let to = to_pixel(at);
@@ -198,14 +198,14 @@ impl Hands {
                 if in_steps {
                     grab.scaled = rounded(grab.scaled, 0.1).max(0.1);
                 }
-                told = Some((at, format!("× {:.2}", grab.scaled)));
+                label = Some((at, format!("× {:.2}", grab.scaled)));
             } else {
                 let (moved, way) = grab.moved(&camera, screen.size(), &facts.hand, to, step);
                 if desk.document.edited.objects[object] != moved {
                     desk.document.edited.objects[object] = moved;
                     desk.commands.push(Command::Apply);
                 }
-                told = Some((at, way));
+                label = Some((at, way));
             }
         }
         if !self.hold.is_down()
@@ -221,7 +221,7 @@ impl Hands {
         }
         let active = self.grab.as_ref().map(|grab| grab.handle);
         self.draw_gizmo(ui, &shape, active.or(over), screen);
-        if let Some((at, text)) = told {
+        if let Some((at, text)) = label {
             tell_beside(ui, screen, at, text);
         }
         active.is_some()
@@ -349,7 +349,7 @@ impl Grab {
     ) -> (ObjectSettings, String) {
         let (time, radius) = (hand.time, hand.radius);
         let mut object = self.object.clone();
-        let told = match self.handle {
+        let label = match self.handle {
             Handle::Move(axis) => {
                 let [from, to] = [self.from, to]
                     .map(|pixel| along_axis(camera, size, pixel, self.middle, AXES[axis]));
@@ -382,7 +382,7 @@ impl Grab {
             }
             Handle::Scale => String::new(),
         };
-        (object, told)
+        (object, label)
     }
 }
 

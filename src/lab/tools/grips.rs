@@ -53,6 +53,6 @@ pub struct Grab {
     pub ring: f32,
     /// How much larger the object shall become.
     pub scaled: f32,
-    /// It was put back where it was; the hand has not let go yet.
+    /// It was put back where it was, but the button is still down.
     pub is_given_up: bool,
 }

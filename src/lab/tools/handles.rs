@@ -63,8 +63,8 @@ pub fn on_plane(camera: &Camera, size: Vec2, pixel: Vec2, middle: Vec3) -> Vec3 
     ray.origin + along * ray.direction
 }
 
-/// Moves an object by a way in the world, whatever its motion makes of its position: that is affine, so three places tell.
-/// `radius` is the scene's.
+/// Moves an object by a way in the world. Its motion maps positions by an affine map, which three places determine. `radius` is
+/// the scene's.
 pub fn shift(object: &mut ObjectSettings, time: f64, way: DVec3, radius: f32) {
     let place = |position: [f64; 3]| {
         let mut other = object.clone();

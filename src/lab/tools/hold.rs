@@ -5,7 +5,7 @@ use egui::{Event, PointerButton, Pos2, Response, Ui, Vec2};
 
 /// From one corner of a way to the next at the least, points.
 const STRIDE: f32 = 16.0;
-/// Who moves less than this, in points, clicks.
+/// A press that moves less than this is a click, points.
 const CLICK: f32 = 6.0;
 
 /// What a button that is held has done until now.
@@ -24,7 +24,7 @@ pub struct Hold {
 pub struct Held {
     /// Where it went down.
     pub press: Option<Pos2>,
-    /// Where it was let go of.
+    /// Where the button was released.
     pub release: Option<Pos2>,
     /// How far it was dragged, wherever; nothing while it may become a click.
     pub drag: Vec2,
@@ -72,7 +72,7 @@ impl Hold {
         self.pressed
     }
 
-    /// Has it gone farther than a click since it went down, held or let go of?
+    /// Has the pointer gone farther than a click since the press, whether the button is down or not?
     pub fn is_drag(&self) -> bool {
         self.is_drag
     }

@@ -1,7 +1,7 @@
-//! Hands on what grows: brushes on the surface, objects that are picked and moved, and the probe.
+//! Tools that work on the scene: brushes on the surface, picking and moving of objects, and the probe.
 //!
-//! The interface knows the tool, the pointer and what the window told it lies under it; what needs the simulation it asks
-//! for by [`Work`], which `work.rs` does.
+//! The interface has the tool, the pointer and what lies under it as the window reported it; work that needs the simulation
+//! goes out as [`Work`], which `work.rs` does.
 
 mod bar;
 pub mod food;
@@ -38,10 +38,10 @@ const RADII: (f32, f32) = (0.01, 1.0);
 const RADIUS_PER_POINT: f32 = 0.004;
 /// A picture that took longer does not paint more, seconds.
 const LONGEST_FRAME: f32 = 0.4;
-/// Nor does a press that has not moved yet: nobody knows how long it lasts.
+/// A press that has not moved yet does not paint more either, because its length is unknown.
 const LONGEST_PRESS: f32 = 0.1;
 
-/// The state of the hands.
+/// The state of the tools.
 #[derive(Clone, Debug)]
 pub struct Hands {
     /// What the pointer does.
@@ -88,14 +88,14 @@ pub struct Hands {
     pub(super) framed: Vec<Vec3>,
     /// Since the press it has painted what undo may take back.
     pub(super) paints_areas: bool,
-    /// Strokes that the hand has let go of, and of which it is not known yet whether they have changed anything.
+    /// The number of ended strokes for which it is not known yet whether they have changed anything.
     pub(super) pending_ends: u32,
     /// Some vertices of each object, for its outline.
     pub(super) vertices: Vec<Vec<Vec3>>,
 }
 
 impl Hands {
-    /// Empty hands.
+    /// No tool, nothing picked.
     pub fn new() -> Self {
         Self {
             tool: Tool::Look,
@@ -126,7 +126,7 @@ impl Hands {
         }
     }
 
-    /// A scene begins, or begins anew, with so many foods by hand.
+    /// A scene starts or restarts, with this number of foods that are not scattered.
     pub fn restarted(&mut self, scene: &Scene, foods: usize) {
         let surface = &scene.surface;
         if surface.objects.len() > self.vertices.len() {
@@ -188,7 +188,7 @@ impl Hands {
         self.food_drag = FoodDrag::None;
     }
 
-    /// Is a food held, or on its way to where it was let go of?
+    /// Is a food held, or on its way to where it was released?
     pub fn has_food_in_hand(&self) -> bool {
         self.food_drag != FoodDrag::None
     }
@@ -241,7 +241,7 @@ impl Hands {
     pub(super) fn use_hands(&mut self, ui: &Ui, response: &Response, desk: &mut Desk<'_>) -> bool {
         let facts = desk.facts;
         let used = self.reach_out(ui, response, desk);
-        // What waits to be done may bring areas, so only the simulation knows whether there are any to be erased.
+        // Pending work may bring areas, so only the simulation can say whether there are any to erase.
         let paints = desk.commands.iter().any(|command| match command {
             Command::Hand(Work::Stroke { brush, .. }) => brush.changes_areas(true),
             _ => false,
@@ -255,7 +255,7 @@ impl Hands {
             self.note_changes(desk.document);
             desk.document.undo.note_lasting();
         }
-        // A pointer that leaves the picture and comes back goes on with its stroke.
+        // A pointer that leaves the picture and comes back continues its stroke.
         let is_held = ui.input(|i| i.pointer.button_down(PointerButton::Primary));
         if !is_held && std::mem::take(&mut self.paints_areas) {
             // What was changed until now comes before the stroke.
@@ -352,7 +352,7 @@ impl Hands {
                     let place = running
                         .and_then(|object| place_among(&desk.document.edited.objects, object));
                     self.pick(place.filter(|place| !desk.document.marks.is_locked(*place)));
-                    // Who touches the only one there is goes on with what they see in the panel.
+                    // A click on the only object leaves the panel as it is.
                     let is_one_of_several = desk.document.edited.objects.len() > 1;
                     self.reveals =
                         (self.selected).filter(|_| desk.layout.panel && is_one_of_several);
@@ -377,7 +377,7 @@ impl Hands {
         let facts = desk.facts;
         let (length, corners) = (way.length(), way.corners());
         if way.ends && !way.begins && length == 0.0 {
-            // It was let go of where it was.
+            // The button was released where the pointer was.
             return;
         }
         let mut paint = |from: egui::Pos2, to: egui::Pos2, share: f32| {

@@ -10,7 +10,7 @@ use crate::lab::desk::Desk;
 use crate::lab::tools::{Hands, Tool};
 
 impl Hands {
-    /// What the hand has to do with.
+    /// The object that is picked.
     pub fn picked(&self) -> Option<Which> {
         let asked = self.awaited.map(Which::Asked);
         asked.or(self.selected.map(Which::Object))

@@ -26,7 +26,7 @@ fn objects_come_and_go() {
     assert_eq!(left.objects.len(), 1);
     assert!(
         left.objects[0].distance_to.is_empty(),
-        "it names nobody who is gone"
+        "it names no removed object"
     );
     assert!(is_mesh(std::path::Path::new("a/b.GLB")) && !is_mesh(std::path::Path::new("a.toml")));
 }

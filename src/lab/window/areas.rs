@@ -1,4 +1,4 @@
-//! Painted areas when a scene begins anew: they stay where nothing else takes their place, and particles begin on them.
+//! Painted areas when a scene restarts: they stay if nothing else takes their place, and particles can start on them.
 
 use myxo::Result;
 use myxo::plain_text::Shown as _;
@@ -14,7 +14,7 @@ use crate::lab::saving::whole;
 use crate::lab::stage::Stage;
 use crate::lab::window::Lab;
 
-/// Why nobody can begin on painted areas.
+/// Why particles cannot start on painted areas.
 const NOTHING_ATTRACTS: &str =
     "Nothing attracts yet: paint where particles are to begin, then press it again";
 /// Why not now: the mask would be one of another layout.
@@ -42,8 +42,8 @@ impl<'a> Areas<'a> {
     }
 }
 
-/// What a scene that begins anew has of the areas that are there: none where it has what its own map says, because nobody has
-/// painted, or because that is another map.
+/// The areas that a restarted scene keeps: none if it takes those of its own map, because nothing was painted, or because the
+/// map is another one.
 fn kept(bias: &[f32], left: Areas<'_>, next: Areas<'_>) -> Option<Vec<f32>> {
     if bias == left.setup.bias || left.settings != next.settings {
         return None;
@@ -61,7 +61,7 @@ fn kept(bias: &[f32], left: Areas<'_>, next: Areas<'_>) -> Option<Vec<f32>> {
 pub struct CarriedOver {
     /// All that has grown.
     pub state: bool,
-    /// Strokes go on being known, because texels and areas are the same.
+    /// Strokes can still be undone, because texels and areas are the same.
     pub strokes: bool,
 }
 
@@ -208,7 +208,7 @@ mod tests {
         };
         let (bare, walls, larger) = (setup(64, &none), setup(64, &maze), setup(97, &maze));
         let of = |setup, settings| Areas { setup, settings };
-        // Nobody has painted: the map's file may have become another.
+        // Nothing was painted: the map's file may have changed.
         for (setup, settings) in [(&bare, &none), (&walls, &maze)] {
             let areas = of(setup, settings);
             assert_eq!(kept(&setup.bias, areas, areas), None);

@@ -21,12 +21,13 @@ use crate::lab::window::Lab;
 /// A window that closes waits no longer for a picture to be drawn.
 const LAST_PICTURE: Duration = Duration::from_secs(10);
 
-/// Whoever asks to leave once more sooner than this has pressed twice, and has not read what is being finished.
+/// A second request to leave within this time is a double press, made before the notice of what is being finished could be
+/// read.
 const ASKED_TWICE: Duration = Duration::from_secs(1);
 
 impl Lab {
-    /// Somebody wants to leave. May the window close at once? Else it goes on until what is being made is whole; whoever asks once
-    /// more gives up what is not being recorded.
+    /// The user asks to leave. Returns true if the window may close at once. If not, it continues until the files under way are
+    /// whole; a further request gives up all that is not being recorded.
     pub(in super::super) fn ask_to_close(&mut self) -> bool {
         match self.jobs.exports.ends {
             Some(since) if since.elapsed() < ASKED_TWICE => return self.has_closed(),
@@ -39,7 +40,7 @@ impl Lab {
             None => {
                 self.closing = true;
                 self.begin_to_end();
-                // Nobody sees how far it is, and hidden windows may not be drawn any more.
+                // The user cannot see its progress, and hidden windows may not be drawn any more.
                 self.jobs.exports.gives_up |= self.is_hidden();
             }
         }
@@ -50,7 +51,7 @@ impl Lab {
         self.host.is_minimized() || self.host.size().contains(&0)
     }
 
-    /// Has somebody wanted to leave, and does nothing hold the window any more?
+    /// Has the user asked to leave, and does nothing hold the window any more?
     pub(in super::super) fn has_closed(&self) -> bool {
         self.closing && (self.jobs.exports.gives_up || !self.jobs.exports.is_busy())
     }
@@ -214,9 +215,9 @@ impl TakeOut {
         if self.ends.is_none() {
             say(&finishing(&path));
         }
-        let remarks = recording.told().remarks();
+        let remarks = recording.facts().remarks();
         if let Some(ended) = recording.wait() {
-            say(&told_of_recording(&path, &ended, &remarks));
+            say(&outcome_of_recording(&path, &ended, &remarks));
         }
     }
 
@@ -237,7 +238,7 @@ impl TakeOut {
             Err(error) => Some(Err(error)),
         };
         let is_whole = ended.as_ref().is_some_and(Result::is_ok);
-        say(&told_of(
+        say(&outcome_of(
             &path,
             &ended.unwrap_or_else(nothing),
             is_cancelled,
@@ -330,13 +331,13 @@ fn finishing(path: &Path) -> String {
 }
 
 /// What became of a recording, in a line.
-pub(super) fn told_of_recording(path: &Path, ended: &Result<Written>, remarks: &str) -> String {
+pub(super) fn outcome_of_recording(path: &Path, ended: &Result<Written>, remarks: &str) -> String {
     let is_whole = matches!(ended, Ok(written) if !written.files.is_empty());
-    let text = told_of(path, ended, false);
+    let text = outcome_of(path, ended, false);
     if is_whole { text + remarks } else { text }
 }
 
-/// The same with paths that can be found again from everywhere.
+/// What was written, with absolute paths.
 pub(super) fn found_again(written: &Written) -> Written {
     Written {
         files: written.files.iter().map(|file| whole(file)).collect(),
@@ -345,7 +346,7 @@ pub(super) fn found_again(written: &Written) -> Written {
 }
 
 /// What became of a file, in a line.
-pub(super) fn told_of(path: &Path, ended: &Result<Written>, is_cancelled: bool) -> String {
+pub(super) fn outcome_of(path: &Path, ended: &Result<Written>, is_cancelled: bool) -> String {
     let path = whole(path);
     match ended {
         Ok(written) if !written.files.is_empty() => format!("saved {}", found_again(written)),
@@ -404,7 +405,7 @@ mod tests {
             file: "left/knot_000001.toml".into(),
             since: SystemTime::UNIX_EPOCH,
         });
-        for (left, told) in [
+        for (left, wanted) in [
             (
                 Waiting::File("a/tip.obj".into()),
                 "a/tip.obj was not opened",
@@ -441,16 +442,16 @@ mod tests {
             ),
         ] {
             let AtTheEnd::GivenUp(text) = end_of(&left) else {
-                panic!("{told}")
+                panic!("{wanted}")
             };
-            assert!(text.starts_with(told), "{text}");
+            assert!(text.starts_with(wanted), "{text}");
         }
-        let told = finishing(Path::new("films/film_000001.gif"));
-        assert_eq!(told, "finishing film_000001.gif ...");
+        let text = finishing(Path::new("films/film_000001.gif"));
+        assert_eq!(text, "finishing film_000001.gif ...");
     }
 
     #[test]
-    fn each_file_is_told_of_by_its_path() {
+    fn each_outcome_names_the_path_of_its_file() {
         let folder = std::env::current_dir().expect("there is one");
         let path = Path::new("film_000001.gif");
         let whole = folder.join(path).display().to_string();
@@ -475,9 +476,9 @@ mod tests {
             (failed(), false, format!("{whole} was given up: no room")),
             (failed(), true, format!("{whole} was given up")),
         ] {
-            let told = told_of(path, &ended, is_cancelled);
-            assert!(told.starts_with(&wanted), "{told}, not {wanted}");
-            assert!(!is_cancelled || !told.contains("no room"), "{told}");
+            let text = outcome_of(path, &ended, is_cancelled);
+            assert!(text.starts_with(&wanted), "{text}, not {wanted}");
+            assert!(!is_cancelled || !text.contains("no room"), "{text}");
         }
     }
 }

@@ -237,10 +237,10 @@ impl Lab {
         write: impl FnOnce(&mut dyn FnMut(&Path) -> Result<String>) -> Result<PathBuf>,
     ) -> Option<PathBuf> {
         self.runner.scene()?;
-        let (mut told, mut has_all) = (String::new(), false);
+        let (mut remark, mut has_all) = (String::new(), false);
         let saved = write(&mut |file| {
             let scene = self.scene_text_at(file)?;
-            (told, has_all) = (scene.told(), scene.has_all());
+            (remark, has_all) = (scene.remark(), scene.has_all());
             Ok(scene.text)
         });
         match saved {
@@ -250,7 +250,7 @@ impl Lab {
                         .document
                         .saved(Some(self.interface.document.state_to_save()));
                 }
-                let text = format!("Saved {}{told}", whole(&path).shown());
+                let text = format!("Saved {}{remark}", whole(&path).shown());
                 self.interface.notices.say(context, text, false);
                 Some(path)
             }

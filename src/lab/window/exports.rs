@@ -40,7 +40,7 @@ impl Lab {
             }
             Out::Finish => {
                 if let Some(Export::Film(film)) = &mut self.jobs.exports.job
-                    && film.told().can_finish
+                    && film.facts().can_finish
                 {
                     film.stop();
                 }
@@ -99,7 +99,7 @@ impl Lab {
             None => Ok(()),
             Some(job) => Err(Error::Invalid(format!(
                 "{} is being made: wait for it, or cancel it",
-                job.told().name
+                job.facts().name
             ))),
         }
     }
@@ -218,7 +218,7 @@ impl Lab {
         self.interface.notices.say(&context, text, is_error);
     }
 
-    /// Copies the picture of this frame, if one is being recorded; `drawn` tells it from others.
+    /// Copies the picture of this frame, if one is being recorded; `drawn` distinguishes it from others.
     pub(super) fn look_on(
         recording: &mut TakeOut,
         rec: &mut myxo::gpu::Recorder,

@@ -4,7 +4,7 @@ use crate::lab::feeding::Fed;
 use crate::lab::out::export::Export;
 use crate::lab::out::recording::Recording;
 use crate::lab::window::Lab;
-use crate::lab::window::closing::{say, told_of, told_of_recording};
+use crate::lab::window::closing::{outcome_of, outcome_of_recording, say};
 use myxo::Result;
 use myxo::render::output::Written;
 
@@ -42,7 +42,7 @@ impl Lab {
         }
         let facts = &mut self.clocks.facts;
         facts.loading = (self.jobs.loading.as_ref()).map(|loading| loading.facts());
-        facts.out = self.jobs.exports.told();
+        facts.out = self.jobs.exports.facts();
         Ok(())
     }
 
@@ -69,11 +69,11 @@ impl Lab {
     /// An export has ended.
     fn has_exported(&mut self, export: Export, written: Result<Written>) {
         if self.jobs.exports.ends.is_some() {
-            say(&told_of(export.path(), &written, export.is_cancelled()));
+            say(&outcome_of(export.path(), &written, export.is_cancelled()));
         }
         if export.is_cancelled() {
             let context = self.host.context().clone();
-            let text = format!("{} was given up", export.told().name);
+            let text = format!("{} was given up", export.facts().name);
             return self.interface.notices.say(&context, text, false);
         }
         if let (Export::File(file), Ok(_)) = (export, &written)
@@ -89,9 +89,9 @@ impl Lab {
 
     /// A recording has ended.
     fn has_recorded(&mut self, recording: &Recording, written: Result<Written>) {
-        let remarks = recording.told().remarks();
+        let remarks = recording.facts().remarks();
         if self.jobs.exports.ends.is_some() {
-            say(&told_of_recording(recording.path(), &written, &remarks));
+            say(&outcome_of_recording(recording.path(), &written, &remarks));
         }
         self.tell_written(written, &remarks);
     }

@@ -59,7 +59,7 @@ const SETTLES_AFTER: Duration = Duration::from_millis(250);
 const EXPOSURE_SPEED: f32 = 3.0;
 /// How often a window without a size is looked at again.
 const HIDDEN_INTERVAL: Duration = Duration::from_millis(100);
-/// Who looks at places may take them as they are, where no frame is due for so long.
+/// The places in the report are final if no frame is due for this long.
 const RESTS_FOR: Duration = Duration::from_millis(250);
 /// How often it is shown how far a scene is that loads, and asked for food that is on its way.
 const LOADING_INTERVAL: Duration = Duration::from_millis(50);
@@ -192,7 +192,8 @@ impl Lab {
 
     /// An event of the system that the interface may want. Does the window have to be drawn again?
     pub fn take_in(&mut self, event: &WindowEvent) -> bool {
-        // At once: egui may take its time, as with what others have copied. What fails is told by the frame that follows.
+        // The report changes at once, because egui may take long, as with the clipboard of another program. The next frame
+        // reports a failure.
         let is_frame = matches!(event, WindowEvent::RedrawRequested);
         let is_stirred = !is_frame && self.stir_places().unwrap_or(true);
         self.host.take_in(event) || is_stirred
@@ -354,7 +355,7 @@ impl Lab {
             *pictures = pictures.saturating_sub(1);
             self.closing |= *pictures == 0;
         }
-        // Not while the hand of a test prepares something.
+        // The count pauses while a test prepares something.
         let goes_on = self.runs() || self.jobs.exports.is_busy();
         let loses_device = &mut self.countdown.loses_device;
         if let Some(pictures) = loses_device.front_mut().filter(|_| goes_on) {
@@ -379,7 +380,7 @@ impl Lab {
         [settles, loading, repaint].into_iter().flatten().min()
     }
 
-    /// Does the simulation go on by itself? Where it would take the processors that are needed to load, it waits.
+    /// Does the simulation run without single steps? It waits for a load if both would use the same processors.
     pub(super) fn runs(&self) -> bool {
         let waits = self.jobs.loading.is_some() && self.runner.ctx.info().kind == DeviceKind::Cpu;
         let goes_on = self.interface.document.playing && !self.closing;
@@ -402,9 +403,9 @@ impl Lab {
     /// Passes on what the validation layers say.
     pub(super) fn report_messages(&mut self) {
         self.tell_messages(&self.runner.ctx.take_messages());
-        let told = self.runner.ctx.debug_entries();
-        if !told.entries.is_empty() || told.overflow > 0 {
-            log::warn!("told by debug_value:\n{told}");
+        let entries = self.runner.ctx.debug_entries();
+        if !entries.entries.is_empty() || entries.overflow > 0 {
+            log::warn!("debug_value wrote:\n{entries}");
         }
     }
 

@@ -42,7 +42,7 @@ impl Lab {
                 // It is another scene, and the one before has its file.
                 self.interface.document.file = None;
                 let text = format!(
-                    "{} goes on as pasted (R begins anew)",
+                    "{} continues as pasted (R restarts)",
                     self.interface.document.name
                 );
                 self.interface.notices.say(context, text, false);
@@ -96,7 +96,7 @@ fn as_it_runs(running: &Settings, read: &Settings, folder: &Path) -> Option<Sett
         }
     }
     let restarts = PARAMETERS.iter().any(|p| p.restarts(running, &settings));
-    // What is wrong with food is told by who loads it.
+    // The loader reports what is wrong with food.
     (!restarts && foods::problems(&settings).is_empty()).then_some(settings)
 }
 
@@ -139,7 +139,7 @@ mod tests {
         assert_eq!(taken.objects[0].position, [1.0, 0.0, 0.0]);
         assert_eq!((taken.radius, taken.trail.decay), (2.5, 0.5));
         assert_eq!(taken.camera.distance, 9.0);
-        // Everything else begins anew.
+        // Everything else needs a restart.
         for text in [
             format!("[particles]\ncount = 7000\n{object}"),
             format!("[atlas]\nsize = 64\n{object}"),

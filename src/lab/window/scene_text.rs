@@ -28,14 +28,14 @@ pub(crate) struct SceneText {
 }
 
 impl SceneText {
-    /// What is to be said of areas.
-    pub fn told(&self) -> String {
+    /// The remark on areas for a notice.
+    pub fn remark(&self) -> String {
         let map = self.map.as_ref().and_then(|map| map.file_name());
         let with = map.map(|map| format!(", with painted areas in {}", Path::new(map).shown()));
         with.unwrap_or_default() + &self.lacking()
     }
 
-    /// The same of what is missing.
+    /// The remark on what is missing.
     pub fn lacking(&self) -> String {
         let lacks = self.lacks.as_ref();
         let lacks = lacks.map(|error| format!(", without the areas that were painted: {error}"));

@@ -94,7 +94,7 @@ impl Lab {
         Ok(())
     }
 
-    /// Tells tests what the window shows now.
+    /// Reports to tests what the window shows now.
     pub(super) fn tell_places(
         &mut self,
         context: &egui::Context,
@@ -107,12 +107,12 @@ impl Lab {
         let state = self
             .interface
             .state(&self.clocks.facts, context.text_edit_focused());
-        told(places.write(state, pixels_per_point, rests))
+        named(places.write(state, pixels_per_point, rests))
     }
 
     /// What the window shows may change.
     pub(super) fn stir_places(&mut self) -> Result<bool> {
-        told(self.places.as_mut().map_or(Ok(false), Places::stir))
+        named(self.places.as_mut().map_or(Ok(false), Places::stir))
     }
 
     /// What this frame has named is not in the window.
@@ -123,7 +123,7 @@ impl Lab {
     }
 }
 
-/// What came of writing places.
-fn told<T>(written: std::io::Result<T>) -> Result<T> {
+/// Adds the option's name to an error in writing places.
+fn named<T>(written: std::io::Result<T>) -> Result<T> {
     written.map_err(|error| Error::Invalid(format!("--places: {error}")))
 }

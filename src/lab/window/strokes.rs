@@ -7,7 +7,7 @@ use myxo::sim::paint::Repainted;
 use myxo::{Error, Result};
 
 impl Lab {
-    /// The hand has let go: what was painted since it pressed is one stroke. Where it has changed nothing there is none.
+    /// The button was released: what was painted since the press is one stroke, unless it has changed nothing.
     pub(crate) fn end_stroke(&mut self, context: &egui::Context) -> Result<()> {
         let pending_ends = &mut self.interface.hands.pending_ends;
         *pending_ends = pending_ends.saturating_sub(1);
@@ -115,7 +115,7 @@ impl Lab {
         }
     }
 
-    /// An undo for which there is no memory is no reason to end the lab. With a lost device all of it begins anew.
+    /// An undo for which there is no memory is no reason to end the lab. With a lost device the whole lab restarts.
     pub(crate) fn tell_unless_lost(
         &mut self,
         context: &egui::Context,

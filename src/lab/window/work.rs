@@ -1,4 +1,4 @@
-//! What the hands ask of the simulation, done: dabs of brushes along the way of the pointer, and what lies under it.
+//! Does the work that tools ask of the simulation: dabs of brushes along the way of the pointer, and what lies under it.
 
 use glam::{DVec3, Vec2, Vec3};
 use myxo::gpu::Recorder;
@@ -31,7 +31,7 @@ const MOST_DABS: f32 = 6.0;
 /// From one dab to the next, as a share of their radius.
 const SPACING: f32 = 0.35;
 impl Lab {
-    /// Does what the hands ask for.
+    /// Does what a tool asks for.
     pub(crate) fn obey_hand(
         &mut self,
         context: &egui::Context,

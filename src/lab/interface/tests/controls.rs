@@ -78,7 +78,7 @@ fn a_dialog_that_opens_files_has_the_keys_to_itself() {
     assert_eq!(harness.click(IN_PICTURE), []);
     assert_eq!(harness.interface.document.view, view);
     assert!(!harness.interface.layout.alone);
-    // It goes, and the brush stays in the hand.
+    // The dialog closes, and the brush stays selected.
     harness.press(Key::Escape);
     assert!(!harness.interface.opening.is_open());
     assert_ne!(harness.interface.hands.tool, Tool::Look);
@@ -287,7 +287,7 @@ fn things_are_taken_out_by_keys_and_buttons() {
         let at = place(&harness, words);
         assert_eq!(harness.click(at), [command], "{words}");
     }
-    // What is under way is told, and one thing waits for another.
+    // The panel shows the work under way, and a second export waits for the first.
     harness.facts.out.recording = Some(crate::lab::facts::Recorded {
         seconds: 65.0,
         frames: 1950,
@@ -337,7 +337,7 @@ fn the_picture_can_be_alone() {
         let said = harness.interface.notices.text();
         assert_eq!(said.as_deref(), Some("Esc brings the panel back"));
         assert_eq!(harness.interface.hands.selected, None);
-        // It does, whatever the hand holds.
+        // Esc does so with every tool.
         harness.press(Key::Escape);
         assert!(harness.frame(vec![]).picture.left() > 300.0);
         assert_eq!(harness.interface.hands.tool, tool);
@@ -412,7 +412,7 @@ fn what_is_loading_is_told_and_can_be_given_up() {
     assert_eq!(harness.places_of("ending").len(), 1);
 }
 
-/// With one object, nobody changes objects.
+/// With one object, no particle changes objects.
 #[test]
 fn what_has_no_effect_cannot_be_turned() {
     let mut harness = Harness::new();
@@ -573,7 +573,7 @@ fn what_no_file_has_is_known_until_it_is_saved() {
     harness.interface.document.view.camera.yaw += 1.0;
     assert!(
         !harness.interface.document.is_unsaved(),
-        "whoever looks round changes nothing"
+        "a turn of the camera is no change"
     );
     // A file that was asked for before a change has not that one; what came from the clipboard is in none.
     let before = harness.interface.document.state_to_save();

@@ -320,7 +320,7 @@ fn a_click_picks_and_escape_lets_go() {
     harness.click(beside);
     assert_eq!(
         harness.interface.hands.selected, None,
-        "it has not been told"
+        "the window has not answered yet"
     );
     let pixel = harness.interface.hands.pointer;
     assert!(pixel.is_some(), "it asks");
@@ -426,7 +426,7 @@ fn objects_that_undo_brings_back_run_at_once_and_what_waits_goes_on_waiting() {
         harness.interface.undo(&mut commands);
         commands
     };
-    // Scaled by hand: the window has loaded it.
+    // The user has scaled it, and the window has loaded it.
     harness.interface.document.edited.objects[0].scale = 2.0;
     harness.interface.document.running = harness.interface.document.edited.clone();
     harness.interface.hands.selected = Some(1);
@@ -448,7 +448,7 @@ fn objects_that_undo_brings_back_run_at_once_and_what_waits_goes_on_waiting() {
     assert_eq!(undone(&mut harness), [Command::Apply]);
     assert!(!harness.interface.document.is_pending());
 
-    // Taken out: who is picked stays picked, wherever it stands then.
+    // An object is removed: the picked object stays picked at its new index.
     let mut harness = super::hands::harness();
     harness.interface.document.edited.objects.remove(0);
     harness.interface.document.running = harness.interface.document.edited.clone();
@@ -476,7 +476,7 @@ fn objects_that_do_not_come_back_leave_those_that_run() {
     let second = harness.interface.document.running.objects[0].clone();
     harness.interface.document.edited.objects[0].position = [9.0; 3];
     assert_eq!(harness.interface.document.live_settings().objects, [second]);
-    // The mesh is gone, or somebody gave the load up.
+    // The mesh is gone, or the load was cancelled.
     harness.interface.not_shown();
     let Document {
         edited, running, ..
@@ -516,5 +516,5 @@ fn every_tool_has_its_button() {
     for _ in 0..3 {
         harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
     }
-    assert_eq!(harness.places_of("1.5000").len(), 1, "the trail is told");
+    assert_eq!(harness.places_of("1.5000").len(), 1, "the trail is shown");
 }

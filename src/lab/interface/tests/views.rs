@@ -57,7 +57,7 @@ fn keys_and_buttons_choose_views_and_what_a_scene_has_not_is_refused() {
     for (_, name) in with_keys().filter(|(show, _)| is_of_two(*show)) {
         harness.press(key(name));
         assert_eq!(harness.interface.document.view.show, Show::Wireframe);
-        let notice = harness.interface.notices.text().expect("it is told");
+        let notice = harness.interface.notices.text().expect("there is a notice");
         assert!(notice.contains("needs a second object"), "{}", notice);
     }
     harness.frame(vec![]);

@@ -20,7 +20,7 @@ fn esc_puts_back_what_a_handle_has_moved() {
     assert_ne!(harness.interface.document.edited, before);
     assert_eq!(harness.press(Key::Escape), [Command::Apply]);
     assert_eq!(harness.interface.document.edited, before);
-    // The hand has not let go: it moves nothing else, and the release is no click.
+    // The button is still down: the pointer moves nothing else, and the release is no click.
     let on = from + vec2(90.0, 30.0);
     for event in [Event::PointerMoved(on), button(on, false)] {
         assert_eq!(harness.frame(vec![event]).commands, []);
@@ -36,16 +36,16 @@ fn esc_puts_back_what_a_handle_has_moved() {
 }
 
 #[test]
-fn with_ctrl_objects_are_moved_in_steps_and_how_far_is_told() {
+fn with_ctrl_objects_are_moved_in_steps_and_the_distance_is_shown() {
     let mut harness = harness();
     let from = hold(&mut harness);
-    let told = |harness: &Harness| {
+    let labels = |harness: &Harness| {
         let words = ["+0.", "-0.", "+1.", "-1."].map(|words| harness.places_of(words).len());
         words.iter().sum::<usize>()
     };
     let to = from + vec2(77.0, -31.0);
     harness.frame(vec![Event::PointerMoved(to)]);
-    assert_eq!(told(&harness), 1);
+    assert_eq!(labels(&harness), 1);
     let off = |harness: &Harness| {
         let position = harness.interface.document.edited.objects[0].position;
         let off = position.map(|x| (10.0 * x - (10.0 * x).round()).abs());
@@ -59,7 +59,7 @@ fn with_ctrl_objects_are_moved_in_steps_and_how_far_is_told() {
     assert!(position.length() > 0.09, "{position}");
     harness.frame(vec![button(to, false)]);
     harness.frame(vec![]);
-    assert_eq!(told(&harness), 0);
+    assert_eq!(labels(&harness), 0);
 }
 
 #[test]

@@ -64,7 +64,7 @@ fn the_picked_object_is_duplicated_by_its_key_and_its_button() {
     assert_eq!(harness.interface.hands.selected, None);
     harness.interface.hands.answer(second, Some(1));
     assert_eq!(harness.interface.hands.selected, Some(1));
-    // Who picks another meanwhile has picked that.
+    // An object that is picked meanwhile stays picked.
     let (_, third) = copy(key(&mut harness));
     harness.interface.hands.pick(Some(0));
     harness.interface.hands.answer(third, Some(1));

@@ -1,4 +1,4 @@
-//! The list of objects: names, eyes and locks, and what they change for the hands.
+//! The list of objects: names, eyes and locks, and their effect on the tools.
 
 use super::*;
 
