@@ -1,4 +1,4 @@
-//! What can be done in the window, in one table: keys, the help, buttons and the search read it.
+//! One table of the actions in the window, which keys, the help, buttons and the search read.
 
 use egui::{Event, Key, Modifiers};
 use myxo::scene::settings::Show;
@@ -141,7 +141,7 @@ impl Action {
     }
 }
 
-/// What actions have to do with, for the help.
+/// Groups of actions in the help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
     /// The simulation.
@@ -194,7 +194,7 @@ struct Row {
     keys: &'static [Key],
     /// The keys as they are written.
     written: &'static str,
-    /// What it does.
+    /// Its description.
     what: &'static str,
 }
 
@@ -528,7 +528,7 @@ pub fn all() -> impl Iterator<Item = (Action, &'static str, String, Group)> {
     views.chain(rows)
 }
 
-/// What the mouse does, for the help.
+/// The uses of the mouse, for the help.
 pub const MOUSE: &[(&str, &str)] = &[
     ("Drag", "orbit"),
     ("Right drag, Shift drag", "pan"),
@@ -594,8 +594,8 @@ pub fn pressed(ctx: &egui::Context) -> Vec<Action> {
     pressed
 }
 
-/// What a key does with these held. Letters mean one thing alone and another with Shift or Alt, as in other programs; signs
-/// may need Shift to be written.
+/// The action of a key with these modifiers. A letter alone differs from the letter with Shift or Alt, as in other programs;
+/// signs may need Shift to be written.
 fn action_of(held: Modifiers, key: Key) -> Option<Action> {
     let is_letter = (Key::A..=Key::Z).contains(&key);
     let is_held = |modifiers: Modifiers| match is_letter {

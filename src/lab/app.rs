@@ -1,4 +1,4 @@
-//! What calls the lab: winit, whose events become frames, and what goes on after an error.
+//! The application that winit calls: its events become frames, and it handles errors.
 
 use std::time::Instant;
 
@@ -25,7 +25,7 @@ pub struct App {
     pub lab: Option<Lab>,
     /// When to draw next, if nothing happens before.
     pub wake: Option<Instant>,
-    /// What ended the lab, if not the user.
+    /// The error that ended the lab, if the user did not end it.
     pub error: Option<Error>,
 }
 
@@ -66,7 +66,7 @@ impl App {
         self.error.is_none()
     }
 
-    /// After a device that was lost the lab goes on with another one; everything else ends it, and the scene is kept.
+    /// After a lost device the lab continues with another one; all other errors end it, and the scene is kept.
     fn survive(&mut self, error: &Error) {
         let Some(mut lab) = self.lab.take() else {
             return;

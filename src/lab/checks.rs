@@ -35,7 +35,7 @@ impl Checks {
         *self = Self::new();
     }
 
-    /// What was found to be wrong, if anything was.
+    /// The problem that was found, if any.
     pub fn problem(&self) -> Option<&str> {
         self.last.as_ref()?.problem.as_deref()
     }

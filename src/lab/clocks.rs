@@ -1,4 +1,4 @@
-//! What is measured while the lab runs: frames and steps a second, GPU times, memory; made into [`Facts`].
+//! Measurements while the lab runs: frames and steps a second, GPU times and memory, collected in [`Facts`].
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -26,7 +26,7 @@ pub struct Clocks {
     last_frame: Instant,
     /// Until when `since_presented` counts.
     counted_until: Instant,
-    /// What frames have taken since the last one that was presented, without pauses.
+    /// The time of frames since the last one that was presented, without pauses.
     since_presented: Duration,
     interval_began: Instant,
     /// Since when `steps` counts.

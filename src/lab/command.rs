@@ -1,4 +1,4 @@
-//! What the interface asks the window for.
+//! Requests of the interface to the window.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -44,13 +44,13 @@ pub enum Command {
     Save,
     /// Opens the dialog that asks where.
     AskWhereToSave,
-    /// Opens the dialog that asks for the folder of what is taken out.
+    /// Opens the dialog that asks for the folder of exports.
     AskForFolder,
     /// Saves the scene in this file, in the place of what is there.
     SaveAs(PathBuf),
     /// Show another scene that comes with the program.
     Open(&'static str),
-    /// The same, with the look that is here.
+    /// Show another scene that comes with the program, with the present look.
     OpenWithLook(&'static str),
     /// Show a scene as it was left.
     OpenLeft(LeftScene),
@@ -68,16 +68,16 @@ pub enum Command {
     TakeOut(Out),
 }
 
-/// What needs the simulation.
+/// Work that needs the simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Work {
     /// A brush was drawn from one pixel of the picture to another.
     Stroke {
-        /// Where it was.
+        /// The previous position.
         from: Vec2,
-        /// Where it is.
+        /// The present position.
         to: Vec2,
-        /// What a single dab does.
+        /// The effect of a single dab.
         brush: Brush,
         /// Scene radii.
         radius: f32,
@@ -118,7 +118,7 @@ pub enum Which {
     Asked(Ticket),
 }
 
-/// What the interface asks for.
+/// Identifies a request of the interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Out {
     /// Begin to record the window, or end it.
@@ -133,7 +133,7 @@ pub enum Out {
     Finish,
 }
 
-/// What a state is written as.
+/// The format in which a state is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
     /// A model with the trail on it.
@@ -144,7 +144,7 @@ pub enum Model {
     Npz,
     /// A scene file.
     Scene,
-    /// Everything, to go on from.
+    /// The whole state, to continue from.
     Checkpoint,
 }
 

@@ -1,4 +1,4 @@
-//! What the interface shows and cannot change.
+//! Facts that the interface shows and cannot change.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,7 +14,7 @@ use crate::measured::lately::Lately;
 /// A scene that is being loaded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadingFacts {
-    /// What the user calls it.
+    /// Its name in the interface.
     pub name: String,
     /// How far it is.
     pub progress: Progress,
@@ -50,13 +50,13 @@ pub struct Times {
     pub host_ms: Option<f64>,
     /// Of each kernel.
     pub kernels: Vec<KernelTime>,
-    /// The same for the last frames with steps, one by one.
+    /// Times of each kernel in each of the last frames with steps.
     pub history: History,
-    /// The same, to be written to files.
+    /// These measurements, for writing to files.
     pub measured: Option<Arc<Lately>>,
 }
 
-/// What had grown, and can come back.
+/// A state that was left and can come back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Before {
     /// Of its scene.
@@ -65,7 +65,7 @@ pub struct Before {
     pub step: u64,
 }
 
-/// What the interface shows and cannot change.
+/// Facts that the interface shows and cannot change.
 #[derive(Clone, Debug, Default)]
 pub struct Facts {
     /// The scene's name.
@@ -80,7 +80,7 @@ pub struct Facts {
     pub steps_per_second: f64,
     /// Pictures a second, lately.
     pub frames_per_second: f64,
-    /// What was measured of steps and pictures, lately.
+    /// Recent times of steps and pictures.
     pub times: Times,
     /// The device's name and driver.
     pub device: String,
@@ -94,7 +94,7 @@ pub struct Facts {
     pub brightest: Option<f32>,
     /// Transfers between objects.
     pub flow: Flow,
-    /// What the last check of the invariants has found, where they are checked.
+    /// The result of the last check of the invariants, if they are checked.
     pub check: Option<Check>,
     /// Triangles of all objects.
     pub triangles: usize,
@@ -102,13 +102,13 @@ pub struct Facts {
     pub texels: usize,
     /// Does anything attract, repel or forbid?
     pub has_areas: bool,
-    /// What was left and can come back, if anything.
+    /// The state that was left and can come back, if any.
     pub before: Option<Before>,
-    /// What is being loaded, if anything is.
+    /// The scene that is being loaded, if any.
     pub loading: Option<LoadingFacts>,
     /// What the tools need from the window.
     pub hand: HandFacts,
-    /// What is being taken out.
+    /// Recordings and exports under way.
     pub out: OutFacts,
     /// How often the window has answered while steps were under way.
     pub answers_within_steps: u64,
@@ -135,7 +135,7 @@ pub struct Under {
     pub trail: Option<f32>,
     /// Signed distance to the other objects, scene radii, when it has come from the device; none with one object.
     pub distance: Option<f32>,
-    /// What sensors read more there, once something was painted, when it has come from the device.
+    /// The painted bias that sensors read there, once something was painted, when it has come from the device.
     pub bias: Option<f32>,
 }
 
@@ -148,12 +148,12 @@ pub struct HandFacts {
     pub under: Option<Under>,
     /// World from object, one an object.
     pub poses: Vec<Affine3A>,
-    /// Where coordinates are counted from, one an object.
+    /// Origins of coordinates, one an object.
     pub origins: Vec<Origins>,
-    /// Where handles are and what they turn and scale about, counted from there: the object's own origin, or if its
-    /// surface is far from that, the middle of its box.
+    /// Positions of handles, relative to these origins, which rotations and scalings keep fixed: the object's own origin, or if
+    /// its surface is far from that, the middle of its box.
     pub middles: Vec<Vec3>,
-    /// Where each food and marker lies, in world space, and how large it is drawn; scattered ones last.
+    /// Position in world space and drawn size of each food and marker; scattered ones last.
     pub foods: Vec<(Vec3, f32)>,
     /// Seconds of the objects' motion.
     pub time: f64,
@@ -166,20 +166,20 @@ pub struct HandFacts {
 }
 
 impl HandFacts {
-    /// What an object is turned and scaled about, as origins of its coordinates.
+    /// The pivot of an object's rotations and scalings, as origins of its coordinates.
     pub fn pivot_of(&self, object: usize) -> Origins {
         let mut origins = self.origins.get(object).copied().unwrap_or_default();
         origins.surface += self.middle_of(object).as_dvec3();
         origins
     }
 
-    /// Where its handles are, counted from its origin.
+    /// The position of its handles relative to its origin.
     pub fn middle_of(&self, object: usize) -> Vec3 {
         self.middles.get(object).copied().unwrap_or_default()
     }
 }
 
-/// What is being made, for the interface.
+/// An export under way, for the interface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Making {
     /// The file's name.
@@ -194,7 +194,7 @@ pub struct Making {
     pub is_cancelled: bool,
 }
 
-/// What the interface shows of it.
+/// Exports under way, for the interface.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OutFacts {
     /// A recording under way.
@@ -233,7 +233,7 @@ impl Recorded {
         2 * self.repeated() > self.frames
     }
 
-    /// What is said of it behind its name.
+    /// The remarks behind its name in a notice.
     pub fn remarks(&self) -> String {
         let Self {
             different, dropped, ..
@@ -253,15 +253,15 @@ impl Recorded {
     }
 }
 
-/// What a check has found.
+/// The result of a check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
     /// The steps that had been taken.
     pub step: u64,
     /// How long it took.
     pub took: Duration,
-    /// What of all time that is until the next one.
+    /// The share of checks in the time until the next one.
     pub share: f64,
-    /// What is wrong, if anything is. The first problem stays.
+    /// The problem, if any. The first problem stays.
     pub problem: Option<String>,
 }

@@ -32,7 +32,7 @@ impl Measuring {
     }
 }
 
-/// What is being measured, and what is wanted.
+/// The food that is being measured, and the food that is wanted.
 #[derive(Default)]
 pub struct Feeder {
     measuring: Option<Measuring>,
@@ -42,7 +42,7 @@ pub struct Feeder {
     left: Vec<Job<PreparedFood>>,
 }
 
-/// What came of it.
+/// The result of a measurement.
 pub enum Fed {
     /// It can be there with the next step.
     Ready(Box<PreparedFood>),

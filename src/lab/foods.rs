@@ -58,7 +58,8 @@ fn as_loaded(loaded: &[FoodSettings], i: usize, foods: &[FoodSettings]) -> FoodS
     let food = &foods[i];
     let lie_together = |a: &FoodSettings, b: &FoodSettings| a.object == b.object && a.at == b.at;
     let there = loaded.iter().find(|old| lie_together(old, food));
-    // Where none lies there, it is the same if as many are there as were, and no other one is that.
+    // If none lies there, it is the food of the same index, provided that the number of foods is unchanged and no other food
+    // matches that one.
     let same = loaded.get(i).filter(|old| {
         loaded.len() == foods.len() && !foods.iter().any(|food| lie_together(old, food))
     });

@@ -40,7 +40,7 @@ static PICTURES: &[(&str, &[u8])] = pictures!(
     "pores", "lace", "bands", "waves", "mist", "streams", "feeding", "shy", "meeting",
 );
 
-/// What it lists, and its pictures once they have been shown.
+/// The presets and scenes that it lists, and their pictures once they were shown.
 #[derive(Clone, Default)]
 pub struct Gallery {
     /// Was it shown in the last frame?
@@ -50,7 +50,7 @@ pub struct Gallery {
     own_pictures: BTreeMap<String, Option<TextureHandle>>,
     /// Of scenes as they were left, by their files; some have none.
     left_pictures: BTreeMap<PathBuf, Option<TextureHandle>>,
-    /// What the look will be called, if it is kept.
+    /// The name under which the look will be kept.
     pub name: String,
     /// The preset of which it is asked whether it may be removed.
     removing: Option<String>,
@@ -204,7 +204,7 @@ impl Gallery {
         clicked
     }
 
-    /// Scenes as they were left, the last one first; before them what had grown and can go on.
+    /// Scenes as they were left, the last one first; before them the earlier state that can be continued.
     fn left_scenes(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let before = desk.facts.before.as_ref();
         if self.left.all().is_empty() && before.is_none() {
@@ -415,7 +415,7 @@ fn card(
         let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
         painter.image(texture, image, whole, egui::Color32::WHITE);
     }
-    // What is pointed at is not what is chosen.
+    // The card under the pointer is not the chosen card.
     let is_pointed_at = response.hovered() || response.has_focus();
     let (line, color) = match (is_chosen, is_pointed_at) {
         (true, _) => (egui::Stroke::new(2.5, theme::accent(ui)), theme::accent(ui)),

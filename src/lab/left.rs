@@ -19,7 +19,7 @@ const MOST: usize = 8;
 /// One of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftScene {
-    /// What the scene is called.
+    /// The scene's name.
     pub name: String,
     /// The scene file.
     pub file: PathBuf,
@@ -104,7 +104,7 @@ impl LeftScenes {
     }
 }
 
-/// Where the small picture of a scene lies.
+/// The path of a scene's small picture.
 pub fn picture_beside(file: &Path) -> PathBuf {
     file.with_extension("png")
 }

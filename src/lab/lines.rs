@@ -11,7 +11,7 @@ use std::io::{BufRead as _, Write as _};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{sleep, spawn};
 
-/// What comes from outside.
+/// Messages from other threads.
 enum Message {
     Line(String),
     Close,
@@ -84,7 +84,7 @@ impl App {
         let _ = out.flush();
     }
 
-    /// What is being waited for may come with the next frame.
+    /// Waits a frame, because pending work may be done with the next one.
     fn wait_a_frame(&mut self) -> bool {
         let now = self.lab.as_ref().map(|lab| lab.host.now());
         let due = self.wake.zip(now);

@@ -1,4 +1,4 @@
-//! A scene that is made ready on another thread, while the window goes on.
+//! A scene that is made ready on another thread while the window continues.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -24,11 +24,11 @@ const READ: f32 = 0.02;
 const SET_UP: f32 = 0.78;
 const LIT: f32 = 0.95;
 
-/// What is to be shown.
+/// The scene to be shown.
 pub struct Opened {
     /// With its meshes.
     pub scene: Scene,
-    /// It goes on from here.
+    /// The checkpoint that it continues from.
     pub from: Option<(PathBuf, Arc<Checkpoint>)>,
     /// The scene file that it was read from.
     pub file: Option<SceneFile>,
@@ -45,7 +45,7 @@ impl From<Scene> for Opened {
 }
 
 impl Opened {
-    /// What was written into a checkpoint, by its own scene.
+    /// Opens a checkpoint with the scene that is written into it.
     pub fn resumed(path: PathBuf, overrides: &Overrides) -> Result<Self> {
         let checkpoint = Checkpoint::read(&path)?;
         Ok(Self {
@@ -63,7 +63,7 @@ pub struct Ready {
     pub file: Option<SceneFile>,
 }
 
-/// Where a scene on its way comes from.
+/// The origin of a scene on its way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// The one that is shown, from the beginning, as it is edited.
@@ -79,9 +79,9 @@ type Device = Arc<Mutex<Option<Weak<Context>>>>;
 
 /// A scene on its way. Dropping it lets its thread end as soon as it looks.
 pub struct Loading {
-    /// What the user calls it.
+    /// Its name in the interface.
     pub name: String,
-    /// Where it comes from.
+    /// Its origin.
     pub origin: Origin,
     device: Device,
     job: Job<Ready>,
@@ -139,7 +139,7 @@ impl Loading {
         self.job.cancel();
     }
 
-    /// What came of it, once, when it has ended.
+    /// The result, once, when it has ended.
     pub fn take(&mut self) -> Option<Result<Ready>> {
         self.job.take()
     }

@@ -91,7 +91,7 @@ impl Looks {
         self.take_preset(ctx, name, &text, desk);
     }
 
-    /// Takes over a preset's look, at once or over some seconds. What is wrong with it is said, and changes nothing.
+    /// Takes over a preset's look, at once or over some seconds. An error in it is shown in a notice and changes nothing.
     pub(super) fn take_preset(
         &mut self,
         ctx: &egui::Context,

@@ -16,7 +16,7 @@ pub struct Lost {
     pub remarks: Vec<String>,
     /// Since when a scene runs again.
     pub runs_since: Option<Instant>,
-    /// What was kept of it, and in which file.
+    /// The text of the kept scene, and its file.
     pub kept: Option<(String, PathBuf)>,
 }
 

@@ -1,9 +1,9 @@
-//! Which objects are hidden in the picture and which are locked against its tools. That is of the window: no scene file has it, and
-//! what runs is the same with it and without.
+//! Which objects are hidden in the picture and which are locked against its tools. These marks belong to the window: no scene
+//! file has them, and the simulation runs the same with and without them.
 
 use myxo::scene::settings::ObjectSettings;
 
-/// What is marked of one object.
+/// The marks of one object.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Mark {
     name: String,
@@ -17,7 +17,7 @@ pub struct Marks {
     all: Vec<Mark>,
 }
 
-/// The same for objects that run; those beyond the end are neither hidden nor locked.
+/// The marks of running objects; objects beyond the end are neither hidden nor locked.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RunningMarks {
     /// Not drawn, and not picked.

@@ -1,4 +1,4 @@
-//! Names of files that are taken out: numbered, none over another, also where several windows write to one folder.
+//! Names of exported files: numbered and never over another, also if several windows write to one folder.
 
 use std::fs::{self, File};
 use std::io::ErrorKind;
@@ -59,7 +59,7 @@ impl Reserved {
         &self.path
     }
 
-    /// The same for what takes folders by the separator at their end.
+    /// The path with a separator at its end, for writers that recognize folders by it.
     pub fn as_folder(&self) -> PathBuf {
         self.path.join("")
     }

@@ -36,7 +36,7 @@ pub struct Drags {
     pub first: egui::Vec2,
     /// With the others.
     pub others: egui::Vec2,
-    /// Where the first button went down last.
+    /// The last press of the first button.
     pub pressed: Option<Pos2>,
 }
 
@@ -55,7 +55,7 @@ impl Drags {
     }
 }
 
-/// What the user did in one frame.
+/// The user's navigation in one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moved {
     /// The view is being moved, by the user or in flight.

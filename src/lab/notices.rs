@@ -16,11 +16,11 @@ pub const HOW_BACK: &str = "Esc brings the panel back";
 /// Everything that is said.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Notices {
-    /// What has happened last, and until when that is shown.
+    /// The last news, and the time until which it is shown.
     news: Option<(String, f64)>,
-    /// What went wrong, the last one last.
+    /// Errors, the latest last.
     errors: Vec<String>,
-    /// What was wrong with files that were dropped, until all of them are there: they are one error together.
+    /// Errors of dropped files, until all of the files have arrived: together they are one error.
     dropped: Option<Vec<String>>,
 }
 
@@ -53,7 +53,7 @@ impl Notices {
         }
     }
 
-    /// Shows them, errors above. Where the picture `is_alone`, only how that ends, and what goes wrong.
+    /// Shows them, errors above. If the picture `is_alone`, only errors and the key that ends this state are shown.
     pub fn show(&mut self, ui: &Ui, picture: Rect, is_alone: bool) {
         let now = ui.input(|i| i.time);
         let Notices { news, errors, .. } = self;
@@ -105,7 +105,7 @@ impl Notices {
                 wrong.join("\n")
             }
         };
-        // What is said again is the last that went wrong.
+        // A repeated error becomes the latest one.
         self.errors.retain(|error| *error != text);
         self.errors.push(text);
         let old = self.errors.len().saturating_sub(MOST_ERRORS);

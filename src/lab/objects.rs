@@ -79,8 +79,8 @@ pub fn beside(camera: &Camera, points: impl IntoIterator<Item = Vec3>, radius: f
     )
 }
 
-/// The way that takes an object of these to a place beside it, as the camera sees them: at the side where no other stands, or
-/// else at the right side of all. One that `moves` has room to turn.
+/// The way that takes an object of these to a place beside it, as the camera sees them: at a side where no other stands, or if
+/// there is none, at the right of all. One that `moves` has room to turn.
 pub fn way_beside(camera: &Camera, objects: &[Vec<Vec3>], object: usize, moves: bool) -> Vec3 {
     let own = &objects[object];
     let (least, most) = seen_from(camera, own.iter().copied());
@@ -120,12 +120,12 @@ pub fn seen_from(camera: &Camera, places: impl IntoIterator<Item = Vec3>) -> (Ve
     (least, most)
 }
 
-/// Where a place is that has these coordinates along the camera's axes.
+/// The place with these coordinates along the camera's axes, in the world.
 pub fn in_world(camera: &Camera, seen: Vec3) -> Vec3 {
     seen.x * camera.right() + seen.y * camera.up() + seen.z * camera.backward()
 }
 
-/// Where every object has its vertices, in the world.
+/// The vertices of every object, in the world.
 pub fn places_of(stage: &Stage) -> Vec<Vec<Vec3>> {
     let surface = &stage.scene.surface;
     let poses = stage.simulation.world_from_object();
@@ -237,7 +237,7 @@ mod tests {
         let hall = hall.map(|corner| in_world(&camera, 6.0 * corner + 4.3 * Vec3::X));
         let way = way_beside(&camera, &[cube.clone(), hall.collect()], 0, false);
         assert!(way.dot(right) < -0.5, "{way}");
-        // What is flat and seen from its edge has a copy elsewhere, too.
+        // A flat object seen from its edge has its copy elsewhere, too.
         let flat: Vec<Vec3> = (cube.iter())
             .map(|place| *place - place.dot(right) * right)
             .collect();

@@ -6,7 +6,7 @@ use crate::lab::facts::Facts;
 use crate::lab::interface::Interface;
 use crate::lab::layout::Card;
 
-/// What is going on, for tests.
+/// The state of the lab, for tests.
 #[derive(Debug, PartialEq, Serialize)]
 pub struct State<'a> {
     scene: String,
@@ -42,7 +42,7 @@ pub struct State<'a> {
 }
 
 impl Interface {
-    /// What is going on, for tests.
+    /// The state of the lab, for tests.
     pub fn state(&self, facts: &Facts, typing: bool) -> State<'_> {
         State {
             scene: facts.scene.clone(),

@@ -25,7 +25,7 @@ struct Harness {
     time: f64,
     /// Pixels of the screen a point.
     scale: f32,
-    /// What the last frame has painted.
+    /// The shapes that the last frame has painted.
     shapes: Vec<egui::epaint::ClippedShape>,
     /// And made of the pointer.
     cursor: egui::CursorIcon,
@@ -267,7 +267,7 @@ fn the_wheel_zooms_to_the_pointer() {
             && camera.distance > 0.6 * start.distance,
         "{camera:?}"
     );
-    // What was under the pointer, at the target's depth, still is.
+    // The point under the pointer, at the target's depth, is still under it.
     let size = Vec2::new(picture.width(), picture.height());
     let pointer = Vec2::new(IN_PICTURE.x - picture.left(), IN_PICTURE.y - picture.top());
     let ray = start.ray(pointer, size);

@@ -403,9 +403,9 @@ impl Lab {
     /// Passes on what the validation layers say.
     pub(super) fn report_messages(&mut self) {
         self.tell_messages(&self.runner.ctx.take_messages());
-        let entries = self.runner.ctx.debug_entries();
-        if !entries.entries.is_empty() || entries.overflow > 0 {
-            log::warn!("debug_value wrote:\n{entries}");
+        let debug = self.runner.ctx.debug_entries();
+        if !debug.entries.is_empty() || debug.overflow > 0 {
+            log::warn!("debug_value wrote:\n{debug}");
         }
     }
 

@@ -468,7 +468,7 @@ fn a_row_goes_back_to_the_scene_or_to_the_default() {
     }
 }
 
-/// What appears above a number does not take the keyboard from it.
+/// A row that appears above a number does not take the keyboard from it.
 #[test]
 fn a_number_that_restarts_can_be_typed_to_its_end() {
     let mut harness = Harness::new();
@@ -484,11 +484,11 @@ fn a_number_that_restarts_can_be_typed_to_its_end() {
         harness.frame(vec![Event::Text(digit.to_owned())]);
         harness.frame(vec![]);
     }
-    // What writes letters or moves in a text does nothing else meanwhile.
+    // Keys that edit text do nothing else meanwhile.
     assert!(harness.press(Key::S).is_empty() && harness.interface.document.playing);
     assert!(matches!(harness.press(Key::F12)[..], [Command::Screenshot]));
     assert_eq!(harness.interface.document.edited.particles.count, 500_000);
-    // What is saved has the number as it stands.
+    // A save has the number as it stands.
     let held = Modifiers::COMMAND;
     let commands = harness.press_with(held, Key::S);
     assert_eq!(commands[0], Command::Save, "{commands:?}");
@@ -521,7 +521,7 @@ fn a_number_with_a_least_value_can_be_typed() {
     }
     harness.press(Key::Enter);
     assert_eq!(harness.interface.document.edited.atlas.size, 512);
-    // What is less than the least becomes the least.
+    // A value below the minimum becomes the minimum.
     harness.frame(vec![]);
     let [number] = harness.places_of("512")[..] else {
         panic!("{:?}", harness.places_of("512"));
@@ -585,7 +585,7 @@ fn what_no_file_has_is_known_until_it_is_saved() {
     assert!(harness.interface.document.is_unsaved());
 }
 
-/// What to do where the transfer buffer was full is read without pointing at anything.
+/// The advice for a full transfer buffer is shown without hovering.
 #[test]
 fn the_panel_says_how_large_the_transfer_buffer_must_be() {
     let mut harness = Harness::new();
@@ -734,7 +734,7 @@ fn undo_leads_back_to_the_preset_with_its_name() {
     assert_eq!(harness.interface.document.edited.trail.decay, 0.5);
 }
 
-/// What the wheel turns goes on for a moment: not over another part of the window.
+/// The motion of the wheel continues for a moment, but not over another part of the window.
 #[test]
 fn a_turn_of_the_wheel_ends_where_it_began() {
     let mut harness = Harness::new();

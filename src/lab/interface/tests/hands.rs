@@ -46,7 +46,7 @@ fn harness() -> Harness {
     harness.facts.hand.poses = vec![Affine3A::IDENTITY; 2];
     harness.facts.hand.mean_trail = 10.0;
     harness.facts.hand.radius = 1.0;
-    // What the window would have noted.
+    // The window would have noted these.
     let edited = harness.interface.document.edited.clone();
     let view = harness.interface.document.view;
     harness.interface.document.undo.note(&edited, &view);
@@ -121,7 +121,7 @@ fn count_of_ends(commands: &[Command]) -> usize {
         .count()
 }
 
-/// What the window does at the end of a stroke.
+/// Does what the window does at the end of a stroke.
 fn end_stroke(harness: &mut Harness, has_changed: bool) {
     let interface = &mut harness.interface;
     interface.hands.pending_ends -= 1;
@@ -150,7 +150,7 @@ fn a_stroke_is_one_thing_to_undo() {
         }
         assert_eq!(harness.interface.document.undo.strokes(), last, "{tool:?}");
     }
-    // Through the panel and back it is the same stroke, which cannot be undone before it is over.
+    // A pointer that crosses the panel and comes back continues one stroke, which cannot be undone before it has ended.
     harness.interface.hands.take(Tool::Repel);
     harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
     let mut commands = harness.frame(vec![button(IN_PICTURE, true)]).commands;
@@ -190,7 +190,7 @@ fn undo_comes_after_the_strokes_that_wait_for_their_ends() {
         let commands = dragged(&mut harness, IN_PICTURE, to);
         assert_eq!(count_of_ends(&commands), 1);
     }
-    // What is changed meanwhile comes after them.
+    // A change made meanwhile comes after them.
     harness.interface.document.edited.trail.decay = 0.5;
     harness.frame(vec![]);
     let mut commands = Vec::new();
@@ -336,7 +336,7 @@ fn a_click_picks_and_escape_lets_go() {
     assert_eq!(harness.interface.hands.selected, None, "on nothing");
 }
 
-/// Where the middle of the first object is seen.
+/// The middle of the first object on the screen.
 fn middle(harness: &mut Harness) -> Pos2 {
     let picture = harness.frame(vec![]).picture;
     let size = Vec2::new(picture.width(), picture.height());

@@ -1,4 +1,4 @@
-//! What the picture shows, the atlas beside it, the light, flight, and sides to look from.
+//! Tests of views: the picture, the atlas beside it, the light, flight, and standard directions.
 
 use super::*;
 use glam::Vec3;
@@ -111,7 +111,7 @@ fn the_atlas_beside_the_picture_has_a_hand_of_its_own() {
     harness.drag(PointerButton::Primary, none, middle, middle + DRAG);
     assert_ne!(harness.interface.document.view.camera, before.camera);
     assert_eq!(harness.interface.document.view.atlas, after.atlas);
-    // What shows the atlas alone needs it not twice.
+    // A view of the atlas alone does not show it twice.
     harness.press(Key::Num0);
     assert_eq!(harness.frame(vec![]).beside, None);
 }

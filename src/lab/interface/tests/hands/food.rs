@@ -151,7 +151,7 @@ fn with_food() -> Harness {
     harness
 }
 
-/// Where the food lies, points from where it was pressed.
+/// The food's distance from the place of the press, points.
 fn way_of(harness: &Harness, from: [f64; 3]) -> Vec2 {
     let at = single(harness.interface.document.edited.foods[0].at);
     100.0 * (at - single(from)).truncate()

@@ -114,7 +114,7 @@ fn undo_says_what_it_does_not_take_back() {
     }
     assert_eq!(undo(&mut harness), [Command::Apply]);
     assert_eq!(harness.interface.document.edited, before);
-    // What came after is undone first.
+    // The later change is undone first.
     dragged(&mut harness, IN_PICTURE, IN_PICTURE + vec2(40.0, 0.0));
     harness.interface.document.edited.trail.decay = 0.25;
     harness.frame(vec![]);

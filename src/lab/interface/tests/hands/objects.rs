@@ -1,4 +1,4 @@
-//! Objects that are taken out and duplicated by keys and buttons.
+//! Objects that are removed and duplicated by keys and buttons.
 
 use super::*;
 
@@ -52,7 +52,7 @@ fn the_picked_object_is_duplicated_by_its_key_and_its_button() {
     };
     let (which, first) = copy(key(&mut harness));
     assert_eq!(which, Which::Object(1));
-    // What comes next is about the copy, and about its copy.
+    // The next actions apply to the copy, and to its copy.
     let (which, second) = copy(harness.click(at));
     assert_eq!(which, Which::Asked(first));
     assert_eq!(

@@ -52,7 +52,7 @@ fn an_object_gets_another_name_which_is_undone() {
     assert_eq!(&live, edited);
     harness.interface.document.running = live;
     assert!(!harness.interface.document.is_pending());
-    // What it said of a restart is gone, and all stands where it was.
+    // Its notice of a restart is gone, and everything is back in its place.
     (0..3).for_each(|_| drop(harness.frame(vec![])));
 
     // A name that is taken or none is not taken; Esc leaves the old one.

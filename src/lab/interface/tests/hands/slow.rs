@@ -7,7 +7,7 @@ fn in_one_frame(harness: &mut Harness, from: Pos2, to: Pos2) -> Vec<Command> {
     let mut events = vec![Event::PointerMoved(from), button(from, true)];
     events.extend((1..=8).map(|i| Event::PointerMoved(from + (to - from) * (i as f32 / 8.0))));
     events.push(button(to, false));
-    // It goes on to elsewhere.
+    // The pointer continues elsewhere.
     events.push(Event::PointerMoved(IN_PICTURE + vec2(150.0, 250.0)));
     harness.frame(events).commands
 }
@@ -71,7 +71,7 @@ fn a_quick_stroke_paints_all_its_way() {
     let drawn = strokes[strokes.len() - 1].1 - strokes[0].0;
     assert!((drawn - Vec2::new(way.x, way.y)).length() < 1e-3, "{drawn}");
     assert_eq!(harness.interface.document.view.camera, camera);
-    // What it is over is asked until that is where the pointer is.
+    // The interface asks what is under the pointer until the answer is for the pointer's present place.
     harness.facts.hand.looked = None;
     harness.frame(vec![]);
     assert!(harness.interface.hands.pointer.is_some() && harness.ctx.has_requested_repaint());
