@@ -20,16 +20,16 @@ use crate::lab::saving::whole;
 use crate::lab::saving::{MESHES, ends_so, is_mesh};
 use crate::lab::theme;
 
-/// What a control says that leads to it.
+/// The hint of a control that opens the dialog.
 pub fn open_hint() -> String {
     let hint = "Opens a file: scene, preset, mesh or checkpoint. Files can be dropped onto the window, too";
     Action::Open.hint(hint)
 }
 
-/// The same where an object is wanted.
+/// The hint of a control that adds an object.
 pub const OPEN_MESH: &str = "Adds the mesh of a file: .obj, .stl, .ply, .glb or .gltf. Files can be dropped onto the window, too";
 
-/// The same where a picture to begin on is wanted.
+/// The hint of a control that asks for a picture to begin on.
 pub const OPEN_MASK: &str = "Chooses the picture: a PNG laid over the whole texture";
 
 /// The kinds of files that the dialog shows at first.
@@ -38,11 +38,11 @@ pub const ONLY_MESHES: &str = "meshes";
 
 /// Of the dialog where the window has room for it, points.
 const SIZE: Vec2 = vec2(740.0, 460.0);
-/// What stays free of the window's width and height: the dialog's title counts, too.
+/// The part of the window's width and height outside the dialog's contents, including its title.
 const ROUND_IT: Vec2 = vec2(24.0, 40.0);
 /// A dialog narrower than this needs it for names of files, not for places.
 const HAS_ROOM: f32 = 600.0;
-/// What a folder's files are chosen from: a name, and how those files end.
+/// Kinds of files offered in a folder: a name, and the endings of the files.
 type Kinds = &'static [(&'static str, &'static [&'static [&'static str]])];
 const KINDS: Kinds = &[
     (EVERYTHING, &[&["toml", "ckpt"], MESHES]),
@@ -54,7 +54,7 @@ const KINDS: Kinds = &[
 const SCENES: (&str, &str) = ("scenes", "toml");
 const MASKS: Kinds = &[("PNG pictures", &[&["png"]])];
 
-/// What the dialog asks for.
+/// The purpose of the dialog.
 #[derive(Clone, Debug, Default, PartialEq)]
 enum Purpose {
     /// A file of any kind that opens.
@@ -64,9 +64,9 @@ enum Purpose {
     Join,
     /// A picture for the row with this key.
     Mask(String),
-    /// Where the scene is saved.
+    /// A file in which the scene is saved.
     Save,
-    /// The folder for what is taken out.
+    /// The folder for exports.
     Folder,
 }
 
@@ -75,9 +75,9 @@ enum Purpose {
 pub struct Opening {
     dialog: Option<Rc<RefCell<FileDialog>>>,
     purpose: Purpose,
-    /// Where it begins; empty for where the program is started.
+    /// The folder in which it opens; empty for the folder in which the program was started.
     folder: PathBuf,
-    /// Where the scene's file lies; empty for where the program is started.
+    /// The folder of the scene's file; empty for the folder in which the program was started.
     scene: PathBuf,
     /// A mesh that was chosen, of which it is asked whether it joins the scene.
     mesh: Option<PathBuf>,
@@ -124,7 +124,7 @@ impl Opening {
         self.open(ctx, kind, purpose);
     }
 
-    /// The same for the picture of the row with this key.
+    /// Opens the dialog for the picture of the row with this key.
     pub fn begin_mask(&mut self, ctx: &egui::Context, key: String) {
         let (kind, _) = MASKS[0];
         self.open(ctx, kind, Purpose::Mask(key));

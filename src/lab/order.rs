@@ -14,10 +14,10 @@ pub struct Asked {
     pub touched: bool,
 }
 
-/// What one frame does.
+/// The work of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Task {
-    /// So many steps.
+    /// The number of steps.
     pub steps: u32,
     /// The frame only steps: the window stays as it is, because drawing it would make the user wait longer.
     pub only_steps: bool,
@@ -25,7 +25,7 @@ pub struct Task {
     pub answers: bool,
 }
 
-/// What frames owe to those before them.
+/// Work that earlier frames have left to later ones.
 #[derive(Clone, Debug, Default)]
 pub struct Order {
     /// Something has changed that no picture shows yet.
@@ -37,8 +37,8 @@ pub struct Order {
 }
 
 impl Order {
-    /// What the next frame does while the simulation runs, `since_last` after the one before. A device that `is_slow` does
-    /// one thing at a time; `steps_per_second` is the user's cap, 0 for none.
+    /// Returns the work of the next frame while the simulation runs, `since_last` after the one before. A device that `is_slow`
+    /// does one thing at a time; `steps_per_second` is the user's cap, 0 for none.
     pub fn next(
         &mut self,
         pacer: &mut Pacer,

@@ -136,7 +136,7 @@ impl ParameterPanel {
         ui.separator();
         self.search(ui);
         note_value(ui.ctx(), "filter", || self.filter.clone());
-        // What is looked for has the panel to itself.
+        // During a search the panel shows only the results.
         let looks_for = !self.filter.trim().is_empty();
         ScrollArea::vertical()
             .auto_shrink([false, false])
@@ -167,7 +167,7 @@ impl ParameterPanel {
             });
     }
 
-    /// What can be done that is called so, as buttons.
+    /// Actions whose name matches the search, as buttons.
     fn found_actions(&self, ui: &mut Ui, has_picked: bool, desk: &mut Desk<'_>) {
         for (action, keys, what, _) in actions::all() {
             if !is_among(&what.to_lowercase(), &self.filter) {
@@ -421,7 +421,7 @@ fn transport(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
     ui.scope(|ui| conditions(ui, looks, desk));
 }
 
-/// What is not always said: transfers, invariants, edits that wait.
+/// Conditions that are not always shown: transfers, invariants, pending edits.
 fn conditions(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
     let facts = desk.facts;
     transfers(ui, facts, desk.document.running.transfer.buffer_size);
@@ -527,7 +527,7 @@ fn looks_row(ui: &mut Ui, looks: &mut Looks, desk: &mut Desk<'_>) {
     });
 }
 
-/// What the picture shows, and its colours.
+/// The section for the picture's view and colours.
 fn picture_section(ui: &mut Ui, desk: &mut Desk<'_>) {
     let facts = desk.facts;
     views_list(ui, desk);

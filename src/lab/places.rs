@@ -1,4 +1,4 @@
-//! Where controls lie in the window, for tests that move a real pointer: `myxo lab --places FILE` keeps a file of them.
+//! Places of controls in the window, for tests that move a real pointer: `myxo lab --places FILE` keeps a file of them.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
@@ -9,7 +9,7 @@ use egui::{Id, Rect, Response};
 use myxo::whole_file::WholeFile;
 use serde::Serialize;
 
-/// What has been named in a frame.
+/// Places and values that were named in a frame.
 #[derive(Default)]
 struct Named {
     places: BTreeMap<String, Rect>,
@@ -65,18 +65,18 @@ pub fn note_value(ctx: &egui::Context, name: &str, value: impl FnOnce() -> Strin
     }
 }
 
-/// What a frame has shown.
+/// The report of a frame.
 #[derive(Debug, PartialEq, Serialize)]
 struct Seen<S> {
     /// No frame is due for a while, unless something comes in. First, for `stir` to find it.
     rests: bool,
     /// The number of frames that were reported so far.
     frames: u64,
-    /// What the lab is doing.
+    /// The state of the lab.
     state: S,
     /// Left, top, right and bottom of each control, in pixels of the window.
     places: BTreeMap<String, [f32; 4]>,
-    /// What is held by those that hold something.
+    /// Values of the controls that have one.
     values: BTreeMap<String, String>,
 }
 
@@ -85,12 +85,12 @@ pub struct Places {
     /// Without a file the report is in [`Places::last`] only.
     file: Option<PathBuf>,
     found: Found,
-    /// What it says.
+    /// The last report.
     last: String,
     frames: u64,
 }
 
-/// What stands at the beginning of the file where nothing moves, and where something may.
+/// The beginnings of the file for a window at rest, and for one that may change.
 const RESTS: &str = "{\"rests\":true";
 const STIRS: &str = "{\"rests\":false";
 
@@ -131,7 +131,7 @@ impl Places {
         (&self.last, self.frames)
     }
 
-    /// What the frame has named was not shown.
+    /// Discards the names of a frame that was not shown.
     pub fn forget(&mut self) {
         let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         *found = Named::default();

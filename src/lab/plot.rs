@@ -28,7 +28,7 @@ pub fn color_of(rank: usize) -> Color32 {
     COLORS[rank.min(SHOWN)]
 }
 
-/// What steps took lately, kernel upon kernel, the longest at the bottom. Nothing where nothing was measured.
+/// Plots recent times of steps as stacked kernels, the longest at the bottom. Without measurements it plots nothing.
 pub fn kernel_plot(ui: &mut Ui, times: &Times) {
     let len = times.history.len();
     if len < 2 || times.kernels.is_empty() {

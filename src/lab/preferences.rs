@@ -1,5 +1,5 @@
-//! What is kept from one time to the next: the look of the interface, the size of the window, the files that were used last
-//! and the choices in Export.
+//! Preferences kept between sessions: the look of the interface, the size of the window, the recent files and the choices in
+//! Export.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::lab::exports::OutPanel;
 use crate::lab::layout::{PANEL_WIDTH, PANEL_WIDTHS};
 use crate::lab::recent::{Recent, pick};
 
-/// Kept in `lab.toml` in the user's folder for settings. What a file lacks, or cannot be read, is as at first.
+/// Kept in `lab.toml` in the user's folder for settings. Entries that are missing or unreadable have their defaults.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Preferences {
@@ -47,7 +47,7 @@ impl Default for Preferences {
 }
 
 impl Preferences {
-    /// Where they are kept; `None` where the user has no such folder.
+    /// The path of the file; `None` if the user has no such folder.
     pub fn file() -> Option<PathBuf> {
         directories::ProjectDirs::from("", "", "myxo")
             .map(|dirs| dirs.config_dir().join("lab.toml"))
@@ -74,7 +74,7 @@ impl Preferences {
                 return Self::default();
             }
         };
-        // What is wrong with one thing is no reason to forget the others.
+        // An error in one entry is no reason to drop the others.
         let of = |entries: toml::Table| entries.try_into::<Self>();
         let right = entries.into_iter().filter(|(key, value)| {
             let alone = of(std::iter::once((key.clone(), value.clone())).collect());
@@ -83,7 +83,7 @@ impl Preferences {
         of(right.collect()).unwrap_or_default().sane()
     }
 
-    /// Into a file, whole or not at all; two windows that end at the same time leave those of one of them.
+    /// Writes a file, whole or not at all; of two windows that end at the same time, one prevails.
     pub fn write(&self, file: &Path) -> std::io::Result<()> {
         let mut whole = WholeFile::create(file)?;
         let text = toml::to_string(self).expect("plain values");
@@ -92,7 +92,7 @@ impl Preferences {
         Ok(())
     }
 
-    /// What another window has kept since this one opened, but for what was changed in this one.
+    /// The preferences that another window has kept since this one opened, except those that were changed in this one.
     pub fn over(&self, opened: &Self, kept: &Self) -> Self {
         Self {
             light: pick(&self.light, &opened.light, &kept.light),

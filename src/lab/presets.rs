@@ -1,4 +1,4 @@
-//! What presets do to settings: taken over at once or over some seconds, stepped through, and made up by chance.
+//! Presets applied to settings: at once or over some seconds, one after the other, or at random.
 
 use myxo::scene::parameters::{Effect, Kind, PARAMETERS, Parameter, Scale, find};
 use myxo::scene::presets::is_look;
@@ -108,7 +108,7 @@ pub fn neighbour<'n>(names: &'n [String], name: Option<&str>, forward: bool) -> 
     &names[place]
 }
 
-/// What chance may choose, and within which bounds: a part of what sliders offer, in which something grows.
+/// Parameters of random looks with their bounds: the part of each slider's range in which structures grow.
 const BY_CHANCE: &[(&str, f64, f64)] = &[
     ("physarum.speed", 0.002, 0.008),
     ("physarum.rotation_angle", 8.0, 60.0),
@@ -125,7 +125,7 @@ const OFTEN: f64 = 0.75;
 /// Particles per texel that such looks are meant for.
 const REFERENCE_DENSITY: f64 = 0.54;
 
-/// A look made up by chance; the same seed makes the same.
+/// A random look; equal seeds give equal looks.
 pub fn by_chance(settings: &Settings, seed: u64) -> Settings {
     let mut state = seed;
     let mut chance = || {

@@ -26,7 +26,7 @@ impl Recent {
         self.0.truncate(MOST);
     }
 
-    /// What another window has kept since this one opened comes after what is new in this one.
+    /// Files that another window has kept since this one opened come after those that are new in this one.
     pub fn over(&self, opened: &Self, kept: &Self) -> Self {
         if self == opened {
             return kept.clone();
@@ -72,7 +72,7 @@ impl Recent {
     }
 }
 
-/// What is so now, if it was changed since this window opened; or else what is kept.
+/// The present value if it was changed since this window opened; otherwise the kept one.
 pub fn pick<T: PartialEq + Clone>(now: &T, opened: &T, kept: &T) -> T {
     if now == opened { kept } else { now }.clone()
 }

@@ -4,7 +4,7 @@ use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{FoodSettings, ObjectSettings, ParticleSettings, Settings};
 
 /// The settings that have arrived, with what differs between those that they were `asked` by and those that are `edited` now.
-/// What belongs to an object that has not come, or has gone, is left.
+/// Changes of an object that has not come, or has gone, are dropped.
 pub fn with_changes_since(asked: &Settings, edited: &Settings, arrived: &Settings) -> Settings {
     let mut settings = arrived.clone();
     for parameter in PARAMETERS {
@@ -50,8 +50,8 @@ pub fn renewed(live: &Settings, edited: &Settings) -> Settings {
     settings
 }
 
-/// What was to come, go or grow does not: the objects that are edited are those that run again, with what else waits for a
-/// restart.
+/// Takes back objects that were to come, go or grow: the edited objects are the running ones again, with all other edits that
+/// wait for a restart.
 pub fn take_back(edited: &mut Settings, running: &Settings) {
     edited.objects = as_many_and_as_large(&running.objects, &edited.objects);
     let names: Vec<&String> = running.objects.iter().map(|object| &object.name).collect();
@@ -78,7 +78,7 @@ fn as_many_and_as_large(
     objects.iter().map(as_others_have).collect()
 }
 
-/// Where particles begin may be on an object that comes or goes: then it is where these say.
+/// Particles may begin on an object that comes or goes: then they begin where `say` puts them.
 fn begin_where_they_are(settings: &mut Settings, before: &Settings, say: &ParticleSettings) {
     let has = |settings: &Settings, name: &String| {
         name.is_empty() || settings.objects.iter().any(|object| object.name == *name)
@@ -140,7 +140,7 @@ mod tests {
             ..edited.clone()
         };
         assert_eq!(kept, wanted);
-        // What lies on an object that goes goes with it.
+        // Food on an object that is removed is removed with it.
         let gone = without_object(&asked, 1);
         let kept = with_changes_since(&asked, &edited, &gone);
         assert_eq!(kept.foods, [food("ring")]);

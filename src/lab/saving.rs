@@ -12,7 +12,7 @@ use crate::lab::names::Reserved;
 /// The file that a scene has.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneFile {
-    /// Where it lies.
+    /// Its path.
     pub path: PathBuf,
     /// The window has written it. One that was opened may have comments, and it is asked first.
     pub may_be_replaced: bool,
@@ -95,12 +95,12 @@ pub fn chosen(path: PathBuf) -> Result<PathBuf> {
     Ok(with)
 }
 
-/// Where scenes lie that were left with changes; `None` where the user has no folder for data.
+/// The folder of scenes that were left with changes; `None` if the user has no folder for data.
 pub fn left_folder() -> Option<PathBuf> {
     directories::ProjectDirs::from("", "", "myxo").map(|dirs| dirs.data_dir().join("left"))
 }
 
-/// What a scene was called that lies there.
+/// The name of a scene in that folder.
 pub fn left_name(file: &Path) -> Option<String> {
     let folder = left_folder()?.canonicalize().ok()?;
     let file = file.canonicalize().ok()?;

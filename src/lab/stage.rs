@@ -1,4 +1,4 @@
-//! What the picture shows: the running simulation, its renderer, and the canvas, drawn again only when it must be.
+//! The stage: the running simulation, its renderer, and the canvas, which is drawn again only when it must be.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -36,7 +36,7 @@ const COUNTERS_UNDER_WAY: usize = 4;
 /// Of the picture, and of the atlas beside it.
 pub type Sizes = ([u32; 2], Option<[u32; 2]>);
 
-/// What pictures depend on: the view, the step, the poses, and the size of the atlas beside.
+/// The inputs of a picture: the view, the step, the poses, and the size of the atlas beside.
 type Drawn = (View, u64, Vec<Pose>, Option<[u32; 2]>);
 
 /// All of a scene that is made without a device.
@@ -45,9 +45,9 @@ pub struct Loaded {
     pub scene: Scene,
     /// Atlas, particles, tables.
     pub setup: Setup,
-    /// What pictures need of it.
+    /// Its data for pictures.
     pub prepared: Prepared,
-    /// The state that it goes on from, and what differs since.
+    /// The state that it continues from, and the differences since.
     pub from: Option<(Arc<Checkpoint>, Vec<String>)>,
 }
 
@@ -58,27 +58,27 @@ pub struct Stage {
     pub scene: Scene,
     /// The simulation of it.
     pub simulation: Simulation,
-    /// What it goes on from, if not from the beginning.
+    /// The name of the state that it continues from, if it does not start at step 0.
     pub resumed: Option<String>,
     /// Objects that are hidden or locked.
     pub marks: RunningMarks,
-    /// What is odd about the scene and was done about it, one sentence each.
+    /// Remarks on oddities of the scene and their remedies, one sentence each.
     pub remarks: Vec<String>,
     /// How many times as large as it is each object is drawn, while a layout for that is on its way; empty where none is.
     pub scales: Vec<f32>,
     renderer: Renderer,
     format: Format,
-    /// What the window shows.
+    /// The canvases that the window shows.
     shown: Canvases,
-    /// What the next picture is drawn into, where that is drawn in slices.
+    /// The canvases of the next picture, if it is drawn in slices.
     next: Canvases,
     /// Particles that the picture has, in the view of particles.
     pub particles_drawn: u32,
-    /// How many pictures were drawn: two that are shown are of the same one only if this has not changed.
+    /// The number of pictures drawn: the canvas is unchanged only if this number is.
     pub pictures: u64,
-    /// What the canvases show, if it is still worth showing.
+    /// The inputs of the picture on the canvases, if it is still worth showing.
     drawn: Option<Drawn>,
-    /// What those of the next picture will show.
+    /// The inputs of the next picture.
     coming: Option<Drawn>,
     drawn_at: Instant,
     exposure: Readback<f32>,
@@ -195,7 +195,7 @@ impl Stage {
         Ok(())
     }
 
-    /// What was drawn in slices is whole, and is shown from now on.
+    /// The picture that was drawn in slices is whole, and is shown from now on.
     pub fn show_next(&mut self) {
         std::mem::swap(&mut self.shown, &mut self.next);
         self.drawn = self.coming.take();
@@ -274,7 +274,7 @@ impl Stage {
         }
     }
 
-    /// What the canvas shows has changed between steps.
+    /// The contents of the canvas have changed between steps.
     pub fn forget_picture(&mut self) {
         self.drawn = None;
     }
@@ -288,13 +288,12 @@ impl Stage {
         self.shown.picture.as_ref().is_some_and(fits) && self.drawn.as_ref().is_some_and(is_of)
     }
 
-    /// Does the canvas show nearly what it would if it were drawn again? So it does for a while, as long as the camera
-    /// stays.
+    /// Is the picture on the canvas still recent enough? It is for a while, as long as the camera stays.
     pub fn shows(&self, view: &View, sizes: Sizes) -> bool {
         self.has_drawn(view, sizes) && self.drawn_at.elapsed() < SHOWN_FOR
     }
 
-    /// What was drawn last; see [`Self::shows`].
+    /// The last picture; see [`Self::shows`].
     pub fn picture(&self) -> (&Image, Option<&Image>) {
         let (picture, beside) = self.shown.canvases();
         (picture.image(), beside.map(Canvas::image))
@@ -344,7 +343,7 @@ impl Stage {
     }
 }
 
-/// Where the picture is drawn, and the atlas beside it if that is shown.
+/// The canvas of the picture, and of the atlas beside it if that is shown.
 #[derive(Default)]
 struct Canvases {
     picture: Option<(Quality, Canvas)>,
@@ -390,7 +389,7 @@ impl Canvases {
     }
 }
 
-/// What is odd about the meshes of a scene, each mesh once.
+/// Remarks on oddities of a scene's meshes, each mesh once.
 fn oddities(scene: &Scene) -> impl Iterator<Item = String> {
     let odd = scene.meshes.iter().filter_map(|mesh| {
         let oddities = mesh.report.oddities();

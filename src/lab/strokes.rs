@@ -14,7 +14,7 @@ const MOST: usize = 200;
 /// Texels that they have changed, at the most, all of them together: 192 MiB.
 pub const MOST_TEXELS: usize = 1 << 24;
 
-/// What is said of a stroke that has changed too much.
+/// The notice for a stroke that has changed too much.
 pub const CANNOT_UNDO: &str = "This stroke and those before it cannot be undone";
 
 /// A stroke that is over.
@@ -27,7 +27,7 @@ pub struct Stroke {
     pub is_first: bool,
 }
 
-/// A stroke that goes on.
+/// A stroke in progress.
 pub struct Open {
     /// None where there was no room to keep it.
     pub before: Option<Areas>,
@@ -89,7 +89,7 @@ impl Strokes {
 
     /// One more; the oldest are forgotten where they would be too many.
     pub fn push(&mut self, mut stroke: Stroke) {
-        // What is counted is what it takes.
+        // The count of texels then equals the memory in use.
         stroke.changed.shrink_to_fit();
         self.undone.clear();
         self.done.push(stroke);
@@ -102,13 +102,13 @@ impl Strokes {
         self.done.drain(..self.done.len() - kept);
     }
 
-    /// Undo and redo go through the strokes that are known.
+    /// Limits undo and redo to the strokes that are kept.
     pub fn tell(&self, undo: &mut Undo) {
         undo.keep_strokes(|number| self.known(number));
     }
 
-    /// The next one on the way to where this is the last one that there is, and whether it goes back. It has to be put
-    /// somewhere again.
+    /// The next stroke on the way to the state whose last stroke is `last`, and whether it is undone. The caller has to put it
+    /// back.
     pub fn take_towards(&mut self, last: u64) -> Option<(Stroke, bool)> {
         if let Some(stroke) = self.done.pop_if(|stroke| stroke.number > last) {
             return Some((stroke, true));

@@ -11,7 +11,7 @@ pub const SCROLL_BAR: f32 = 6.0;
 struct Palette {
     /// Marks what is active, changed or under the pointer.
     accent: Color32,
-    /// What waits for a restart, and warnings.
+    /// Marks values that wait for a restart, and warnings.
     pending: Color32,
     error: Color32,
     panel: Color32,
@@ -65,7 +65,7 @@ pub fn accent(ui: &Ui) -> Color32 {
     ui.visuals().hyperlink_color
 }
 
-/// What waits for a restart, and warnings.
+/// Marks values that wait for a restart, and warnings.
 pub fn pending(ui: &Ui) -> Color32 {
     ui.visuals().warn_fg_color
 }
@@ -211,7 +211,7 @@ fn visuals(light: bool) -> Visuals {
         widget.weak_bg_fill = fill;
         widget.fg_stroke = Stroke::new(1.0, text);
     }
-    // What has the keyboard, or is pressed.
+    // Controls that have the keyboard, or are pressed.
     widgets.active.bg_stroke = Stroke::new(1.5, palette.accent);
     // Text that is disabled keeps a contrast of 4.5 to 1 on the panel.
     visuals.disabled_alpha = DISABLED;

@@ -79,7 +79,7 @@ impl State {
     }
 }
 
-/// Where undo and redo lead to, and what a file has.
+/// A state that undo and redo lead to, or that a file has.
 #[derive(Clone, Debug)]
 pub struct Entry {
     state: State,
@@ -95,15 +95,15 @@ impl PartialEq for Entry {
     }
 }
 
-/// What was, what is, and what was undone.
+/// The history: past entries, the present one, and undone ones.
 #[derive(Clone, Debug)]
 pub struct Undo {
     past: Vec<Entry>,
     now: Entry,
     future: Vec<Entry>,
-    /// Of all strokes; no two have the same.
+    /// The last number given to a stroke; no two strokes share a number.
     last_number: u64,
-    /// What a file has; none has what was never in one.
+    /// The entry that the file has; none if it was never in one.
     saved: Option<Entry>,
     /// Something was painted last that undo does not take back.
     lasts: bool,
@@ -133,7 +133,7 @@ impl Undo {
         self.lasts = true;
     }
 
-    /// Was that the last thing that was done? Once it was said, undo goes on with what was before it.
+    /// Was that the last action? After this was said once, undo continues with the action before it.
     pub fn take_lasting(&mut self) -> bool {
         std::mem::take(&mut self.lasts)
     }
@@ -201,7 +201,7 @@ impl Undo {
 
     /// Goes back by one entry, if there is one.
     pub fn undo(&mut self, settings: &mut Settings, view: &mut View) -> bool {
-        // What has not been noted yet is what is undone.
+        // Changes that are not noted yet are undone first.
         self.note(settings, view);
         let Some(before) = self.past.pop() else {
             return false;
@@ -222,8 +222,7 @@ impl Undo {
         true
     }
 
-    /// What was refused was never there: wherever this food stands, there is what runs instead. Else undo would lead back
-    /// to it for ever.
+    /// Replaces refused food by the running food in all entries. Otherwise undo would lead back to it for ever.
     pub fn forget_food(&mut self, refused: &Settings, runs: &Settings) {
         for entry in self.all() {
             let settings = &mut entry.state.settings;
@@ -272,7 +271,7 @@ impl Undo {
         self.now.preset.as_deref()
     }
 
-    /// What is there now goes with this preset.
+    /// The present entry has this preset.
     pub fn set_preset(&mut self, preset: Option<&str>) {
         self.now.preset = preset.map(str::to_owned);
     }

@@ -58,7 +58,7 @@ pub(super) fn found<'a>(rows: &'a [&'a str], filter: &str) -> Vec<&'a str> {
 /// Why areas cannot be hidden.
 const NO_AREAS: &str = "Nothing is painted, and there is no area map: brushes paint areas (B).";
 
-/// What gets the brightest colour when automatic exposure is left, trail units.
+/// The trail with the brightest colour when automatic exposure is turned off, trail units.
 const BRIGHTEST: f32 = 50.0;
 
 impl Document {
@@ -73,7 +73,7 @@ impl Document {
         seen
     }
 
-    /// The same of the scene as it was loaded: what resets return to.
+    /// The values of the scene as it was loaded, to which resets return.
     fn as_loaded(&self) -> Settings {
         let mut loaded = self.loaded.clone();
         let fits = loaded.camera.distance <= 0.0;
@@ -116,7 +116,7 @@ impl Document {
                 self.refit();
             }
         } else if was.distance == 0.0 && is != was {
-            // It goes on fitting, from another side.
+            // The camera continues to fit the scene, from another side.
             self.refit();
         }
     }

@@ -35,7 +35,7 @@ pub(super) fn choose_view(ctx: &egui::Context, show: Show, desk: &mut Desk<'_>) 
     }
 }
 
-/// What the picture can show, the atlas beside it, and what the colours mean.
+/// The list of views, the atlas beside the picture, and the legend of colours.
 pub(super) fn views_list(ui: &mut Ui, desk: &mut Desk<'_>) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing = vec2(3.0, 3.0);
@@ -84,7 +84,7 @@ pub(super) fn views_list(ui: &mut Ui, desk: &mut Desk<'_>) {
     legend(ui, desk.document, desk.facts);
 }
 
-/// What colours mean.
+/// The legend of colours.
 fn legend(ui: &mut Ui, document: &Document, facts: &Facts) {
     let line = |ui: &mut Ui, colors: &[Vec3], text: &str| {
         ui.horizontal(|ui| {
@@ -102,7 +102,7 @@ fn legend(ui: &mut Ui, document: &Document, facts: &Facts) {
     };
     let map = document.view.color_map;
     match document.view.show.legend() {
-        // What stands below stays where it is.
+        // The rows below keep their places.
         Legend::None => line(ui, &[], ""),
         Legend::Trail => {
             let Some(brightest) = facts.brightest else {
@@ -212,7 +212,7 @@ pub(super) fn camera_section(ui: &mut Ui, navigation: &Navigation, desk: &mut De
     view_rows(ui, CAMERA_ROWS, desk);
 }
 
-/// Where the light comes from, and how dark hollows are.
+/// The direction of the light, and the darkness of hollows.
 pub(super) fn light_section(ui: &mut Ui, desk: &mut Desk<'_>) {
     ui.horizontal_top(|ui| {
         let (rect, response) = ui.allocate_exact_size(vec2(BALL, BALL), Sense::click_and_drag());
@@ -238,7 +238,7 @@ fn three_digits(value: f32) -> String {
     format!("{value:.*}", decimals.clamp(0, 6) as usize)
 }
 
-/// What a view shows, and its key.
+/// A view's description and its key.
 fn in_words(show: Show) -> String {
     let help = show.help();
     let (first, rest) = help.split_at(1);

@@ -17,13 +17,13 @@ use serde::Deserialize;
 pub const FRAME: Duration = Duration::from_millis(60);
 /// Steps of a frame take about so long.
 pub const PACE: Duration = Duration::from_millis(16);
-/// The interface of one frame in so many is drawn, for the validation layers; nothing else looks at it.
+/// The interface of one frame in this many is drawn, for the validation layers; nothing else looks at it.
 pub const DRAWN: u32 = 16;
-/// What moves for more frames than this does not come to rest.
+/// An animation of more frames than this counts as endless.
 pub const MOST_FRAMES: u64 = 90;
-/// As long as a button or a key is held, something may move; so many frames show what it has done.
+/// While a button or a key is held, something may move; this many frames show its effect.
 pub const FRAMES_WHILE_HELD: u64 = 2;
-/// Where no frame is due, what is waited for has so much time.
+/// If no frame is due, pending work has this much time.
 pub const PAUSE: Duration = Duration::from_millis(25);
 
 /// Something that happens to a window.
@@ -52,7 +52,7 @@ pub enum Event {
     Drop(PathBuf),
     /// The window has this size in pixels; none is as large as one that some systems hide.
     Resize([u32; 2]),
-    /// So many pixels are a point.
+    /// Pixels per point.
     Scale(f32),
     /// It is minimised, or not any more.
     Minimize(bool),
@@ -60,7 +60,7 @@ pub enum Event {
     Close,
 }
 
-/// What stands for a window.
+/// The replacement of a window.
 pub struct Windowless {
     pub context: egui::Context,
     pub input: egui::RawInput,
@@ -133,7 +133,7 @@ impl Windowless {
         self.needs_frame = true;
     }
 
-    /// What the next frame takes in.
+    /// The input of the next frame.
     pub fn input(&mut self) -> &mut egui::RawInput {
         &mut self.input
     }
@@ -143,7 +143,7 @@ impl Windowless {
         !self.input.events.is_empty()
     }
 
-    /// What has come in since the last frame.
+    /// Takes the input since the last frame.
     pub fn take_input(&mut self) -> egui::RawInput {
         self.clock += FRAME;
         self.frames = self.frames.wrapping_add(1);
@@ -292,7 +292,7 @@ impl Windowless {
     }
 }
 
-/// What a key types.
+/// The letter that a key types.
 fn letter(key: Key, shift: bool) -> Option<String> {
     let name = match key {
         Key::Space => " ",

@@ -1,4 +1,4 @@
-//! A film that another thread writes while the window goes on.
+//! A film that another thread writes while the window continues.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::lab::names::Reserved;
 
 /// Pictures that wait take no more than this, but for the first few.
 const MOST_WAITING: usize = 256 << 20;
-/// So many may wait however large they are.
+/// The number of pictures that may wait, however large they are.
 const FEWEST: usize = 3;
 
 /// A picture as it lies on the device.
@@ -69,7 +69,7 @@ struct Queue {
     bytes: usize,
 }
 
-/// What the window and the writer share.
+/// State shared by the window and the writer.
 #[derive(Debug, Default)]
 struct Shared {
     queue: Mutex<Queue>,
@@ -151,7 +151,7 @@ impl Encoder {
         self.shared.lock().cancelled
     }
 
-    /// What came of it, once, when it has ended: nothing where it was cancelled.
+    /// The result, once, when it has ended: no files if it was cancelled.
     pub fn take(&mut self) -> Option<Result<Written>> {
         self.job.as_mut()?.take()
     }
@@ -333,7 +333,7 @@ mod tests {
     fn a_writer_that_fails_says_why_and_a_full_queue_takes_no_more() {
         let folder = tempfile::tempdir().unwrap();
         let mut encoder = begin(folder.path(), [8, 4]);
-        // Where its folder was there is a file now.
+        // A file takes the place of its folder.
         std::fs::remove_dir_all(folder.path()).unwrap();
         std::fs::write(folder.path(), "").unwrap();
         encoder.push(frame(0, [8, 4], 10));

@@ -1,5 +1,5 @@
-//! What is being made: a picture, a film or an export. The window's thread does the part that needs the device, in small
-//! pieces; other threads do the rest.
+//! An export under way: a picture, a film, a model or a checkpoint. The window's thread does the part that needs the device, in
+//! small pieces; other threads do the rest.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -25,12 +25,12 @@ use crate::lab::out::shot::Shot;
 use crate::lab::stage::Stage;
 use crate::lab::undo::Entry;
 
-/// What of a window's frame is spent on it.
+/// The time that one frame of the window spends on an export.
 const MOMENT: Duration = Duration::from_millis(45);
 /// In a film the exposure follows the trail with each picture by this share at the least.
 const SLOWEST_ADAPTATION: f32 = 0.12;
 
-/// What is being made.
+/// An export under way.
 pub enum Export {
     /// One picture.
     Picture(Picture),
@@ -55,7 +55,7 @@ impl Export {
         }
     }
 
-    /// What came of it, once, when it has ended.
+    /// The result, once, when it has ended.
     pub fn take(&mut self) -> Option<Result<Written>> {
         match self {
             Self::Picture(picture) => picture.writer.as_mut()?.take(),
@@ -70,7 +70,7 @@ impl Export {
             Self::Picture(picture) => {
                 picture.is_cancelled = true;
                 picture.shot = None;
-                // What is being written already is done in a moment.
+                // A picture that is already being written is done soon.
                 if picture.writer.is_none() {
                     picture.writer = nothing();
                 }
@@ -80,7 +80,7 @@ impl Export {
         }
     }
 
-    /// Does the simulation stand as it is, or go on only by it?
+    /// Does the simulation stop for it, or step only for it?
     pub fn holds(&self) -> bool {
         match self {
             Self::Picture(picture) => picture.writer.is_none(),
@@ -292,7 +292,7 @@ impl Film {
         self.encoder.end(self.done);
     }
 
-    /// Steps and parts of pictures, one by one. Where the writer is slower, it is waited for: no picture is left out.
+    /// Advances by steps and parts of pictures. A slower writer is waited for: no picture is left out.
     fn advance(
         &mut self,
         frames: &mut Frames,
@@ -364,7 +364,7 @@ pub struct FileExport {
     watch: Arc<Watch>,
     writer: Writer,
     path: PathBuf,
-    /// What the next frame is asked for.
+    /// The file that the next frame is asked for.
     asked: Option<(Model, Colors, Reserved)>,
     /// Of a scene file: all that it has of what can be undone.
     pub saves: Option<Entry>,

@@ -26,7 +26,7 @@ pub use shot::Shot;
 /// The largest picture of a film, pixels a side.
 pub const LARGEST_FILM: u32 = 4096;
 
-/// What is under way.
+/// Recordings and exports under way.
 #[derive(Default)]
 pub struct TakeOut {
     pub recording: Option<Recording>,
@@ -70,12 +70,12 @@ impl TakeOut {
         Some((self.recording.take()?, written))
     }
 
-    /// Does the simulation stand as it is, or go on only when a film asks for it?
+    /// Does the simulation stop, or step only when a film asks for it?
     pub fn holds(&self) -> bool {
         self.job.as_ref().is_some_and(Export::holds)
     }
 
-    /// Is there something to be done, or to be shown as it goes on?
+    /// Is there work to do, or progress to show?
     pub fn is_busy(&self) -> bool {
         self.job.is_some() || self.recording.is_some()
     }
@@ -87,7 +87,7 @@ impl TakeOut {
             Some(Export::Film(film)) => film.stop(),
             Some(job @ Export::Picture(_)) if job.draws() => job.cancel(),
             Some(Export::File(export)) => {
-                // What its file has is nothing of the next scene's.
+                // The file holds the old scene, so the next scene must not count as saved.
                 export.saves = None;
                 if export.is_asked() {
                     export.cancel();
@@ -97,7 +97,7 @@ impl TakeOut {
         }
     }
 
-    /// The device goes: a recording, too, ends with what it has. What is left is written without a device.
+    /// The device goes: a recording, too, ends with what it has. The rest is written without a device.
     pub fn leave_device(&mut self) {
         if let Some(recording) = &mut self.recording
             && !recording.is_ending()

@@ -17,7 +17,7 @@ use crate::lab::widgets::{hint_beside, parse_number, reader};
 
 /// Of the bar's contents, points.
 const WIDTH: f32 = 108.0;
-/// The same where the bar has signs only.
+/// The width of the contents if the bar has signs only, points.
 const NARROW: f32 = 24.0;
 /// A picture narrower than this would lose too much to names.
 const HAS_ROOM: f32 = 620.0;

@@ -27,7 +27,7 @@ const LEAST_SIZE: f32 = 0.02;
 /// Of meals that never end.
 const ENDLESS: &str = "∞";
 
-/// What the bar lets be changed of a food: key, name, what it is, and what its slider offers.
+/// A value of a food that the bar can change: key, name, description, and the range of its slider.
 type Control = (&'static str, &'static str, &'static str, (f64, f64));
 const CONTROLS: [Control; 4] = [
     (
@@ -236,7 +236,7 @@ impl Hands {
         }
     }
 
-    /// What the picked food is like, or the next one will be.
+    /// Controls of the picked food, or of the next one.
     pub(super) fn food_controls(&mut self, ui: &mut Ui, width: f32, desk: &mut Desk<'_>) {
         ui.spacing_mut().slider_width = width - 50.0;
         ui.spacing_mut().interact_size.x = 42.0;
@@ -244,7 +244,7 @@ impl Hands {
         self.food = self
             .food
             .filter(|food| *food < desk.document.edited.foods.len());
-        // What was changed takes a moment to be there.
+        // A change takes a moment to arrive in the simulation.
         let is_coming = desk.document.edited.foods != desk.document.running.foods;
         let title = match self.food {
             Some(food) if is_coming => format!("food {food} …"),
@@ -326,7 +326,7 @@ fn meals(value: f64) -> String {
     }
 }
 
-/// What was typed may lie beyond what is allowed.
+/// A typed value may lie outside the allowed range.
 fn keep_in_range(food: &mut FoodSettings, key: &str) {
     let parameter = FOOD_PARAMETERS
         .iter()

@@ -36,7 +36,7 @@ const COLORS: [Color32; 3] = [
 const NAMES: [&str; 3] = ["x", "y", "z"];
 const PARTS: usize = 48;
 
-/// Where everything of the gizmo lies.
+/// The places of the gizmo's parts.
 struct Shape {
     /// Points of the window.
     middle: Pos2,
@@ -67,7 +67,7 @@ impl Screen {
         Vec2::new(self.rect.width(), self.rect.height()) * self.pixels_per_point
     }
 
-    /// Where a place in the world is seen.
+    /// The point of the screen at which a place in the world is seen.
     pub(super) fn point(self, camera: &Camera, place: Vec3) -> Option<Pos2> {
         let pixel = camera.pixel(place, self.size())?;
         let at = pixel / self.pixels_per_point;
@@ -171,7 +171,7 @@ impl Hands {
             Vec2::new(at.x, at.y)
         };
         let over = hovered.and_then(|at| shape.handle_at(at));
-        // Where it was pressed: in a slow frame the pointer has gone on since.
+        // The place of the press: in a slow frame the pointer has moved since.
         let pressed = held.press.filter(|_| self.grab.is_none());
         if let Some((at, handle)) = pressed.and_then(|at| Some((at, shape.handle_at(at)?))) {
             self.grab = Some(Grab {
@@ -227,7 +227,7 @@ impl Hands {
         active.is_some()
     }
 
-    /// What is moved by a handle that is held goes back where it was. False where none is.
+    /// Puts an object whose handle is held back where it was. Returns false if no handle is held.
     pub(in super::super) fn give_up_grab(&mut self, desk: &mut Desk<'_>) -> bool {
         let grab = self.grab.as_mut().filter(|grab| !grab.is_given_up);
         let (Some(grab), Some(object)) = (grab, self.selected) else {
@@ -286,7 +286,7 @@ impl Hands {
             return;
         }
         for (axis, name) in NAMES.into_iter().enumerate() {
-            // Where nothing else is near.
+            // The place must be away from all others.
             let away = |at: &Pos2| {
                 let ends = shape.ends.iter().flatten();
                 let arrows = ends.map(|end| to_segment(*at, shape.middle, *end));

@@ -1,4 +1,4 @@
-//! Where a handle that is held takes an object: ways along axes, in planes and round rings, from pixels of the picture.
+//! Motions of an object by a handle: ways along axes, in planes and round rings, from pixels of the picture.
 
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2, Vec3};
 use myxo::render::Camera;
@@ -40,7 +40,7 @@ pub fn angle_round(
         let slope = slope.abs().max(1e-6).copysign(slope);
         let along = (middle - ray.origin).dot(axis) / slope;
         let way = ray.origin + along * ray.direction - middle;
-        // Where the ray passes the horizon of the ring's plane, the place at the other side of the eye is seen through it.
+        // If the ray passes the horizon of the ring's plane, it meets the plane behind the eye.
         if along < 0.0 { -way } else { way }
     });
     from.cross(to).dot(axis).atan2(from.dot(to))
@@ -55,7 +55,7 @@ pub fn length_of_pixel(camera: &Camera, size: Vec2, place: Vec3) -> f32 {
     2.0 * depth * (0.5 * camera.vertical_fov).tan() / size.y.max(1.0)
 }
 
-/// Where a pixel's ray meets the plane of the picture through `middle`.
+/// The point at which a pixel's ray meets the plane of the picture through `middle`.
 pub fn on_plane(camera: &Camera, size: Vec2, pixel: Vec2, middle: Vec3) -> Vec3 {
     let ray = camera.ray(pixel, size);
     let normal = camera.backward();

@@ -44,7 +44,7 @@ const LONGEST_PRESS: f32 = 0.1;
 /// The state of the tools.
 #[derive(Clone, Debug)]
 pub struct Hands {
-    /// What the pointer does.
+    /// The tool in use.
     pub tool: Tool,
     /// The brush used last.
     last_brush: Tool,
@@ -62,29 +62,29 @@ pub struct Hands {
     asked: Ticket,
     /// The food that is picked.
     pub food: Option<usize>,
-    /// What the next food will be like.
+    /// The settings of the next food.
     pub next_food: FoodSettings,
-    /// What a press with the tool for food has come to.
+    /// The state of a press with the tool for food.
     food_drag: FoodDrag,
     /// A handle of the gizmo that is held.
     grab: Option<Grab>,
-    /// What the pointer is on, pixels of the picture, while that is asked for.
+    /// The pointer, pixels of the picture, while the tool needs the point under it.
     pub pointer: Option<Vec2>,
-    /// Where a click waits to hear what it has picked.
+    /// A click that waits for the object under it.
     click: Option<Vec2>,
     wheel: Wheel,
     /// The pointer while it is held, and while its other buttons are.
     hold: Hold,
     others: [Hold; 2],
-    /// What was dragged over the picture in this frame.
+    /// Drags over the picture in this frame.
     pub(super) drags: Drags,
     /// A list or a dialog lies over everything, and a press means that.
     pub(super) is_covered: bool,
     /// The panel is to show the object that was picked.
     pub(super) reveals: Option<usize>,
-    /// Where an object has come that is to be seen in the picture.
+    /// Points of a new object that the picture should show.
     pub(super) newcomer: Vec<Vec3>,
-    /// What the camera is to show, places in the world.
+    /// Points that the camera should show, in the world.
     pub(super) framed: Vec<Vec3>,
     /// Since the press it has painted what undo may take back.
     pub(super) paints_areas: bool,
@@ -149,7 +149,7 @@ impl Hands {
         self.food = self.food.filter(|food| *food < foods);
     }
 
-    /// What was picked is left. In another scene it is not there, whatever has its number.
+    /// Clears the selection, because its index means another object in another scene.
     pub fn leave_scene(&mut self) {
         self.pick(None);
         self.food = None;
@@ -220,7 +220,7 @@ impl Hands {
         self.take(tool);
     }
 
-    /// What a stroke of so many seconds does in all.
+    /// The brush for a stroke of this many seconds in all.
     fn brush(&self, seconds: f32, mean_trail: f32) -> Option<Brush> {
         let amount = 10.0 * self.strength * mean_trail * seconds;
         let share = |rate: f32| 1.0 - (-rate * self.strength * seconds).exp();
@@ -258,7 +258,7 @@ impl Hands {
         // A pointer that leaves the picture and comes back continues its stroke.
         let is_held = ui.input(|i| i.pointer.button_down(PointerButton::Primary));
         if !is_held && std::mem::take(&mut self.paints_areas) {
-            // What was changed until now comes before the stroke.
+            // Changes until now are noted before the stroke.
             self.note_changes(desk.document);
             self.pending_ends += 1;
             desk.commands.push(Command::Hand(Work::EndStroke));
@@ -266,7 +266,8 @@ impl Hands {
         used
     }
 
-    /// Undo may lead back to before what has changed. What changes after a stroke that waits for its end comes after it.
+    /// Notes changes, so that undo can lead back to the state before them. Changes after a stroke that waits for its end are
+    /// noted after it.
     pub(super) fn note_changes(&self, document: &mut Document) {
         if self.pending_ends == 0 {
             document.note();
@@ -297,7 +298,7 @@ impl Hands {
         let asks = is_solid && (self.tool != Tool::Look || self.probe || is_held);
         self.pointer = hovered.filter(|_| asks);
         if facts.hand.looked != self.pointer && !facts.hand.poses.is_empty() {
-            // What is shown is where the pointer was; one more frame brings it to where it is.
+            // The point shown is for an older position of the pointer; one more frame brings it up to date.
             ui.ctx().request_repaint();
         }
         if !is_solid {
@@ -320,13 +321,13 @@ impl Hands {
                 self.paint_along(way, seconds, to_pixel, desk);
             }
             if is_held {
-                // A brush that is held still goes on.
+                // A brush that is held still continues to paint.
                 ui.ctx().request_repaint();
             }
             return is_held || held.release.is_some();
         }
         if self.tool == Tool::Look && desk.layout.alone {
-            // What would be picked shows handles.
+            // A picked object would show handles.
             self.grab = None;
             return false;
         }
@@ -366,7 +367,7 @@ impl Hands {
         drags
     }
 
-    /// What a brush does along a way that took so many seconds.
+    /// Paints along a way that took this many seconds.
     fn paint_along(
         &self,
         way: &Way,

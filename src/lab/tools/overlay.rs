@@ -1,4 +1,4 @@
-//! What the tools show over the picture: the brush as a ring on the surface, the outline of the picked object, the probe.
+//! Overlays of the tools over the picture: the brush as a ring on the surface, the outline of the picked object, the probe.
 
 use std::time::Duration;
 
@@ -54,7 +54,7 @@ impl Hands {
         }
     }
 
-    /// Where a brush would paint: nothing else is shown while the panel is hidden.
+    /// The ring where a brush would paint. While the panel is hidden, nothing else is shown.
     fn brush_alone(&self, ui: &Ui, screen: Screen, desk: &Desk<'_>) {
         let facts = desk.facts;
         let under = facts.hand.under.as_ref();
@@ -148,7 +148,7 @@ impl Hands {
         let Some(at) = ui.input(|i| i.pointer.latest_pos()) else {
             return;
         };
-        // What comes from the device comes with the next frames.
+        // Values from the device arrive with the next frames.
         ui.ctx().request_repaint_after(PROBE_INTERVAL);
         let name =
             (desk.document.running.objects.get(under.object)).map(|object| object.name.clone());

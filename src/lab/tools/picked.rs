@@ -1,4 +1,4 @@
-//! What is picked: an object that is there, or one that was asked for and is picked when it comes.
+//! The selection: an object that is there, or one that was asked for and is picked when it comes.
 
 use glam::Affine3A;
 
@@ -89,7 +89,7 @@ impl Hands {
         }
     }
 
-    /// The picked object comes once more. What is pressed next is about the copy, also before it is there.
+    /// Duplicates the picked object. The next keys apply to the copy, also before it has arrived.
     pub(in super::super) fn duplicate_selected(
         &mut self,
         ctx: &egui::Context,

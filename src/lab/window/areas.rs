@@ -56,7 +56,7 @@ fn kept(bias: &[f32], left: Areas<'_>, next: Areas<'_>) -> Option<Vec<f32>> {
     carried_bias(bias, left.setup, next.setup, &from)
 }
 
-/// What a stage has of the one before it.
+/// The data that a stage keeps of the one before it.
 #[derive(Clone, Copy, Default)]
 pub struct CarriedOver {
     /// All that has grown.
@@ -70,17 +70,17 @@ impl Lab {
     pub(crate) fn loses_areas_to(&self, next: &Stage) -> bool {
         self.runner.stage.as_ref().is_some_and(|left| {
             let (here, there) = (Areas::of(left), Areas::of(next));
-            // What cannot be read is lost in any case.
+            // Areas that cannot be read are lost in any case.
             let bias = left.simulation.areas().unwrap_or_default();
             let has_other_map = here.settings != there.settings;
-            // For a state that goes on, with areas of its own, the one that is left is kept.
+            // A continued state has areas of its own, so the present state is kept.
             let begins = next.resumed.is_none();
             begins && has_other_map && !bias.is_empty() && bias != here.setup.bias
         })
     }
 
-    /// Takes what has grown on the stage that is left over to the next one, where that has a meaning, or its areas. A state that
-    /// goes on has its own.
+    /// Carries the state of the old stage over to the next one, if it fits there, or only its areas. A continued state has its
+    /// own.
     pub(crate) fn carry_over(&mut self, next: &mut Stage) -> Result<CarriedOver> {
         let carry = self.edits.carry.take();
         let mut carried_over = CarriedOver::default();

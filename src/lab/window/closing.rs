@@ -1,4 +1,4 @@
-//! What is being taken out when the window closes: what can be finished is, and the terminal hears what became of each.
+//! Exports under way when the window closes: all that can be are finished, and the terminal shows the outcome of each.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -65,7 +65,7 @@ impl Lab {
         if let Some(recording) = &mut self.jobs.exports.recording {
             say(&finishing(recording.path()));
             if !recording.is_ending() {
-                // Where that fails, the next frame says so.
+                // If this fails, the next frame reports it.
                 let _ = self.runner.frames.wait_idle();
                 recording.stop();
             }
@@ -78,15 +78,15 @@ impl Lab {
         }
     }
 
-    /// The window closes: what is being recorded, filmed or written becomes whole files, and so does a picture that does not
-    /// take long. What became of each is said on the terminal.
+    /// The window closes: recordings, films and files being written become whole files, and so does a picture that does not
+    /// take long. The terminal shows the outcome of each.
     pub(in super::super) fn end_taking_out(&mut self) {
         self.jobs.exports.end_recording();
         self.finish_job();
     }
 
-    /// The window closes while commands wait for steps: those that write files are obeyed, in their order. What else was
-    /// asked for, and does not come any more, is said.
+    /// The window closes while commands wait for steps: those that write files are obeyed, in their order. The terminal names
+    /// the others, which are dropped.
     pub(in super::super) fn obey_what_writes(&mut self) {
         if let Some(text) = self.was_on_its_way() {
             say(&text);
@@ -126,7 +126,7 @@ impl Lab {
         }
     }
 
-    /// What is said where nothing that waits is obeyed: of all that does not come any more.
+    /// Messages on all waiting requests, for an end at which none is obeyed.
     pub(in super::super) fn what_does_not_come(&self) -> Vec<String> {
         let waits = self.waiting.iter().filter_map(|left| match end_of(left) {
             AtTheEnd::GivenUp(text) => Some(text),
@@ -135,7 +135,7 @@ impl Lab {
         self.was_on_its_way().into_iter().chain(waits).collect()
     }
 
-    /// What is said of a scene, or an object that was to come or to go.
+    /// The message on a scene on its way, or on an object that was to come or to go.
     fn was_on_its_way(&self) -> Option<String> {
         let coming = self.edits.coming.as_ref();
         let coming = coming.map(|coming| coming.what.clone());
@@ -177,7 +177,7 @@ impl Lab {
         if self.jobs.exports.job.as_ref().is_some_and(needs_state) {
             let context = self.host.context().clone();
             let mut rec = self.runner.frames.begin()?;
-            // What was painted before is seen in it.
+            // Earlier painting is part of it.
             self.record_hands(&mut rec, &context)?;
             self.record_asked(&mut rec)?;
             self.runner.frames.submit(rec)?;
@@ -247,7 +247,7 @@ impl TakeOut {
     }
 }
 
-/// What becomes of something that waits when the window closes.
+/// The outcome of a waiting request when the window closes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum AtTheEnd {
     /// It writes a file, and is obeyed.
@@ -324,20 +324,20 @@ pub(in super::super) fn say(text: &str) {
     console::message(text);
 }
 
-/// What is said before a file is waited for.
+/// The message before the wait for a file.
 fn finishing(path: &Path) -> String {
     let name = path.file_name().unwrap_or(path.as_os_str());
     format!("finishing {} ...", Path::new(name).shown())
 }
 
-/// What became of a recording, in a line.
+/// The outcome of a recording, in a line.
 pub(super) fn outcome_of_recording(path: &Path, ended: &Result<Written>, remarks: &str) -> String {
     let is_whole = matches!(ended, Ok(written) if !written.files.is_empty());
     let text = outcome_of(path, ended, false);
     if is_whole { text + remarks } else { text }
 }
 
-/// What was written, with absolute paths.
+/// The written files with absolute paths.
 pub(super) fn found_again(written: &Written) -> Written {
     Written {
         files: written.files.iter().map(|file| whole(file)).collect(),
@@ -345,7 +345,7 @@ pub(super) fn found_again(written: &Written) -> Written {
     }
 }
 
-/// What became of a file, in a line.
+/// The outcome of a file, in a line.
 pub(super) fn outcome_of(path: &Path, ended: &Result<Written>, is_cancelled: bool) -> String {
     let path = whole(path);
     match ended {

@@ -1,4 +1,4 @@
-//! What the interface asks the window for, done: settings, scenes, screenshots, the clipboard.
+//! Obeys the commands of the interface: settings, scenes, screenshots, the clipboard.
 
 use std::path::{Path, PathBuf};
 
@@ -99,7 +99,7 @@ impl Lab {
         Ok(())
     }
 
-    /// Lets the running simulation take over what can change while it runs. Where it cannot, that is said, and false.
+    /// Applies the settings that can change while the simulation runs. If this fails, a notice says so and it returns false.
     pub(super) fn apply(&mut self, context: &egui::Context) -> bool {
         let wanted = self.interface.document.live_settings();
         let is_taken = match self.runner.apply(&wanted) {
@@ -125,7 +125,7 @@ impl Lab {
         self.restart_as(self.interface.document.edited.clone());
     }
 
-    /// The same with other settings.
+    /// Restarts from step 0, with other settings.
     pub(super) fn restart_as(&mut self, settings: Settings) {
         let (name, folder) = (
             self.interface.document.name.clone(),
@@ -165,7 +165,7 @@ impl Lab {
         self.interface.notices.say(context, text, false);
     }
 
-    /// Into the file that the scene was saved in before, or else into a numbered one.
+    /// Saves the scene into its file, or if it has none, into a numbered one.
     fn save(&mut self, context: &egui::Context) {
         let saved = match self
             .interface
@@ -293,7 +293,7 @@ impl Lab {
         Some(self.keep_as_left())
     }
 
-    /// The same, whatever has a file.
+    /// Keeps the scene as it was left, whether a file has it or not.
     pub(super) fn keep_as_left(&mut self) -> Result<(PathBuf, String)> {
         let mut lacks = String::new();
         let mut left = std::mem::take(&mut self.interface.gallery.left);

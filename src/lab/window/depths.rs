@@ -1,5 +1,5 @@
-//! What is seen in a brush's ring: dabs where its middle is, and where else surfaces are seen through it, nearer or farther
-//! than the dab's ball reaches.
+//! Surfaces seen in a brush's ring: a dab at its middle, and further dabs where surfaces are seen through the ring nearer or
+//! farther than the first dab's ball reaches.
 
 use glam::{Affine3A, Vec3};
 use myxo::mesh::surface::Surface;
@@ -10,17 +10,17 @@ use myxo::sim::paint::{Ball, Dab, MOST_DEPTHS, Ring};
 use crate::lab::marks::RunningMarks;
 use crate::lab::tools::overlay::normal_towards;
 
-/// What is seen farther than this from a ring's middle lies off the dab's ball, as a share of its radius: places on smooth
-/// surfaces that are seen from the side come beyond 1.
+/// Places seen farther than this from a ring's middle lie off the dab's ball, as a share of its radius: smooth surfaces seen
+/// from the side exceed 1.
 const OFF: f32 = 1.2;
-/// So much larger than the ring the balls are, so that places of one depth lie in them up to the ring's edge, also half a
-/// radius nearer or farther than their middle.
+/// The radius of balls over the ring's, so that places of one depth lie in them up to the ring's edge, also half a radius
+/// nearer or farther than their middle.
 const WIDER: f32 = 1.12;
 
-/// The dabs of one frame's stroke, through the rings that are drawn round those pixels whose rays these are. Where a ring
-/// is all of one smooth surface, its dab is one ball. Hidden objects are looked through, and locked ones have no dabs.
+/// The dabs of one frame's stroke, through the rings that are drawn round the pixels of these rays. If a ring shows one smooth
+/// surface, its dab is one ball. Hidden objects are looked through, and locked ones have no dabs.
 ///
-/// The surface is gone through twice, however many rays there are.
+/// It iterates over the surface twice, however many rays there are.
 pub fn dabs_seen(
     surface: &Surface,
     poses: &[Affine3A],

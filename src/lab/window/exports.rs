@@ -1,4 +1,4 @@
-//! Exports that the window begins, goes on with and reports.
+//! Exports that the window begins, advances and reports.
 
 use crate::lab::command::{Model, Out};
 use crate::lab::document::Document;
@@ -19,7 +19,7 @@ use myxo::{Error, Result};
 use std::path::PathBuf;
 
 impl Lab {
-    /// Where files go.
+    /// The folder for files.
     pub(super) fn folder_out(&self) -> PathBuf {
         let home = directories::UserDirs::new();
         let home = home.as_ref().map(|dirs| dirs.home_dir());

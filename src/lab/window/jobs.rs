@@ -1,4 +1,4 @@
-//! What goes on beside the frames, polled once a frame: the only place that asks other threads for what they have made.
+//! Jobs beside the frames, polled once a frame: the only place that asks other threads for their results.
 
 use crate::lab::feeding::Fed;
 use crate::lab::out::export::Export;
@@ -31,7 +31,7 @@ impl Lab {
             && let Some(stage) = &mut self.runner.stage
         {
             let look_changes = self.interface.document.morph.is_some();
-            // Where that fails, what there is of it is still kept.
+            // If this fails, the finished part is still kept.
             export.advance(&mut self.runner.frames, stage, look_changes)?;
         }
         if let Some((export, written)) = self.jobs.exports.take_export() {
@@ -46,7 +46,7 @@ impl Lab {
         Ok(())
     }
 
-    /// Lets the food be there that was measured. What was refused goes back to what there is, and is said.
+    /// Takes over food that was measured. Refused food goes back to the running food, with a notice.
     fn has_measured(&mut self, fed: Fed) -> Result<()> {
         let refused = self.runner.feed(fed)?;
         if let Some(stage) = &self.runner.stage {

@@ -30,8 +30,8 @@ impl Lab {
         self.host.request_redraw();
     }
 
-    /// What is on its way is given up. An object that was to come or to go does so afterwards, if it is the same scene; what
-    /// is lost is said.
+    /// Cancels the load under way. An object that was to come or to go does so afterwards, if the scene stays; a notice names
+    /// what is lost.
     fn make_room(&mut self, name: &str, origin: Origin) {
         let is_same = origin == Origin::Shown;
         if !is_same {
@@ -74,7 +74,7 @@ impl Lab {
         self.interface.notices.say(&context, text, false);
     }
 
-    /// Shows the scene that was loaded. If something was wrong with it, what runs goes on.
+    /// Shows the scene that was loaded. If it has failed, the running scene continues.
     pub(super) fn has_loaded(&mut self, loading: Loading, result: Result<Ready>) -> Result<()> {
         let shown = result.and_then(|ready| self.show(ready, loading.origin));
         let context = self.host.context().clone();
@@ -143,7 +143,7 @@ impl Lab {
             })
             .into_iter()
             .collect();
-        // Remarks on the same meshes are shown once.
+        // Remarks on a mesh are shown once.
         let known = self.runner.remarks();
         let new = stage.remarks.iter().filter(|text| !known.contains(text));
         texts.extend(new.cloned());

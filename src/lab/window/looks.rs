@@ -53,9 +53,9 @@ impl Lab {
         let mut commands = Vec::new();
         let facts = &self.clocks.facts;
         let is_read = (self.interface).take_look(context, (name, text), facts, &mut commands);
-        // One that comes slowly asks for nothing yet. What is refused is said.
+        // A slow change has no commands yet. A refusal is shown in a notice.
         if is_read && (commands.is_empty() || self.apply(context)) {
-            // So it can be kept by one click.
+            // Then it can be kept by one click.
             self.interface.gallery.name = check_name(name).unwrap_or_default().to_owned();
             let text = format!("The look of {name}: keep it in the gallery (G)");
             self.interface.notices.say(context, text, false);
@@ -88,7 +88,7 @@ impl Lab {
         Ok(format!("Saved {}", path.shown()))
     }
 
-    /// What is seen now, small, if there is a scene.
+    /// A small copy of the present picture, if there is a scene.
     pub(super) fn small_picture(&mut self) -> Result<Option<RgbaImage>> {
         let Some(stage) = &mut self.runner.stage else {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! What the window does when its device is lost: the scene is kept, another device is opened, and the scene restarts on it.
+//! Recovery of the window from a lost device: the scene is kept, another device is opened, and the scene restarts on it.
 
 use crate::lab::clocks::Clocks;
 use crate::lab::lost::*;
@@ -21,16 +21,16 @@ use std::time::{Duration, Instant};
 
 /// Other threads release a lost device as soon as they check it; one that does not within this time has failed.
 const LET_GO_WITHIN: Duration = Duration::from_secs(20);
-/// What helps where a scene is too much for the device.
+/// Advice if a scene is too large for the device.
 const ADVICE: &str = "if it happens again, take fewer particles or a smaller atlas";
 
 impl Lab {
-    /// Can the lab go on with another device after this error?
+    /// Can the lab continue with another device after this error?
     pub fn can_begin_anew(&self, error: &Error) -> bool {
         self.runner.can_begin_anew(error)
     }
 
-    /// What ended the lab, with what was kept of it: the scene as it was set, for what had grown lies on the device.
+    /// The error that ended the lab, with what was kept: the scene's settings, because its state is lost with the device.
     pub fn rescue(&mut self, error: &Error) -> Error {
         let lacking = self.scene_text().map(|scene| scene.lacking());
         let kept = match self.keep_scene() {
@@ -197,7 +197,7 @@ fn end(mut ctx: Arc<Context>) -> Result<Vec<String>> {
     }
 }
 
-/// What the window says.
+/// The notice in the window.
 fn notice(error: &Error, was_painted: bool, on: Option<&String>, kept: Option<&Path>) -> String {
     let why = match error {
         Error::Gpu(GpuError::DeviceLost { call, last }) => format!("{call}: {last}"),

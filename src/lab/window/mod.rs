@@ -69,44 +69,44 @@ const LOADING_INTERVAL: Duration = Duration::from_millis(50);
 pub struct Lab {
     /// Draws the interface.
     pub(super) gui: Gui,
-    /// What is on its way on other threads.
+    /// Jobs on other threads.
     pub(super) jobs: Jobs,
-    /// What tools have on the device.
+    /// Data of tools on the device.
     pub(super) edits: Edits,
     /// The images that are shown.
     pub(super) front: Front,
-    /// What runs.
+    /// The running simulation.
     pub(super) runner: Runner,
     /// The document, and everything round the picture.
     pub(super) interface: Interface,
-    /// What is measured, and the facts that the interface shows.
+    /// Measurements, and the facts that the interface shows.
     pub(super) clocks: Clocks,
-    /// What is to be done when steps are over, and a scene has loaded.
+    /// Requests that wait until steps have ended and the scene has loaded.
     pub(super) waiting: Vec<Waiting>,
     /// When the window answers while steps are under way.
     pub(super) answers: Answers,
     /// The window is to close.
     pub closing: bool,
-    /// What happens after so many pictures.
+    /// Test actions after a number of pictures.
     pub(super) countdown: Countdown,
     /// When the picture last moved.
     pub(super) moved: Instant,
-    /// What the validation layers said, counted.
+    /// The number of messages of the validation layers.
     pub(super) message_count: usize,
-    /// Where layouts are kept that take long to make.
+    /// The folder for atlas layouts, which take long to compute.
     pub(super) atlases: Option<PathBuf>,
-    /// What is kept for the next window.
+    /// Preferences kept for the next window.
     pub(super) kept: KeptPreferences,
-    /// What tests see of the window.
+    /// The report of the window for tests.
     pub(super) places: Option<Places>,
     pub host: Host,
 }
 
-/// What happens after so many pictures of the scene.
+/// Test actions after a number of pictures of the scene.
 pub(super) struct Countdown {
     /// The lab closes.
     closes: Option<u32>,
-    /// The device is taken for lost after so many pictures while something goes on; then the one that takes its place, and so on.
+    /// The device is treated as lost after this many pictures while the lab is busy; then its replacement, and so on.
     loses_device: VecDeque<u32>,
 }
 
@@ -235,7 +235,7 @@ impl Lab {
         let mut commands = commands.into_iter();
         while let Some(command) = commands.next() {
             if let Err(error) = self.obey(&seen.context, command, size) {
-                // What was asked for after it may still be done with another device.
+                // Later commands may still be done with another device.
                 let rest = commands.map(|command| Waiting::Command(command, size));
                 self.waiting.extend(rest);
                 return Err(error);
@@ -415,7 +415,7 @@ impl Lab {
         log_messages(messages);
     }
 
-    /// Keeps what is the same in every scene for the next time.
+    /// Keeps preferences, which are equal in every scene, for the next session.
     pub(super) fn keep_preferences(&self) {
         let Some(file) = &self.kept.file else {
             return;
@@ -439,10 +439,10 @@ impl Lab {
         }
     }
 
-    /// Ends everything, and keeps what is to be kept. What was found to be wrong on the way is an error.
+    /// Ends all work and keeps what is to be kept. A problem that was found while the lab ran is an error.
     pub fn close(mut self) -> Result<()> {
         self.obey_what_writes();
-        // What was not begun of a step is left.
+        // Slices of a step that have not begun are dropped.
         self.runner.give_up_slices();
         let _ = self.runner.frames.wait_idle();
         self.end_taking_out();

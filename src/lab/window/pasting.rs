@@ -15,13 +15,13 @@ use crate::lab::saving::whole;
 use crate::lab::window::Lab;
 
 impl Lab {
-    /// Takes a scene from text. What is wrong with it is said, and changes nothing.
+    /// Takes a scene from text. An error in it is shown in a notice and changes nothing.
     pub(crate) fn paste(&mut self, context: &egui::Context, text: &str) {
         let settings = match read_scene(text) {
             Ok(settings) => settings,
             Err(error) => return self.interface.notices.say(context, error.to_string(), true),
         };
-        // What is on its way is not there to be compared with.
+        // A scene on its way cannot be compared with.
         let stage = self
             .runner
             .stage
@@ -65,8 +65,8 @@ impl Lab {
     }
 }
 
-/// What was read, with the names that the running scene has for it, if that can take it over without a restart. Relative
-/// paths of meshes begin at `folder`.
+/// The settings that were read, with the names of the running scene, if that can take them over without a restart. Relative
+/// paths of meshes start at `folder`.
 fn as_it_runs(running: &Settings, read: &Settings, folder: &Path) -> Option<Settings> {
     if read.objects.len() != running.objects.len() {
         return None;
@@ -100,7 +100,7 @@ fn as_it_runs(running: &Settings, read: &Settings, folder: &Path) -> Option<Sett
     (!restarts && foods::problems(&settings).is_empty()).then_some(settings)
 }
 
-/// Where a mesh is to be found, wherever its path begins.
+/// The path of a mesh, also if it is relative.
 fn mesh_file(object: &ObjectSettings, folder: &Path) -> PathBuf {
     if object.mesh.starts_with("builtin:") {
         return PathBuf::from(&object.mesh);

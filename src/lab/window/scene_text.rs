@@ -17,7 +17,7 @@ use crate::lab::window::Lab;
 /// A scene file on its way.
 #[derive(Debug, Default)]
 pub(crate) struct SceneText {
-    /// What it says.
+    /// The text.
     pub text: String,
     /// The map of areas that was written beside it.
     map: Option<PathBuf>,
@@ -62,7 +62,7 @@ impl Lab {
         })
     }
 
-    /// The same for a file of this path, with areas as they are in a map beside it.
+    /// The text for a file of this path, with the present areas in a map beside it.
     pub(crate) fn scene_text_at(&self, file: &Path) -> Result<SceneText> {
         let (settings, waits) = self.settings_that_work();
         let only = |settings| SceneText {
@@ -111,7 +111,8 @@ impl Lab {
         })
     }
 
-    /// The settings as they are edited. Where no scene could begin with what waits for a restart, the rest of them, and why.
+    /// The settings as they are edited. If no scene could start with the edits that wait for a restart, it returns the settings
+    /// without them, and the error.
     pub(crate) fn settings_that_work(&self) -> (Settings, Option<Error>) {
         let mut edited = self.interface.document.edited.clone();
         // Food comes and goes while the scene runs, and where it began no longer matters.
@@ -141,7 +142,7 @@ impl Lab {
             Some(meshes) => Scene::from_meshes(name, settings, meshes, folder),
             None => Scene::from_settings(name, settings, folder),
         }?;
-        // What runs has begun, so its pictures are right.
+        // The running scene has started, so its pictures are right.
         let runs = self.runner.scene().map(|scene| &scene.settings);
         if runs.is_none_or(|runs| runs.starts() != scene.settings.starts()) {
             Masks::open(&scene)?;

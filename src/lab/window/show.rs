@@ -110,12 +110,12 @@ impl Lab {
         named(places.write(state, pixels_per_point, rests))
     }
 
-    /// What the window shows may change.
+    /// The contents of the window may change.
     pub(super) fn stir_places(&mut self) -> Result<bool> {
         named(self.places.as_mut().map_or(Ok(false), Places::stir))
     }
 
-    /// What this frame has named is not in the window.
+    /// The controls that this frame has named are not in the window.
     pub(super) fn forget_places(&mut self) {
         if let Some(places) = &mut self.places {
             places.forget();

@@ -77,7 +77,7 @@ impl Lab {
     /// Strokes go back, or come again, until this is the last one that there is.
     pub(crate) fn take_strokes(&mut self, context: &egui::Context, last: u64) -> Result<()> {
         self.paint_now(context)?;
-        // What has no end yet would count what changes here as its own.
+        // An open stroke would count this change as its own.
         self.edits.strokes.open = None;
         let Some(stage) = &mut self.runner.stage else {
             return Ok(());

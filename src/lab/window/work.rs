@@ -94,8 +94,8 @@ impl Lab {
         Ok(())
     }
 
-    /// A file was dropped onto the window, or chosen in it. What is on its way comes first: files that are dropped together
-    /// all come.
+    /// A file was dropped onto the window, or chosen in it. A load under way is finished first: files that are dropped together
+    /// are all opened.
     pub fn drop_file(&mut self, path: PathBuf) {
         self.interface.notices.begin_drop();
         if let Some(folder) = path.parent() {
@@ -197,7 +197,7 @@ impl Lab {
                     }
                 }
                 Err(Error::Invalid(problem)) => self.interface.notices.say(context, problem, true),
-                // Nothing was painted, and the scene goes on.
+                // Nothing was painted, and the scene continues.
                 Err(error) if is_loss(&error) => return Err(error),
                 Err(error) => {
                     let text = format!("nothing was painted: {error}");
@@ -273,7 +273,7 @@ impl Lab {
             let corners = surface.corners[hit.triangle as usize]
                 .map(|vertex| poses[object].transform_point3(surface.positions[vertex as usize]));
             let texel = setup.atlas.texel_of(hit.triangle, hit.u, hit.v);
-            // What was read a little beside is better than nothing.
+            // A value read a little beside is better than none.
             let has_bias = simulation.state().bias.is_some();
             let has_distance = settings.objects.len() > 1;
             Under {
