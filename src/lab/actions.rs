@@ -146,7 +146,7 @@ impl Action {
 pub enum Group {
     /// The simulation.
     Run,
-    /// What the picture shows.
+    /// Views of the picture.
     View,
     /// From where.
     Camera,

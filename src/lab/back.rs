@@ -176,7 +176,7 @@ mod tests {
     use std::time::{Duration, Instant};
 
     #[test]
-    fn what_had_grown_goes_on_as_it_was_left() {
+    fn an_earlier_state_continues_as_it_was_left() {
         let Some(ctx) = context() else { return };
         let mut stage = stage(&ctx, "pair", &SMALL);
         // Changes made on the way are part of it.

@@ -30,7 +30,7 @@ impl Checks {
         }
     }
 
-    /// Another scene, or the same from the beginning.
+    /// Resets the checks for another scene, or for a restart.
     pub fn restart(&mut self) {
         *self = Self::new();
     }
@@ -72,7 +72,7 @@ mod tests {
     use crate::lab::on_device::{SMALL, context, run, scene};
 
     #[test]
-    fn what_is_broken_is_found_and_stays_said() {
+    fn broken_invariants_are_found_and_stay_reported() {
         let Some(ctx) = context() else { return };
         let scene = scene("cube", &SMALL);
         let mut simulation = Simulation::new(&ctx, &scene).unwrap();

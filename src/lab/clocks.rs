@@ -12,7 +12,7 @@ use crate::measured::lately::Lately;
 
 /// How often figures change: often enough to follow, seldom enough to read.
 const INTERVAL: Duration = Duration::from_millis(500);
-/// On slow devices a step comes every few frames; nothing is said of steps before one has come, or so much time has gone.
+/// On slow devices a step comes every few frames; their figures are shown only after a step, or after this much time.
 const WITHOUT_STEPS: Duration = Duration::from_secs(3);
 /// A longer pause between two frames is no slow frame: nothing had to be drawn.
 const PAUSE: Duration = Duration::from_millis(700);
@@ -138,7 +138,7 @@ impl Clocks {
         }
     }
 
-    /// Another scene, or the same from the beginning: old figures mean nothing.
+    /// Drops old figures, for another scene or for a restart.
     pub fn restart(&mut self, frames: &mut Frames, stage: &Stage) {
         frames.timings_mut().clear();
         let setup = stage.simulation.setup();

@@ -89,7 +89,7 @@ pub enum Work {
         /// Redo.
         again: bool,
     },
-    /// Undo or redo has come to where this stroke is the last one.
+    /// Undo or redo has reached a state with this stroke as the last one.
     ToStroke(u64),
     /// All particles restart on the areas that are painted to attract.
     StartOnPainted,

@@ -277,8 +277,8 @@ impl Document {
         }
         self.preset = self.undo.preset().map(str::to_owned);
         let strokes = self.undo.strokes();
-        // Objects that came, went or grew did so at once, and go back at once; what waited for a restart goes on waiting. While such
-        // objects are on their way, those that run are not what was seen last.
+        // Added, removed or scaled objects changed at once, and change back at once; edits that waited for a restart continue
+        // to wait. While such objects are on their way, the running objects are not the ones seen last.
         let are_others = !are_built_alike(&self.running.objects, &self.edited.objects);
         let renews = self.renews || (!waited && are_others);
         let begins_renewal = renews && !self.renews;

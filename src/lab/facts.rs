@@ -106,7 +106,7 @@ pub struct Facts {
     pub before: Option<Before>,
     /// The scene that is being loaded, if any.
     pub loading: Option<LoadingFacts>,
-    /// What the tools need from the window.
+    /// Facts for the tools.
     pub hand: HandFacts,
     /// Recordings and exports under way.
     pub out: OutFacts,
@@ -114,7 +114,7 @@ pub struct Facts {
     pub answers_within_steps: u64,
 }
 
-/// What lies under the pointer.
+/// The point under the pointer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Under {
     /// The pixel that was asked about.
@@ -139,7 +139,7 @@ pub struct Under {
     pub bias: Option<f32>,
 }
 
-/// What the window provides to the tools.
+/// Facts that the window provides to the tools.
 #[derive(Clone, Debug, Default)]
 pub struct HandFacts {
     /// The pixel that was looked at last, if any was asked for.

@@ -337,7 +337,7 @@ impl Gallery {
     }
 }
 
-/// What the user asks of a card that can be removed.
+/// The user's request on a card that can be removed.
 enum Removing {
     Ask,
     Keep,

@@ -236,7 +236,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_missing_display_is_said_without_a_place_in_somebody_elses_source() {
+    fn a_missing_display_is_reported_without_a_place_in_library_source() {
         let winit =
             "os error at /home/me/.cargo/winit-0.30/src/linux/mod.rs:765: DISPLAY is not set.";
         let message = no_window(&winit).to_string();

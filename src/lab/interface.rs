@@ -113,7 +113,7 @@ impl Interface {
         self.document.forget_changes();
     }
 
-    /// The scene that runs shall have other settings, which it can take over, and another view. That can be undone.
+    /// Gives the running scene other settings, which it can take over, and another view. This can be undone.
     pub fn go_on_as(&mut self, scene: &Scene) {
         self.document.morph = None;
         self.document.edited = scene.settings.clone();
@@ -121,7 +121,7 @@ impl Interface {
         self.looks.find_preset(&mut self.document);
     }
 
-    /// It cannot: everything is as it was before, but for what is said of it.
+    /// Restores everything as it was before, except the notices, if the scene could not take them over.
     pub fn put_back(&mut self, before: Self) {
         let notices = std::mem::take(&mut self.notices);
         *self = Self { notices, ..before };
@@ -433,7 +433,7 @@ impl Interface {
         self.hands.take_food_back(refused, &mut self.document);
     }
 
-    /// Takes over a look that came as text; `name` is what it is called. False where something is wrong with it, which is said.
+    /// Takes over a look that came as text under this `name`. Returns false if it has an error, which a notice shows.
     pub fn take_look(
         &mut self,
         ctx: &egui::Context,
@@ -542,7 +542,7 @@ fn take_what_is_typed(ctx: &egui::Context) {
     });
 }
 
-/// Charts: none, under the trail, alone, and so on; where the picture has none, that is said.
+/// Charts: none, under the trail, alone, and so on; if the picture has none, a notice says so.
 fn next_charts(ctx: &egui::Context, desk: &mut Desk<'_>) {
     let show = desk.document.view.show;
     if !show.has_charts() {

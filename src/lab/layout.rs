@@ -23,7 +23,7 @@ const LEAST_PICTURE: f32 = 160.0;
 /// Half of what counts as the panel's edge, points.
 const GRIP: f32 = 3.0;
 
-/// After so many seconds without a movement the pointer is hidden over the picture alone.
+/// After this many seconds without a movement the pointer is hidden over the picture alone.
 pub const POINTER_RESTS: f64 = 2.0;
 
 /// Cards over the picture. At most one is shown.

@@ -144,7 +144,7 @@ impl Loading {
         self.job.take()
     }
 
-    /// From then on the thread has nothing of the device; one that was using it is waited for. No scene comes of it any more.
+    /// Takes the device from the thread, and waits for a thread that uses it. The load then gives no scene.
     pub fn leave_device(&mut self) {
         let mut device = self.device.lock().unwrap_or_else(PoisonError::into_inner);
         if device.take().is_none() {
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_checkpoint_goes_on_with_its_own_scene_or_says_why_not() {
+    fn a_checkpoint_continues_with_its_own_scene_or_says_why_not() {
         let Some(ctx) = context() else { return };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("grown.ckpt");

@@ -26,7 +26,7 @@ impl LookClock {
         self.now
     }
 
-    /// One frame more, at this time, with so many seconds of a film.
+    /// One frame more, at this time, with this many seconds of a film.
     pub fn tick(&mut self, wall: f64, filmed: Option<f64>) {
         let since =
             |before: Option<f64>, now: f64| before.map_or(0.0, |before| (now - before).max(0.0));
@@ -50,7 +50,7 @@ pub struct Looks {
 }
 
 impl Looks {
-    /// A frame begins, at this time, with so many seconds of a film.
+    /// A frame begins, at this time, with this many seconds of a film.
     pub fn tick(&mut self, wall: f64, filmed: Option<f64>) {
         self.clock.tick(wall, filmed);
     }
@@ -145,7 +145,7 @@ impl Looks {
         }
     }
 
-    /// Goes on with a look that changes slowly.
+    /// Advances a look that changes slowly.
     pub(super) fn advance(&self, ctx: &egui::Context, desk: &mut Desk<'_>) {
         let Document { morph, edited, .. } = &mut *desk.document;
         let Some(changing) = morph else {

@@ -1,4 +1,4 @@
-//! What is known of a device that was lost.
+//! The facts that are kept of a lost device.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -7,7 +7,7 @@ use myxo::Error;
 use myxo::gpu::GpuError;
 use myxo::scene::Scene;
 
-/// What is known of a device that was lost.
+/// The facts that are kept of a lost device.
 #[derive(Default)]
 pub struct Lost {
     /// The scene that ran on it, until one runs again.

@@ -1,5 +1,5 @@
-//! Which objects are hidden in the picture and which are locked against its tools. These marks belong to the window: no scene
-//! file has them, and the simulation runs the same with and without them.
+//! Marks of objects: hidden in the picture, or locked against its tools. These marks belong to the window: no scene file has
+//! them, and the simulation runs the same with and without them.
 
 use myxo::scene::settings::ObjectSettings;
 

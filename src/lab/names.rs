@@ -72,8 +72,8 @@ impl Drop for Reserved {
     }
 }
 
-/// A name without the number of [`Reserved::next`] at its end, if it has one: what comes of a file that was saved has the next
-/// number, and not two.
+/// A name without the number of [`Reserved::next`] at its end, if it has one: a file made from a saved file has the next
+/// number, and not two numbers.
 pub fn unnumbered(name: &str) -> &str {
     match name.rsplit_once('_') {
         Some((stem, number))
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_free_and_nobody_elses() {
+    fn names_are_free_and_reserved_once() {
         let folder = tempfile::tempdir().unwrap();
         let below = folder.path().join("new/pictures");
         let next = || Reserved::next(&below, "film", "mp4").unwrap();

@@ -13,7 +13,7 @@ const MOST_ERRORS: usize = 4;
 /// How the picture alone ends.
 pub const HOW_BACK: &str = "Esc brings the panel back";
 
-/// Everything that is said.
+/// All notices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Notices {
     /// The last news, and the time until which it is shown.
@@ -32,7 +32,7 @@ impl Notices {
         (!lines.is_empty()).then(|| lines.join("\n"))
     }
 
-    /// Files are dropped: what is wrong with them is said together.
+    /// Files are dropped: their errors are shown together.
     pub fn begin_drop(&mut self) {
         self.dropped.get_or_insert_default();
     }

@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn meshes_are_told_of_by_short_names() {
+    fn messages_name_meshes_by_short_names() {
         for (mesh, name) in [
             ("builtin:cube", "cube"),
             ("/home/me/top.obj", "top.obj"),
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_stands_beside_the_others() {
+    fn a_new_object_stands_beside_the_others() {
         let camera = Camera::default();
         let radius = 0.4;
         let others = [Vec3::splat(-1.0), Vec3::new(0.5, 1.0, 2.0), 2.0 * Vec3::X];
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_copy_stands_beside_its_original_and_in_nobody_else() {
+    fn a_copy_stands_beside_its_original_and_in_no_other_object() {
         let camera = Camera::default();
         let right = camera.right();
         let corners = |middle: Vec3| -> Vec<Vec3> {

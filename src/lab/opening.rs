@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_be_dropped_is_shown_at_first() {
+    fn files_that_can_be_dropped_are_listed_first() {
         let is_shown = |name: &str| ends_so(Path::new(name), KINDS[0].1);
         for name in [
             "a.toml", "b.OBJ", "c.glb", "d.gltf", "e.ckpt", "f.STL", "g.ply",

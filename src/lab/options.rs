@@ -21,7 +21,7 @@ pub struct LabOptions {
     pub places: Option<PathBuf>,
     /// No window is opened: what would come from it comes as lines of the standard input, for tests.
     pub windowless: bool,
-    /// Close after so many pictures; `None` waits for the user.
+    /// Close after this many pictures; `None` waits for the user.
     pub frames: Option<u32>,
     /// Behave as if the device were lost after this many pictures while the lab is busy; then its replacement, and so on.
     pub lose_device: Vec<u32>,

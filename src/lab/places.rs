@@ -169,7 +169,7 @@ mod tests {
     use serde_json::Value;
 
     #[test]
-    fn what_rested_stirs_and_says_all_else_as_before() {
+    fn a_report_at_rest_stirs_and_keeps_the_rest() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("places.json");
         let read = || -> Value { serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap() };

@@ -23,7 +23,7 @@ const COLORS: [Color32; SHOWN + 1] = [
     Color32::from_rgb(0x5a, 0x5d, 0x66),
 ];
 
-/// The colour of the kernel that takes so many others to be longer.
+/// The colour of the kernel with this rank by time.
 pub fn color_of(rank: usize) -> Color32 {
     COLORS[rank.min(SHOWN)]
 }

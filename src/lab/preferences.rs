@@ -128,7 +128,7 @@ mod tests {
     use crate::lab::exports::{Kind, Size};
 
     #[test]
-    fn what_was_kept_comes_back_and_nonsense_does_not() {
+    fn kept_preferences_come_back_and_nonsense_does_not() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("new/lab.toml");
         assert_eq!(Preferences::read(&file), Preferences::default());

@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_preset_is_said_with_its_name() {
+    fn errors_in_a_preset_are_reported_with_its_name() {
         let settings = Settings::default();
         let error = with_preset(&settings, "mine", "[trail]\ndecay = 2\n").unwrap_err();
         let text = error.to_string();

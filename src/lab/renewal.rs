@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_hand_has_changed_meanwhile_is_kept() {
+    fn changes_made_meanwhile_are_kept() {
         let mut asked = with_object(&Settings::default(), "builtin:cube", 0.5, [1.0, 0.0, 0.0]);
         for (object, name) in asked.objects.iter_mut().zip(["ring", "box"]) {
             object.name = name.to_owned();
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn what_waits_for_a_restart_waits_while_objects_come_go_and_grow() {
+    fn edits_that_need_a_restart_wait_while_objects_come_go_and_grow() {
         let mut live = with_object(&Settings::default(), "builtin:cube", 0.5, [1.0, 0.0, 0.0]);
         for (object, name) in live.objects.iter_mut().zip(["ring", "box"]) {
             object.name = name.to_owned();

@@ -140,7 +140,7 @@ impl Stage {
         })
     }
 
-    /// Goes on with the canvases of the stage that is left.
+    /// Takes over the canvases of the old stage.
     pub fn take_canvases(&mut self, left: Option<Self>) {
         if let Some(left) = left {
             (self.shown, self.next) = (left.shown, left.next);
@@ -503,7 +503,7 @@ mod tests {
 
     /// Would catch: a picture with larger objects whose poses stay for the next step.
     #[test]
-    fn larger_objects_are_drawn_and_the_state_goes_on_as_without() {
+    fn larger_objects_are_drawn_and_the_state_continues_unchanged() {
         let mut pictures = Vec::new();
         let states = [false, true].map(|is_scaled| {
             let (ctx, mut stage) = trio()?;

@@ -17,7 +17,7 @@ pub const MOST_TEXELS: usize = 1 << 24;
 /// The notice for a stroke that has changed too much.
 pub const CANNOT_UNDO: &str = "This stroke and those before it cannot be undone";
 
-/// A stroke that is over.
+/// A stroke that has ended.
 #[derive(Debug)]
 pub struct Stroke {
     /// As [`Undo`] numbers them.
@@ -84,7 +84,7 @@ impl Strokes {
             changed,
             is_first,
         });
-        self.tell(undo);
+        self.limit(undo);
     }
 
     /// One more; the oldest are forgotten where they would be too many.
@@ -103,7 +103,7 @@ impl Strokes {
     }
 
     /// Limits undo and redo to the strokes that are kept.
-    pub fn tell(&self, undo: &mut Undo) {
+    pub fn limit(&self, undo: &mut Undo) {
         undo.keep_strokes(|number| self.known(number));
     }
 
@@ -210,14 +210,14 @@ mod tests {
     }
 
     #[test]
-    fn a_lost_device_takes_the_stroke_that_goes_on_with_it() {
-        let mut hand = Edits::default();
-        hand.strokes.open = Some(Open {
+    fn a_lost_device_ends_the_open_stroke() {
+        let mut edits = Edits::default();
+        edits.strokes.open = Some(Open {
             before: Some(Areas::default()),
             span: 0..0,
         });
-        hand.leave_device();
-        assert!(hand.strokes.open.is_none());
+        edits.leave_device();
+        assert!(edits.strokes.open.is_none());
     }
 
     #[test]

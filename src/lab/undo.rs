@@ -10,8 +10,7 @@ use myxo::scene::settings::{ColorMap, Settings};
 /// Entries that are kept.
 const MOST: usize = 200;
 
-/// What the picture looks like. The camera and the view shown are not part of it: the undo of a parameter must not move the
-/// view.
+/// The look of the picture. The camera and the view shown are not part of it: the undo of a parameter must not move the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Look {
     color_map: ColorMap,
@@ -152,8 +151,8 @@ impl Undo {
         });
     }
 
-    /// A stroke is over that has changed painted areas: one more entry. Gives its number. The rest is as it was noted last,
-    /// for a look may be changing slowly, and what is in between is no entry.
+    /// Adds an entry for a finished stroke that has changed painted areas, and returns its number. The rest is as it was noted
+    /// last, because a look may be changing slowly, and the steps between are no entries.
     pub fn stroke(&mut self) -> u64 {
         self.last_number += 1;
         self.go_on_to(Entry {
@@ -315,7 +314,7 @@ mod tests {
         view.charts = 1.0;
         view.show = Show::Relief;
         let camera = view.camera;
-        // Not noted yet, and undone all the same.
+        // A change is undone even if it is not noted yet.
         assert!(undo.undo(&mut settings, &mut view));
         assert_eq!((view.charts, settings.trail.decay), (0.0, 0.6));
         assert!(undo.undo(&mut settings, &mut view));

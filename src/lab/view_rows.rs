@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_typed_is_seen() {
+    fn typed_values_are_seen() {
         for key in all() {
             let mut document = document(0.0);
             let before = document.as_seen();

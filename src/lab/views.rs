@@ -229,7 +229,7 @@ pub(super) fn light_section(ui: &mut Ui, desk: &mut Desk<'_>) {
     });
 }
 
-/// A trail value in so many digits that two runs can be compared.
+/// A trail value with enough digits to compare two runs.
 fn three_digits(value: f32) -> String {
     if value == 0.0 {
         return "0".to_owned();

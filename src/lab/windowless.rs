@@ -32,7 +32,7 @@ pub const PAUSE: Duration = Duration::from_millis(25);
 pub enum Event {
     /// The pointer comes to this pixel.
     Move([f32; 2]),
-    /// The pointer moves by so many pixels.
+    /// The pointer moves by this many pixels.
     MoveBy([f32; 2]),
     /// A button of the pointer goes down: 1 is the first, 2 the one in the middle, 3 the other one.
     Press(u8),

@@ -311,7 +311,7 @@ fn a_double_click_asks_for_the_point_under_it() {
 }
 
 #[test]
-fn what_restarts_waits_and_what_does_not_is_live() {
+fn edits_that_need_a_restart_wait_and_others_are_live() {
     let mut harness = Harness::new();
     let interface = &mut harness.interface;
     interface.document.edited.trail.decay = 0.5;
@@ -481,7 +481,7 @@ fn errors_of_dropped_files_stay_with_later_notices() {
 }
 
 #[test]
-fn what_cannot_go_on_as_pasted_is_as_it_was_before() {
+fn a_scene_that_cannot_continue_as_pasted_stays_unchanged() {
     let mut harness = Harness::new();
     let ctx = harness.ctx.clone();
     let interface = &mut harness.interface;

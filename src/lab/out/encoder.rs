@@ -59,7 +59,7 @@ impl Frame {
 #[derive(Debug, Default)]
 struct Queue {
     frames: VecDeque<Frame>,
-    /// No more will come: the film has so many frames.
+    /// No more pictures will come: the film has this many frames.
     end: Option<u64>,
     /// It is not wanted any more.
     cancelled: bool,
@@ -134,7 +134,7 @@ impl Encoder {
         (queue.written, queue.frames.len())
     }
 
-    /// No more will come; the film has so many frames, the last picture repeated if need be.
+    /// No more pictures will come; the film has this many frames, the last picture repeated if necessary.
     pub fn end(&self, frames: u64) {
         self.shared.lock().end = Some(frames);
         self.shared.changed.notify_all();
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_cancelled_or_dropped_leaves_no_film() {
+    fn a_cancelled_or_dropped_film_leaves_no_file() {
         let folder = tempfile::tempdir().unwrap();
         for ends in [true, false] {
             let name = Reserved::next(folder.path(), "film", "gif").unwrap();

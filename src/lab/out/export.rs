@@ -41,7 +41,7 @@ pub enum Export {
 }
 
 impl Export {
-    /// Goes on for a moment. While the look changes, every picture of a film has one of its own.
+    /// Advances for a moment. While the look changes, every picture of a film has a look of its own.
     pub fn advance(
         &mut self,
         frames: &mut Frames,
@@ -231,7 +231,7 @@ fn write(frame: Frame, name: &Reserved) -> Result<Written> {
     Ok(file.finish()?)
 }
 
-/// A film at a fixed step: so many steps, a picture, and so on, however long each takes.
+/// A film at a fixed step: a number of steps, a picture, and so on, however long each takes.
 pub struct Film {
     /// None once it was stopped.
     shot: Option<Shot>,

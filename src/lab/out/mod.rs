@@ -58,13 +58,13 @@ impl TakeOut {
         }
     }
 
-    /// The export that has ended, and what came of it.
+    /// The export that has ended, and its outcome.
     pub fn take_export(&mut self) -> Option<(Export, Result<Written>)> {
         let written = self.job.as_mut()?.take()?;
         Some((self.job.take()?, written))
     }
 
-    /// The recording that has ended, and what came of it.
+    /// The recording that has ended, and its outcome.
     pub fn take_recording(&mut self) -> Option<(Recording, Result<Written>)> {
         let written = self.recording.as_mut()?.take()?;
         Some((self.recording.take()?, written))

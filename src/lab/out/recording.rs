@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_said_of_a_recording_tells_how_much_of_it_is_repeated() {
+    fn remarks_on_a_recording_say_how_much_is_repeated() {
         let recorded = |frames, different, dropped| Recorded {
             frames,
             different,

@@ -222,7 +222,7 @@ impl Hands {
         let active = self.grab.as_ref().map(|grab| grab.handle);
         self.draw_gizmo(ui, &shape, active.or(over), screen);
         if let Some((at, text)) = label {
-            tell_beside(ui, screen, at, text);
+            label_beside(ui, screen, at, text);
         }
         active.is_some()
     }
@@ -305,8 +305,8 @@ impl Hands {
     }
 }
 
-/// How far something is moved, beside the pointer.
-fn tell_beside(ui: &Ui, screen: Screen, at: Pos2, text: String) {
+/// Shows the distance of a move beside the pointer.
+fn label_beside(ui: &Ui, screen: Screen, at: Pos2, text: String) {
     let painter = ui.painter_at(screen.rect);
     let font = egui::TextStyle::Body.resolve(ui.style());
     let words = painter.layout_no_wrap(text.clone(), font, Color32::WHITE);

@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn an_object_that_moves_goes_where_the_hand_puts_it() {
+    fn an_object_that_moves_goes_where_the_handle_puts_it() {
         let before = mover();
         let time = 3.7;
         let mut after = before.clone();
@@ -174,7 +174,7 @@ mod tests {
 
     /// Would catch: an object in map coordinates that is turned or scaled about an origin kilometres away.
     #[test]
-    fn what_is_far_from_its_own_origin_turns_and_grows_where_it_is() {
+    fn objects_far_from_their_own_origin_turn_and_grow_in_place() {
         let before = mover();
         let time = 3.7;
         let far = DVec3::new(512_345.5, 230.0, 5_412_345.25);

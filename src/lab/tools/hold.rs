@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_way_goes_on_from_frame_to_frame_and_stops_beside_the_picture() {
+    fn a_way_continues_from_frame_to_frame_and_stops_beside_the_picture() {
         let mut hold = Hold::default();
         let is_over = |at: Pos2| at.x < 100.0;
         let mut ways = |events: &[Event]| hold.take(events, PRIMARY, true, is_over).ways;

@@ -340,7 +340,7 @@ impl Hands {
             self.click = self.hold.pressed().map(to_pixel);
         }
         if let Some(click) = self.click {
-            // A quick click is over before the window has looked.
+            // A quick click has ended before the window has looked.
             if facts.hand.looked == Some(click) {
                 let under = facts.hand.under.as_ref();
                 self.click = None;

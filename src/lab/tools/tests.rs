@@ -1,4 +1,4 @@
-//! Scenes with an object more or less, and what brushes come to.
+//! Scenes with an object more or less, and the effects of brushes.
 
 use super::*;
 use crate::lab::objects::{begin_on_food_that_is, remove_food};
@@ -77,7 +77,7 @@ fn a_copy_has_all_of_its_original_but_the_name_and_the_place() {
 }
 
 #[test]
-fn who_begins_on_what_goes_begins_elsewhere() {
+fn particles_that_begin_on_a_removed_object_begin_elsewhere() {
     let mut settings = two();
     settings.particles.start_object = "box".to_owned();
     settings.particles.start = Start::Food;

@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_painted_stays_and_what_was_drawn_is_read_again() {
+    fn painted_areas_stay_and_drawn_maps_are_read_again() {
         let none = AreaSettings::default();
         let maze = AreaSettings {
             map: "builtin:maze".to_owned(),

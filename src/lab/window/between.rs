@@ -23,7 +23,7 @@ impl Lab {
         self.forget_places();
     }
 
-    /// Goes on with the slices that are under way, and answers if something was asked. False where there are none.
+    /// Advances the slices under way, and answers if there was input. Returns false if there are none.
     pub(super) fn go_on(&mut self) -> Result<bool> {
         if !self.runner.is_within_slices() {
             return Ok(false);
@@ -127,7 +127,7 @@ impl Lab {
         self.clocks.catch_up();
         self.draw(rec, image, &shot)?;
         self.runner.answers.wait_idle()?;
-        self.tell_places(&seen.context, seen.pixels_per_point, false)?;
+        self.report_places(&seen.context, seen.pixels_per_point, false)?;
         Ok(seen.repaint)
     }
 }

@@ -254,7 +254,7 @@ enum AtTheEnd {
     Writes,
     /// It changes what is written after it.
     Helps,
-    /// There is no time for it; this is said.
+    /// There is no time for it; this is the message.
     GivenUp(String),
     /// It means nothing without a window.
     Forgotten,
@@ -303,7 +303,7 @@ fn at_the_end(command: &Command) -> AtTheEnd {
         | Command::SavePreset(_)
         | Command::RemovePreset(_)
         | Command::TakeOut(Out::Export(_)) => AtTheEnd::Writes,
-        // Undo takes back what the strokes before it have come to.
+        // Undo changes the result of the strokes before it.
         Command::Apply
         | Command::TakeOut(Out::Cancel | Out::Finish)
         | Command::Hand(

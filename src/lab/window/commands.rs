@@ -314,8 +314,8 @@ impl Lab {
         Ok((file, lacks))
     }
 
-    /// At the end, on the terminal.
-    pub(super) fn tell_left(&mut self) {
+    /// Reports on the terminal at the end that the scene was kept.
+    pub(super) fn report_kept(&mut self) {
         let text = match self.keep_left() {
             None => return,
             Some(Ok((file, lacks))) => format!(

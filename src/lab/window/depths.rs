@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_seen_in_the_ring_is_painted_in_front_and_behind() {
+    fn surfaces_seen_in_the_ring_are_painted_in_front_and_behind() {
         // One plane stands before the other, and does not reach as far to the right.
         let setup = setup(&[
             ("plane?columns=8&rows=8", [-1.0, 0.0, 1.0]),

@@ -26,7 +26,7 @@ impl Lab {
         typed_folder(&self.interface.out.folder, home)
     }
 
-    /// Does what the interface asks for; what is wrong is said.
+    /// Obeys a request of the interface; an error is shown in a notice.
     pub(super) fn take_out(&mut self, context: &egui::Context, out: Out, picture: [u32; 2]) {
         let done = match out {
             Out::Record => self.record(context, picture),
@@ -187,7 +187,8 @@ impl Lab {
         Ok(())
     }
 
-    /// Records what an export takes of the state, if one is asked for; no memory for it is said.
+    /// Records the copy of the state for an export, if one is asked for; an error, such as too little memory, is shown in a
+    /// notice.
     pub(super) fn record_export(&mut self, rec: &mut myxo::gpu::Recorder, context: &egui::Context) {
         if let Err(error) = self.record_asked(rec) {
             self.jobs.exports.job = None;
@@ -208,8 +209,8 @@ impl Lab {
         job.record(rec, stage, view, edited)
     }
 
-    /// Says what has become of a file.
-    pub(super) fn tell_written(&mut self, ended: Result<Written>, remarks: &str) {
+    /// Shows the outcome of a file in a notice.
+    pub(super) fn report_written(&mut self, ended: Result<Written>, remarks: &str) {
         let (text, is_error) = match ended {
             Ok(written) => (format!("Saved {}{remarks}", found_again(&written)), false),
             Err(error) => (error.to_string(), true),

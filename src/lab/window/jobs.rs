@@ -9,8 +9,7 @@ use myxo::Result;
 use myxo::render::output::Written;
 
 impl Lab {
-    /// Goes on with everything that is on its way, and takes what has ended. A window that closes only ends what is being
-    /// written.
+    /// Advances all jobs and takes over those that have ended. A window that closes only finishes files being written.
     pub(super) fn poll_jobs(&mut self) -> Result<()> {
         if self.closing {
             self.begin_to_end();
@@ -84,7 +83,7 @@ impl Lab {
                 .back
                 .saved(self.interface.document.file.as_ref());
         }
-        self.tell_written(written, "");
+        self.report_written(written, "");
     }
 
     /// A recording has ended.
@@ -93,6 +92,6 @@ impl Lab {
         if self.jobs.exports.ends.is_some() {
             say(&outcome_of_recording(recording.path(), &written, &remarks));
         }
-        self.tell_written(written, &remarks);
+        self.report_written(written, &remarks);
     }
 }

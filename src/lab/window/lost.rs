@@ -134,7 +134,7 @@ impl Lab {
             // They are gone, and the file may have them.
             lab.interface.document.file = None;
         }
-        lab.tell_messages(&messages);
+        lab.pass_on_messages(&messages);
         let kept = lab.runner.lost.as_ref().and_then(|lost| lost.kept.as_ref());
         let kept = kept.map(|(_, path)| path.as_path());
         let on = &lab.runner.ctx.info().name;

@@ -319,7 +319,7 @@ impl Lab {
             self.forget_places();
         } else {
             let rests = next.is_none_or(|next| next > self.host.now() + RESTS_FOR);
-            self.tell_places(&seen.context, seen.pixels_per_point, rests)?;
+            self.report_places(&seen.context, seen.pixels_per_point, rests)?;
         }
         Ok(next)
     }
@@ -349,7 +349,7 @@ impl Lab {
         self.host.now() < self.moved + SETTLES_AFTER
     }
 
-    /// Counts down to what was asked for after so many pictures.
+    /// Counts down to the test actions after a number of pictures.
     pub(super) fn count_picture(&mut self) {
         if let Some(pictures) = &mut self.countdown.closes {
             *pictures = pictures.saturating_sub(1);
@@ -402,7 +402,7 @@ impl Lab {
 
     /// Passes on what the validation layers say.
     pub(super) fn report_messages(&mut self) {
-        self.tell_messages(&self.runner.ctx.take_messages());
+        self.pass_on_messages(&self.runner.ctx.take_messages());
         let debug = self.runner.ctx.debug_entries();
         if !debug.entries.is_empty() || debug.overflow > 0 {
             log::warn!("debug_value wrote:\n{debug}");
@@ -410,7 +410,7 @@ impl Lab {
     }
 
     /// Passes on messages of the validation layers.
-    pub(super) fn tell_messages(&mut self, messages: &[String]) {
+    pub(super) fn pass_on_messages(&mut self, messages: &[String]) {
         self.message_count += messages.len();
         log_messages(messages);
     }
@@ -452,7 +452,7 @@ impl Lab {
             loading.leave_device();
         }
         self.report_messages();
-        self.tell_left();
+        self.report_kept();
         self.keep_preferences();
         if let Some(problem) = self.runner.checks.as_ref().and_then(Checks::problem) {
             return Err(Error::Invalid(format!("{problem}; this is a bug in myxo")));

@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_can_change_while_it_runs_goes_on() {
+    fn only_settings_that_can_change_while_it_runs_are_taken_over() {
         let folder = Path::new("scenes");
         let read = |text: &str| read_scene(text).expect("it is a scene");
         let mut running = read("[[object]]\nname = \"ball\"\nmesh = \"ball.obj\"\n");

@@ -95,7 +95,7 @@ impl Lab {
     }
 
     /// Reports to tests what the window shows now.
-    pub(super) fn tell_places(
+    pub(super) fn report_places(
         &mut self,
         context: &egui::Context,
         pixels_per_point: f32,

@@ -24,7 +24,7 @@ impl Lab {
             Ok(changed) => changed,
             Err(error) => {
                 self.forget_strokes();
-                return self.tell_unless_lost(context, CANNOT_UNDO, error);
+                return self.report_unless_lost(context, CANNOT_UNDO, error);
             }
         };
         let is_first = before.is_empty();
@@ -35,7 +35,7 @@ impl Lab {
                 Ok(())
             };
             return forgotten
-                .or_else(|error| self.tell_unless_lost(context, "Empty areas stay", error));
+                .or_else(|error| self.report_unless_lost(context, "Empty areas stay", error));
         }
         let is_kept = changed.len() <= MOST_TEXELS;
         let undo = &mut self.interface.document.undo;
@@ -107,16 +107,16 @@ impl Lab {
         match refused {
             None => Ok(()),
             Some((true, error)) => {
-                self.tell_unless_lost(context, "A stroke could not be undone", error)
+                self.report_unless_lost(context, "A stroke could not be undone", error)
             }
             Some((false, error)) => {
-                self.tell_unless_lost(context, "A stroke could not be redone", error)
+                self.report_unless_lost(context, "A stroke could not be redone", error)
             }
         }
     }
 
     /// An undo for which there is no memory is no reason to end the lab. With a lost device the whole lab restarts.
-    pub(crate) fn tell_unless_lost(
+    pub(crate) fn report_unless_lost(
         &mut self,
         context: &egui::Context,
         what: &str,
@@ -133,6 +133,6 @@ impl Lab {
     /// Another atlas has other texels: strokes on the one before are no longer known.
     pub(crate) fn forget_strokes(&mut self) {
         self.edits.strokes = Strokes::default();
-        self.edits.strokes.tell(&mut self.interface.document.undo);
+        self.edits.strokes.limit(&mut self.interface.document.undo);
     }
 }

@@ -227,7 +227,7 @@ impl Lab {
                     Ok(probe) => self.edits.probe = Some(probe),
                     Err(error) => {
                         self.interface.hands.probe = false;
-                        return self.tell_unless_lost(context, "there is no probe", error);
+                        return self.report_unless_lost(context, "there is no probe", error);
                     }
                 }
             }

@@ -222,7 +222,7 @@ fn looks_are_kept_and_removed_in_the_gallery() {
     assert_eq!(harness.click(at), []);
     let notice = harness.interface.notices.text().expect("it is said");
     assert!(notice.contains("preset torn: line 1"), "{}", notice);
-    // Asked before it is removed; what is said of it is over.
+    // It is removed after a question; its notice has ended.
     harness.time += 20.0;
     harness.frame(vec![]);
     let name = in_gallery(&harness, "moss");
@@ -378,7 +378,7 @@ fn times_are_exported_as_they_are_shown() {
 }
 
 #[test]
-fn what_is_loading_is_told_and_can_be_given_up() {
+fn progress_of_a_load_is_shown_and_it_can_be_cancelled() {
     let mut harness = Harness::new();
     let progress = Progress {
         doing: "packing charts",
@@ -533,7 +533,7 @@ fn a_number_with_a_least_value_can_be_typed() {
 }
 
 #[test]
-fn what_is_opened_over_the_picture_closes_the_rest() {
+fn a_card_over_the_picture_closes_the_others() {
     let mut harness = Harness::new();
     let open = |harness: &Harness| {
         let cards = [Card::Help, Card::Gallery, Card::Exports];
@@ -553,7 +553,7 @@ fn what_is_opened_over_the_picture_closes_the_rest() {
 }
 
 #[test]
-fn what_no_file_has_is_known_until_it_is_saved() {
+fn unsaved_changes_are_marked_until_they_are_saved() {
     let mut harness = Harness::new();
     assert!(!harness.interface.document.is_unsaved());
     harness.interface.document.edited.trail.decay = 0.5;
@@ -645,7 +645,7 @@ fn errors_stay_until_they_are_clicked_away() {
 }
 
 #[test]
-fn what_is_no_number_is_said() {
+fn text_that_is_no_number_is_reported() {
     let mut harness = Harness::new();
     harness.interface.panel.filter = "atlas size".to_owned();
     for _ in 0..30 {
@@ -687,7 +687,7 @@ fn commands_are_found_by_what_they_do() {
 
 /// A button that the tabulator has led to is pressed by Space, and the simulation runs on.
 #[test]
-fn space_is_for_what_has_the_keyboard() {
+fn space_is_for_the_control_with_the_keyboard() {
     let mut harness = Harness::new();
     while harness.ctx.memory(|memory| memory.focused()).is_none() {
         harness.press(Key::Tab);

@@ -419,7 +419,7 @@ fn a_scaled_object_is_drawn_as_large_at_once() {
 }
 
 #[test]
-fn objects_that_undo_brings_back_run_at_once_and_what_waits_goes_on_waiting() {
+fn objects_that_undo_brings_back_run_at_once_and_pending_edits_wait() {
     let mut harness = harness();
     let undone = |harness: &mut Harness| {
         let mut commands = Vec::new();

@@ -86,7 +86,7 @@ fn a_scene_that_asks_for_what_it_has_not_shows_its_trail() {
 }
 
 #[test]
-fn the_atlas_beside_the_picture_has_a_hand_of_its_own() {
+fn the_atlas_beside_the_picture_has_its_own_navigation() {
     let mut harness = Harness::new();
     let whole = harness.frame(vec![]);
     assert_eq!(whole.beside, None);
@@ -145,7 +145,7 @@ fn the_light_moves_with_its_key_and_nothing_else_does() {
 }
 
 #[test]
-fn flight_has_its_own_keys_hand_and_wheel() {
+fn flight_has_its_own_keys_drags_and_wheel() {
     let mut harness = Harness::new();
     harness.press(Key::V);
     assert!(harness.interface.navigation.is_flying() && harness.interface.document.playing);

@@ -11,7 +11,7 @@ fn hold(harness: &mut Harness) -> Pos2 {
 }
 
 #[test]
-fn esc_puts_back_what_a_handle_has_moved() {
+fn esc_puts_back_an_object_that_a_handle_has_moved() {
     let mut harness = harness();
     let before = harness.interface.document.edited.clone();
     let camera = harness.interface.document.view.camera;
@@ -63,7 +63,7 @@ fn with_ctrl_objects_are_moved_in_steps_and_the_distance_is_shown() {
 }
 
 #[test]
-fn f_looks_at_what_is_picked() {
+fn f_frames_the_picked_object() {
     let mut harness = harness();
     let whole = harness.interface.document.view.camera;
     harness.facts.hand.poses[0] = Affine3A::from_translation(Vec3::new(2.0, 0.0, 0.0));

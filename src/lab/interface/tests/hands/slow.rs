@@ -25,7 +25,7 @@ fn a_handle_is_held_where_it_was_pressed() {
     dragged(&mut usual, from, from + way);
     assert!(position(&usual).length() > 0.1);
 
-    // The pointer has left the handle when the window hears of the press; or everything is over by then.
+    // The pointer has left the handle when the window receives the press, or the button is released by then.
     let press_and_go = |harness: &mut Harness| {
         let events = [button(from, true), Event::PointerMoved(from + 0.6 * way)];
         harness.frame(vec![Event::PointerMoved(from - way)]);
@@ -187,7 +187,7 @@ fn a_list_is_closed_by_escape_or_by_a_click_that_does_nothing_else() {
 }
 
 #[test]
-fn what_is_picked_has_its_section_in_sight() {
+fn the_picked_object_has_its_section_in_sight() {
     let mut harness = harness();
     harness.facts.hand.under = Some(under());
     let is_shown = |harness: &Harness| {
@@ -220,7 +220,7 @@ fn what_is_picked_has_its_section_in_sight() {
 }
 
 #[test]
-fn what_was_picked_in_one_scene_is_not_picked_in_the_next() {
+fn a_selection_does_not_pass_to_the_next_scene() {
     let mut harness = harness();
     let settings = harness.interface.document.edited.clone();
     let scene = Scene::from_settings("pair".to_owned(), settings, ".".into()).unwrap();
@@ -304,7 +304,7 @@ fn an_object_that_comes_is_seen_whole() {
 }
 
 #[test]
-fn what_is_looked_for_is_left_by_escape_and_by_its_cross() {
+fn a_search_is_left_by_escape_and_by_its_cross() {
     let mut harness = harness();
     harness.press(Key::B);
     let look_for = |harness: &mut Harness| {
