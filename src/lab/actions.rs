@@ -103,7 +103,7 @@ impl Action {
         )
     }
 
-    /// Why it cannot be done now; none where it can. `has_picked` says whether an object or food is selected.
+    /// The reason why it cannot be done now; none if it can. `has_picked` says whether an object or food is selected.
     pub fn why_not(self, document: &Document, has_picked: bool) -> Option<String> {
         let view = document.view.show;
         let why = match self {
@@ -220,8 +220,8 @@ const NONE: Modifiers = Modifiers::NONE;
 const CTRL: Modifiers = Modifiers::COMMAND;
 const CTRL_SHIFT: Modifiers = CTRL.plus(Modifiers::SHIFT);
 
-/// Every action but the views, which have a table of their own ([`Show::key`]). Of those that share a key, the first that fits what is
-/// held.
+/// Every action but the views, which have a table of their own ([`Show::key`]). Of actions that share a key, the first that
+/// fits the held modifiers counts.
 const ROWS: &[Row] = &[
     row(
         Action::Pause,

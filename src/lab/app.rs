@@ -41,7 +41,7 @@ impl App {
         }
     }
 
-    /// Opens the lab the first time. False where that fails.
+    /// Opens the lab the first time. Returns false if that fails.
     pub fn open(&mut self, host: impl FnOnce(&str, [u32; 2]) -> Result<Host>) -> bool {
         let Some(opened) = self.opened.take() else {
             return true;
@@ -53,7 +53,7 @@ impl App {
         self.error.is_none()
     }
 
-    /// Draws a frame. False where it was the last one.
+    /// Draws a frame. Returns false if it was the last one.
     pub fn draw(&mut self) -> bool {
         let Some(lab) = &mut self.lab else {
             return true;

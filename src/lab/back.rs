@@ -47,7 +47,7 @@ pub struct Grown {
 pub struct State {
     pub name: String,
     pub folder: PathBuf,
-    /// Those that it ran with.
+    /// The settings that it ran with.
     pub settings: Settings,
     pub meshes: Vec<Mesh>,
     pub checkpoint: Arc<Checkpoint>,
@@ -74,7 +74,7 @@ impl State {
 }
 
 impl Grown {
-    /// Of a stage that is about to go, which no longer has its meshes then.
+    /// Takes the state of a stage that is about to go, with its meshes.
     pub fn of(left: &mut Stage, shown: Shown) -> Result<Self> {
         let snapshot = left.simulation.snapshot()?;
         let mut settings = left.simulation.settings().clone();
@@ -117,7 +117,7 @@ impl Grown {
     }
 }
 
-/// Of a copy of a state on the host: particles and what they do, and trail, deposits and areas.
+/// The size of a copy of a state on the host: particles with their states, and trail, deposits and areas.
 fn bytes_of(particles: usize, texels: usize) -> u64 {
     let particle = size_of::<Particle>() + size_of::<Motion>();
     let texel = 3 * size_of::<f32>();
@@ -128,14 +128,14 @@ fn bytes_of(particles: usize, texels: usize) -> u64 {
 #[derive(Default)]
 pub struct Back {
     pub grown: Option<Grown>,
-    /// It is on its way.
+    /// The state that is on its way.
     pub coming: Option<Grown>,
     /// Scenes that were shown before the present one.
     pub scenes: u64,
 }
 
 impl Back {
-    /// Is the state of this stage kept when it is left? One that has hardly grown is only if it is left to go back.
+    /// Is the state of this stage kept when it is left? A stage that has hardly grown is kept only if it is left to go back.
     pub fn is_kept(&self, left: &Stage, goes_back: bool) -> bool {
         goes_back || left.simulation.step() >= GROWN_AT
     }

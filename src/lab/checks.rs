@@ -40,8 +40,8 @@ impl Checks {
         self.last.as_ref()?.problem.as_deref()
     }
 
-    /// Checks, if that is due and there was a step since the last time. All that was recorded has been submitted. True if
-    /// it was checked.
+    /// Checks, if that is due and there was a step since the last time. All recorded work must have been submitted. Returns
+    /// true if it has checked.
     pub fn look(&mut self, frames: &mut Frames, simulation: &Simulation) -> Result<bool> {
         let began = Instant::now();
         let step = simulation.step();

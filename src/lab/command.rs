@@ -54,7 +54,7 @@ pub enum Command {
     OpenWithLook(&'static str),
     /// Show a scene as it was left.
     OpenLeft(LeftScene),
-    /// Do with a file what is done with one that is dropped.
+    /// Open a file like a dropped one.
     TakeFile(PathBuf),
     /// Open a mesh as a scene of its own.
     OpenAlone(PathBuf),
@@ -97,7 +97,7 @@ pub enum Work {
     Remove(Which),
     /// Puts a mesh into the scene: `builtin:NAME`, or a file.
     Add(String, Ticket),
-    /// Puts an object into the scene once more.
+    /// Duplicates an object.
     Duplicate(Which, Ticket),
     /// Multiplies an object's scale.
     Scale(usize, f32),
@@ -112,9 +112,9 @@ pub struct Ticket(pub u64);
 /// An object that something is to be done with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Which {
-    /// One that is edited, by its place.
+    /// An edited object, by its index.
     Object(usize),
-    /// One that was asked for, whether it has come or not.
+    /// A requested object, whether it has come or not.
     Asked(Ticket),
 }
 

@@ -184,7 +184,7 @@ impl Document {
         presets::to_toml(&self.look(), &format!("A look of one's own, from {scene}."))
     }
 
-    /// The edited settings, but for what would restart the running simulation.
+    /// The edited settings, except those that would restart the running simulation.
     pub fn live_settings(&self) -> Settings {
         let mut live = self.running.clone();
         for parameter in PARAMETERS {
@@ -267,7 +267,7 @@ impl Document {
         self.undo.set_preset(self.preset.as_deref());
     }
 
-    /// Undo, or redo with `again`; none where there is nothing to undo.
+    /// Undo, or redo with `again`; none if there is nothing to undo.
     pub fn lead(&mut self, again: bool) -> Option<Change> {
         let waited = self.is_pending();
         let before = self.undo.strokes();

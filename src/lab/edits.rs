@@ -28,7 +28,7 @@ pub struct Edits {
     pub carry: Option<Vec<Option<usize>>>,
     /// The object that comes or goes with the scene on its way.
     pub coming: Option<Coming>,
-    /// Those that were asked for and have come: their names.
+    /// The requested objects that have come, with their names.
     pub come: Vec<(Ticket, String)>,
 }
 
@@ -38,7 +38,7 @@ pub struct Coming {
     pub what: String,
     /// The request that asks for it again, if there may be one.
     pub again: Option<Waiting>,
-    /// One that comes was asked for by this.
+    /// The ticket with which a new object was requested.
     pub ticket: Option<Ticket>,
 }
 

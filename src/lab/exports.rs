@@ -87,7 +87,7 @@ impl Kind {
     }
 }
 
-/// Pixels a side of pictures, where they are typed.
+/// The range of typed sides of pictures, pixels.
 const CUSTOM: (u32, u32) = (16, 16_384);
 /// Seconds that a film takes.
 const SECONDS: (f64, f64) = (0.1, 3600.0);
@@ -106,9 +106,9 @@ const RECORDING_FPS: (u32, u32) = (1, 60);
 pub struct OutPanel {
     /// The folder for files; empty for the folder in which the program was started.
     pub folder: String,
-    /// Of pictures.
+    /// The size of pictures.
     pub size: Size,
-    /// Of films.
+    /// The size of films.
     pub film_size: Size,
     /// Width and height where they are typed.
     pub custom: [u32; 2],
@@ -116,7 +116,7 @@ pub struct OutPanel {
     pub transparent: bool,
     /// Are films that are folders of pictures written with transparency?
     pub film_transparent: bool,
-    /// Of recordings and films.
+    /// The format of recordings and films.
     pub kind: Kind,
     /// Frames a second of recordings.
     pub fps: u32,

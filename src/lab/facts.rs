@@ -33,22 +33,22 @@ pub struct KernelTime {
     pub mean_ms: f64,
     /// 95 % of the steps that have any are not longer.
     pub p95_ms: f64,
-    /// Of the step's time, 0 to 1.
+    /// The share of the step's time, 0 to 1.
     pub share: f64,
 }
 
 /// GPU times of steps and pictures, lately; milliseconds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Times {
-    /// Of a step; `None` where the device has no timestamps.
+    /// GPU time of a step; `None` if the device has no timestamps.
     pub step_ms: Option<f64>,
-    /// Of that, what no kernel takes: barriers and timestamps.
+    /// The part of it outside kernels: barriers and timestamps.
     pub between_ms: f64,
-    /// Of a picture, with the interface.
+    /// GPU time of a picture, with the interface.
     pub draw_ms: Option<f64>,
     /// From one picture that is shown to the next, less what the GPU takes for its steps and for itself: the host, and waiting.
     pub host_ms: Option<f64>,
-    /// Of each kernel.
+    /// Times of the kernels.
     pub kernels: Vec<KernelTime>,
     /// Times of each kernel in each of the last frames with steps.
     pub history: History,
@@ -59,7 +59,7 @@ pub struct Times {
 /// A state that was left and can come back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Before {
-    /// Of its scene.
+    /// The name of its scene.
     pub name: String,
     /// Steps taken.
     pub step: u64,
@@ -186,7 +186,7 @@ pub struct Making {
     pub name: String,
     /// How far it is, in words.
     pub doing: String,
-    /// The share that is done, where that is known.
+    /// The share that is done, if that is known.
     pub done: Option<f32>,
     /// Would it be whole if it ended now?
     pub can_finish: bool,
@@ -201,7 +201,7 @@ pub struct OutFacts {
     pub recording: Option<Recorded>,
     /// Anything else.
     pub making: Option<Making>,
-    /// Of the film that is being made: how much of it there is, seconds.
+    /// The length so far of the film that is being made, seconds.
     pub filmed: Option<f64>,
     /// The window closes when all of it is whole.
     pub ends: bool,
@@ -218,12 +218,12 @@ pub struct Recorded {
     pub different: u64,
     /// Pictures for which there was no time; those before them are shown in their places.
     pub dropped: u64,
-    /// It was stopped, and what is left is being written.
+    /// It was stopped, and the rest is being written.
     pub is_ending: bool,
 }
 
 impl Recorded {
-    /// Frames that show the picture before once more.
+    /// The number of frames that repeat the picture before.
     pub fn repeated(&self) -> u64 {
         self.frames.saturating_sub(self.different)
     }

@@ -44,9 +44,9 @@ pub struct Feeder {
 
 /// The result of a measurement.
 pub enum Fed {
-    /// It can be there with the next step.
+    /// The food can be used in the next step.
     Ready(Box<PreparedFood>),
-    /// It cannot; what was asked for, and why.
+    /// The food is refused: the settings, and the reason.
     Refused(Box<Settings>, Error),
 }
 

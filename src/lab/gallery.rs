@@ -46,9 +46,9 @@ pub struct Gallery {
     /// Was it shown in the last frame?
     was_open: bool,
     pictures: Vec<(&'static str, TextureHandle)>,
-    /// Of the user's presets, by name; some have none.
+    /// Pictures of the user's presets, by name; some have none.
     own_pictures: BTreeMap<String, Option<TextureHandle>>,
-    /// Of scenes as they were left, by their files; some have none.
+    /// Pictures of scenes as they were left, by their files; some have none.
     left_pictures: BTreeMap<PathBuf, Option<TextureHandle>>,
     /// The name under which the look will be kept.
     pub name: String,
@@ -179,7 +179,7 @@ impl Gallery {
         }
     }
 
-    /// A card for each; gives the one that was clicked.
+    /// Shows a card for each; returns the one that was clicked.
     fn cards(
         &mut self,
         ui: &mut Ui,

@@ -137,7 +137,7 @@ impl Interface {
         let objects = &self.document.edited.objects;
         let picked = self.hands.selected.and_then(|i| objects.get(i)).cloned();
         self.document.restarted(scene);
-        // Those that come or go leave the others in other places.
+        // Added or removed objects change the indices of the others.
         if let Some(picked) = picked {
             self.hands.selected = place_among(&self.document.edited.objects, &picked);
         }
@@ -154,8 +154,8 @@ impl Interface {
         }
     }
 
-    /// A frame of the interface. egui shows it once more where something new did not know its size, and what came in comes to the
-    /// first of both passes only: what each came to counts.
+    /// A frame of the interface. egui repeats the pass if a new element did not have its size yet, and only the first pass
+    /// receives the input: the results of both passes count.
     pub fn run(
         &mut self,
         ctx: &egui::Context,

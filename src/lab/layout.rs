@@ -10,7 +10,7 @@ use crate::lab::navigation::{Drags, Navigation};
 use crate::lab::places::Marked as _;
 use crate::lab::theme;
 
-/// Of the panel, points: at first, and what it can be dragged to.
+/// Width of the panel, points: at first, and the range to which it can be dragged.
 pub const PANEL_WIDTH: f32 = 336.0;
 pub const PANEL_WIDTHS: Rangef = Rangef {
     min: 300.0,

@@ -93,7 +93,7 @@ impl App {
         self.draw_until(|_, frames| frames >= 1)
     }
 
-    /// Takes in what happens. False where the lab is to close.
+    /// Takes in the events. Returns false if the lab is to close.
     fn take_moments(&mut self, moments: Vec<Vec<Event>>) -> Result<bool> {
         for moment in moments {
             for event in moment {
@@ -108,7 +108,8 @@ impl App {
         Ok(self.draw_until(Self::rests))
     }
 
-    /// Draws frames until `is_enough` holds for their number; frames that show nothing do not count. False where the lab is to close.
+    /// Draws frames until `is_enough` holds for their number; frames that show nothing do not count. Returns false if the lab
+    /// is to close.
     fn draw_until(&mut self, is_enough: impl Fn(&Self, u64) -> bool) -> bool {
         let frames = |app: &Self| {
             let places = app.lab.as_ref().and_then(|lab| lab.places.as_ref());

@@ -66,11 +66,11 @@ pub struct Ready {
 /// The origin of a scene on its way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// The one that is shown, from the beginning, as it is edited.
+    /// The scene that is shown, from step 0, as it is edited.
     Shown,
-    /// Another one, with a view of its own, that lies in a file or is built in.
+    /// Another scene, with a view of its own, from a file or built in.
     File,
-    /// Another one that no file has.
+    /// Another scene that no file has.
     NoFile,
 }
 
@@ -120,7 +120,7 @@ impl Loading {
         }
     }
 
-    /// How far it is, for the interface.
+    /// Its progress, for the interface.
     pub fn facts(&self) -> LoadingFacts {
         LoadingFacts {
             name: self.name.clone(),

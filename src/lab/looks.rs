@@ -39,10 +39,10 @@ impl LookClock {
     }
 }
 
-/// Looks: those that can be taken, and the one that the present look changes into.
+/// Looks: the available ones, and the one that the present look changes into.
 #[derive(Clone, Debug, Default)]
 pub struct Looks {
-    /// Those that the user has kept.
+    /// Looks that the user has kept.
     pub own: OwnPresets,
     /// Seconds that the change to another look takes.
     pub morph_seconds: f64,
@@ -103,7 +103,7 @@ impl Looks {
             Ok(to) => {
                 desk.document.preset = Some(name.to_owned());
                 self.change_look(to, desk);
-                // It grows out of what is there; from the start it comes to what its small picture shows.
+                // It grows out of the present state; only from the start does it become like its small picture.
                 let text = format!("{name}: {} (R restarts)", summary(text));
                 desk.notices.say(ctx, text, false);
                 true

@@ -39,7 +39,7 @@ impl RunningMarks {
 }
 
 impl Marks {
-    /// Follows the objects as they are edited. One that comes is not marked, and one that is renamed keeps its marks.
+    /// Follows the objects as they are edited. A new object is not marked, and a renamed one keeps its marks.
     pub fn follow(&mut self, objects: &[ObjectSettings]) {
         let names = || objects.iter().map(|object| &object.name);
         if names().eq(self.all.iter().map(|mark| &mark.name)) {
@@ -148,7 +148,7 @@ mod tests {
         assert!(marks.is_locked(0) && marks.is_hidden(1));
         marks.follow(&objects(&["c", "better", "d"]));
         assert!(marks.is_locked(0) && marks.is_hidden(1) && !marks.is_hidden(0));
-        // Those that run are still called as before.
+        // The running objects still have their old names.
         let running = marks.of_running(&objects(&["c", "b", "d"]));
         assert_eq!(running.hidden, [false, true, false]);
         assert_eq!(running.locked, [true, false, false]);

@@ -16,7 +16,7 @@ pub struct Reserved {
 }
 
 impl Reserved {
-    /// `stem_000001.ending` in the folder, which is made where there is none, or the next number that is free; without an
+    /// `stem_000001.ending` in the folder, which is made if it does not exist, or the next number that is free; without an
     /// ending a folder's name.
     pub fn next(folder: &Path, stem: &str, ending: &str) -> Result<Self> {
         let failure = |path: &Path| {

@@ -1,4 +1,4 @@
-//! Lines that are shown over the picture: what has happened, for a while, and what went wrong, until it is clicked away.
+//! Notices over the picture: news for a while, and errors until they are clicked away.
 
 use std::time::Duration;
 
@@ -42,7 +42,7 @@ impl Notices {
         self.dropped = None;
     }
 
-    /// Shows a line: for a while or, where something went wrong, until it is clicked away.
+    /// Shows a notice: for a while or, if it is an error, until it is clicked away.
     pub fn say(&mut self, ctx: &egui::Context, text: impl Into<String>, is_error: bool) {
         let text = text.into();
         if is_error {

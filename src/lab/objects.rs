@@ -45,7 +45,7 @@ pub fn without_object(settings: &Settings, object: usize) -> Settings {
     settings
 }
 
-/// The settings with an object once more, which stands a way off at this time, and moves as the other one does.
+/// The settings with a copy of an object, which stands a way off at this time, and moves as the original does.
 pub fn with_copy(settings: &Settings, object: usize, way: Vec3, time: f64) -> Settings {
     let mut settings = settings.clone();
     let mut copy = settings.objects[object].clone();
@@ -80,7 +80,7 @@ pub fn beside(camera: &Camera, points: impl IntoIterator<Item = Vec3>, radius: f
 }
 
 /// The way that takes an object of these to a place beside it, as the camera sees them: at a side where no other stands, or if
-/// there is none, at the right of all. One that `moves` has room to turn.
+/// there is none, at the right of all. An object that `moves` gets room to turn.
 pub fn way_beside(camera: &Camera, objects: &[Vec<Vec3>], object: usize, moves: bool) -> Vec3 {
     let own = &objects[object];
     let (least, most) = seen_from(camera, own.iter().copied());
@@ -146,7 +146,7 @@ pub fn short_name(mesh: &str) -> &str {
     builtin.or_else(file).unwrap_or(mesh)
 }
 
-/// Particles that begin on a food begin on one that there is; where there is none, as they do by default.
+/// Lets particles that begin on a food begin on an existing one; without food they begin as by default.
 pub fn begin_on_food_that_is(settings: &mut Settings) {
     let count = settings.food_count() as u32;
     let particles = &mut settings.particles;
@@ -159,7 +159,8 @@ pub fn begin_on_food_that_is(settings: &mut Settings) {
     particles.start_food = particles.start_food.min(count.saturating_sub(1));
 }
 
-/// A food goes. Particles that begin on one after it still do; where it was theirs, they begin on the one that has its number.
+/// Removes a food. Particles that begin on a later food still do; if they begin on this one, they begin on the food that takes
+/// its index.
 pub fn remove_food(settings: &mut Settings, food: usize) {
     settings.foods.remove(food);
     let start = &mut settings.particles.start_food;
@@ -232,7 +233,7 @@ mod tests {
             taken.push(way);
             objects.push(corners(way));
         }
-        // Nor in the middle of one that is large, far from all of its corners.
+        // It does not stand in the middle of a large object either, far from all of its corners.
         let hall = corners(Vec3::ZERO).into_iter();
         let hall = hall.map(|corner| in_world(&camera, 6.0 * corner + 4.3 * Vec3::X));
         let way = way_beside(&camera, &[cube.clone(), hall.collect()], 0, false);

@@ -36,7 +36,7 @@ pub const OPEN_MASK: &str = "Chooses the picture: a PNG laid over the whole text
 pub const EVERYTHING: &str = "what opens here";
 pub const ONLY_MESHES: &str = "meshes";
 
-/// Of the dialog where the window has room for it, points.
+/// Size of the dialog if the window has room for it, points.
 const SIZE: Vec2 = vec2(740.0, 460.0);
 /// The part of the window's width and height outside the dialog's contents, including its title.
 const ROUND_IT: Vec2 = vec2(24.0, 40.0);
@@ -299,7 +299,7 @@ fn dialog(title: &str, kinds: Kinds) -> FileDialog {
         // A scene is called as the file that was chosen, also where that is a link.
         .canonicalize_paths(false)
         .show_new_folder_button(false)
-        // They would be forgotten at the end.
+        // Pinned folders would be forgotten at the end.
         .show_pinned_folders(false);
     for (name, endings) in kinds {
         dialog = dialog.add_file_filter(name, Filter::new(|path: &Path| ends_so(path, endings)));

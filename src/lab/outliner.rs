@@ -97,7 +97,7 @@ impl Outliner {
                         desk.document.marks.isolate(object);
                     }
                 }
-                // Those that are on their way have the names that were asked for.
+                // Objects on their way have the names with which they were requested.
                 let can_rename = !desk.document.is_renewed() && desk.document.asked.is_none();
                 let rename = ui
                     .add_enabled(can_rename, sign("✏", false))

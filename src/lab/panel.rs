@@ -327,7 +327,7 @@ impl ParameterPanel {
                 hands.pick(Some(i));
             }
             if reveals {
-                // It opens by and by, and only then is there something to scroll to.
+                // It opens slowly, and only then is there something to scroll to.
                 shown.header_response.scroll_to_me(Some(Align::TOP));
                 if shown.openness < 1.0 {
                     ui.ctx().request_repaint();
@@ -417,7 +417,7 @@ fn transport(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
             });
         }
     });
-    // A part of its own: what comes and goes in it leaves alone what is being typed below.
+    // It has a scope of its own, so that changes in it do not disturb typing below.
     ui.scope(|ui| conditions(ui, looks, desk));
 }
 

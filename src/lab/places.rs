@@ -24,7 +24,7 @@ fn id() -> Id {
 
 /// Controls that can be found by a name.
 pub trait Marked {
-    /// Gives the control a name, where names are asked for.
+    /// Gives the control a name, if names are asked for.
     fn marked(self, name: &str) -> Self;
 }
 
@@ -57,7 +57,7 @@ pub fn mark_cross<R>(shown: Option<egui::InnerResponse<R>>, name: &str) {
     }
 }
 
-/// Tells what a control holds, where names are asked for.
+/// Notes the value of a control, if names are asked for.
 pub fn note_value(ctx: &egui::Context, name: &str, value: impl FnOnce() -> String) {
     if let Some(found) = ctx.data(|data| data.get_temp::<Found>(id())) {
         let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);

@@ -24,7 +24,7 @@ pub struct Preferences {
     pub panel_width: f32,
     /// How much larger everything is than the system asks for.
     pub zoom: f32,
-    /// Of the window, in pixels.
+    /// Size of the window, pixels.
     pub size: [u32; 2],
     /// Scene files that were opened or saved last.
     pub recent: Recent,

@@ -33,7 +33,7 @@ impl Morph {
         }
     }
 
-    /// Brings settings to where they should be at this time; true where that was the end.
+    /// Brings settings to where they should be at this time; returns true if that was the end.
     pub fn advance(&mut self, settings: &mut Settings, time: f64) -> bool {
         let is_touched = PARAMETERS
             .iter()

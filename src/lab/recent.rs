@@ -44,7 +44,7 @@ impl Recent {
         all
     }
 
-    /// The list; gives the one that was clicked.
+    /// Shows the list; returns the file that was clicked.
     pub fn menu(&self, ui: &mut Ui) -> Option<PathBuf> {
         let mut clicked = None;
         let button = egui::containers::menu::MenuButton::new("Recent");
@@ -101,7 +101,7 @@ mod tests {
         assert_eq!(opened.over(&opened, &kept), kept);
         let here = of(&["d", "c", "a", "b"]);
         assert_eq!(here.over(&opened, &kept), of(&["d", "c", "x", "a", "b"]));
-        // One that was there before is the last one now.
+        // A file that was there before is the latest now.
         let again = of(&["b", "a"]);
         assert_eq!(again.over(&opened, &kept), of(&["b", "x", "a"]));
         let both = of(&["a", "d", "b"]);

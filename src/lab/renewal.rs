@@ -63,7 +63,7 @@ pub fn take_back(edited: &mut Settings, running: &Settings) {
     begin_where_they_are(edited, &was, &running.particles);
 }
 
-/// These objects in these sizes, which are otherwise as the others have them.
+/// These objects in these sizes, with all other settings of the others.
 fn as_many_and_as_large(
     objects: &[ObjectSettings],
     others: &[ObjectSettings],
@@ -163,12 +163,12 @@ mod tests {
         let mut wanted = live.clone();
         wanted.objects[1].scale = scaled;
         assert_eq!(renewed_to, wanted);
-        // It did not come: only its size is as it was.
+        // It did not come: only its size is as before.
         take_back(&mut edited, &live);
         assert_eq!(edited.objects[1].scale, live.objects[1].scale);
         assert_eq!(edited.objects[0].texel_weight, 4.0);
         assert_eq!(edited.particles.count, live.particles.count + 5);
-        // One that comes back brings what began on it.
+        // An object that comes back brings the start on it back.
         let mut before = live.clone();
         before.particles.start_object = "box".to_owned();
         let gone = without_object(&before, 1);

@@ -13,7 +13,7 @@ use crate::lab::places::{Marked as _, note_value};
 use crate::lab::theme;
 use crate::lab::widgets::{parse_number, parse_whole, reader, refuse, wide_slider};
 
-/// The key of the object that all particles begin on, and what is shown where there is none.
+/// The key of the object that all particles begin on, and the label without one.
 const START_OBJECT: &str = "particles.start_object";
 const ALL: &str = "all objects";
 
@@ -35,7 +35,7 @@ pub struct RowContext<'a, T> {
     pub objects: &'a [ObjectSettings],
     /// The prefix of the controls' names, for tests.
     pub prefix: &'a str,
-    /// Why a key has no effect as things are, if it has none.
+    /// The reason why a key has no effect at present, if it has none.
     pub idle: &'a dyn Fn(&str) -> Option<&'static str>,
 }
 
@@ -158,7 +158,7 @@ pub fn editor<T>(
             let before = (own.get)(value);
             let mut has = before.is_some();
             let (low, high) = own.slider;
-            // A value of its own begins as what holds here anyway.
+            // An own value begins as the value in effect.
             let mut now = before.unwrap_or((own.shared)(context.shared));
             theme::switch(ui, &mut has, "of its own")
                 .on_hover_text("Otherwise the scene's value holds here too.")

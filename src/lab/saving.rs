@@ -14,7 +14,7 @@ use crate::lab::names::Reserved;
 pub struct SceneFile {
     /// Its path.
     pub path: PathBuf,
-    /// The window has written it. One that was opened may have comments, and it is asked first.
+    /// The window has written it. An opened file may have comments, so the user is asked first.
     pub may_be_replaced: bool,
 }
 
@@ -31,7 +31,7 @@ impl SceneFile {
         })
     }
 
-    /// One that the scene was saved in.
+    /// The file that the scene was saved in.
     pub fn saved(path: &Path) -> Self {
         Self {
             path: whole(path),

@@ -84,7 +84,7 @@ pub enum Front {
     Unseen(Unseen),
 }
 
-/// The one that a frame draws into.
+/// The image that a frame draws into.
 #[must_use = "an image that was acquired has to be presented"]
 pub enum FrontImage {
     Window(WindowImage),
@@ -110,7 +110,7 @@ impl Unseen {
         }
     }
 
-    /// None where it has no size.
+    /// None if the window has no size.
     fn image(&mut self) -> GpuResult<Option<Arc<Image>>> {
         if self.size.contains(&0) {
             return Ok(None);

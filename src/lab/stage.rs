@@ -33,7 +33,7 @@ const SETTLED: f32 = 1e-3;
 /// Copies of the counters that may be on their way to the host.
 const COUNTERS_UNDER_WAY: usize = 4;
 
-/// Of the picture, and of the atlas beside it.
+/// Sizes of the picture and of the atlas beside it.
 pub type Sizes = ([u32; 2], Option<[u32; 2]>);
 
 /// The inputs of a picture: the view, the step, the poses, and the size of the atlas beside.

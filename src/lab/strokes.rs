@@ -29,7 +29,7 @@ pub struct Stroke {
 
 /// A stroke in progress.
 pub struct Open {
-    /// None where there was no room to keep it.
+    /// None if there was no room to keep it.
     pub before: Option<Areas>,
     /// Texels among which all lie that it has touched.
     pub span: Range<u32>,
@@ -70,7 +70,7 @@ impl Strokes {
         };
     }
 
-    /// The last one that is known up to a number; 0 for none.
+    /// The last stroke that is kept up to a number; 0 for none.
     pub fn known(&self, number: u64) -> u64 {
         let all = self.done.iter().chain(&self.undone);
         let numbers = all.map(|stroke| stroke.number);
@@ -181,13 +181,13 @@ mod tests {
             assert!(undo.redo(&mut settings, &mut view));
             assert_eq!(taken(&mut strokes, undo.strokes()), [(number, false)]);
         }
-        // A stroke that comes now takes the place of the one that is undone.
+        // A new stroke takes the place of the undone one.
         strokes.keep(&mut undo, vec![TEXEL; 3], false);
         assert!(!undo.can_redo() && undo.strokes() == 4);
         assert!(undo.undo(&mut settings, &mut view));
         assert_eq!(taken(&mut strokes, undo.strokes()), [(4, true)]);
         assert_eq!(undo.strokes(), 2);
-        // One that does not go back for want of memory does so with the next.
+        // A stroke that cannot be undone for want of memory is undone with the next one.
         assert!(undo.undo(&mut settings, &mut view));
         let (refused, is_back) = strokes.take_towards(undo.strokes()).unwrap();
         assert!(is_back);
@@ -230,7 +230,8 @@ mod tests {
         assert_eq!(strokes.known(MOST as u64), 0);
         assert_eq!(strokes.known(MOST as u64 + 1), MOST as u64 + 1);
         assert_eq!(strokes.known(u64::MAX), 2 * MOST as u64);
-        // By their size, too; one that is too large leaves none, for those before it could not go back without it.
+        // Strokes are dropped by their size, too; one that is too large leaves none, because those before it cannot be undone
+        // without it.
         strokes.push(stroke(1000, MOST_TEXELS / 2));
         strokes.push(stroke(1001, MOST_TEXELS / 2));
         assert_eq!(strokes.known(u64::MAX), 1001);

@@ -255,7 +255,7 @@ impl Undo {
         }
     }
 
-    /// A file has it as it was then; with none, no file has anything of it.
+    /// Notes that a file has this state; with none, no file has any of it.
     pub fn saved(&mut self, then: Option<Entry>) {
         self.saved = then;
     }

@@ -15,10 +15,10 @@ use crate::lab::places::Marked as _;
 use crate::lab::rows::{RowContext, editor, row_with, within};
 use crate::lab::widgets::{color_map_picker, parse_number, wide_slider};
 
-/// Of the section Picture.
+/// Rows of the section Picture.
 pub(super) const COLOR_ROWS: &[&str] =
     &["picture.color_map", "picture.brightest", "picture.darkest"];
-/// Of the section below it, which begins closed: Physarum has to be seen in a small window.
+/// Rows of the section below it, which begins closed, so that Physarum is visible in a small window.
 pub(super) const DETAIL_ROWS: &[&str] = &[
     "picture.particle_size",
     "picture.charts",
@@ -26,7 +26,7 @@ pub(super) const DETAIL_ROWS: &[&str] = &[
     "picture.areas",
     "picture.background",
 ];
-/// Of the section Camera.
+/// Rows of the section Camera.
 pub(super) const CAMERA_ROWS: &[&str] = &[
     "camera.field_of_view",
     "camera.azimuth",
@@ -34,7 +34,7 @@ pub(super) const CAMERA_ROWS: &[&str] = &[
     "camera.distance",
     "camera.target",
 ];
-/// Of the section Light.
+/// Rows of the section Light.
 pub(super) const LIGHT_ROWS: &[&str] = &[
     "picture.light_azimuth",
     "picture.light_elevation",

@@ -19,12 +19,12 @@ use crate::lab::places::{Marked as _, note_value};
 use crate::lab::theme;
 use crate::lab::view_rows::{CAMERA_ROWS, LIGHT_ROWS, view_rows};
 
-/// Of the ball that moves the light, points.
+/// Size of the ball that moves the light, points.
 const BALL: f32 = 72.0;
 /// Objects that are named in the legend.
 const NAMED: usize = 8;
 
-/// Shows something else, if the scene has it.
+/// Shows another view, if the scene has it.
 pub(super) fn choose_view(ctx: &egui::Context, show: Show, desk: &mut Desk<'_>) {
     match show.why_not(&desk.document.running) {
         None => desk.document.view.show = show,
@@ -249,7 +249,7 @@ fn in_words(show: Show) -> String {
     }
 }
 
-/// The light that makes this place of the ball, right and up of its middle, the one that faces it.
+/// The light for which this place of the ball, right and up of its middle, faces the light.
 fn light_on_ball(place: Vec2) -> Light {
     let place = place.clamp_length_max(1.0);
     let towards = (1.0 - place.length_squared()).max(0.0).sqrt();

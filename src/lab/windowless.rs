@@ -36,13 +36,13 @@ pub enum Event {
     MoveBy([f32; 2]),
     /// A button of the pointer goes down: 1 is the first, 2 the one in the middle, 3 the other one.
     Press(u8),
-    /// It comes up.
+    /// It is released.
     Release(u8),
     /// The wheel is turned by this number of notches, away from the user.
     Wheel(f32),
     /// A key goes down: `ctrl`, `shift`, `alt`, or what egui calls it.
     KeyDown(String),
-    /// It comes up.
+    /// It is released.
     KeyUp(String),
     /// Letters are typed.
     Text(String),
@@ -54,9 +54,9 @@ pub enum Event {
     Resize([u32; 2]),
     /// Pixels per point.
     Scale(f32),
-    /// It is minimised, or not any more.
+    /// The window is minimised, or restored.
     Minimize(bool),
-    /// It is asked to close, as by its cross.
+    /// The window is asked to close, as by its cross.
     Close,
 }
 

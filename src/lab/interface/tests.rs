@@ -348,7 +348,7 @@ fn a_value_of_its_own_begins_as_the_scenes() {
         harness.interface.document.edited.objects[0].physarum.speed
     };
     assert_eq!(toggle(&mut harness), Some(0.0123));
-    // It goes away again, and begins as what the scene has then.
+    // The own value is removed again, and a new one begins as the scene's present value.
     assert_eq!(toggle(&mut harness), None);
     harness.interface.document.edited.physarum.speed = 0.25;
     assert_eq!(toggle(&mut harness), Some(0.25));

@@ -13,7 +13,7 @@ use myxo::render::output::{Output, OutputError, Written};
 use crate::lab::job::Job;
 use crate::lab::names::Reserved;
 
-/// Pictures that wait take no more than this, but for the first few.
+/// The most memory of waiting pictures, bytes, except for the first few.
 const MOST_WAITING: usize = 256 << 20;
 /// The number of pictures that may wait, however large they are.
 const FEWEST: usize = 3;
@@ -21,7 +21,7 @@ const FEWEST: usize = 3;
 /// A picture as it lies on the device.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// Its place in the film, from 0; where some are left out, the picture before stays.
+    /// Its place in the film, from 0; a missing picture is replaced by the one before.
     pub number: u64,
     /// Width and height.
     pub size: [u32; 2],
@@ -61,7 +61,7 @@ struct Queue {
     frames: VecDeque<Frame>,
     /// No more pictures will come: the film has this many frames.
     end: Option<u64>,
-    /// It is not wanted any more.
+    /// The film was cancelled.
     cancelled: bool,
     /// Frames that the film has.
     written: u64,
@@ -140,7 +140,7 @@ impl Encoder {
         self.shared.changed.notify_all();
     }
 
-    /// It is not wanted any more, and leaves nothing.
+    /// Cancels the film, which then leaves no file.
     pub fn cancel(&self) {
         self.shared.lock().cancelled = true;
         self.shared.changed.notify_all();

@@ -64,7 +64,7 @@ impl Export {
         }
     }
 
-    /// It is not wanted any more.
+    /// Cancels it.
     pub fn cancel(&mut self) {
         match self {
             Self::Picture(picture) => {
@@ -138,8 +138,8 @@ impl Export {
         matches!(self, Self::Picture(picture) if picture.writer.is_none())
     }
 
-    /// Ends it with the window, and waits until its file is whole: a film has the pictures that it has. Nothing where there
-    /// is nothing to be written yet.
+    /// Ends it with the window, and waits until its file is whole: a film has the pictures that it has. Returns nothing if
+    /// there is nothing to be written yet.
     pub fn close(self) -> Option<Result<Written>> {
         match self {
             Self::Picture(picture) => picture.writer?.wait(),
@@ -235,7 +235,7 @@ fn write(frame: Frame, name: &Reserved) -> Result<Written> {
 pub struct Film {
     /// None once it was stopped.
     shot: Option<Shot>,
-    /// Of the first picture.
+    /// The view of the first picture.
     view: View,
     turns: f64,
     encoder: Encoder,
@@ -366,7 +366,7 @@ pub struct FileExport {
     path: PathBuf,
     /// The file that the next frame is asked for.
     asked: Option<(Model, Colors, Reserved)>,
-    /// Of a scene file: all that it has of what can be undone.
+    /// The state for undo that a scene file has.
     pub saves: Option<Entry>,
 }
 
@@ -435,7 +435,7 @@ impl FileExport {
         Ok(())
     }
 
-    /// It is not wanted any more.
+    /// Cancels it.
     pub fn cancel(&mut self) {
         self.watch.cancel();
         if self.asked.take().is_some() {

@@ -187,7 +187,7 @@ mod tests {
         let scene = Scene::load("cube".as_ref(), &Overrides::default()).unwrap();
         let from = [1104, 876];
         let view = View::of(&scene, Vec2::new(1104.0, 876.0));
-        // Of what lies at a distance of 1: half of the picture's width and height, and of a pixel.
+        // Lengths at a distance of 1: half of the picture's width and height, and of a pixel.
         let half = |view: &View, [width, height]: [u32; 2]| {
             let up = (0.5 * view.camera.vertical_fov).tan();
             let aspect = width as f32 / height as f32;

@@ -17,10 +17,10 @@ use crate::lab::out::encoder::{Encoder, Frame};
 /// Pictures that may be on their way from the device.
 const UNDER_WAY: usize = 4;
 
-/// Counts the pictures of a recording that are not the one before once more.
+/// Counts the pictures of a recording that differ from the one before.
 #[derive(Debug, Default)]
 struct Different {
-    /// The one that was copied last.
+    /// The picture that was copied last.
     last: Option<u64>,
     /// The places of those that are on their way from the device.
     under_way: VecDeque<u64>,
@@ -47,7 +47,7 @@ impl Different {
         if is_written {
             self.count += 1;
         } else if self.under_way.is_empty() {
-            // It is still another one when it is shown again.
+            // It counts as another picture when it is shown again.
             self.last = None;
         }
     }
@@ -136,8 +136,8 @@ impl Recording {
         }
     }
 
-    /// Ends it with the pictures that have arrived: all of them, where all that was recorded has been submitted and waited
-    /// for. It has nothing on the device any more, and the file is whole some time later.
+    /// Ends it with the pictures that have arrived: all of them, if all recorded work was submitted and waited for. It uses the
+    /// device no longer, and the file is whole some time later.
     pub fn stop(&mut self) {
         self.collect();
         self.ring = None;

@@ -15,7 +15,7 @@ use crate::lab::tools::Hands;
 use crate::lab::tools::{RADII, Tool};
 use crate::lab::widgets::{hint_beside, parse_number, reader};
 
-/// Of the bar's contents, points.
+/// Width of the bar's contents, points.
 const WIDTH: f32 = 108.0;
 /// The width of the contents if the bar has signs only, points.
 const NARROW: f32 = 24.0;

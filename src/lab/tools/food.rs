@@ -24,7 +24,7 @@ use crate::lab::widgets::{parse_number, reader};
 const NEAR: f32 = 1.5;
 /// A marker that is not there yet is drawn so large, scene radii.
 const LEAST_SIZE: f32 = 0.02;
-/// Of meals that never end.
+/// The label of meals that never end.
 const ENDLESS: &str = "∞";
 
 /// A value of a food that the bar can change: key, name, description, and the range of its slider.
@@ -141,7 +141,7 @@ impl Hands {
     /// This food is picked, and lies where the pointer is.
     fn put_food(&mut self, food: usize, under: Option<&Under>, desk: &mut Desk<'_>) {
         let place = under.and_then(|under| self.place_under(under, desk));
-        // It may have been taken away, or back, since it was picked up.
+        // The food may have been removed or undone since it was picked up.
         let (Some((object, at)), Some(held)) = (place, desk.document.edited.foods.get_mut(food))
         else {
             return;
@@ -154,7 +154,7 @@ impl Hands {
         self.food = Some(food);
     }
 
-    /// The object that lies under the pointer, and where on it, as food has it.
+    /// The object under the pointer, and the place on it in the coordinates of food.
     fn place_under(&self, under: &Under, desk: &Desk<'_>) -> Option<(String, [f64; 3])> {
         let facts = desk.facts;
         let object = desk.document.running.objects.get(under.object)?;

@@ -62,7 +62,7 @@ impl Screen {
         }
     }
 
-    /// Of the picture, pixels.
+    /// Size of the picture, pixels.
     pub(super) fn size(self) -> Vec2 {
         Vec2::new(self.rect.width(), self.rect.height()) * self.pixels_per_point
     }
@@ -334,11 +334,11 @@ fn mark(ui: &Ui, name: &str, at: Pos2) {
     let _ = ui.interact(rect, id, egui::Sense::hover()).marked(name);
 }
 
-/// Degrees, where a ring turns in steps.
+/// The step of rings, degrees.
 const TURN_STEP: f32 = 15.0;
 
 impl Grab {
-    /// The object as the pointer has it, and how far that is in words; in steps of a length, or smoothly.
+    /// The object as moved by the pointer, and the label of the move; in steps of this length, or smoothly.
     fn moved(
         &self,
         camera: &Camera,

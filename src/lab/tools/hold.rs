@@ -60,7 +60,7 @@ impl Way {
                 corners.push(*point);
             }
         }
-        // It leads to where the pointer is.
+        // The way ends at the pointer.
         corners.extend(self.points.last().filter(|end| corners.last() != Some(end)));
         corners
     }

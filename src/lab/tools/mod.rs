@@ -32,7 +32,7 @@ pub use tool::Tool;
 
 /// Vertices of an object that its outline is drawn round, at the most.
 const OUTLINE_VERTICES: usize = 3000;
-/// Of a brush, in scene radii.
+/// The range of a brush's radius, scene radii.
 const RADII: (f32, f32) = (0.01, 1.0);
 /// A notch of the wheel changes the radius by this factor.
 const RADIUS_PER_POINT: f32 = 0.004;
@@ -48,17 +48,17 @@ pub struct Hands {
     pub tool: Tool,
     /// The brush used last.
     last_brush: Tool,
-    /// Of brushes, scene radii.
+    /// Radius of brushes, scene radii.
     pub radius: f32,
-    /// Of brushes: how much in a second.
+    /// Strength of brushes per second.
     pub strength: f32,
     /// Is the probe shown?
     pub probe: bool,
     /// The object that is picked.
     pub selected: Option<usize>,
-    /// The one that is picked when it comes; then no other is.
+    /// The requested object that is picked when it comes; meanwhile no other is.
     pub(super) awaited: Option<Ticket>,
-    /// The last one that was asked for.
+    /// The ticket of the last request.
     asked: Ticket,
     /// The food that is picked.
     pub food: Option<usize>,
@@ -155,7 +155,7 @@ impl Hands {
         self.food = None;
     }
 
-    /// Leaves a tool or an object; false where there was nothing to leave.
+    /// Leaves a tool or an object; returns false if there was nothing to leave.
     pub fn back(&mut self) -> bool {
         self.food_drag = FoodDrag::None;
         if self.food.take().is_some() {
@@ -415,7 +415,7 @@ impl Hands {
     }
 }
 
-/// Some places of the last object, where it begins.
+/// Some points of the last object at its start.
 fn last_points(scene: &Scene) -> Vec<Vec3> {
     let poses = scene.world_from_object_at(0.0);
     let (Some(range), Some(pose)) = (scene.surface.objects.last(), poses.last()) else {

@@ -22,7 +22,7 @@ impl Hands {
         self.awaited = None;
     }
 
-    /// The camera is to show the picked object where it is; false where none is picked.
+    /// Lets the camera show the picked object; returns false if none is picked.
     pub fn frame_picked(&mut self, poses: &[Affine3A]) -> bool {
         let picked = self.selected;
         let picked = picked.and_then(|i| Some((poses.get(i)?, self.vertices.get(i)?)));

@@ -56,7 +56,7 @@ fn a_copy_has_all_of_its_original_but_the_name_and_the_place() {
         ..copy.clone()
     };
     assert_eq!(alike, *original);
-    // It stands there now, and is as far away at any time.
+    // It stands there now, and its distance stays equal at any time.
     let apart = |time: f64| {
         let [one, other] = [original, copy].map(|object| pose_at(object, None, time).translation);
         (other - one).as_vec3()
@@ -93,7 +93,7 @@ fn particles_that_begin_on_a_removed_object_begin_elsewhere() {
     assert_eq!((left.foods.len(), left.particles.start_food), (2, 1));
     let left = without_object(&settings, 0);
     assert_eq!(left.particles.start_object, "box");
-    // The last one that there is.
+    // It is the last food.
     assert_eq!((left.foods.len(), left.particles.start_food), (1, 0));
     let can_begin = |settings| {
         let scene = Scene::from_settings("left".to_owned(), settings, ".".into());

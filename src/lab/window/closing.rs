@@ -221,7 +221,7 @@ impl TakeOut {
         }
     }
 
-    /// Waits for what is being made, where the device has done its part. Is it whole?
+    /// Waits for the export, if the device has done its part. Returns true if the file is whole.
     fn end_job(&mut self, ready: Result<()>) -> bool {
         let Some(job) = self.job.take() else {
             return false;

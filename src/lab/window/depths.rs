@@ -84,9 +84,9 @@ fn through(dab: &Dab, ring: &Ring) -> Vec<Ray> {
         .collect()
 }
 
-/// Balls for the places that are seen through a ring and do not lie in the dab's own: behind each other on the way through
-/// its middle, and as large as the ring is seen there. Of more than there may be, those that most places ask for. There is a
-/// place for each look, if it meets anything.
+/// Balls for the places that are seen through a ring and do not lie in the dab's own ball: one behind the other along the ray
+/// through its middle, and as large as the ring appears there. If there are too many, those with most places are kept. There is
+/// a place for each ray that hits a surface.
 fn balls(dab: &Dab, eye: Vec3, places: &[Option<Vec3>]) -> [Option<Ball>; MOST_DEPTHS] {
     let to_middle = dab.center - eye;
     let (way, middle) = (to_middle.normalize_or(Vec3::Z), to_middle.length());
@@ -100,7 +100,7 @@ fn balls(dab: &Dab, eye: Vec3, places: &[Option<Vec3>]) -> [Option<Ball>; MOST_D
         .filter(|(_, depth)| *depth > 0.0)
         .collect();
     depths.sort_by(|a, b| a.1.total_cmp(&b.1));
-    // Those within one radius share a ball.
+    // Places within one radius share a ball.
     let mut groups: Vec<&[(u32, f32)]> = Vec::new();
     let mut rest = &depths[..];
     while let Some((_, first)) = rest.first() {
@@ -133,7 +133,7 @@ mod tests {
     use myxo::sim::paint::Brush;
 
     const SIZE: Vec2 = Vec2::new(640.0, 480.0);
-    /// Of the ring, pixels.
+    /// Radius of the ring, pixels.
     const RADIUS: f32 = 40.0;
 
     fn setup(objects: &[(&str, [f32; 3])]) -> Setup {

@@ -12,7 +12,7 @@ use crate::lab::window::areas::CarriedOver;
 use crate::lab::window::{Lab, title};
 
 impl Lab {
-    /// Begins to load a scene; one that is on its way is given up for it.
+    /// Begins to load a scene; another load under way is cancelled for it.
     pub(super) fn load<T: Into<Opened>>(
         &mut self,
         name: String,
@@ -91,8 +91,8 @@ impl Lab {
                 self.interface.notices.say(&context, text, false);
             }
             Err(error) if is_loss(&error) => {
-                // It is given up like any that is on its way then. An object is not asked for again: it may be what the device
-                // was lost by.
+                // It is cancelled like any load under way then. An object is not requested again, because it may have caused
+                // the loss.
                 self.jobs.loading = Some(loading);
                 if let Some(coming) = &mut self.edits.coming {
                     coming.again = None;
@@ -114,7 +114,7 @@ impl Lab {
         if is_new_scene {
             self.interface.opening.leave_scene();
         } else {
-            // It may have got another name meanwhile.
+            // The scene may have got another name meanwhile.
             stage.scene.name.clone_from(&self.interface.document.name);
         }
         let left = if is_new_scene {

@@ -14,7 +14,7 @@ use crate::lab::window::Lab;
 use crate::own_presets::check_name;
 use crate::own_presets::with_preset;
 
-/// Of the small picture of a preset or of a scene that is left, pixels.
+/// Size of the small picture of a preset or of a scene that is left, pixels.
 const PICTURE: [u32; 2] = [300, 200];
 
 impl Lab {

@@ -131,7 +131,7 @@ impl Lab {
             ..self
         };
         if was_painted {
-            // They are gone, and the file may have them.
+            // The painted areas are gone, and the file may have them.
             lab.interface.document.file = None;
         }
         lab.pass_on_messages(&messages);

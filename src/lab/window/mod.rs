@@ -392,7 +392,7 @@ impl Lab {
         let mut view = self.interface.document.view;
         if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
             *adaptation = 1.0 - (-EXPOSURE_SPEED * since_last.as_secs_f32()).exp();
-            // It is the film's, which goes by pictures and not by the clock.
+            // The exposure follows the film's pictures then, not the clock.
             if self.jobs.exports.holds() {
                 *adaptation = 0.0;
             }
@@ -474,7 +474,7 @@ pub(super) fn log_messages(messages: &[String]) {
     }
 }
 
-/// Of the window that shows a scene.
+/// The title of the window that shows a scene.
 pub fn title(scene: &str) -> String {
     format!("{scene} - myxo")
 }

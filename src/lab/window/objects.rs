@@ -200,7 +200,7 @@ impl Lab {
         });
     }
 
-    /// An object goes. Those that come or go already do so first.
+    /// Removes an object, after earlier requests for objects.
     pub(crate) fn remove_object(&mut self, object: Box<ObjectSettings>) {
         let loading = self.jobs.loading.as_ref();
         if loading.is_some_and(|loading| loading.origin == Origin::Shown) {

@@ -1,5 +1,5 @@
-//! Scenes from the clipboard: one that differs from what runs only in what can change while it runs is taken over by it;
-//! any other one is loaded and begins at step 0.
+//! Scenes from the clipboard: the running scene takes over one that differs only in settings that can change while it runs; any
+//! other is loaded and starts at step 0.
 
 use std::path::{Path, PathBuf};
 
@@ -73,7 +73,7 @@ fn as_it_runs(running: &Settings, read: &Settings, folder: &Path) -> Option<Sett
     }
     let mut settings = read.clone();
     if settings.radius == 0.0 {
-        // It was measured.
+        // The radius of the running scene was measured.
         settings.radius = running.radius;
     }
     let pairs = settings.objects.iter_mut().zip(&running.objects);

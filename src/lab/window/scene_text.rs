@@ -160,7 +160,7 @@ impl Lab {
         Ok(())
     }
 
-    /// The meshes that are there already, where these settings ask for no others.
+    /// The meshes in memory, if these settings need no others.
     pub(crate) fn meshes_for(&self, settings: &Settings) -> Option<Vec<Mesh>> {
         let scene = self.runner.scene()?;
         let there = scene.settings.objects.iter().map(|object| &object.mesh);

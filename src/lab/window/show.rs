@@ -1,4 +1,4 @@
-//! Frames: the interface, and under it a picture, a new one or the one that is there.
+//! Frames: the interface, and under it a picture, a new one or the last one.
 
 use crate::lab::place::Place;
 use crate::lab::places::Places;
@@ -43,7 +43,7 @@ impl Lab {
         })
     }
 
-    /// Draws the picture, or takes the one that is there, and the interface over it, and shows both.
+    /// Draws the picture, or takes the last one, draws the interface over it, and shows both.
     pub(super) fn draw(
         &mut self,
         mut rec: Recorder,
@@ -57,7 +57,7 @@ impl Lab {
             stage.scales = self.interface.scales();
             let can_wait = self.jobs.exports.holds() || shot.answers;
             if shot.is_between {
-                // It stays as it is.
+                // The picture stays as it is.
             } else if can_wait && stage.shows(&shot.view, shot.sizes()) {
                 if shot.answers {
                     self.runner.order.owe_picture();

@@ -74,7 +74,7 @@ impl Lab {
         Ok(self.runner.frames.wait_idle()?)
     }
 
-    /// Strokes go back, or come again, until this is the last one that there is.
+    /// Undoes or redoes strokes until this is the last one.
     pub(crate) fn take_strokes(&mut self, context: &egui::Context, last: u64) -> Result<()> {
         self.paint_now(context)?;
         // An open stroke would count this change as its own.
@@ -95,7 +95,7 @@ impl Lab {
                 }
                 put
             };
-            // One that is refused stays where it was: the next undo or redo goes through it.
+            // A refused stroke stays where it was: the next undo or redo includes it.
             strokes.put(stroke, is_back == taken.is_err());
             if let Err(error) = taken {
                 refused = Some((is_back, error));

@@ -1,4 +1,4 @@
-//! The way back to what had grown: offered where there is something, by a button and in the gallery.
+//! The way back to an earlier state: a button and the gallery offer it if there is one.
 
 use super::*;
 use crate::lab::facts::Before;

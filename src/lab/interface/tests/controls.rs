@@ -213,7 +213,7 @@ fn looks_are_kept_and_removed_in_the_gallery() {
         let place = places.iter().find(|place| place.x > 340.0);
         *place.unwrap_or_else(|| panic!("{name}: {places:?}"))
     };
-    // Taken, and one that cannot be.
+    // One preset is taken, and one cannot be.
     let at = in_gallery(&harness, "moss") + vec2(0.0, -40.0);
     assert_eq!(harness.click(at), [Command::Apply]);
     assert_eq!(harness.interface.document.preset.as_deref(), Some("moss"));
@@ -476,7 +476,7 @@ fn a_number_that_restarts_can_be_typed_to_its_end() {
     for _ in 0..30 {
         harness.frame(vec![]);
     }
-    // The line of facts below has it, too.
+    // The line of facts below shows it, too.
     let places = harness.places_of("500,000");
     let number = places.iter().find(|place| place.y < 0.9 * SCREEN.y);
     harness.click(*number.unwrap_or_else(|| panic!("{places:?}")));
@@ -668,7 +668,7 @@ fn commands_are_found_by_what_they_do() {
     let at = harness.places_of("take one step")[0];
     assert_eq!(harness.click(at), [Command::Step]);
     assert!(!harness.interface.document.playing);
-    // One that has nothing to do is grey.
+    // An action without effect is grey.
     harness.interface.panel.filter = "selected object".to_owned();
     for _ in 0..3 {
         harness.frame(vec![]);

@@ -266,7 +266,7 @@ fn food_comes_to_where_it_was_let_go_of_also_where_a_frame_takes_long() {
     assert_eq!(harness.interface.hands.food, Some(0));
     assert_eq!(harness.interface.document.edited.foods[0].at, at);
     assert_eq!(harness.interface.document.edited.foods.len(), 1);
-    // Taken away while it is held, it is gone, and the one that has its place in the list stays where it is.
+    // A food that is removed while it is held is gone, and the food that takes its index stays where it is.
     let other = FoodSettings {
         at: [9.0, 9.0, 9.0],
         ..harness.interface.document.edited.foods[0].clone()

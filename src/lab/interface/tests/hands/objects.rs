@@ -69,7 +69,7 @@ fn the_picked_object_is_duplicated_by_its_key_and_its_button() {
     harness.interface.hands.pick(Some(0));
     harness.interface.hands.answer(third, Some(1));
     assert_eq!(harness.interface.hands.selected, Some(0));
-    // Esc leaves the one that is to come, and only then gives up what loads.
+    // Esc first deselects the object on its way, and only then cancels the load.
     key(&mut harness);
     assert_eq!(harness.press(Key::Escape), []);
     assert_eq!(harness.press(Key::Escape), [Command::CancelLoading]);

@@ -47,7 +47,7 @@ fn an_object_gets_another_name_which_is_undone() {
     assert_eq!(names(&harness), ["ring", "second"]);
     assert_eq!(edited.objects[1].distance_to, ["ring"]);
     assert_eq!(edited.particles.start_object, "ring");
-    // It needs no restart: what runs gets the names, too.
+    // It needs no restart: the running objects get the names, too.
     let live = harness.interface.document.live_settings();
     assert_eq!(&live, edited);
     harness.interface.document.running = live;
