@@ -391,7 +391,7 @@ impl Interface {
         } else if desk.layout.alone {
             self.show_alone(ctx);
         } else if self.hands.give_up_grab(&mut desk) {
-            // The moved object or food is back.
+            // The moved object is back in its place.
         } else if self.hands.back() {
             // A tool was left, or an object.
         } else if self.navigation.is_flying() {

@@ -10,7 +10,8 @@ use myxo::scene::settings::{ColorMap, Settings};
 /// Entries that are kept.
 const MOST: usize = 200;
 
-/// The look of the picture. The camera and the view shown are not part of it: the undo of a parameter must not move the view.
+/// The look of the picture. The camera's place and the view shown are not part of it: the undo of a
+/// parameter must not move the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Look {
     color_map: ColorMap,
