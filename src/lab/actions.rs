@@ -1,4 +1,4 @@
-//! What can be done in the window, in one table: keys, the help, buttons and the search read it.
+//! One table of the actions in the window, which keys, the help, buttons and the search read.
 
 use egui::{Event, Key, Modifiers};
 use myxo::scene::settings::Show;
@@ -103,7 +103,7 @@ impl Action {
         )
     }
 
-    /// Why it cannot be done now; none where it can. `has_picked` says whether an object or food is selected.
+    /// The reason why it cannot be done now; none if it can. `has_picked` says whether an object or food is selected.
     pub fn why_not(self, document: &Document, has_picked: bool) -> Option<String> {
         let view = document.view.show;
         let why = match self {
@@ -141,12 +141,12 @@ impl Action {
     }
 }
 
-/// What actions have to do with, for the help.
+/// Groups of actions in the help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
     /// The simulation.
     Run,
-    /// What the picture shows.
+    /// Views of the picture.
     View,
     /// From where.
     Camera,
@@ -194,7 +194,7 @@ struct Row {
     keys: &'static [Key],
     /// The keys as they are written.
     written: &'static str,
-    /// What it does.
+    /// Its description.
     what: &'static str,
 }
 
@@ -220,8 +220,8 @@ const NONE: Modifiers = Modifiers::NONE;
 const CTRL: Modifiers = Modifiers::COMMAND;
 const CTRL_SHIFT: Modifiers = CTRL.plus(Modifiers::SHIFT);
 
-/// Every action but the views, which have a table of their own ([`Show::key`]). Of those that share a key, the first that fits what is
-/// held.
+/// Every action but the views, which have a table of their own ([`Show::key`]). Of actions that share a key, the first that
+/// fits the held modifiers counts.
 const ROWS: &[Row] = &[
     row(
         Action::Pause,
@@ -528,7 +528,7 @@ pub fn all() -> impl Iterator<Item = (Action, &'static str, String, Group)> {
     views.chain(rows)
 }
 
-/// What the mouse does, for the help.
+/// The uses of the mouse, for the help.
 pub const MOUSE: &[(&str, &str)] = &[
     ("Drag", "orbit"),
     ("Right drag, Shift drag", "pan"),
@@ -594,8 +594,8 @@ pub fn pressed(ctx: &egui::Context) -> Vec<Action> {
     pressed
 }
 
-/// What a key does with these held. Letters mean one thing alone and another with Shift or Alt, as in other programs; signs
-/// may need Shift to be written.
+/// The action of a key with these modifiers. A letter alone differs from the letter with Shift or Alt, as in other programs;
+/// signs may need Shift to be written.
 fn action_of(held: Modifiers, key: Key) -> Option<Action> {
     let is_letter = (Key::A..=Key::Z).contains(&key);
     let is_held = |modifiers: Modifiers| match is_letter {

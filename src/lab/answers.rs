@@ -33,7 +33,7 @@ impl Answers {
         is_asked && self.rests_until <= now
     }
 
-    /// An answer was given that had `begun` then. One that takes long leaves the steps as much.
+    /// Notes an answer that had `begun` then. A long answer leaves as much time to the steps.
     pub fn given(&mut self, begun: Instant, repaint: Option<Duration>) {
         let took = begun.elapsed();
         *self = Self::begin(false, repaint);

@@ -1,4 +1,4 @@
-//! What calls the lab: winit, whose events become frames, and what goes on after an error.
+//! The application that winit calls: its events become frames, and it handles errors.
 
 use std::time::Instant;
 
@@ -13,7 +13,7 @@ use crate::lab::loading::Opened;
 use crate::lab::options::LabOptions;
 use crate::lab::window::Lab;
 
-/// Somebody outside the window asks that it be closed.
+/// A request from outside the window to close it.
 #[derive(Clone, Copy, Debug)]
 pub struct Close;
 
@@ -25,7 +25,7 @@ pub struct App {
     pub lab: Option<Lab>,
     /// When to draw next, if nothing happens before.
     pub wake: Option<Instant>,
-    /// What ended the lab, if not the user.
+    /// The error that ended the lab, if the user did not end it.
     pub error: Option<Error>,
 }
 
@@ -41,7 +41,7 @@ impl App {
         }
     }
 
-    /// Opens the lab the first time. False where that fails.
+    /// Opens the lab the first time. Returns false if that fails.
     pub fn open(&mut self, host: impl FnOnce(&str, [u32; 2]) -> Result<Host>) -> bool {
         let Some(opened) = self.opened.take() else {
             return true;
@@ -53,7 +53,7 @@ impl App {
         self.error.is_none()
     }
 
-    /// Draws a frame. False where it was the last one.
+    /// Draws a frame. Returns false if it was the last one.
     pub fn draw(&mut self) -> bool {
         let Some(lab) = &mut self.lab else {
             return true;
@@ -66,7 +66,7 @@ impl App {
         self.error.is_none()
     }
 
-    /// After a device that was lost the lab goes on with another one; everything else ends it, and the scene is kept.
+    /// After a lost device the lab continues with another one; all other errors end it, and the scene is kept.
     fn survive(&mut self, error: &Error) {
         let Some(mut lab) = self.lab.take() else {
             return;

@@ -1,5 +1,5 @@
-//! The way back to what had grown: one state that was left, by a reset or for another scene, is kept in memory with all that
-//! it takes to go on from there.
+//! The way back to an earlier state: one state that was left, by a reset or for another scene, is kept in memory with
+//! everything needed to continue from it.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -30,7 +30,7 @@ pub struct Shown {
     pub view: View,
     /// As it was loaded.
     pub loaded: Settings,
-    /// Where it was saved or opened.
+    /// The file in which it was saved or from which it was opened.
     pub file: Option<SceneFile>,
     /// No file had all of it.
     pub is_unsaved: bool,
@@ -43,11 +43,11 @@ pub struct Grown {
     pub state: Arc<State>,
 }
 
-/// All that it takes to go on.
+/// Everything needed to continue.
 pub struct State {
     pub name: String,
     pub folder: PathBuf,
-    /// Those that it ran with.
+    /// The settings that it ran with.
     pub settings: Settings,
     pub meshes: Vec<Mesh>,
     pub checkpoint: Arc<Checkpoint>,
@@ -74,7 +74,7 @@ impl State {
 }
 
 impl Grown {
-    /// Of a stage that is about to go, which no longer has its meshes then.
+    /// Takes the state of a stage that is about to go, with its meshes.
     pub fn of(left: &mut Stage, shown: Shown) -> Result<Self> {
         let snapshot = left.simulation.snapshot()?;
         let mut settings = left.simulation.settings().clone();
@@ -95,13 +95,13 @@ impl Grown {
         })
     }
 
-    /// What a copy of this stage's state takes, bytes.
+    /// The size of a copy of this stage's state, bytes.
     pub fn bytes_of(stage: &Stage) -> u64 {
         let setup = stage.simulation.setup();
         bytes_of(setup.particles.len(), setup.atlas.texel_count())
     }
 
-    /// The scene that goes on from there; as another one, it brings its view along.
+    /// The scene that continues from this state; as another scene, it brings its view along.
     pub fn opened(&self, is_another: bool) -> Result<Opened> {
         let state = &self.state;
         let mut scene = state.scene(state.meshes.clone())?;
@@ -117,25 +117,25 @@ impl Grown {
     }
 }
 
-/// Of a copy of a state on the host: particles and what they do, and trail, deposits and areas.
+/// The size of a copy of a state on the host: particles with their states, and trail, deposits and areas.
 fn bytes_of(particles: usize, texels: usize) -> u64 {
     let particle = size_of::<Particle>() + size_of::<Motion>();
     let texel = 3 * size_of::<f32>();
     (particles * particle + texels * texel) as u64
 }
 
-/// What can come back. There is one at the most, for it may be large.
+/// The state that can come back. At most one is kept, because it may be large.
 #[derive(Default)]
 pub struct Back {
     pub grown: Option<Grown>,
-    /// It is on its way.
+    /// The state that is on its way.
     pub coming: Option<Grown>,
     /// Scenes that were shown before the present one.
     pub scenes: u64,
 }
 
 impl Back {
-    /// Is the state of this stage kept when it is left? One that has hardly grown is only if it is left to go back.
+    /// Is the state of this stage kept when it is left? A stage that has hardly grown is kept only if it is left to go back.
     pub fn is_kept(&self, left: &Stage, goes_back: bool) -> bool {
         goes_back || left.simulation.step() >= GROWN_AT
     }
@@ -145,7 +145,7 @@ impl Back {
         self.coming = None;
     }
 
-    /// What was on its way is there.
+    /// The state that was on its way has arrived.
     pub fn take_coming(&mut self) -> Option<Grown> {
         self.coming.take()
     }
@@ -176,10 +176,10 @@ mod tests {
     use std::time::{Duration, Instant};
 
     #[test]
-    fn what_had_grown_goes_on_as_it_was_left() {
+    fn an_earlier_state_continues_as_it_was_left() {
         let Some(ctx) = context() else { return };
         let mut stage = stage(&ctx, "pair", &SMALL);
-        // What was changed on the way is part of it.
+        // Changes made on the way are part of it.
         let mut settings = stage.simulation.settings().clone();
         settings.trail.decay = 0.77;
         stage.simulation.apply(&settings).unwrap();
@@ -221,7 +221,7 @@ mod tests {
             assert_eq!(stage.resumed.as_deref(), Some("Going on from step 5"));
             assert_eq!(stage.simulation.snapshot().unwrap(), state);
         }
-        // What is saved of the same scene meanwhile is another state.
+        // A state of the same scene that is saved meanwhile is another state.
         let mut back = Back {
             grown: Some(grown.clone()),
             ..Back::default()

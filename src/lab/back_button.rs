@@ -32,7 +32,7 @@ impl Before {
         format!("{} · {}", self.name, self.at())
     }
 
-    /// What a click does.
+    /// Describes the effect of a click.
     fn hint(&self) -> String {
         format!(
             "Back to what had grown: {} at {}. What runs now is kept in its place",

@@ -30,18 +30,18 @@ impl Checks {
         }
     }
 
-    /// Another scene, or the same from the beginning.
+    /// Resets the checks for another scene, or for a restart.
     pub fn restart(&mut self) {
         *self = Self::new();
     }
 
-    /// What was found to be wrong, if anything was.
+    /// The problem that was found, if any.
     pub fn problem(&self) -> Option<&str> {
         self.last.as_ref()?.problem.as_deref()
     }
 
-    /// Checks, if that is due and there was a step since the last time. All that was recorded has been submitted. True if
-    /// it was checked.
+    /// Checks, if that is due and there was a step since the last time. All recorded work must have been submitted. Returns
+    /// true if it has checked.
     pub fn look(&mut self, frames: &mut Frames, simulation: &Simulation) -> Result<bool> {
         let began = Instant::now();
         let step = simulation.step();
@@ -72,7 +72,7 @@ mod tests {
     use crate::lab::on_device::{SMALL, context, run, scene};
 
     #[test]
-    fn what_is_broken_is_found_and_stays_said() {
+    fn broken_invariants_are_found_and_stay_reported() {
         let Some(ctx) = context() else { return };
         let scene = scene("cube", &SMALL);
         let mut simulation = Simulation::new(&ctx, &scene).unwrap();

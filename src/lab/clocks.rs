@@ -1,4 +1,4 @@
-//! What is measured while the lab runs: frames and steps a second, GPU times, memory; made into [`Facts`].
+//! Measurements while the lab runs: frames and steps a second, GPU times and memory, collected in [`Facts`].
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,7 +12,7 @@ use crate::measured::lately::Lately;
 
 /// How often figures change: often enough to follow, seldom enough to read.
 const INTERVAL: Duration = Duration::from_millis(500);
-/// On slow devices a step comes every few frames; nothing is said of steps before one has come, or so much time has gone.
+/// On slow devices a step comes every few frames; their figures are shown only after a step, or after this much time.
 const WITHOUT_STEPS: Duration = Duration::from_secs(3);
 /// A longer pause between two frames is no slow frame: nothing had to be drawn.
 const PAUSE: Duration = Duration::from_millis(700);
@@ -26,7 +26,7 @@ pub struct Clocks {
     last_frame: Instant,
     /// Until when `since_presented` counts.
     counted_until: Instant,
-    /// What frames have taken since the last one that was presented, without pauses.
+    /// The time of frames since the last one that was presented, without pauses.
     since_presented: Duration,
     interval_began: Instant,
     /// Since when `steps` counts.
@@ -138,7 +138,7 @@ impl Clocks {
         }
     }
 
-    /// Another scene, or the same from the beginning: old figures mean nothing.
+    /// Drops old figures, for another scene or for a restart.
     pub fn restart(&mut self, frames: &mut Frames, stage: &Stage) {
         frames.timings_mut().clear();
         let setup = stage.simulation.setup();
@@ -152,7 +152,7 @@ impl Clocks {
         facts.check = None;
     }
 
-    /// Times are measured anew.
+    /// Restarts the measurement of times.
     pub fn clear_times(&mut self, frames: &mut Frames) {
         frames.timings_mut().clear();
         self.facts.times = Times::default();

@@ -1,4 +1,4 @@
-//! What the interface asks the window for.
+//! Requests of the interface to the window.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ pub enum Command {
     GoBack,
     /// Take one step.
     Step,
-    /// Measure times anew.
+    /// Restart the measurement of times.
     ClearTimes,
     /// Write these times to files.
     SaveTimes(Arc<Lately>),
@@ -44,17 +44,17 @@ pub enum Command {
     Save,
     /// Opens the dialog that asks where.
     AskWhereToSave,
-    /// Opens the dialog that asks for the folder of what is taken out.
+    /// Opens the dialog that asks for the folder of exports.
     AskForFolder,
     /// Saves the scene in this file, in the place of what is there.
     SaveAs(PathBuf),
     /// Show another scene that comes with the program.
     Open(&'static str),
-    /// The same, with the look that is here.
+    /// Show another scene that comes with the program, with the present look.
     OpenWithLook(&'static str),
     /// Show a scene as it was left.
     OpenLeft(LeftScene),
-    /// Do with a file what is done with one that is dropped.
+    /// Open a file like a dropped one.
     TakeFile(PathBuf),
     /// Open a mesh as a scene of its own.
     OpenAlone(PathBuf),
@@ -62,42 +62,42 @@ pub enum Command {
     CancelLoading,
     /// The window over the whole screen, or no longer.
     FullScreen,
-    /// A hand is on the scene.
+    /// The user acts on the scene with a tool.
     Hand(Work),
     /// Take something out.
     TakeOut(Out),
 }
 
-/// What needs the simulation.
+/// Work that needs the simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Work {
     /// A brush was drawn from one pixel of the picture to another.
     Stroke {
-        /// Where it was.
+        /// The previous position.
         from: Vec2,
-        /// Where it is.
+        /// The present position.
         to: Vec2,
-        /// What a single dab does.
+        /// The effect of a single dab.
         brush: Brush,
         /// Scene radii.
         radius: f32,
     },
-    /// The hand has let go of a stroke that may have changed what attracts, repels or forbids.
+    /// The button was released after a stroke that may have changed what attracts, repels or forbids.
     EndStroke,
     /// Undo, or redo with `again`, whose turn comes after strokes that had no end yet.
     Undo {
         /// Redo.
         again: bool,
     },
-    /// Undo or redo has come to where this stroke is the last one.
+    /// Undo or redo has reached a state with this stroke as the last one.
     ToStroke(u64),
-    /// All particles begin anew, on what is painted to attract.
+    /// All particles restart on the areas that are painted to attract.
     StartOnPainted,
     /// Takes an object out of the scene.
     Remove(Which),
     /// Puts a mesh into the scene: `builtin:NAME`, or a file.
     Add(String, Ticket),
-    /// Puts an object into the scene once more.
+    /// Duplicates an object.
     Duplicate(Which, Ticket),
     /// Multiplies an object's scale.
     Scale(usize, f32),
@@ -112,13 +112,13 @@ pub struct Ticket(pub u64);
 /// An object that something is to be done with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Which {
-    /// One that is edited, by its place.
+    /// An edited object, by its index.
     Object(usize),
-    /// One that was asked for, whether it has come or not.
+    /// A requested object, whether it has come or not.
     Asked(Ticket),
 }
 
-/// What the interface asks for.
+/// Identifies a request of the interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Out {
     /// Begin to record the window, or end it.
@@ -133,7 +133,7 @@ pub enum Out {
     Finish,
 }
 
-/// What a state is written as.
+/// The format in which a state is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
     /// A model with the trail on it.
@@ -144,7 +144,7 @@ pub enum Model {
     Npz,
     /// A scene file.
     Scene,
-    /// Everything, to go on from.
+    /// The whole state, to continue from.
     Checkpoint,
 }
 

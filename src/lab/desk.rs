@@ -1,4 +1,4 @@
-//! What panels and tools work on in a frame.
+//! The data that panels and tools work on in a frame.
 
 use crate::lab::actions::Action;
 use crate::lab::command::Command;
@@ -8,21 +8,21 @@ use crate::lab::layout::Layout;
 use crate::lab::notices::Notices;
 use crate::lab::opening::Opening;
 
-/// What is being worked on, what is going on, and what is asked for.
+/// The document, the facts, and the requests to the window.
 pub struct Desk<'a> {
     /// The scene with its settings and its look.
     pub document: &'a mut Document,
-    /// What is shown where.
+    /// The layout of the window.
     pub layout: &'a mut Layout,
-    /// What is going on.
+    /// Facts that the window reports.
     pub facts: &'a Facts,
     /// Lines over the picture.
     pub notices: &'a mut Notices,
     /// The dialog for files.
     pub opening: &'a mut Opening,
-    /// What is done as soon as the frame is shown, in order.
+    /// Actions that are performed as soon as the frame is shown, in order.
     pub actions: &'a mut Vec<Action>,
-    /// What the window must do, in order.
+    /// Commands to the window, in order.
     pub commands: &'a mut Vec<Command>,
 }
 

@@ -1,5 +1,5 @@
-//! What is being worked on: the settings of the scene as they were loaded, as they run and as they are edited, its look, and what
-//! undo and redo lead to. Plain data, without a window and without a device.
+//! The document: the settings of the scene as they were loaded, as they run and as they are edited, its look, and the history
+//! for undo and redo. Plain data, without a window and without a device.
 
 use std::path::PathBuf;
 
@@ -21,43 +21,43 @@ use crate::lab::undo::{Entry, Undo};
 /// A scene with its settings and its look.
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// What the scene is called, or, before there is one, the first that is loaded.
+    /// The scene's name, or, before there is one, the name of the first that is loaded.
     pub name: String,
-    /// Where its paths begin.
+    /// The folder that its relative paths start from.
     pub folder: PathBuf,
     /// The file that it was opened from or saved in, if there is one.
     pub file: Option<SceneFile>,
     /// As it was loaded; resets of single values return to it.
     pub loaded: Settings,
-    /// What the simulation runs with.
+    /// The settings that the simulation runs with.
     pub running: Settings,
-    /// What the panel shows.
+    /// The settings that the panel shows.
     pub edited: Settings,
-    /// What the picture shows.
+    /// The view that the picture shows.
     pub view: View,
     /// The look that the present one is changing into, slowly.
     pub morph: Option<Morph>,
-    /// Does the simulation run by itself?
+    /// Does the simulation run, or is it paused?
     pub playing: bool,
     /// The preset that was taken last, or whose look the scene had when it was loaded.
     pub preset: Option<String>,
-    /// What was changed, to go back to.
+    /// The history for undo and redo.
     pub undo: Undo,
     /// Objects that are hidden or locked.
     pub marks: Marks,
-    /// What was edited when this scene was sent for once more, while it is on its way.
+    /// The edited settings with which the scene is being loaded again, while it is on its way.
     pub asked: Option<Settings>,
     /// Objects that come, go or grow are on their way.
     renews: bool,
-    /// What a fit brings into the picture: the scene's centre, and every vertex.
+    /// The points that a fit brings into the picture: the scene's centre and every vertex.
     pub outline: (Vec3, Vec<Vec3>),
     /// The camera of the last fit and its picture's size. As long as the camera is that one, it keeps fitting.
     pub fitted: Option<(Camera, Vec2)>,
-    /// Where the scene's own camera stands.
+    /// The scene's own camera.
     pub home: Camera,
 }
 
-/// What undo or redo has come to.
+/// The result of undo or redo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
     /// Other objects must be loaded; else the running simulation takes the settings over.
@@ -122,7 +122,7 @@ impl Document {
         self.fitted = is_free.then_some((camera, Vec2::ZERO));
     }
 
-    /// The scene runs from step 0, with its settings. What was changed since it was sent for is edited.
+    /// The scene runs from step 0, with its settings. Changes made while it was being loaded are kept as edits.
     pub fn restarted(&mut self, scene: &Scene) {
         self.running = scene.settings.clone();
         let asked = self.asked.take();
@@ -132,7 +132,8 @@ impl Document {
         self.outline = (scene.center, view::points(scene).collect());
     }
 
-    /// What was on its way is not shown. True where that were objects: then those that run are edited again.
+    /// The scene on its way is not shown. Returns true if it would have changed objects: then the running objects are edited
+    /// again.
     pub fn not_shown(&mut self) -> bool {
         self.asked = None;
         let renewed = std::mem::take(&mut self.renews);
@@ -172,7 +173,7 @@ impl Document {
         }
     }
 
-    /// What is edited, with the colours that the picture has.
+    /// The edited settings with the picture's colours.
     pub fn look(&self) -> Settings {
         let mut look = self.edited.clone();
         look.picture.color_map = self.view.color_map;
@@ -184,7 +185,7 @@ impl Document {
         presets::to_toml(&self.look(), &format!("A look of one's own, from {scene}."))
     }
 
-    /// The edited settings, but for what would restart the running simulation.
+    /// The edited settings, except those that would restart the running simulation.
     pub fn live_settings(&self) -> Settings {
         let mut live = self.running.clone();
         for parameter in PARAMETERS {
@@ -267,7 +268,7 @@ impl Document {
         self.undo.set_preset(self.preset.as_deref());
     }
 
-    /// Undo, or redo with `again`; none where there is nothing to undo.
+    /// Undo, or redo with `again`; none if there is nothing to undo.
     pub fn lead(&mut self, again: bool) -> Option<Change> {
         let waited = self.is_pending();
         let before = self.undo.strokes();
@@ -277,8 +278,8 @@ impl Document {
         }
         self.preset = self.undo.preset().map(str::to_owned);
         let strokes = self.undo.strokes();
-        // Objects that came, went or grew did so at once, and go back at once; what waited for a restart goes on waiting. While such
-        // objects are on their way, those that run are not what was seen last.
+        // Added, removed or scaled objects changed at once, and change back at once; edits that waited for a restart continue
+        // to wait. While such objects are on their way, the running objects are not the ones seen last.
         let are_others = !are_built_alike(&self.running.objects, &self.edited.objects);
         let renews = self.renews || (!waited && are_others);
         let begins_renewal = renews && !self.renews;
@@ -291,7 +292,7 @@ impl Document {
     }
 }
 
-/// What of the look a scene file holds.
+/// Puts the part of the look that a scene file holds into settings.
 pub fn put_look(view: &View, center: Vec3, settings: &mut Settings) {
     settings.camera = view.camera.to_settings(center);
     view.write_to(&mut settings.picture);

@@ -1,4 +1,4 @@
-//! What tools do to the running scene: dabs of brushes, strokes that can be taken back, objects that come or go.
+//! Edits of the running scene by tools: dabs of brushes, strokes that can be undone, objects that are added or removed.
 
 use crate::lab::command::Ticket;
 use crate::lab::stage::Stage;
@@ -14,21 +14,21 @@ pub const PROBES_UNDER_WAY: usize = 4;
 /// Values that are probed.
 pub const PROBED: usize = 3;
 
-/// What tools do to the running scene.
+/// Edits of the running scene by tools.
 #[derive(Default)]
 pub struct Edits {
     /// Dabs that the next frame records.
     pub dabs: Vec<Dab>,
     /// How many there were.
     pub dab_count: u32,
-    /// What undo takes back.
+    /// Strokes that can be undone.
     pub strokes: Strokes,
     pub probe: Option<Probe>,
-    /// What the scene on its way takes over: for each of its objects, which of the present ones it was.
+    /// The objects that the scene on its way takes over: for each of its objects the index of the present one.
     pub carry: Option<Vec<Option<usize>>>,
     /// The object that comes or goes with the scene on its way.
     pub coming: Option<Coming>,
-    /// Those that were asked for and have come: their names.
+    /// The requested objects that have come, with their names.
     pub come: Vec<(Ticket, String)>,
 }
 
@@ -36,14 +36,14 @@ pub struct Edits {
 pub struct Coming {
     /// Its name in messages.
     pub what: String,
-    /// What asks for it again, if anything may.
+    /// The request that asks for it again, if there may be one.
     pub again: Option<Waiting>,
-    /// One that comes was asked for by this.
+    /// The ticket with which a new object was requested.
     pub ticket: Option<Ticket>,
 }
 
 impl Edits {
-    /// What an object that was asked for is called, once it has come.
+    /// The name of a requested object, once it has come.
     pub fn name_of(&self, ticket: Ticket) -> Option<&str> {
         let found = self.come.iter().find(|(known, _)| *known == ticket);
         found.map(|(_, name)| name.as_str())
@@ -64,7 +64,7 @@ impl Edits {
 pub struct Probe {
     pub values: Buffer<f32>,
     pub readback: Readback<f32>,
-    /// What was read last: trail, distance, bias.
+    /// The last reading: trail, distance, bias.
     pub last: Option<[f32; PROBED]>,
 }
 
@@ -99,7 +99,7 @@ impl Edits {
     /// The device goes, and all that is on it.
     pub fn leave_device(&mut self) {
         self.dabs.clear();
-        // A stroke that goes on holds areas on the device.
+        // A stroke in progress holds areas on the device.
         self.strokes = Strokes::default();
         self.probe = None;
         self.carry = None;

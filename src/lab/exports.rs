@@ -1,4 +1,4 @@
-//! What the interface has for taking out: the card with its choices, the red dot, and how far things are.
+//! The interface of exports: the card with its choices, the red dot of recordings, and progress.
 
 use std::path::Path;
 
@@ -55,7 +55,7 @@ impl Size {
     }
 }
 
-/// What a film is written as.
+/// The format of a film.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// A video, by ffmpeg.
@@ -87,7 +87,7 @@ impl Kind {
     }
 }
 
-/// Pixels a side of pictures, where they are typed.
+/// The range of typed sides of pictures, pixels.
 const CUSTOM: (u32, u32) = (16, 16_384);
 /// Seconds that a film takes.
 const SECONDS: (f64, f64) = (0.1, 3600.0);
@@ -104,19 +104,19 @@ const RECORDING_FPS: (u32, u32) = (1, 60);
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct OutPanel {
-    /// Where files go; empty for the folder that the program was started in.
+    /// The folder for files; empty for the folder in which the program was started.
     pub folder: String,
-    /// Of pictures.
+    /// The size of pictures.
     pub size: Size,
-    /// Of films.
+    /// The size of films.
     pub film_size: Size,
     /// Width and height where they are typed.
     pub custom: [u32; 2],
     /// Pictures without their background.
     pub transparent: bool,
-    /// The same of films that are folders of pictures.
+    /// Are films that are folders of pictures written with transparency?
     pub film_transparent: bool,
-    /// Of recordings and films.
+    /// The format of recordings and films.
     pub kind: Kind,
     /// Frames a second of recordings.
     pub fps: u32,
@@ -128,7 +128,7 @@ pub struct OutPanel {
     pub every: u32,
     /// How often the camera of a film goes round the scene.
     pub turns: f64,
-    /// What carries the colours of a model.
+    /// The part of a model that carries its colours.
     pub colors: Colors,
 }
 
@@ -158,7 +158,7 @@ impl OutPanel {
         (self.seconds * f64::from(self.film_fps)).round().max(1.0) as u64
     }
 
-    /// What another window has kept since this one opened, but for what was changed in this one.
+    /// The choices that another window has kept since this one opened, except those that were changed in this one.
     pub fn over(&self, opened: &Self, kept: &Self) -> Self {
         Self {
             folder: pick(&self.folder, &opened.folder, &kept.folder),
@@ -181,7 +181,7 @@ impl OutPanel {
         }
     }
 
-    /// What is kept of it: the choices that the card allows.
+    /// The choices to keep: those that the card allows.
     pub fn kept(&self) -> Self {
         let within = |value: f64, (least, most): (f64, f64), usual| match value.is_finite() {
             true => value.clamp(least, most),

@@ -1,4 +1,4 @@
-//! What the interface shows and cannot change.
+//! Facts that the interface shows and cannot change.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,7 +14,7 @@ use crate::measured::lately::Lately;
 /// A scene that is being loaded.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadingFacts {
-    /// What the user calls it.
+    /// Its name in the interface.
     pub name: String,
     /// How far it is.
     pub progress: Progress,
@@ -33,39 +33,39 @@ pub struct KernelTime {
     pub mean_ms: f64,
     /// 95 % of the steps that have any are not longer.
     pub p95_ms: f64,
-    /// Of the step's time, 0 to 1.
+    /// The share of the step's time, 0 to 1.
     pub share: f64,
 }
 
 /// GPU times of steps and pictures, lately; milliseconds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Times {
-    /// Of a step; `None` where the device has no timestamps.
+    /// GPU time of a step; `None` if the device has no timestamps.
     pub step_ms: Option<f64>,
-    /// Of that, what no kernel takes: barriers and timestamps.
+    /// The part of it outside kernels: barriers and timestamps.
     pub between_ms: f64,
-    /// Of a picture, with the interface.
+    /// GPU time of a picture, with the interface.
     pub draw_ms: Option<f64>,
     /// From one picture that is shown to the next, less what the GPU takes for its steps and for itself: the host, and waiting.
     pub host_ms: Option<f64>,
-    /// Of each kernel.
+    /// Times of the kernels.
     pub kernels: Vec<KernelTime>,
-    /// The same for the last frames with steps, one by one.
+    /// Times of each kernel in each of the last frames with steps.
     pub history: History,
-    /// The same, to be written to files.
+    /// These measurements, for writing to files.
     pub measured: Option<Arc<Lately>>,
 }
 
-/// What had grown, and can come back.
+/// A state that was left and can come back.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Before {
-    /// Of its scene.
+    /// The name of its scene.
     pub name: String,
     /// Steps taken.
     pub step: u64,
 }
 
-/// What the interface shows and cannot change.
+/// Facts that the interface shows and cannot change.
 #[derive(Clone, Debug, Default)]
 pub struct Facts {
     /// The scene's name.
@@ -80,7 +80,7 @@ pub struct Facts {
     pub steps_per_second: f64,
     /// Pictures a second, lately.
     pub frames_per_second: f64,
-    /// What was measured of steps and pictures, lately.
+    /// Recent times of steps and pictures.
     pub times: Times,
     /// The device's name and driver.
     pub device: String,
@@ -94,7 +94,7 @@ pub struct Facts {
     pub brightest: Option<f32>,
     /// Transfers between objects.
     pub flow: Flow,
-    /// What the last check of the invariants has found, where they are checked.
+    /// The result of the last check of the invariants, if they are checked.
     pub check: Option<Check>,
     /// Triangles of all objects.
     pub triangles: usize,
@@ -102,19 +102,19 @@ pub struct Facts {
     pub texels: usize,
     /// Does anything attract, repel or forbid?
     pub has_areas: bool,
-    /// What was left and can come back, if anything.
+    /// The state that was left and can come back, if any.
     pub before: Option<Before>,
-    /// What is being loaded, if anything is.
+    /// The scene that is being loaded, if any.
     pub loading: Option<LoadingFacts>,
-    /// What the hands need to know.
+    /// Facts for the tools.
     pub hand: HandFacts,
-    /// What is being taken out.
+    /// Recordings and exports under way.
     pub out: OutFacts,
     /// How often the window has answered while steps were under way.
     pub answers_within_steps: u64,
 }
 
-/// What lies under the pointer.
+/// The point under the pointer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Under {
     /// The pixel that was asked about.
@@ -135,11 +135,11 @@ pub struct Under {
     pub trail: Option<f32>,
     /// Signed distance to the other objects, scene radii, when it has come from the device; none with one object.
     pub distance: Option<f32>,
-    /// What sensors read more there, once something was painted, when it has come from the device.
+    /// The painted bias that sensors read there, once something was painted, when it has come from the device.
     pub bias: Option<f32>,
 }
 
-/// What the window knows for the hands.
+/// Facts that the window provides to the tools.
 #[derive(Clone, Debug, Default)]
 pub struct HandFacts {
     /// The pixel that was looked at last, if any was asked for.
@@ -148,12 +148,12 @@ pub struct HandFacts {
     pub under: Option<Under>,
     /// World from object, one an object.
     pub poses: Vec<Affine3A>,
-    /// Where coordinates are counted from, one an object.
+    /// Origins of coordinates, one an object.
     pub origins: Vec<Origins>,
-    /// Where handles are and what they turn and scale about, counted from there: the object's own origin, or if its
-    /// surface is far from that, the middle of its box.
+    /// Positions of handles, relative to these origins, which rotations and scalings keep fixed: the object's own origin, or if
+    /// its surface is far from that, the middle of its box.
     pub middles: Vec<Vec3>,
-    /// Where each food and marker lies, in world space, and how large it is drawn; scattered ones last.
+    /// Position in world space and drawn size of each food and marker; scattered ones last.
     pub foods: Vec<(Vec3, f32)>,
     /// Seconds of the objects' motion.
     pub time: f64,
@@ -166,27 +166,27 @@ pub struct HandFacts {
 }
 
 impl HandFacts {
-    /// What an object is turned and scaled about, as origins of its coordinates.
+    /// The pivot of an object's rotations and scalings, as origins of its coordinates.
     pub fn pivot_of(&self, object: usize) -> Origins {
         let mut origins = self.origins.get(object).copied().unwrap_or_default();
         origins.surface += self.middle_of(object).as_dvec3();
         origins
     }
 
-    /// Where its handles are, counted from its origin.
+    /// The position of its handles relative to its origin.
     pub fn middle_of(&self, object: usize) -> Vec3 {
         self.middles.get(object).copied().unwrap_or_default()
     }
 }
 
-/// What is being made, for the interface.
+/// An export under way, for the interface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Making {
     /// The file's name.
     pub name: String,
     /// How far it is, in words.
     pub doing: String,
-    /// The share that is done, where that is known.
+    /// The share that is done, if that is known.
     pub done: Option<f32>,
     /// Would it be whole if it ended now?
     pub can_finish: bool,
@@ -194,14 +194,14 @@ pub struct Making {
     pub is_cancelled: bool,
 }
 
-/// What the interface shows of it.
+/// Exports under way, for the interface.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OutFacts {
     /// A recording under way.
     pub recording: Option<Recorded>,
     /// Anything else.
     pub making: Option<Making>,
-    /// Of the film that is being made: how much of it there is, seconds.
+    /// The length so far of the film that is being made, seconds.
     pub filmed: Option<f64>,
     /// The window closes when all of it is whole.
     pub ends: bool,
@@ -218,12 +218,12 @@ pub struct Recorded {
     pub different: u64,
     /// Pictures for which there was no time; those before them are shown in their places.
     pub dropped: u64,
-    /// It was stopped, and what is left is being written.
+    /// It was stopped, and the rest is being written.
     pub is_ending: bool,
 }
 
 impl Recorded {
-    /// Frames that show the picture before once more.
+    /// The number of frames that repeat the picture before.
     pub fn repeated(&self) -> u64 {
         self.frames.saturating_sub(self.different)
     }
@@ -233,7 +233,7 @@ impl Recorded {
         2 * self.repeated() > self.frames
     }
 
-    /// What is said of it behind its name.
+    /// The remarks behind its name in a notice.
     pub fn remarks(&self) -> String {
         let Self {
             different, dropped, ..
@@ -253,15 +253,15 @@ impl Recorded {
     }
 }
 
-/// What a check has found.
+/// The result of a check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
     /// The steps that had been taken.
     pub step: u64,
     /// How long it took.
     pub took: Duration,
-    /// What of all time that is until the next one.
+    /// The share of checks in the time until the next one.
     pub share: f64,
-    /// What is wrong, if anything is. The first problem stays.
+    /// The problem, if any. The first problem stays.
     pub problem: Option<String>,
 }

@@ -1,5 +1,5 @@
-//! Food that the hand has changed, measured by another thread. Until it is ready what there was stays; the newest change
-//! wins.
+//! Food that the user has changed is measured by another thread. The old food stays until the new one is ready; the newest
+//! change wins.
 
 use myxo::Error;
 use myxo::scene::settings::Settings;
@@ -32,21 +32,21 @@ impl Measuring {
     }
 }
 
-/// What is being measured, and what is wanted.
+/// The food that is being measured, and the food that is wanted.
 #[derive(Default)]
 pub struct Feeder {
     measuring: Option<Measuring>,
-    /// What the hand has set last, if it is not there yet.
+    /// The user's last settings, if their food is not there yet.
     wanted: Option<Settings>,
     /// At work for a stage that was left.
     left: Vec<Job<PreparedFood>>,
 }
 
-/// What came of it.
+/// The result of a measurement.
 pub enum Fed {
-    /// It can be there with the next step.
+    /// The food can be used in the next step.
     Ready(Box<PreparedFood>),
-    /// It cannot; what was asked for, and why.
+    /// The food is refused: the settings, and the reason.
     Refused(Box<Settings>, Error),
 }
 
@@ -89,7 +89,7 @@ impl Feeder {
         self.wanted.is_some() || self.measuring.is_some()
     }
 
-    /// What came of what is wanted, once. What nobody wants any more is dropped.
+    /// The result for the wanted settings, once. Results for outdated settings are dropped.
     pub fn take(&mut self, simulation: &Simulation) -> Option<Fed> {
         let measuring = self.measuring.as_mut()?;
         let is_wanted = (self.wanted.as_ref()).is_some_and(|wanted| measuring.is_for(wanted));

@@ -1,4 +1,4 @@
-//! The camera is kept where the scene fits into the picture, as long as nobody turns it elsewhere.
+//! The camera is kept where the scene fits into the picture, until the user moves it.
 
 use glam::{Vec2, Vec3};
 use myxo::render::Camera;

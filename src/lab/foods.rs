@@ -52,13 +52,14 @@ pub(super) fn food_sections(
     changed
 }
 
-/// What resets of a food return to: what the scene has in its place, or had there before it was moved; where one was put by
-/// hand, a usual one in its place.
+/// The food that a reset returns to: the scene's food in this place, or the one there before it was moved. For a food that the
+/// user has put, it is the default food in its place.
 fn as_loaded(loaded: &[FoodSettings], i: usize, foods: &[FoodSettings]) -> FoodSettings {
     let food = &foods[i];
     let lie_together = |a: &FoodSettings, b: &FoodSettings| a.object == b.object && a.at == b.at;
     let there = loaded.iter().find(|old| lie_together(old, food));
-    // Where none lies there, it is the same if as many are there as were, and no other one is that.
+    // If none lies there, it is the food of the same index, provided that the number of foods is unchanged and no other food
+    // matches that one.
     let same = loaded.get(i).filter(|old| {
         loaded.len() == foods.len() && !foods.iter().any(|food| lie_together(old, food))
     });
@@ -84,7 +85,7 @@ mod tests {
         let mut moved = at(1.0);
         moved.at[1] = 5.0;
         assert_eq!(as_loaded(&loaded, 0, &[moved, at(2.0)]), loaded[0]);
-        // The first has gone; then one is put by hand, so that they are as many as before.
+        // The first is removed; then the user puts one, so that their number is the same as before.
         assert_eq!(as_loaded(&loaded, 0, &[at(2.0)]), loaded[1]);
         let foods = [at(2.0), at(3.0)];
         assert_eq!(as_loaded(&loaded, 0, &foods), loaded[1]);

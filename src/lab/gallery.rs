@@ -40,17 +40,17 @@ static PICTURES: &[(&str, &[u8])] = pictures!(
     "pores", "lace", "bands", "waves", "mist", "streams", "feeding", "shy", "meeting",
 );
 
-/// What it lists, and its pictures once they have been shown.
+/// The presets and scenes that it lists, and their pictures once they were shown.
 #[derive(Clone, Default)]
 pub struct Gallery {
     /// Was it shown in the last frame?
     was_open: bool,
     pictures: Vec<(&'static str, TextureHandle)>,
-    /// Of the user's presets, by name; some have none.
+    /// Pictures of the user's presets, by name; some have none.
     own_pictures: BTreeMap<String, Option<TextureHandle>>,
-    /// Of scenes as they were left, by their files; some have none.
+    /// Pictures of scenes as they were left, by their files; some have none.
     left_pictures: BTreeMap<PathBuf, Option<TextureHandle>>,
-    /// What the look will be called, if it is kept.
+    /// The name under which the look will be kept.
     pub name: String,
     /// The preset of which it is asked whether it may be removed.
     removing: Option<String>,
@@ -71,14 +71,14 @@ impl std::fmt::Debug for Gallery {
 }
 
 impl Gallery {
-    /// Those of the user's presets are read anew.
+    /// Pictures of the user's presets are read again.
     pub fn forget_pictures(&mut self) {
         self.own_pictures.clear();
         self.left_pictures.clear();
         self.removing = None;
     }
 
-    /// All of them are read anew.
+    /// All pictures are read again.
     pub fn forget_all_pictures(&mut self) {
         self.pictures.clear();
         self.forget_pictures();
@@ -179,7 +179,7 @@ impl Gallery {
         }
     }
 
-    /// A card for each; gives the one that was clicked.
+    /// Shows a card for each; returns the one that was clicked.
     fn cards(
         &mut self,
         ui: &mut Ui,
@@ -204,7 +204,7 @@ impl Gallery {
         clicked
     }
 
-    /// Scenes as they were left, the last one first; before them what had grown and can go on.
+    /// Scenes as they were left, the last one first; before them the earlier state that can be continued.
     fn left_scenes(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let before = desk.facts.before.as_ref();
         if self.left.all().is_empty() && before.is_none() {
@@ -337,7 +337,7 @@ impl Gallery {
     }
 }
 
-/// What the hand wants of a card that can be removed.
+/// The user's request on a card that can be removed.
 enum Removing {
     Ask,
     Keep,
@@ -415,7 +415,7 @@ fn card(
         let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
         painter.image(texture, image, whole, egui::Color32::WHITE);
     }
-    // What is pointed at is not what is chosen.
+    // The card under the pointer is not the chosen card.
     let is_pointed_at = response.hovered() || response.has_focus();
     let (line, color) = match (is_chosen, is_pointed_at) {
         (true, _) => (egui::Stroke::new(2.5, theme::accent(ui)), theme::accent(ui)),

@@ -1,4 +1,4 @@
-//! What each kernel has taken lately, step by step.
+//! Recent times of each kernel, step by step.
 
 use std::collections::VecDeque;
 
@@ -46,8 +46,8 @@ impl History {
         }
     }
 
-    /// What all kernels together do not exceed in 95 % of the frames, milliseconds a step. The first frames of a run, which compile
-    /// kernels, are beyond it.
+    /// The time that all kernels together do not exceed in 95 % of the frames, milliseconds a step. The first frames of a run,
+    /// which compile kernels, are beyond it.
     pub fn usual(&self) -> f64 {
         let mut sums: Vec<f64> = self.sums(&|_| true).collect();
         sums.sort_by(f64::total_cmp);
@@ -60,7 +60,7 @@ impl History {
         self.frames.len()
     }
 
-    /// What each picture's steps took in these kernels together, from the oldest.
+    /// The time that the steps of each picture took in these kernels together, from the oldest.
     pub fn sums<'a>(&'a self, among: &'a dyn Fn(&str) -> bool) -> impl Iterator<Item = f64> + 'a {
         let chosen: Vec<bool> = self.names.iter().map(|name| among(name)).collect();
         self.frames.iter().map(move |times| {

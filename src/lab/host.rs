@@ -1,5 +1,5 @@
-//! Where the lab is shown: a window of the system or, for tests, none at all. What the lab asks of a window goes through here, and
-//! all else is alike in both.
+//! The place where the lab is shown: a window of the system or, for tests, no window. All requests to a window pass through
+//! here; everything else is equal for both.
 
 use std::time::{Duration, Instant};
 
@@ -54,7 +54,7 @@ impl Host {
         Ok(Self::Window(Box::new(SystemWindow { egui, window })))
     }
 
-    /// What Vulkan needs of the window, which must outlive what is made with it; none without a window.
+    /// The window's handles for Vulkan; the window must outlive the objects made with them. None without a window.
     pub fn handles(&self) -> Result<Option<(RawDisplayHandle, RawWindowHandle)>> {
         let Self::Window(shown) = self else {
             return Ok(None);
@@ -149,7 +149,7 @@ impl Host {
         }
     }
 
-    /// What has come in since the last frame.
+    /// Takes the input since the last frame.
     pub fn take_input(&mut self) -> egui::RawInput {
         match self {
             Self::Window(shown) => shown.egui.take_egui_input(&shown.window),
@@ -165,7 +165,7 @@ impl Host {
         }
     }
 
-    /// What the simulation may take of a frame that comes so long after the one before.
+    /// The time that the simulation may take in a frame that comes this long after the one before.
     pub fn pace(&self, since_last: Duration) -> Duration {
         match self {
             Self::Window(_) => since_last,
@@ -190,7 +190,7 @@ impl Host {
     }
 }
 
-/// What to do where no window opens. The system's reason comes without winit's place in its own source.
+/// The error with advice if no window opens. The system's reason comes without winit's place in its own source.
 pub fn no_window(source: &dyn std::fmt::Display) -> Error {
     let text = source.to_string();
     let reason = text
@@ -236,7 +236,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_missing_display_is_said_without_a_place_in_somebody_elses_source() {
+    fn a_missing_display_is_reported_without_a_place_in_library_source() {
         let winit =
             "os error at /home/me/.cargo/winit-0.30/src/linux/mod.rs:765: DISPLAY is not set.";
         let message = no_window(&winit).to_string();

@@ -1,4 +1,5 @@
-//! What is round the picture: the panel with every parameter, the line of facts, the help; and what they ask for.
+//! The interface round the picture: the panel with every parameter, the line of facts and the help, and their requests to the
+//! window.
 //!
 //! The interface changes its own settings and view at once and asks the window for the rest by [`Command`]s, so it
 //! runs without a window and without a device, as its tests do.
@@ -41,9 +42,9 @@ use myxo::scene::settings::{Settings, Show};
 /// The state of everything round the picture.
 #[derive(Clone, Debug)]
 pub struct Interface {
-    /// What is being worked on.
+    /// The document.
     pub document: Document,
-    /// What is shown where.
+    /// The layout of the window.
     pub layout: Layout,
     /// Pointer and flights.
     pub navigation: Navigation,
@@ -65,16 +66,16 @@ pub struct Interface {
     shift: bool,
 }
 
-/// What one frame of the interface came to.
+/// The result of one frame of the interface.
 #[derive(Clone, Debug)]
 pub struct Shown {
-    /// What the window must do, in order.
+    /// Commands to the window, in order.
     pub commands: Vec<Command>,
-    /// Where the picture goes, in points.
+    /// The rectangle of the picture, in points.
     pub picture: Rect,
-    /// Where the atlas goes, if it is shown beside the picture.
+    /// The rectangle of the atlas, if it is shown beside the picture.
     pub beside: Option<Rect>,
-    /// A hand is on the scene.
+    /// The user is moving something in the scene.
     pub touched: bool,
 }
 
@@ -112,7 +113,7 @@ impl Interface {
         self.document.forget_changes();
     }
 
-    /// The scene that runs shall have other settings, which it can take over, and another view. That can be undone.
+    /// Gives the running scene other settings, which it can take over, and another view. This can be undone.
     pub fn go_on_as(&mut self, scene: &Scene) {
         self.document.morph = None;
         self.document.edited = scene.settings.clone();
@@ -120,7 +121,7 @@ impl Interface {
         self.looks.find_preset(&mut self.document);
     }
 
-    /// It cannot: everything is as it was before, but for what is said of it.
+    /// Restores everything as it was before, except the notices, if the scene could not take them over.
     pub fn put_back(&mut self, before: Self) {
         let notices = std::mem::take(&mut self.notices);
         *self = Self { notices, ..before };
@@ -131,19 +132,20 @@ impl Interface {
         self.document.see_as(scene);
     }
 
-    /// The scene runs from step 0, with its settings. What was changed since it was sent for is edited.
+    /// The scene runs from step 0, with its settings. Changes made while it was being loaded are kept as edits.
     pub fn restarted(&mut self, scene: &Scene) {
         let objects = &self.document.edited.objects;
         let picked = self.hands.selected.and_then(|i| objects.get(i)).cloned();
         self.document.restarted(scene);
-        // Those that come or go leave the others in other places.
+        // Added or removed objects change the indices of the others.
         if let Some(picked) = picked {
             self.hands.selected = place_among(&self.document.edited.objects, &picked);
         }
         (self.hands).restarted(scene, self.document.edited.foods.len());
     }
 
-    /// What was on its way is not shown. Objects that undo was to bring back did not come, so those that run are edited.
+    /// The scene on its way is not shown. Objects that undo was to bring back did not come, so the running objects are edited
+    /// again.
     pub fn not_shown(&mut self) {
         let there = self.document.running.objects.len();
         self.hands.selected = self.hands.selected.filter(|object| *object < there);
@@ -152,8 +154,8 @@ impl Interface {
         }
     }
 
-    /// A frame of the interface. egui shows it once more where something new did not know its size, and what came in comes to the
-    /// first of both passes only: what each came to counts.
+    /// A frame of the interface. egui repeats the pass if a new element did not have its size yet, and only the first pass
+    /// receives the input: the results of both passes count.
     pub fn run(
         &mut self,
         ctx: &egui::Context,
@@ -281,7 +283,7 @@ impl Interface {
             self.perform(&ctx, action, facts, (&mut actions, &mut commands));
         }
         if next > 0 {
-            // What they have done to the camera is in the picture of this frame.
+            // Their changes of the camera are in the picture of this frame.
             self.keep_in_picture(size);
         }
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
@@ -305,7 +307,7 @@ impl Interface {
         self.document.frame(framed, size);
     }
 
-    /// Does what a key, a button or the search asks for; what it leads to is done in the same frame.
+    /// Performs the action of a key, a button or the search; its commands are done in the same frame.
     fn perform(
         &mut self,
         ctx: &egui::Context,
@@ -389,7 +391,7 @@ impl Interface {
         } else if desk.layout.alone {
             self.show_alone(ctx);
         } else if self.hands.give_up_grab(&mut desk) {
-            // What was moved is back.
+            // The moved object is back in its place.
         } else if self.hands.back() {
             // A tool was left, or an object.
         } else if self.navigation.is_flying() {
@@ -431,7 +433,7 @@ impl Interface {
         self.hands.take_food_back(refused, &mut self.document);
     }
 
-    /// Takes over a look that came as text; `name` is what it is called. False where something is wrong with it, which is said.
+    /// Takes over a look that came as text under this `name`. Returns false if it has an error, which a notice shows.
     pub fn take_look(
         &mut self,
         ctx: &egui::Context,
@@ -444,7 +446,8 @@ impl Interface {
         self.looks.take_preset(ctx, name, text, &mut desk)
     }
 
-    /// Undo may lead back to before what has changed. What changes after a stroke that waits for its end comes after it.
+    /// Notes changes, so that undo can lead back to the state before them. Changes after a stroke that waits for its end are
+    /// noted after it.
     pub(super) fn note_changes(&mut self) {
         self.hands.note_changes(&mut self.document);
     }
@@ -454,9 +457,9 @@ impl Interface {
         self.undo_in_turn(false, commands);
     }
 
-    /// The same, unless something was painted last that stays: that is said.
+    /// Undoes the last change, unless it was painting that cannot be undone: then a notice says so.
     pub(super) fn undo_by_hand(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
-        // What has changed since comes first.
+        // Later changes are noted first.
         self.note_changes();
         if self.document.undo.take_lasting() {
             let before = match self.document.undo.can_undo() {
@@ -539,7 +542,7 @@ fn take_what_is_typed(ctx: &egui::Context) {
     });
 }
 
-/// Charts: none, under the trail, alone, and so on; where the picture has none, that is said.
+/// Charts: none, under the trail, alone, and so on; if the picture has none, a notice says so.
 fn next_charts(ctx: &egui::Context, desk: &mut Desk<'_>) {
     let show = desk.document.view.show;
     if !show.has_charts() {

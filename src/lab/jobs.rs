@@ -1,11 +1,11 @@
-//! Everything that goes on beside the frames: a scene that loads, food that is measured, files that are written.
+//! Jobs beside the frames: a scene that loads, food that is measured, files that are written.
 
 use crate::lab::feeding::Feeder;
 use crate::lab::loading::{Loading, Ready};
 use crate::lab::out::TakeOut;
 use myxo::Result;
 
-/// What is on its way. `window/jobs.rs` polls all of it, once a frame.
+/// Jobs under way. `window/jobs.rs` polls all of them once a frame.
 pub struct Jobs {
     /// The scene that comes next.
     pub loading: Option<Loading>,

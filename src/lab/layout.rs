@@ -1,4 +1,4 @@
-//! What stands round the picture and over it: the panel, the atlas beside it, one card over it, or nothing.
+//! The layout round the picture and over it: the panel, the atlas beside it, one card over it, or nothing.
 
 use std::time::Duration;
 
@@ -10,23 +10,23 @@ use crate::lab::navigation::{Drags, Navigation};
 use crate::lab::places::Marked as _;
 use crate::lab::theme;
 
-/// Of the panel, points: at first, and what it can be dragged to.
+/// Width of the panel, points: at first, and the range to which it can be dragged.
 pub const PANEL_WIDTH: f32 = 336.0;
 pub const PANEL_WIDTHS: Rangef = Rangef {
     min: 300.0,
     max: 640.0,
 };
 
-/// What the panel leaves of the window's width, points.
+/// The least width that the panel leaves for the picture, points.
 const LEAST_PICTURE: f32 = 160.0;
 
 /// Half of what counts as the panel's edge, points.
 const GRIP: f32 = 3.0;
 
-/// After so many seconds without a movement the pointer is hidden over the picture alone.
+/// After this many seconds without a movement the pointer is hidden over the picture alone.
 pub const POINTER_RESTS: f64 = 2.0;
 
-/// What lies over the picture. There is room for one.
+/// Cards over the picture. At most one is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Card {
     /// The list of controls.
@@ -37,7 +37,7 @@ pub enum Card {
     Exports,
 }
 
-/// What is shown where.
+/// The layout of the window.
 #[derive(Clone, Debug)]
 pub struct Layout {
     /// Is the panel shown?
@@ -108,7 +108,7 @@ impl Layout {
             .max(PANEL_WIDTHS.min)
     }
 
-    /// The right edge of the panel, which covers `panel`, can be dragged. What stands in the panel does not change its width.
+    /// The right edge of the panel, which covers `panel`, can be dragged. The panel's contents do not change its width.
     pub fn drag_edge(&mut self, ui: &Ui, panel: Rect) {
         let edge =
             Rect::from_x_y_ranges(panel.right() - GRIP..=panel.right() + GRIP, panel.y_range());
@@ -136,7 +136,7 @@ impl Layout {
         }
     }
 
-    /// Where the picture goes, and where the atlas beside it, if it is shown: they meet at a whole pixel.
+    /// The rectangles of the picture and of the atlas beside it, if it is shown: they meet at a whole pixel.
     pub fn parts(&self, ctx: &egui::Context, whole: Rect, show: Show) -> (Rect, Option<Rect>) {
         if !self.split || show.is_flat() {
             return (whole, None);

@@ -19,7 +19,7 @@ const MOST: usize = 8;
 /// One of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftScene {
-    /// What the scene is called.
+    /// The scene's name.
     pub name: String,
     /// The scene file.
     pub file: PathBuf,
@@ -35,7 +35,7 @@ pub struct LeftScenes {
 }
 
 impl LeftScenes {
-    /// Those in a folder, which need not be there.
+    /// Reads the scenes in a folder, which need not exist.
     pub fn read(folder: Option<PathBuf>) -> Self {
         let mut all: Vec<LeftScene> = folder.iter().flat_map(|folder| files(folder)).collect();
         all.sort_by_key(|left| std::cmp::Reverse(left.since));
@@ -96,7 +96,7 @@ impl LeftScenes {
         Ok(())
     }
 
-    /// It is shown again, and so it is no longer the next one to go.
+    /// The scene is shown again, so it is no longer the next one to be removed.
     pub fn opened(left: &LeftScene) {
         let touched = fs::File::options().append(true).open(&left.file);
         // Without a right to do so it stays as old as it is.
@@ -104,7 +104,7 @@ impl LeftScenes {
     }
 }
 
-/// Where the small picture of a scene lies.
+/// The path of a scene's small picture.
 pub fn picture_beside(file: &Path) -> PathBuf {
     file.with_extension("png")
 }
@@ -170,7 +170,7 @@ mod tests {
             assert_eq!((picture.width(), picture.height()), (3, 2));
         }
 
-        // The oldest is shown again and another one is left: it is not that one that goes.
+        // The oldest is shown again and another scene is left: the shown one is not removed.
         let oldest = left.all().last().unwrap().clone();
         LeftScenes::opened(&oldest);
         left.keep("c", |_| Ok(String::new())).unwrap();

@@ -11,7 +11,7 @@ use std::io::{BufRead as _, Write as _};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{sleep, spawn};
 
-/// What comes from outside.
+/// Messages from other threads.
 enum Message {
     Line(String),
     Close,
@@ -84,7 +84,7 @@ impl App {
         let _ = out.flush();
     }
 
-    /// What is being waited for may come with the next frame.
+    /// Waits a frame, because pending work may be done with the next one.
     fn wait_a_frame(&mut self) -> bool {
         let now = self.lab.as_ref().map(|lab| lab.host.now());
         let due = self.wake.zip(now);
@@ -93,7 +93,7 @@ impl App {
         self.draw_until(|_, frames| frames >= 1)
     }
 
-    /// Takes in what happens. False where the lab is to close.
+    /// Takes in the events. Returns false if the lab is to close.
     fn take_moments(&mut self, moments: Vec<Vec<Event>>) -> Result<bool> {
         for moment in moments {
             for event in moment {
@@ -108,7 +108,8 @@ impl App {
         Ok(self.draw_until(Self::rests))
     }
 
-    /// Draws frames until `is_enough` holds for their number; frames that show nothing do not count. False where the lab is to close.
+    /// Draws frames until `is_enough` holds for their number; frames that show nothing do not count. Returns false if the lab
+    /// is to close.
     fn draw_until(&mut self, is_enough: impl Fn(&Self, u64) -> bool) -> bool {
         let frames = |app: &Self| {
             let places = app.lab.as_ref().and_then(|lab| lab.places.as_ref());
@@ -130,7 +131,7 @@ impl App {
         }
     }
 
-    /// Does nothing move by itself but what grows and what is being written?
+    /// Is nothing in motion except the simulation and files that are being written?
     fn rests(&self, frames: u64) -> bool {
         let Some(lab) = &self.lab else { return true };
         let Host::Windowless(host) = &lab.host else {

@@ -1,4 +1,4 @@
-//! A scene that is made ready on another thread, while the window goes on.
+//! A scene that is made ready on another thread while the window continues.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -24,11 +24,11 @@ const READ: f32 = 0.02;
 const SET_UP: f32 = 0.78;
 const LIT: f32 = 0.95;
 
-/// What is to be shown.
+/// The scene to be shown.
 pub struct Opened {
     /// With its meshes.
     pub scene: Scene,
-    /// It goes on from here.
+    /// The checkpoint that it continues from.
     pub from: Option<(PathBuf, Arc<Checkpoint>)>,
     /// The scene file that it was read from.
     pub file: Option<SceneFile>,
@@ -45,7 +45,7 @@ impl From<Scene> for Opened {
 }
 
 impl Opened {
-    /// What was written into a checkpoint, by its own scene.
+    /// Opens a checkpoint with the scene that is written into it.
     pub fn resumed(path: PathBuf, overrides: &Overrides) -> Result<Self> {
         let checkpoint = Checkpoint::read(&path)?;
         Ok(Self {
@@ -63,14 +63,14 @@ pub struct Ready {
     pub file: Option<SceneFile>,
 }
 
-/// Where a scene on its way comes from.
+/// The origin of a scene on its way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// The one that is shown, from the beginning, as it is edited.
+    /// The scene that is shown, from step 0, as it is edited.
     Shown,
-    /// Another one, with a view of its own, that lies in a file or is built in.
+    /// Another scene, with a view of its own, from a file or built in.
     File,
-    /// Another one that no file has.
+    /// Another scene that no file has.
     NoFile,
 }
 
@@ -79,9 +79,9 @@ type Device = Arc<Mutex<Option<Weak<Context>>>>;
 
 /// A scene on its way. Dropping it lets its thread end as soon as it looks.
 pub struct Loading {
-    /// What the user calls it.
+    /// Its name in the interface.
     pub name: String,
-    /// Where it comes from.
+    /// Its origin.
     pub origin: Origin,
     device: Device,
     job: Job<Ready>,
@@ -123,7 +123,7 @@ impl Loading {
         }
     }
 
-    /// How far it is, for the interface.
+    /// Its progress, for the interface.
     pub fn facts(&self) -> LoadingFacts {
         LoadingFacts {
             name: self.name.clone(),
@@ -147,12 +147,12 @@ impl Loading {
         self.job.has_ended()
     }
 
-    /// What came of it, once, when it has ended.
+    /// The result, once, when it has ended.
     pub fn take(&mut self) -> Option<Result<Ready>> {
         self.job.take()
     }
 
-    /// From then on the thread has nothing of the device; one that was using it is waited for. No scene comes of it any more.
+    /// Takes the device from the thread, and waits for a thread that uses it. The load then gives no scene.
     pub fn leave_device(&mut self) {
         let mut device = self.device.lock().unwrap_or_else(PoisonError::into_inner);
         if device.take().is_none() {
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn a_checkpoint_goes_on_with_its_own_scene_or_says_why_not() {
+    fn a_checkpoint_continues_with_its_own_scene_or_says_why_not() {
         let Some(ctx) = context() else { return };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("grown.ckpt");
@@ -304,7 +304,7 @@ mod tests {
         // The thread is held until the wish to end is known.
         let (go, wait) = mpsc::channel::<()>();
         let mut loading = begin(Box::new(move || {
-            wait.recv().expect("it is let go");
+            wait.recv().expect("the thread may continue");
             load()
         }));
         assert!(loading.take().is_none() && !loading.is_cancelled());
@@ -328,7 +328,7 @@ mod tests {
         // Before it has read anything: it is not waited for.
         let (go, wait) = mpsc::channel::<()>();
         let mut loading = begin(Box::new(move || {
-            wait.recv().expect("it is let go");
+            wait.recv().expect("the thread may continue");
             tiny()
         }));
         loading.leave_device();

@@ -11,8 +11,8 @@ use crate::own_presets::OwnPresets;
 use crate::own_presets::summary;
 use crate::own_presets::with_preset;
 
-/// What looks change by: time that passes, or that of the film that is being made, in which a look takes as long as one who
-/// watches it will see.
+/// The clock by which looks change: wall time, or the time of the film that is being made, so that a change lasts as long in
+/// the film as in the window.
 #[derive(Clone, Debug, Default)]
 pub struct LookClock {
     now: f64,
@@ -26,7 +26,7 @@ impl LookClock {
         self.now
     }
 
-    /// One frame more, at this time, with so many seconds of a film.
+    /// One frame more, at this time, with this many seconds of a film.
     pub fn tick(&mut self, wall: f64, filmed: Option<f64>) {
         let since =
             |before: Option<f64>, now: f64| before.map_or(0.0, |before| (now - before).max(0.0));
@@ -39,10 +39,10 @@ impl LookClock {
     }
 }
 
-/// Looks: those that can be taken, and the one that the present look changes into.
+/// Looks: the available ones, and the one that the present look changes into.
 #[derive(Clone, Debug, Default)]
 pub struct Looks {
-    /// Those that the user has kept.
+    /// Looks that the user has kept.
     pub own: OwnPresets,
     /// Seconds that the change to another look takes.
     pub morph_seconds: f64,
@@ -50,7 +50,7 @@ pub struct Looks {
 }
 
 impl Looks {
-    /// A frame begins, at this time, with so many seconds of a film.
+    /// A frame begins, at this time, with this many seconds of a film.
     pub fn tick(&mut self, wall: f64, filmed: Option<f64>) {
         self.clock.tick(wall, filmed);
     }
@@ -91,7 +91,7 @@ impl Looks {
         self.take_preset(ctx, name, &text, desk);
     }
 
-    /// Takes over a preset's look, at once or over some seconds. What is wrong with it is said, and changes nothing.
+    /// Takes over a preset's look, at once or over some seconds. An error in it is shown in a notice and changes nothing.
     pub(super) fn take_preset(
         &mut self,
         ctx: &egui::Context,
@@ -103,8 +103,8 @@ impl Looks {
             Ok(to) => {
                 desk.document.preset = Some(name.to_owned());
                 self.change_look(to, desk);
-                // It grows out of what is there; from the start it comes to what its small picture shows.
-                let text = format!("{name}: {} (R begins anew)", summary(text));
+                // It grows out of the present state; only from the start does it become like its small picture.
+                let text = format!("{name}: {} (R restarts)", summary(text));
                 desk.notices.say(ctx, text, false);
                 true
             }
@@ -145,7 +145,7 @@ impl Looks {
         }
     }
 
-    /// Goes on with a look that changes slowly.
+    /// Advances a look that changes slowly.
     pub(super) fn advance(&self, ctx: &egui::Context, desk: &mut Desk<'_>) {
         let Document { morph, edited, .. } = &mut *desk.document;
         let Some(changing) = morph else {

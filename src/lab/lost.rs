@@ -1,4 +1,4 @@
-//! What is known of a device that was lost.
+//! The facts that are kept of a lost device.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -7,20 +7,20 @@ use myxo::Error;
 use myxo::gpu::GpuError;
 use myxo::scene::Scene;
 
-/// What is known of a device that was lost.
+/// The facts that are kept of a lost device.
 #[derive(Default)]
 pub struct Lost {
     /// The scene that ran on it, until one runs again.
     pub scene: Option<Scene>,
-    /// What was told of its meshes.
+    /// Remarks on its meshes.
     pub remarks: Vec<String>,
     /// Since when a scene runs again.
     pub runs_since: Option<Instant>,
-    /// What was kept of it, and in which file.
+    /// The text of the kept scene, and its file.
     pub kept: Option<(String, PathBuf)>,
 }
 
-/// Does it tell of a lost device?
+/// Is the cause a lost device?
 pub fn is_loss(error: &Error) -> bool {
     matches!(error, Error::Gpu(GpuError::DeviceLost { .. }))
 }

@@ -1,9 +1,9 @@
-//! Which objects are hidden in the picture and which are locked against its tools. That is of the window: no scene file has it, and
-//! what runs is the same with it and without.
+//! Marks of objects: hidden in the picture, or locked against its tools. These marks belong to the window: no scene file has
+//! them, and the simulation runs the same with and without them.
 
 use myxo::scene::settings::ObjectSettings;
 
-/// What is marked of one object.
+/// The marks of one object.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Mark {
     name: String,
@@ -17,7 +17,7 @@ pub struct Marks {
     all: Vec<Mark>,
 }
 
-/// The same for objects that run; those beyond the end are neither hidden nor locked.
+/// The marks of running objects; objects beyond the end are neither hidden nor locked.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RunningMarks {
     /// Not drawn, and not picked.
@@ -39,7 +39,7 @@ impl RunningMarks {
 }
 
 impl Marks {
-    /// Follows the objects as they are edited. One that comes is not marked, and one that is renamed keeps its marks.
+    /// Follows the objects as they are edited. A new object is not marked, and a renamed one keeps its marks.
     pub fn follow(&mut self, objects: &[ObjectSettings]) {
         let names = || objects.iter().map(|object| &object.name);
         if names().eq(self.all.iter().map(|mark| &mark.name)) {
@@ -148,7 +148,7 @@ mod tests {
         assert!(marks.is_locked(0) && marks.is_hidden(1));
         marks.follow(&objects(&["c", "better", "d"]));
         assert!(marks.is_locked(0) && marks.is_hidden(1) && !marks.is_hidden(0));
-        // Those that run are still called as before.
+        // The running objects still have their old names.
         let running = marks.of_running(&objects(&["c", "b", "d"]));
         assert_eq!(running.hidden, [false, true, false]);
         assert_eq!(running.locked, [true, false, false]);

@@ -99,7 +99,7 @@ pub fn run(
     wayland::choose(&mut builder);
     let events = builder.build().map_err(|source| host::no_window(&source))?;
     let proxy = events.create_proxy();
-    // Where the loop has ended there is nothing left to close.
+    // If the loop has ended, there is nothing left to close.
     listen(Box::new(move || {
         let _ = proxy.send_event(app::Close);
     }))?;

@@ -1,4 +1,4 @@
-//! Names of files that are taken out: numbered, none over another, also where several windows write to one folder.
+//! Names of exported files: numbered and never over another, also if several windows write to one folder.
 
 use std::fs::{self, File};
 use std::io::ErrorKind;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use myxo::sim::areas::map_beside;
 use myxo::{Error, Result};
 
-/// A name that nobody else takes as long as this lives.
+/// A file name that is reserved as long as this value lives.
 #[derive(Debug)]
 pub struct Reserved {
     path: PathBuf,
@@ -16,7 +16,7 @@ pub struct Reserved {
 }
 
 impl Reserved {
-    /// `stem_000001.ending` in the folder, which is made where there is none, or the next number that is free; without an
+    /// `stem_000001.ending` in the folder, which is made if it does not exist, or the next number that is free; without an
     /// ending a folder's name.
     pub fn next(folder: &Path, stem: &str, ending: &str) -> Result<Self> {
         let failure = |path: &Path| {
@@ -46,7 +46,7 @@ impl Reserved {
                 Err(error) => return Err(failure(&path)(error)),
             }
             let reserved = Self { path, mark };
-            // Whoever had the mark before may have finished just now.
+            // The previous owner of the mark may have written the file just now.
             if !reserved.path.exists() {
                 return Ok(reserved);
             }
@@ -59,7 +59,7 @@ impl Reserved {
         &self.path
     }
 
-    /// The same for what takes folders by the separator at their end.
+    /// The path with a separator at its end, for writers that recognize folders by it.
     pub fn as_folder(&self) -> PathBuf {
         self.path.join("")
     }
@@ -72,8 +72,8 @@ impl Drop for Reserved {
     }
 }
 
-/// A name without the number of [`Reserved::next`] at its end, if it has one: what comes of a file that was saved has the next
-/// number, and not two.
+/// A name without the number of [`Reserved::next`] at its end, if it has one: a file made from a saved file has the next
+/// number, and not two numbers.
 pub fn unnumbered(name: &str) -> &str {
     match name.rsplit_once('_') {
         Some((stem, number))
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_free_and_nobody_elses() {
+    fn names_are_free_and_reserved_once() {
         let folder = tempfile::tempdir().unwrap();
         let below = folder.path().join("new/pictures");
         let next = || Reserved::next(&below, "film", "mp4").unwrap();
@@ -138,23 +138,23 @@ mod tests {
     }
 
     #[test]
-    fn many_hands_take_different_names() {
+    fn many_threads_take_different_names() {
         let folder = tempfile::tempdir().unwrap();
-        let hands: Vec<_> = (0..8)
+        let threads: Vec<_> = (0..8)
             .map(|_| {
                 let folder = folder.path().to_owned();
                 std::thread::spawn(move || {
                     (0..20)
                         .map(|_| {
                             let name = Reserved::next(&folder, "shot", "png").unwrap();
-                            File::create_new(name.path()).expect("nobody has it");
+                            File::create_new(name.path()).expect("the name is free");
                         })
                         .count()
                 })
             })
             .collect();
-        for hand in hands {
-            assert_eq!(hand.join().unwrap(), 20);
+        for thread in threads {
+            assert_eq!(thread.join().unwrap(), 20);
         }
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 160);
     }

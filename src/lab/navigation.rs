@@ -1,4 +1,4 @@
-//! The hand on the scene: drags, the wheel and double clicks become motions of the camera, of the atlas or of the light.
+//! Navigation with the mouse: drags, the wheel and double clicks move the camera, the atlas or the light.
 
 use egui::{Key, PointerButton, Pos2, Response, Ui};
 use glam::{Vec2, Vec3};
@@ -29,14 +29,14 @@ struct Flight {
     distance: f32,
 }
 
-/// What the hand dragged over the picture in a frame, points.
+/// Drags over the picture in one frame, points.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drags {
     /// With the first button.
     pub first: egui::Vec2,
     /// With the others.
     pub others: egui::Vec2,
-    /// Where the first button went down last.
+    /// The last press of the first button.
     pub pressed: Option<Pos2>,
 }
 
@@ -55,17 +55,17 @@ impl Drags {
     }
 }
 
-/// What the hand did in a frame.
+/// The user's navigation in one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moved {
-    /// The view is being moved, by hand or in flight.
+    /// The view is being moved, by the user or in flight.
     pub touched: bool,
     /// A double click asks for a new centre: the pixel in the picture.
     pub refocus: Option<Vec2>,
 }
 
 impl Navigation {
-    /// Moves `view` as the hand did over the picture, which `response` covers.
+    /// Moves `view` by the user's input over the picture, which `response` covers.
     pub fn apply(&mut self, ui: &Ui, response: &Response, drags: Drags, view: &mut View) -> Moved {
         let scale = ui.ctx().pixels_per_point();
         let pixels = |v: egui::Vec2| Vec2::new(v.x, v.y) * scale;

@@ -1,4 +1,4 @@
-//! Lines that are shown over the picture: what has happened, for a while, and what went wrong, until it is clicked away.
+//! Notices over the picture: news for a while, and errors until they are clicked away.
 
 use std::time::Duration;
 
@@ -13,14 +13,14 @@ const MOST_ERRORS: usize = 4;
 /// How the picture alone ends.
 pub const HOW_BACK: &str = "Esc brings the panel back";
 
-/// Everything that is said.
+/// All notices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Notices {
-    /// What has happened last, and until when that is shown.
+    /// The last news, and the time until which it is shown.
     news: Option<(String, f64)>,
-    /// What went wrong, the last one last.
+    /// Errors, the latest last.
     errors: Vec<String>,
-    /// What was wrong with files that were dropped, until all of them are there: they are one error together.
+    /// Errors of dropped files, until all of the files have arrived: together they are one error.
     dropped: Option<Vec<String>>,
 }
 
@@ -32,7 +32,7 @@ impl Notices {
         (!lines.is_empty()).then(|| lines.join("\n"))
     }
 
-    /// Files are dropped: what is wrong with them is said together.
+    /// Files are dropped: their errors are shown together.
     pub fn begin_drop(&mut self) {
         self.dropped.get_or_insert_default();
     }
@@ -42,7 +42,7 @@ impl Notices {
         self.dropped = None;
     }
 
-    /// Shows a line: for a while or, where something went wrong, until it is clicked away.
+    /// Shows a notice: for a while or, if it is an error, until it is clicked away.
     pub fn say(&mut self, ctx: &egui::Context, text: impl Into<String>, is_error: bool) {
         let text = text.into();
         if is_error {
@@ -53,7 +53,7 @@ impl Notices {
         }
     }
 
-    /// Shows them, errors above. Where the picture `is_alone`, only how that ends, and what goes wrong.
+    /// Shows them, errors above. If the picture `is_alone`, only errors and the key that ends this state are shown.
     pub fn show(&mut self, ui: &Ui, picture: Rect, is_alone: bool) {
         let now = ui.input(|i| i.time);
         let Notices { news, errors, .. } = self;
@@ -105,7 +105,7 @@ impl Notices {
                 wrong.join("\n")
             }
         };
-        // What is said again is the last that went wrong.
+        // A repeated error becomes the latest one.
         self.errors.retain(|error| *error != text);
         self.errors.push(text);
         let old = self.errors.len().saturating_sub(MOST_ERRORS);

@@ -45,7 +45,7 @@ pub fn without_object(settings: &Settings, object: usize) -> Settings {
     settings
 }
 
-/// The settings with an object once more, which stands a way off at this time, and moves as the other one does.
+/// The settings with a copy of an object, which stands a way off at this time, and moves as the original does.
 pub fn with_copy(settings: &Settings, object: usize, way: Vec3, time: f64) -> Settings {
     let mut settings = settings.clone();
     let mut copy = settings.objects[object].clone();
@@ -79,8 +79,8 @@ pub fn beside(camera: &Camera, points: impl IntoIterator<Item = Vec3>, radius: f
     )
 }
 
-/// The way that takes an object of these to a place beside it, as the camera sees them: at the side where no other stands, or
-/// else at the right side of all. One that `moves` has room to turn.
+/// The way that takes an object of these to a place beside it, as the camera sees them: at a side where no other stands, or if
+/// there is none, at the right of all. An object that `moves` gets room to turn.
 pub fn way_beside(camera: &Camera, objects: &[Vec<Vec3>], object: usize, moves: bool) -> Vec3 {
     let own = &objects[object];
     let (least, most) = seen_from(camera, own.iter().copied());
@@ -120,12 +120,12 @@ pub fn seen_from(camera: &Camera, places: impl IntoIterator<Item = Vec3>) -> (Ve
     (least, most)
 }
 
-/// Where a place is that has these coordinates along the camera's axes.
+/// The place with these coordinates along the camera's axes, in the world.
 pub fn in_world(camera: &Camera, seen: Vec3) -> Vec3 {
     seen.x * camera.right() + seen.y * camera.up() + seen.z * camera.backward()
 }
 
-/// Where every object has its vertices, in the world.
+/// The vertices of every object, in the world.
 pub fn places_of(stage: &Stage) -> Vec<Vec<Vec3>> {
     let surface = &stage.scene.surface;
     let poses = stage.simulation.world_from_object();
@@ -146,7 +146,7 @@ pub fn short_name(mesh: &str) -> &str {
     builtin.or_else(file).unwrap_or(mesh)
 }
 
-/// Particles that begin on a food begin on one that there is; where there is none, as they do by default.
+/// Lets particles that begin on a food begin on an existing one; without food they begin as by default.
 pub fn begin_on_food_that_is(settings: &mut Settings) {
     let count = settings.food_count() as u32;
     let particles = &mut settings.particles;
@@ -159,7 +159,8 @@ pub fn begin_on_food_that_is(settings: &mut Settings) {
     particles.start_food = particles.start_food.min(count.saturating_sub(1));
 }
 
-/// A food goes. Particles that begin on one after it still do; where it was theirs, they begin on the one that has its number.
+/// Removes a food. Particles that begin on a later food still do; if they begin on this one, they begin on the food that takes
+/// its index.
 pub fn remove_food(settings: &mut Settings, food: usize) {
     settings.foods.remove(food);
     let start = &mut settings.particles.start_food;
@@ -174,7 +175,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn meshes_are_told_of_by_short_names() {
+    fn messages_name_meshes_by_short_names() {
         for (mesh, name) in [
             ("builtin:cube", "cube"),
             ("/home/me/top.obj", "top.obj"),
@@ -185,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_stands_beside_the_others() {
+    fn a_new_object_stands_beside_the_others() {
         let camera = Camera::default();
         let radius = 0.4;
         let others = [Vec3::splat(-1.0), Vec3::new(0.5, 1.0, 2.0), 2.0 * Vec3::X];
@@ -201,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_copy_stands_beside_its_original_and_in_nobody_else() {
+    fn a_copy_stands_beside_its_original_and_in_no_other_object() {
         let camera = Camera::default();
         let right = camera.right();
         let corners = |middle: Vec3| -> Vec<Vec3> {
@@ -232,12 +233,12 @@ mod tests {
             taken.push(way);
             objects.push(corners(way));
         }
-        // Nor in the middle of one that is large, far from all of its corners.
+        // It does not stand in the middle of a large object either, far from all of its corners.
         let hall = corners(Vec3::ZERO).into_iter();
         let hall = hall.map(|corner| in_world(&camera, 6.0 * corner + 4.3 * Vec3::X));
         let way = way_beside(&camera, &[cube.clone(), hall.collect()], 0, false);
         assert!(way.dot(right) < -0.5, "{way}");
-        // What is flat and seen from its edge has a copy elsewhere, too.
+        // A flat object seen from its edge has its copy elsewhere, too.
         let flat: Vec<Vec3> = (cube.iter())
             .map(|place| *place - place.dot(right) * right)
             .collect();

@@ -1,4 +1,4 @@
-//! What the interface tells those who steer the window from outside, as tests do.
+//! State of the interface that is reported to programs that drive the window, such as tests.
 
 use serde::Serialize;
 
@@ -6,7 +6,7 @@ use crate::lab::facts::Facts;
 use crate::lab::interface::Interface;
 use crate::lab::layout::Card;
 
-/// What is going on, for tests.
+/// The state of the lab, for tests.
 #[derive(Debug, PartialEq, Serialize)]
 pub struct State<'a> {
     scene: String,
@@ -42,7 +42,7 @@ pub struct State<'a> {
 }
 
 impl Interface {
-    /// What is going on, for tests.
+    /// The state of the lab, for tests.
     pub fn state(&self, facts: &Facts, typing: bool) -> State<'_> {
         State {
             scene: facts.scene.clone(),

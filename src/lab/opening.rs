@@ -1,6 +1,6 @@
-//! "Open…": a file that is chosen in the window itself, for whoever cannot drop one onto it, as on Wayland. It goes the way
-//! of a file that was dropped; a picture to begin on goes into the row that asks for it. The same asks where to save, and for the
-//! folder of what is taken out.
+//! "Open…": a dialog in the window itself that chooses a file, for systems where files cannot be dropped onto it, such as
+//! Wayland. The file is opened like a dropped one; a picture to begin on goes into the row that asks for it. The same dialog
+//! asks where to save, and for the folder of exports.
 
 use std::cell::RefCell;
 use std::mem::discriminant;
@@ -20,29 +20,29 @@ use crate::lab::saving::whole;
 use crate::lab::saving::{MESHES, ends_so, is_mesh};
 use crate::lab::theme;
 
-/// What a control says that leads to it.
+/// The hint of a control that opens the dialog.
 pub fn open_hint() -> String {
     let hint = "Opens a file: scene, preset, mesh or checkpoint. Files can be dropped onto the window, too";
     Action::Open.hint(hint)
 }
 
-/// The same where an object is wanted.
+/// The hint of a control that adds an object.
 pub const OPEN_MESH: &str = "Adds the mesh of a file: .obj, .stl, .ply, .glb or .gltf. Files can be dropped onto the window, too";
 
-/// The same where a picture to begin on is wanted.
+/// The hint of a control that asks for a picture to begin on.
 pub const OPEN_MASK: &str = "Chooses the picture: a PNG laid over the whole texture";
 
 /// The kinds of files that the dialog shows at first.
 pub const EVERYTHING: &str = "what opens here";
 pub const ONLY_MESHES: &str = "meshes";
 
-/// Of the dialog where the window has room for it, points.
+/// Size of the dialog if the window has room for it, points.
 const SIZE: Vec2 = vec2(740.0, 460.0);
-/// What stays free of the window's width and height: the dialog's title counts, too.
+/// The part of the window's width and height outside the dialog's contents, including its title.
 const ROUND_IT: Vec2 = vec2(24.0, 40.0);
 /// A dialog narrower than this needs it for names of files, not for places.
 const HAS_ROOM: f32 = 600.0;
-/// What a folder's files are chosen from: a name, and how those files end.
+/// Kinds of files offered in a folder: a name, and the endings of the files.
 type Kinds = &'static [(&'static str, &'static [&'static [&'static str]])];
 const KINDS: Kinds = &[
     (EVERYTHING, &[&["toml", "ckpt"], MESHES]),
@@ -54,7 +54,7 @@ const KINDS: Kinds = &[
 const SCENES: (&str, &str) = ("scenes", "toml");
 const MASKS: Kinds = &[("PNG pictures", &[&["png"]])];
 
-/// What the dialog asks for.
+/// The purpose of the dialog.
 #[derive(Clone, Debug, Default, PartialEq)]
 enum Purpose {
     /// A file of any kind that opens.
@@ -64,20 +64,20 @@ enum Purpose {
     Join,
     /// A picture for the row with this key.
     Mask(String),
-    /// Where the scene is saved.
+    /// A file in which the scene is saved.
     Save,
-    /// The folder for what is taken out.
+    /// The folder for exports.
     Folder,
 }
 
-/// The dialog, once somebody has asked for it. A copy shows the same one.
+/// The dialog, once it was opened. A copy shows the same dialog.
 #[derive(Clone, Debug, Default)]
 pub struct Opening {
     dialog: Option<Rc<RefCell<FileDialog>>>,
     purpose: Purpose,
-    /// Where it begins; empty for where the program is started.
+    /// The folder in which it opens; empty for the folder in which the program was started.
     folder: PathBuf,
-    /// Where the scene's file lies; empty for where the program is started.
+    /// The folder of the scene's file; empty for the folder in which the program was started.
     scene: PathBuf,
     /// A mesh that was chosen, of which it is asked whether it joins the scene.
     mesh: Option<PathBuf>,
@@ -98,7 +98,7 @@ impl Opening {
         self.folder = folder.to_owned();
     }
 
-    /// Another scene comes: nobody was asked where to save that one.
+    /// Another scene comes, so a question where to save the old one is withdrawn.
     pub fn leave_scene(&mut self) {
         self.mesh = None;
         if self.purpose == Purpose::Save {
@@ -124,7 +124,7 @@ impl Opening {
         self.open(ctx, kind, purpose);
     }
 
-    /// The same for the picture of the row with this key.
+    /// Opens the dialog for the picture of the row with this key.
     pub fn begin_mask(&mut self, ctx: &egui::Context, key: String) {
         let (kind, _) = MASKS[0];
         self.open(ctx, kind, Purpose::Mask(key));
@@ -221,7 +221,7 @@ impl Opening {
         None
     }
 
-    /// Asks what becomes of a mesh that was chosen, if there is one: it joins the scene, or is opened by itself.
+    /// Asks what to do with a chosen mesh, if there is one: add it to the scene, or open it alone.
     pub fn ask_about_mesh(
         &mut self,
         ctx: &egui::Context,
@@ -289,7 +289,7 @@ impl Opening {
     }
 }
 
-/// A dialog in the words of the lab, without what only those need who save.
+/// A dialog with the lab's labels, without the parts that only saving needs.
 fn dialog(title: &str, kinds: Kinds) -> FileDialog {
     let mut dialog = FileDialog::new()
         .title(title)
@@ -299,7 +299,7 @@ fn dialog(title: &str, kinds: Kinds) -> FileDialog {
         // A scene is called as the file that was chosen, also where that is a link.
         .canonicalize_paths(false)
         .show_new_folder_button(false)
-        // They would be forgotten at the end.
+        // Pinned folders would be forgotten at the end.
         .show_pinned_folders(false);
     for (name, endings) in kinds {
         dialog = dialog.add_file_filter(name, Filter::new(|path: &Path| ends_so(path, endings)));
@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_be_dropped_is_shown_at_first() {
+    fn files_that_can_be_dropped_are_listed_first() {
         let is_shown = |name: &str| ends_so(Path::new(name), KINDS[0].1);
         for name in [
             "a.toml", "b.OBJ", "c.glb", "d.gltf", "e.ckpt", "f.STL", "g.ply",

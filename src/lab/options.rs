@@ -15,16 +15,15 @@ pub struct LabOptions {
     pub size: Option<[u32; 2]>,
     /// The file of what is kept from one time to the next; `None` keeps nothing.
     pub preferences: Option<PathBuf>,
-    /// Where layouts are kept that take long to make.
+    /// The folder for atlas layouts, which take long to compute.
     pub atlases: Option<PathBuf>,
     /// The file that gives tests the places of controls.
     pub places: Option<PathBuf>,
     /// No window is opened: what would come from it comes as lines of the standard input, for tests.
     pub windowless: bool,
-    /// Close after so many pictures; `None` waits for the user.
+    /// Close after this many pictures; `None` waits for the user.
     pub frames: Option<u32>,
-    /// Behave as if the device were lost after so many pictures while something goes on; then the one that takes its place,
-    /// and so on.
+    /// Behave as if the device were lost after this many pictures while the lab is busy; then its replacement, and so on.
     pub lose_device: Vec<u32>,
     /// Becomes true with Ctrl-C: then programs that make films are not waited for long.
     pub interrupt: &'static AtomicBool,

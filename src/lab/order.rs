@@ -1,10 +1,11 @@
-//! In what order frames step, answer and draw. On a slow device each does one of these, so that the hand never waits for all.
+//! The order in which frames step, answer and draw. On a slow device each frame does one of these, so that the user never waits
+//! for all three.
 
 use std::time::Duration;
 
 use crate::lab::pacing::Pacer;
 
-/// What the hand has to do with a frame.
+/// The user's input in a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Asked {
     /// There was input.
@@ -13,31 +14,31 @@ pub struct Asked {
     pub touched: bool,
 }
 
-/// What one frame does.
+/// The work of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Task {
-    /// So many steps.
+    /// The number of steps.
     pub steps: u32,
-    /// Those and nothing else: the window stays as it is, for drawing it would only make the hand wait longer.
+    /// The frame only steps: the window stays as it is, because drawing it would make the user wait longer.
     pub only_steps: bool,
     /// Answers at once, over the picture that is there.
     pub answers: bool,
 }
 
-/// What frames owe to those before them.
+/// Work that earlier frames have left to later ones.
 #[derive(Clone, Debug, Default)]
 pub struct Order {
     /// Something has changed that no picture shows yet.
     owes_picture: bool,
-    /// The hand did something that the window does not show yet.
+    /// There was input that the window does not show yet.
     owes_answer: bool,
     /// There was an answer since the last steps. Once between steps, or they would never come while the pointer moves.
     has_answered: bool,
 }
 
 impl Order {
-    /// What the next frame does while the simulation runs, `since_last` after the one before. A device that `is_slow` does
-    /// one thing at a time; `steps_per_second` is the user's cap, 0 for none.
+    /// Returns the work of the next frame while the simulation runs, `since_last` after the one before. A device that `is_slow`
+    /// does one thing at a time; `steps_per_second` is the user's cap, 0 for none.
     pub fn next(
         &mut self,
         pacer: &mut Pacer,
@@ -66,7 +67,7 @@ impl Order {
         self.owes_picture = true;
     }
 
-    /// The window has shown what the hand did, while steps were under way.
+    /// The window has shown the effect of the input while steps were under way.
     pub fn has_been_answered(&mut self) {
         self.owes_answer = false;
     }
@@ -86,8 +87,8 @@ mod tests {
     const PICTURE: f64 = 0.045;
     const ANSWER: f64 = 0.020;
 
-    /// Frames of ten seconds; the hand asks in those that `asks` names by when they begin. For each frame its task, when
-    /// it begins and when it ends.
+    /// Frames of ten seconds; there is input in those for whose begin `asks` is true. Gives for each frame its task, whether it
+    /// had input, and when it begins and ends.
     fn run(asks: impl Fn(f64) -> bool) -> Vec<(Task, bool, f64, f64)> {
         let (mut order, mut pacer) = (Order::default(), Pacer::default());
         pacer.measured(Duration::from_secs_f64(STEP));

@@ -27,7 +27,7 @@ impl Outliner {
     pub fn show(&mut self, ui: &mut Ui, hands: &mut Hands, desk: &mut Desk<'_>) {
         let count = desk.document.edited.objects.len();
         note_value(ui.ctx(), "objects.list", || listed(desk));
-        // What was to be renamed may be gone.
+        // The object to be renamed may be gone.
         self.renaming.take_if(|(object, _)| *object >= count);
         ScrollArea::vertical()
             .id_salt("objects")
@@ -101,7 +101,7 @@ impl Outliner {
                         }
                     }
                 }
-                // Those that are on their way have the names that were asked for.
+                // Objects on their way have the names with which they were requested.
                 let can_rename = !desk.document.is_renewed() && desk.document.asked.is_none();
                 let rename = ui
                     .add_enabled(can_rename, sign("✏", false))

@@ -1,4 +1,4 @@
-//! What lies below and over the picture: the line of facts, the list of controls, short messages.
+//! Overlays of the picture: the line of facts, the list of controls, short messages.
 
 use egui::{Align, Align2, Layout, Rect, RichText, Ui, vec2};
 
@@ -14,7 +14,7 @@ use crate::lab::places::{Marked as _, mark_cross, note_value};
 use crate::lab::rows::grouped;
 use crate::lab::theme;
 
-/// What mouse and keys do, under headings.
+/// The list of mouse and key controls, under headings.
 fn controls(ui: &mut Ui) {
     egui::Grid::new("controls")
         .num_columns(2)
@@ -156,8 +156,8 @@ pub(super) fn show_ending(ctx: &egui::Context, picture: Rect, out: &OutFacts) {
     note_value(ctx, "ending", || name.to_owned());
 }
 
-/// What is being loaded, how far it is, and a way out: a card over the picture, or a line at its top where the scene is the one that
-/// is shown.
+/// The progress of a load with a button to cancel it: a card over the picture, or a line at its top if the scene is the one
+/// shown.
 pub(super) fn show_loading(
     ctx: &egui::Context,
     picture: Rect,

@@ -7,15 +7,15 @@ use std::time::Duration;
 
 /// The share of the time that steps may take.
 const SHARE: f64 = 0.75;
-/// The same while a hand is on the mouse.
+/// The share of the time that steps may take while the user drags.
 const SHARE_WHILE_TOUCHED: f64 = 0.4;
 /// Credit for longer than this is lost: after a stall nothing is made up for.
 const LONGEST_FRAME: f64 = 0.1;
 /// The most steps in one frame, so that one command buffer stays small.
 const MOST_STEPS: u32 = 256;
-/// The steps of one frame take no longer, but for a single one: as long as they run, nobody is answered.
+/// The steps of one frame take no longer, except a single step: while they run, input has no answer.
 const LONGEST_STEPS: f64 = 0.065;
-/// Where steps take longer than this, their picture comes in a frame of its own.
+/// If steps take longer than this, their picture is drawn in a frame of its own.
 const NOTABLE: f64 = 0.02;
 /// How much one measurement weighs in the estimate of a step's cost.
 const NEW_MEASUREMENT: f64 = 0.2;
@@ -23,7 +23,7 @@ const NEW_MEASUREMENT: f64 = 0.2;
 /// Decides the number of steps of each frame.
 #[derive(Clone, Debug)]
 pub struct Pacer {
-    /// What a step costs, in seconds; a cautious guess until the first measurement.
+    /// The cost of a step, seconds; a cautious guess until the first measurement.
     step_seconds: f64,
     measured: bool,
     /// Seconds of work earned and not spent.
@@ -52,7 +52,7 @@ impl Pacer {
         self.measured = true;
     }
 
-    /// What a step costs, as far as it is known.
+    /// The estimated cost of a step.
     #[cfg(test)]
     pub fn step_time(&self) -> Option<Duration> {
         self.measured
@@ -76,7 +76,7 @@ impl Pacer {
         // At least one step can always be saved for, however dear it is.
         self.credit = (self.credit + share * seconds).min(cost.max(share * LONGEST_FRAME));
         if cost > LONGEST_FRAME && !touched {
-            // Many pictures of the same would come between two steps.
+            // Otherwise many equal pictures would be drawn between two steps.
             self.credit = cost;
         }
         let most = ((LONGEST_STEPS / cost) as u32).clamp(1, MOST_STEPS);
@@ -96,7 +96,7 @@ impl Pacer {
         f64::from(steps) * self.step_seconds > NOTABLE
     }
 
-    /// Do they take longer than a hand waits?
+    /// Do they take longer than a user should wait?
     pub fn are_long(&self, steps: u32) -> bool {
         f64::from(steps) * self.step_seconds > LONGEST_STEPS
     }
@@ -158,7 +158,10 @@ mod tests {
             let (rate, _) = run(step, 0.08, 0.0, false);
             assert!(rate > 0.95 / (step + 0.08), "{rate} steps a second");
             let (touched, _) = run(step, 0.08, 0.0, true);
-            assert!(touched < 0.7 * rate, "a hand that turns sees more pictures");
+            assert!(
+                touched < 0.7 * rate,
+                "more pictures come while the user turns the view"
+            );
         }
     }
 
@@ -179,7 +182,7 @@ mod tests {
         let mut pacer = Pacer::default();
         pacer.measured(Duration::from_millis(10));
         assert!(pacer.steps(Duration::from_secs(60), 0.0, false, false) <= 8);
-        // What is left of that frame's credit, and no more.
+        // Only the rest of that frame's credit is left.
         assert!(pacer.steps(Duration::ZERO, 0.0, false, false) <= 1);
         assert_eq!(pacer.steps(Duration::ZERO, 0.0, false, false), 0);
     }

@@ -29,7 +29,7 @@ use crate::lab::views::{camera_section, light_section, views_list};
 use crate::lab::widgets::{parse_number, reader, section, section_with};
 use crate::own_presets::summary;
 
-/// What the sections hold that are no rows of parameters, for those who look for it.
+/// Search words of the sections' contents that are no rows of parameters.
 static PICTURE_WORDS: LazyLock<String> = LazyLock::new(|| {
     let titles: Vec<String> = { Show::ALL.iter() }
         .map(|show| show.title().to_lowercase())
@@ -46,7 +46,7 @@ const LIGHT_WORDS: &str = "light shadow";
 /// Is what is searched for among the words? Without a search, everything is.
 fn is_among(words: &str, filter: &str) -> bool {
     let filter = filter.trim().to_lowercase();
-    // A beginning of words that follow each other: who looks for a light wants no flight.
+    // The search matches the beginnings of words: `light` must not find `flight`.
     filter.is_empty() || words.starts_with(&filter) || words.contains(&format!(" {filter}"))
 }
 
@@ -136,7 +136,7 @@ impl ParameterPanel {
         ui.separator();
         self.search(ui);
         note_value(ui.ctx(), "filter", || self.filter.clone());
-        // What is looked for has the panel to itself.
+        // During a search the panel shows only the results.
         let looks_for = !self.filter.trim().is_empty();
         ScrollArea::vertical()
             .auto_shrink([false, false])
@@ -167,7 +167,7 @@ impl ParameterPanel {
             });
     }
 
-    /// What can be done that is called so, as buttons.
+    /// Actions whose name matches the search, as buttons.
     fn found_actions(&self, ui: &mut Ui, has_picked: bool, desk: &mut Desk<'_>) {
         for (action, keys, what, _) in actions::all() {
             if !is_among(&what.to_lowercase(), &self.filter) {
@@ -289,7 +289,7 @@ impl ParameterPanel {
             let Some(running) = desk.document.running.objects.get(i) else {
                 continue;
             };
-            // Who joined later has no other beginning than what it is.
+            // An object that joined later resets to its running settings.
             let name = &desk.document.edited.objects[i].name;
             let loaded = desk
                 .document
@@ -327,7 +327,7 @@ impl ParameterPanel {
                 hands.pick(Some(i));
             }
             if reveals {
-                // It opens by and by, and only then is there something to scroll to.
+                // It opens slowly, and only then is there something to scroll to.
                 shown.header_response.scroll_to_me(Some(Align::TOP));
                 if shown.openness < 1.0 {
                     ui.ctx().request_repaint();
@@ -417,11 +417,11 @@ fn transport(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
             });
         }
     });
-    // A part of its own: what comes and goes in it leaves alone what is being typed below.
+    // It has a scope of its own, so that changes in it do not disturb typing below.
     ui.scope(|ui| conditions(ui, looks, desk));
 }
 
-/// What is not always said: transfers, invariants, edits that wait.
+/// Conditions that are not always shown: transfers, invariants, pending edits.
 fn conditions(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
     let facts = desk.facts;
     transfers(ui, facts, desk.document.running.transfer.buffer_size);
@@ -527,7 +527,7 @@ fn looks_row(ui: &mut Ui, looks: &mut Looks, desk: &mut Desk<'_>) {
     });
 }
 
-/// What the picture shows, and its colours.
+/// The section for the picture's view and colours.
 fn picture_section(ui: &mut Ui, desk: &mut Desk<'_>) {
     let facts = desk.facts;
     views_list(ui, desk);
@@ -608,8 +608,8 @@ fn invariants(ui: &mut Ui, check: &Check) {
     .on_hover_text(cost);
 }
 
-/// The sections of the table, in the panel's order, with their titles and whether they begin open.
-/// What `[camera]` and `[picture]` hold is moved by hand, too, and stands above them.
+/// The sections of the table, in the panel's order, with their titles and whether they begin open. The parameters of `[camera]`
+/// and `[picture]` change with the mouse, too, and stand above them.
 pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
     ("physarum", "Physarum", true),
     ("trail", "Trail", true),

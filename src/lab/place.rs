@@ -1,6 +1,6 @@
-//! Where in the window the picture lies.
+//! The place of the picture in the window.
 
-/// Where the picture lies in the window, in pixels.
+/// A picture's rectangle in the window, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
     /// Its upper left corner.

@@ -1,4 +1,4 @@
-//! Where controls lie in the window, for tests that move a real pointer: `myxo lab --places FILE` keeps a file of them.
+//! Places of controls in the window, for tests that move a real pointer: `myxo lab --places FILE` keeps a file of them.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
@@ -9,7 +9,7 @@ use egui::{Id, Rect, Response};
 use myxo::whole_file::WholeFile;
 use serde::Serialize;
 
-/// What has been named in a frame.
+/// Places and values that were named in a frame.
 #[derive(Default)]
 struct Named {
     places: BTreeMap<String, Rect>,
@@ -24,7 +24,7 @@ fn id() -> Id {
 
 /// Controls that can be found by a name.
 pub trait Marked {
-    /// Gives the control a name, where names are asked for.
+    /// Gives the control a name, if names are asked for.
     fn marked(self, name: &str) -> Self;
 }
 
@@ -45,7 +45,7 @@ pub fn are_asked_for(ctx: &egui::Context) -> bool {
     ctx.data(|data| data.get_temp::<Found>(id())).is_some()
 }
 
-/// Gives the cross a name that closes a floating window with a title; egui does not tell where it lies.
+/// Names the cross that closes a floating window with a title; egui does not give its position.
 pub fn mark_cross<R>(shown: Option<egui::InnerResponse<R>>, name: &str) {
     const SIDE: f32 = 18.0;
     const MARGIN: f32 = 7.0;
@@ -57,7 +57,7 @@ pub fn mark_cross<R>(shown: Option<egui::InnerResponse<R>>, name: &str) {
     }
 }
 
-/// Tells what a control holds, where names are asked for.
+/// Notes the value of a control, if names are asked for.
 pub fn note_value(ctx: &egui::Context, name: &str, value: impl FnOnce() -> String) {
     if let Some(found) = ctx.data(|data| data.get_temp::<Found>(id())) {
         let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);
@@ -65,32 +65,32 @@ pub fn note_value(ctx: &egui::Context, name: &str, value: impl FnOnce() -> Strin
     }
 }
 
-/// What a frame has shown.
+/// The report of a frame.
 #[derive(Debug, PartialEq, Serialize)]
 struct Seen<S> {
     /// No frame is due for a while, unless something comes in. First, for `stir` to find it.
     rests: bool,
-    /// How many frames were told of so far.
+    /// The number of frames that were reported so far.
     frames: u64,
-    /// What the lab is doing.
+    /// The state of the lab.
     state: S,
     /// Left, top, right and bottom of each control, in pixels of the window.
     places: BTreeMap<String, [f32; 4]>,
-    /// What is held by those that hold something.
+    /// Values of the controls that have one.
     values: BTreeMap<String, String>,
 }
 
-/// Tells where everything is, in a file if there is one.
+/// Reports where everything is, in a file if there is one.
 pub struct Places {
-    /// Without one it is told in [`Places::last`] only.
+    /// Without a file the report is in [`Places::last`] only.
     file: Option<PathBuf>,
     found: Found,
-    /// What it says.
+    /// The last report.
     last: String,
     frames: u64,
 }
 
-/// What stands at the beginning of the file where nothing moves, and where something may.
+/// The beginnings of the file for a window at rest, and for one that may change.
 const RESTS: &str = "{\"rests\":true";
 const STIRS: &str = "{\"rests\":false";
 
@@ -126,18 +126,18 @@ impl Places {
         Ok(())
     }
 
-    /// What the last frame has shown that told of it, and how many did.
+    /// The last report, and the number of frames that were reported.
     pub fn last(&self) -> (&str, u64) {
         (&self.last, self.frames)
     }
 
-    /// What the frame has named was not shown.
+    /// Discards the names of a frame that was not shown.
     pub fn forget(&mut self) {
         let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         *found = Named::default();
     }
 
-    /// Writes what the frame has shown; where it `rests`, nothing will move by itself.
+    /// Writes what the frame has shown. If it `rests`, nothing changes without input.
     pub fn write(
         &mut self,
         state: impl Serialize,
@@ -169,19 +169,22 @@ mod tests {
     use serde_json::Value;
 
     #[test]
-    fn what_rested_stirs_and_says_all_else_as_before() {
+    fn a_report_at_rest_stirs_and_keeps_the_rest() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("places.json");
         let read = || -> Value { serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap() };
         let mut places = Places::new(Some(file.clone()), &egui::Context::default());
-        assert!(!places.stir().unwrap(), "nothing is told yet");
+        assert!(!places.stir().unwrap(), "nothing is reported yet");
         places.write("a state", 1.0, true).unwrap();
-        let mut told = read();
-        assert_eq!((&told["rests"], &told["frames"]), (&true.into(), &1.into()));
-        assert_eq!(told["state"], "a state");
+        let mut report = read();
+        assert_eq!(
+            (&report["rests"], &report["frames"]),
+            (&true.into(), &1.into())
+        );
+        assert_eq!(report["state"], "a state");
         assert!(places.stir().unwrap());
-        told["rests"] = false.into();
-        assert_eq!(read(), told);
+        report["rests"] = false.into();
+        assert_eq!(read(), report);
         assert!(!places.stir().unwrap(), "once");
         places.write("a state", 1.0, false).unwrap();
         assert!(!places.stir().unwrap(), "it did not rest");

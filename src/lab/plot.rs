@@ -23,12 +23,12 @@ const COLORS: [Color32; SHOWN + 1] = [
     Color32::from_rgb(0x5a, 0x5d, 0x66),
 ];
 
-/// The colour of the kernel that takes so many others to be longer.
+/// The colour of the kernel with this rank by time.
 pub fn color_of(rank: usize) -> Color32 {
     COLORS[rank.min(SHOWN)]
 }
 
-/// What steps took lately, kernel upon kernel, the longest at the bottom. Nothing where nothing was measured.
+/// Plots recent times of steps as stacked kernels, the longest at the bottom. Without measurements it plots nothing.
 pub fn kernel_plot(ui: &mut Ui, times: &Times) {
     let len = times.history.len();
     if len < 2 || times.kernels.is_empty() {

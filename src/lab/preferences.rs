@@ -1,5 +1,5 @@
-//! What is kept from one time to the next: the look of the interface, the size of the window, the files that were used last
-//! and the choices in Export.
+//! Preferences kept between sessions: the look of the interface, the size of the window, the recent files and the choices in
+//! Export.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::lab::exports::OutPanel;
 use crate::lab::layout::{PANEL_WIDTH, PANEL_WIDTHS};
 use crate::lab::recent::{Recent, pick};
 
-/// Kept in `lab.toml` in the user's folder for settings. What a file lacks, or cannot be read, is as at first.
+/// Kept in `lab.toml` in the user's folder for settings. Entries that are missing or unreadable have their defaults.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Preferences {
@@ -24,7 +24,7 @@ pub struct Preferences {
     pub panel_width: f32,
     /// How much larger everything is than the system asks for.
     pub zoom: f32,
-    /// Of the window, in pixels.
+    /// Size of the window, pixels.
     pub size: [u32; 2],
     /// Scene files that were opened or saved last.
     pub recent: Recent,
@@ -47,13 +47,13 @@ impl Default for Preferences {
 }
 
 impl Preferences {
-    /// Where they are kept; `None` where the user has no such folder.
+    /// The path of the file; `None` if the user has no such folder.
     pub fn file() -> Option<PathBuf> {
         directories::ProjectDirs::from("", "", "myxo")
             .map(|dirs| dirs.config_dir().join("lab.toml"))
     }
 
-    /// From a file. One that is broken is told of in the log, and not used.
+    /// Reads a file. A broken one is reported in the log and not used.
     pub fn read(file: &Path) -> Self {
         let text = match std::fs::read_to_string(file) {
             Ok(text) => text,
@@ -63,27 +63,27 @@ impl Preferences {
                 return Self::default();
             }
         };
-        let told = |what: &str, error: toml::de::Error| {
+        let warn = |what: &str, error: toml::de::Error| {
             let reason = error.message().lines().next().unwrap_or_default();
             log::warn!("{}: {what} is not used: {reason}", file.shown());
         };
         let entries = match text.parse::<toml::Table>() {
             Ok(entries) => entries,
             Err(error) => {
-                told("it", error);
+                warn("it", error);
                 return Self::default();
             }
         };
-        // What is wrong with one thing is no reason to forget the others.
+        // An error in one entry is no reason to drop the others.
         let of = |entries: toml::Table| entries.try_into::<Self>();
         let right = entries.into_iter().filter(|(key, value)| {
             let alone = of(std::iter::once((key.clone(), value.clone())).collect());
-            alone.map_err(|error| told(key, error)).is_ok()
+            alone.map_err(|error| warn(key, error)).is_ok()
         });
         of(right.collect()).unwrap_or_default().sane()
     }
 
-    /// Into a file, whole or not at all; two windows that end at the same time leave those of one of them.
+    /// Writes a file, whole or not at all; of two windows that end at the same time, one prevails.
     pub fn write(&self, file: &Path) -> std::io::Result<()> {
         let mut whole = WholeFile::create(file)?;
         let text = toml::to_string(self).expect("plain values");
@@ -92,7 +92,7 @@ impl Preferences {
         Ok(())
     }
 
-    /// What another window has kept since this one opened, but for what was changed in this one.
+    /// The preferences that another window has kept since this one opened, except those that were changed in this one.
     pub fn over(&self, opened: &Self, kept: &Self) -> Self {
         Self {
             light: pick(&self.light, &opened.light, &kept.light),
@@ -105,7 +105,7 @@ impl Preferences {
         }
     }
 
-    /// Nothing that nobody could see or read.
+    /// Replaces values with which the window could not be seen or read.
     fn sane(mut self) -> Self {
         if !(0.5..=4.0).contains(&self.zoom) {
             self.zoom = 1.0;
@@ -128,7 +128,7 @@ mod tests {
     use crate::lab::exports::{Kind, Size};
 
     #[test]
-    fn what_was_kept_comes_back_and_nonsense_does_not() {
+    fn kept_preferences_come_back_and_nonsense_does_not() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("new/lab.toml");
         assert_eq!(Preferences::read(&file), Preferences::default());

@@ -1,4 +1,4 @@
-//! What presets do to settings: taken over at once or over some seconds, stepped through, and made up by chance.
+//! Presets applied to settings: at once or over some seconds, one after the other, or at random.
 
 use myxo::scene::parameters::{Effect, Kind, PARAMETERS, Parameter, Scale, find};
 use myxo::scene::presets::is_look;
@@ -9,7 +9,8 @@ use myxo::scene::settings::{ColorMap, Settings};
 pub struct Morph {
     from: Settings,
     to: Settings,
-    /// What it came to last; where what it changes is no longer so, a hand has been at it, and the morph ends.
+    /// The last settings that it has set. If one of its parameters differs from them, the user has changed it, and the morph
+    /// ends.
     last: Settings,
     began: f64,
     seconds: f64,
@@ -32,7 +33,7 @@ impl Morph {
         }
     }
 
-    /// Brings settings to where they should be at this time; true where that was the end.
+    /// Brings settings to where they should be at this time; returns true if that was the end.
     pub fn advance(&mut self, settings: &mut Settings, time: f64) -> bool {
         let is_touched = PARAMETERS
             .iter()
@@ -57,7 +58,7 @@ impl Morph {
         parameter.differs(&self.from, &self.to)
     }
 
-    /// What the hand does to anything else meanwhile stays.
+    /// Copies the parameters that the morph changes; the user's changes to others stay.
     fn put(&self, look: &Settings, settings: &mut Settings) {
         for parameter in PARAMETERS.iter().filter(|p| self.changes(p)) {
             parameter.copy(look, settings);
@@ -75,7 +76,7 @@ pub fn between(from: &Settings, to: &Settings, share: f64) -> Settings {
         if parameter.effect != Effect::Live {
             continue;
         }
-        // Food is laid out anew whenever it changes: it comes at the end, as words do.
+        // Food is laid out again whenever it changes, so it changes at the end, as words do.
         if parameter.key.starts_with("feeding.") && !parameter.key.starts_with("feeding.fed_") {
             continue;
         }
@@ -107,7 +108,7 @@ pub fn neighbour<'n>(names: &'n [String], name: Option<&str>, forward: bool) -> 
     &names[place]
 }
 
-/// What chance may choose, and within which bounds: a part of what sliders offer, in which something grows.
+/// Parameters of random looks with their bounds: the part of each slider's range in which structures grow.
 const BY_CHANCE: &[(&str, f64, f64)] = &[
     ("physarum.speed", 0.002, 0.008),
     ("physarum.rotation_angle", 8.0, 60.0),
@@ -124,7 +125,7 @@ const OFTEN: f64 = 0.75;
 /// Particles per texel that such looks are meant for.
 const REFERENCE_DENSITY: f64 = 0.54;
 
-/// A look made up by chance; the same seed makes the same.
+/// A random look; equal seeds give equal looks.
 pub fn by_chance(settings: &Settings, seed: u64) -> Settings {
     let mut state = seed;
     let mut chance = || {
@@ -201,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_preset_is_said_with_its_name() {
+    fn errors_in_a_preset_are_reported_with_its_name() {
         let settings = Settings::default();
         let error = with_preset(&settings, "mine", "[trail]\ndecay = 2\n").unwrap_err();
         let text = error.to_string();
@@ -229,12 +230,12 @@ mod tests {
         assert!(morph.advance(&mut settings, 14.0));
         assert_eq!(settings, to);
         let mut touched = between(&from, &to, 0.5);
-        // What is not on the way is the hand's.
+        // Parameters that the morph does not change belong to the user.
         for (time, seed) in [(12.5, 2), (13.0, 3)] {
             touched.seed = seed;
             touched.objects[0].position[0] += 1.0;
             let before = touched.clone();
-            assert!(!other.advance(&mut touched, time), "it goes on");
+            assert!(!other.advance(&mut touched, time), "it continues");
             assert!(touched.trail.decay < before.trail.decay);
             assert_eq!(touched.seed, seed);
             assert_eq!(touched.objects, before.objects);
@@ -242,7 +243,7 @@ mod tests {
         touched.trail.decay = 0.1;
         let before = touched.clone();
         assert!(other.advance(&mut touched, 13.0), "it ends");
-        assert_eq!(touched, before, "and leaves what the hand has set");
+        assert_eq!(touched, before, "and leaves what the user has set");
     }
 
     #[test]

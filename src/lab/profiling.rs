@@ -1,4 +1,4 @@
-//! Where the time goes: steps, kernels, pictures and what lies between, measured while the window runs.
+//! Profile of the time for steps, kernels, pictures and the rest, measured while the window runs.
 
 use egui::{Align, Layout, RichText, Sense, Ui, vec2};
 
@@ -9,7 +9,7 @@ use crate::lab::places::{Marked as _, note_value};
 use crate::lab::plot::{color_of, kernel_plot};
 use crate::lab::theme;
 
-/// What the kernels of a step do, by the names that timers have for them.
+/// Descriptions of a step's kernels, by the names of their timers.
 const KERNELS: &[(&str, &str)] = &[
     (
         "advance",
@@ -98,10 +98,7 @@ const KERNELS: &[(&str, &str)] = &[
         "defragment_swap",
         "Brings particles to their object's part of the buffer",
     ),
-    (
-        "respawn",
-        "Particles that went into another object begin anew",
-    ),
+    ("respawn", "Particles that went into another object restart"),
     ("digest", "Takes away the food that was eaten"),
     ("scent", "The field by which food and markers attract"),
     ("paint", "A dab of a brush"),
@@ -111,7 +108,7 @@ const KERNELS: &[(&str, &str)] = &[
     ("copy_words", "A copy within the device"),
 ];
 
-/// What a kernel does, in a sentence.
+/// A sentence on what a kernel does.
 fn kernel_in_words(name: &str) -> Option<&'static str> {
     let found = KERNELS.iter().find(|(kernel, _)| *kernel == name);
     found.map(|(_, what)| *what)
@@ -159,7 +156,7 @@ impl Profiling {
             if freeze.marked("times.freeze").clicked() {
                 self.frozen = (!is_frozen).then(|| desk.facts.times.clone());
             }
-            let clear = ui.button("Clear").on_hover_text("Measures anew");
+            let clear = ui.button("Clear").on_hover_text("Restarts the measurement");
             if clear.marked("times.clear").clicked() {
                 self.frozen = None;
                 desk.commands.push(Command::ClearTimes);

@@ -26,7 +26,7 @@ impl Recent {
         self.0.truncate(MOST);
     }
 
-    /// What another window has kept since this one opened comes after what is new in this one.
+    /// Files that another window has kept since this one opened come after those that are new in this one.
     pub fn over(&self, opened: &Self, kept: &Self) -> Self {
         if self == opened {
             return kept.clone();
@@ -44,7 +44,7 @@ impl Recent {
         all
     }
 
-    /// The list; gives the one that was clicked.
+    /// Shows the list; returns the file that was clicked.
     pub fn menu(&self, ui: &mut Ui) -> Option<PathBuf> {
         let mut clicked = None;
         let button = egui::containers::menu::MenuButton::new("Recent");
@@ -72,7 +72,7 @@ impl Recent {
     }
 }
 
-/// What is so now, if it was changed since this window opened; or else what is kept.
+/// The present value if it was changed since this window opened; otherwise the kept one.
 pub fn pick<T: PartialEq + Clone>(now: &T, opened: &T, kept: &T) -> T {
     if now == opened { kept } else { now }.clone()
 }
@@ -101,7 +101,7 @@ mod tests {
         assert_eq!(opened.over(&opened, &kept), kept);
         let here = of(&["d", "c", "a", "b"]);
         assert_eq!(here.over(&opened, &kept), of(&["d", "c", "x", "a", "b"]));
-        // One that was there before is the last one now.
+        // A file that was there before is the latest now.
         let again = of(&["b", "a"]);
         assert_eq!(again.over(&opened, &kept), of(&["b", "x", "a"]));
         let both = of(&["a", "d", "b"]);

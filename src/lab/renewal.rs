@@ -1,10 +1,10 @@
-//! What the hand has changed while the scene it works on was on its way once more: that is kept when the scene is there.
+//! Keeps the changes that the user made while the scene was being loaded again.
 
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{FoodSettings, ObjectSettings, ParticleSettings, Settings};
 
 /// The settings that have arrived, with what differs between those that they were `asked` by and those that are `edited` now.
-/// What belongs to an object that has not come, or has gone, is left.
+/// Changes of an object that has not come, or has gone, are dropped.
 pub fn with_changes_since(asked: &Settings, edited: &Settings, arrived: &Settings) -> Settings {
     let mut settings = arrived.clone();
     for parameter in PARAMETERS {
@@ -50,8 +50,8 @@ pub fn renewed(live: &Settings, edited: &Settings) -> Settings {
     settings
 }
 
-/// What was to come, go or grow does not: the objects that are edited are those that run again, with what else waits for a
-/// restart.
+/// Takes back objects that were to come, go or grow: the edited objects are the running ones again, with all other edits that
+/// wait for a restart.
 pub fn take_back(edited: &mut Settings, running: &Settings) {
     edited.objects = as_many_and_as_large(&running.objects, &edited.objects);
     let names: Vec<&String> = running.objects.iter().map(|object| &object.name).collect();
@@ -63,7 +63,7 @@ pub fn take_back(edited: &mut Settings, running: &Settings) {
     begin_where_they_are(edited, &was, &running.particles);
 }
 
-/// These objects in these sizes, which are otherwise as the others have them.
+/// These objects in these sizes, with all other settings of the others.
 fn as_many_and_as_large(
     objects: &[ObjectSettings],
     others: &[ObjectSettings],
@@ -78,7 +78,7 @@ fn as_many_and_as_large(
     objects.iter().map(as_others_have).collect()
 }
 
-/// Where particles begin may be on an object that comes or goes: then it is where these say.
+/// Particles may begin on an object that comes or goes: then they begin where `say` puts them.
 fn begin_where_they_are(settings: &mut Settings, before: &Settings, say: &ParticleSettings) {
     let has = |settings: &Settings, name: &String| {
         name.is_empty() || settings.objects.iter().any(|object| object.name == *name)
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_hand_has_changed_meanwhile_is_kept() {
+    fn changes_made_meanwhile_are_kept() {
         let mut asked = with_object(&Settings::default(), "builtin:cube", 0.5, [1.0, 0.0, 0.0]);
         for (object, name) in asked.objects.iter_mut().zip(["ring", "box"]) {
             object.name = name.to_owned();
@@ -140,7 +140,7 @@ mod tests {
             ..edited.clone()
         };
         assert_eq!(kept, wanted);
-        // What lies on an object that goes goes with it.
+        // Food on an object that is removed is removed with it.
         let gone = without_object(&asked, 1);
         let kept = with_changes_since(&asked, &edited, &gone);
         assert_eq!(kept.foods, [food("ring")]);
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn what_waits_for_a_restart_waits_while_objects_come_go_and_grow() {
+    fn edits_that_need_a_restart_wait_while_objects_come_go_and_grow() {
         let mut live = with_object(&Settings::default(), "builtin:cube", 0.5, [1.0, 0.0, 0.0]);
         for (object, name) in live.objects.iter_mut().zip(["ring", "box"]) {
             object.name = name.to_owned();
@@ -163,12 +163,12 @@ mod tests {
         let mut wanted = live.clone();
         wanted.objects[1].scale = scaled;
         assert_eq!(renewed_to, wanted);
-        // It did not come: only its size is as it was.
+        // It did not come: only its size is as before.
         take_back(&mut edited, &live);
         assert_eq!(edited.objects[1].scale, live.objects[1].scale);
         assert_eq!(edited.objects[0].texel_weight, 4.0);
         assert_eq!(edited.particles.count, live.particles.count + 5);
-        // One that comes back brings what began on it.
+        // An object that comes back brings the start on it back.
         let mut before = live.clone();
         before.particles.start_object = "box".to_owned();
         let gone = without_object(&before, 1);

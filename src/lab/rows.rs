@@ -13,29 +13,29 @@ use crate::lab::places::{Marked as _, note_value};
 use crate::lab::theme;
 use crate::lab::widgets::{parse_number, parse_whole, reader, refuse, wide_slider};
 
-/// The key of the object that all particles begin on, and what is shown where there is none.
+/// The key of the object that all particles begin on, and the label without one.
 const START_OBJECT: &str = "particles.start_object";
 const ALL: &str = "all objects";
 
-/// Where it is kept which row's picture is to be chosen, until it is asked for.
+/// The key under which egui keeps the row whose picture is to be chosen, until the window asks for it.
 const WANTED: &str = "wanted mask";
 
-/// What a row needs to know besides its parameter.
+/// The context of a row besides its parameter.
 #[derive(Clone, Copy)]
 pub struct RowContext<'a, T> {
     /// The scene as it was loaded: what a reset returns to.
     pub loaded: &'a T,
-    /// What holds where a scene says nothing.
+    /// The default for scenes without the key.
     pub default: &'a T,
-    /// What the simulation runs with.
+    /// The values that the simulation runs with.
     pub running: &'a T,
-    /// What objects share with the scene as long as they have nothing of their own.
+    /// Values that objects share with the scene unless they have their own.
     pub shared: &'a PhysarumSettings,
-    /// What can be named where a name of an object is asked for.
+    /// The objects that a row can name.
     pub objects: &'a [ObjectSettings],
-    /// What the names of controls begin with, for tests.
+    /// The prefix of the controls' names, for tests.
     pub prefix: &'a str,
-    /// Why a key has no effect as things are, if it has none.
+    /// The reason why a key has no effect at present, if it has none.
     pub idle: &'a dyn Fn(&str) -> Option<&'static str>,
 }
 
@@ -52,7 +52,7 @@ pub fn row<T>(
     })
 }
 
-/// The same with a line of its own below the name, which tells whether it has changed the value.
+/// A row with a line of its own below the name; `edit` returns whether that line has changed the value.
 pub fn row_with<T>(
     ui: &mut Ui,
     parameter: &Parameter<T>,
@@ -65,7 +65,7 @@ pub fn row_with<T>(
     let pending = parameter.restarts(context.running, value);
     let idle = (context.idle)(parameter.key);
     let key = format!("{}{}", context.prefix, parameter.key);
-    // Of its own, whatever comes and goes above it: else a number that is being typed would lose the keyboard.
+    // The id does not depend on rows that come and go above, because a number that is being typed would lose the keyboard.
     let builder = UiBuilder::new().id(Id::new(("row", &key)));
     let shown = ui.scope_builder(builder.sense(Sense::click()), |ui| {
         ui.horizontal(|ui| {
@@ -158,7 +158,7 @@ pub fn editor<T>(
             let before = (own.get)(value);
             let mut has = before.is_some();
             let (low, high) = own.slider;
-            // A value of its own begins as what holds here anyway.
+            // An own value begins as the value in effect.
             let mut now = before.unwrap_or((own.shared)(context.shared));
             theme::switch(ui, &mut has, "of its own")
                 .on_hover_text("Otherwise the scene's value holds here too.")
@@ -265,7 +265,7 @@ pub fn editor<T>(
             if components != before {
                 set(value, components);
             }
-            // What is kept in single precision may be what it was.
+            // A value kept in single precision may be unchanged.
             get(value) != before
         }
     }
@@ -280,7 +280,7 @@ fn in_full(number: f64, decimals: RangeInclusive<usize>) -> String {
     }
 }
 
-/// The number, or the end of the range that it lies beyond: whoever typed it is told.
+/// The number, or the end of the range that it lies beyond; a notice says that it was changed.
 pub fn within<T>(ui: &Ui, parameter: &Parameter<T>, number: f64, range: (f64, f64)) -> f64 {
     let taken = number.clamp(range.0, range.1);
     if taken != number {

@@ -1,4 +1,4 @@
-//! Scene files that the lab writes: numbered, none over another, or by a name that somebody chose.
+//! Scene files that the lab writes: numbered and never over another, or by a name that the user chose.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -12,15 +12,15 @@ use crate::lab::names::Reserved;
 /// The file that a scene has.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneFile {
-    /// Where it lies.
+    /// Its path.
     pub path: PathBuf,
-    /// The window has written it. One that was opened may have comments, and it is asked first.
+    /// The window has written it. An opened file may have comments, so the user is asked first.
     pub may_be_replaced: bool,
 }
 
 impl SceneFile {
-    /// A file that was opened, if it is a scene's and somebody's own: no built-in name, model or checkpoint, and none of those
-    /// that are kept as they were left.
+    /// An opened file, if it is the user's own scene file: no built-in name, model or checkpoint, and none of the scenes that
+    /// were kept on leaving.
     pub fn opened(path: &Path) -> Option<Self> {
         if !(is_scene_file(path) && path.is_file()) || left_name(path).is_some() {
             return None;
@@ -31,7 +31,7 @@ impl SceneFile {
         })
     }
 
-    /// One that the scene was saved in.
+    /// The file that the scene was saved in.
     pub fn saved(path: &Path) -> Self {
         Self {
             path: whole(path),
@@ -50,7 +50,7 @@ fn is_scene_file(path: &Path) -> bool {
         .is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
 }
 
-/// Saves a scene's text, named after the scene. What makes the text knows the file's path, and may put others beside it.
+/// Saves a scene's text, named after the scene. `text` receives the file's path, and may put other files beside it.
 pub fn save_scene(
     folder: &Path,
     name: &str,
@@ -60,7 +60,7 @@ pub fn save_scene(
     write_scene(name.path(), text)
 }
 
-/// The same into this file, in the place of one that is there.
+/// Saves a scene's text into this file, in the place of one that is there.
 pub fn write_scene(path: &Path, text: impl FnOnce(&Path) -> Result<String>) -> Result<PathBuf> {
     let text = text(path)?;
     let written = WholeFile::create(path).and_then(|mut file| {
@@ -75,10 +75,10 @@ pub fn write_scene(path: &Path, text: impl FnOnce(&Path) -> Result<String>) -> R
     Ok(path.to_owned())
 }
 
-/// What somebody chose, with the ending of scene files.
+/// The path that the user chose, with the ending of scene files.
 ///
 /// # Errors
-/// When it had no such ending, and the file with it is there already: nobody was asked about that one.
+/// When it had no such ending, and the file with it exists already: the dialog has not asked whether to replace that one.
 pub fn chosen(path: PathBuf) -> Result<PathBuf> {
     if is_scene_file(&path) {
         return Ok(path);
@@ -95,12 +95,12 @@ pub fn chosen(path: PathBuf) -> Result<PathBuf> {
     Ok(with)
 }
 
-/// Where scenes lie that were left with changes; `None` where the user has no folder for data.
+/// The folder of scenes that were left with changes; `None` if the user has no folder for data.
 pub fn left_folder() -> Option<PathBuf> {
     directories::ProjectDirs::from("", "", "myxo").map(|dirs| dirs.data_dir().join("left"))
 }
 
-/// What a scene was called that lies there.
+/// The name of a scene in that folder.
 pub fn left_name(file: &Path) -> Option<String> {
     let folder = left_folder()?.canonicalize().ok()?;
     let file = file.canonicalize().ok()?;

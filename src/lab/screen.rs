@@ -1,4 +1,4 @@
-//! What the lab draws with: a device, the images that are shown, and what draws the interface.
+//! The lab's means of drawing: a device, the images that are shown, and the painter of the interface.
 
 use std::sync::Arc;
 
@@ -16,9 +16,9 @@ use crate::lab::options::LabOptions;
 pub struct Screen {
     /// Draws the interface.
     pub gui: Gui,
-    /// What is shown.
+    /// The images that are shown.
     pub front: Front,
-    /// What steps and pictures are recorded into.
+    /// Frames into which steps and pictures are recorded.
     pub frames: Frames,
     /// For what is shown while steps are under way.
     pub answers: Frames,
@@ -47,7 +47,7 @@ impl Screen {
             }
             None => Front::Unseen(Unseen::new(&ctx, size)),
         };
-        // A device that is the CPU gains nothing from working ahead, and the hand would feel the delay.
+        // A device that is the CPU gains nothing from working ahead, and the user would notice the delay.
         let in_flight = if ctx.info().kind == DeviceKind::Cpu {
             1
         } else {
@@ -68,7 +68,7 @@ impl Screen {
     }
 }
 
-/// The sRGB format with the same bytes: the picture is drawn in it, and its bytes are copied as they are.
+/// The sRGB format with equal bytes: the picture is drawn in it, and its bytes are copied unchanged.
 fn picture_format(window: Format) -> Format {
     match window {
         Format::Rgba8 | Format::Rgba8Srgb => Format::Rgba8Srgb,
@@ -84,7 +84,7 @@ pub enum Front {
     Unseen(Unseen),
 }
 
-/// The one that a frame draws into.
+/// The image that a frame draws into.
 #[must_use = "an image that was acquired has to be presented"]
 pub enum FrontImage {
     Window(WindowImage),
@@ -110,7 +110,7 @@ impl Unseen {
         }
     }
 
-    /// None where it has no size.
+    /// None if the window has no size.
     fn image(&mut self) -> GpuResult<Option<Arc<Image>>> {
         if self.size.contains(&0) {
             return Ok(None);
@@ -125,7 +125,7 @@ impl Unseen {
 }
 
 impl Front {
-    /// What their pixels are.
+    /// The format of their pixels.
     fn format(&self) -> Format {
         match self {
             Self::Window(swapchain) => swapchain.format().unwrap_or(Format::Bgra8),

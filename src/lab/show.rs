@@ -1,4 +1,4 @@
-//! What a frame shows: the interface, and under it a picture, a new one or the one that is there.
+//! Shows a frame: the interface, and under it a picture, a new one or the last one.
 
 use std::time::Duration;
 
@@ -8,14 +8,14 @@ use crate::lab::interface::Shown;
 use crate::lab::place::Place;
 use crate::lab::stage::Sizes;
 
-/// What a frame draws into the window.
+/// The contents that a frame draws into the window.
 pub struct Shot<'a> {
     pub view: View,
     /// The picture that is there will do.
     pub answers: bool,
     /// There is no other, for steps are under way.
     pub is_between: bool,
-    /// Where the picture goes, and the atlas beside it.
+    /// The place of the picture, and of the atlas beside it.
     pub picture: Place,
     pub beside: Option<Place>,
     pub is_moving: bool,
@@ -42,13 +42,13 @@ impl Seen {
     }
 }
 
-/// What the interface came to in a frame.
+/// The result of the interface in a frame.
 pub struct Seen {
     pub shown: Shown,
     pub context: egui::Context,
     pub primitives: Vec<egui::ClippedPrimitive>,
     pub pixels_per_point: f32,
-    /// Where the picture goes, and the atlas beside it, if they have a size.
+    /// The place of the picture, and of the atlas beside it, if they have a size.
     pub picture: Place,
     pub beside: Option<Place>,
     /// When the interface wants to be shown again.

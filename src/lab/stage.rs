@@ -1,4 +1,4 @@
-//! What the picture shows: the running simulation, its renderer, and the canvas, drawn again only when it must be.
+//! The stage: the running simulation, its renderer, and the canvas, which is drawn again only when it must be.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -33,10 +33,10 @@ const SETTLED: f32 = 1e-3;
 /// Copies of the counters that may be on their way to the host.
 const COUNTERS_UNDER_WAY: usize = 4;
 
-/// Of the picture, and of the atlas beside it.
+/// Sizes of the picture and of the atlas beside it.
 pub type Sizes = ([u32; 2], Option<[u32; 2]>);
 
-/// What pictures depend on: the view, the step, the poses, and the size of the atlas beside.
+/// The inputs of a picture: the view, the step, the poses, and the size of the atlas beside.
 type Drawn = (View, u64, Vec<Pose>, Option<[u32; 2]>);
 
 /// What an automatic exposure depends on: the step, and the share of the trail that may be clipped.
@@ -48,9 +48,9 @@ pub struct Loaded {
     pub scene: Scene,
     /// Atlas, particles, tables.
     pub setup: Setup,
-    /// What pictures need of it.
+    /// Its data for pictures.
     pub prepared: Prepared,
-    /// The state that it goes on from, and what differs since.
+    /// The state that it continues from, and the differences since.
     pub from: Option<(Arc<Checkpoint>, Vec<String>)>,
 }
 
@@ -61,27 +61,27 @@ pub struct Stage {
     pub scene: Scene,
     /// The simulation of it.
     pub simulation: Simulation,
-    /// What it goes on from, if not from the beginning.
+    /// The name of the state that it continues from, if it does not start at step 0.
     pub resumed: Option<String>,
     /// Objects that are hidden or locked.
     pub marks: RunningMarks,
-    /// What is odd about the scene and was done about it, one sentence each.
+    /// Remarks on oddities of the scene and their remedies, one sentence each.
     pub remarks: Vec<String>,
     /// How many times as large as it is each object is drawn, while a layout for that is on its way; empty where none is.
     pub scales: Vec<f32>,
     renderer: Renderer,
     format: Format,
-    /// What the window shows.
+    /// The canvases that the window shows.
     shown: Canvases,
-    /// What the next picture is drawn into, where that is drawn in slices.
+    /// The canvases of the next picture, if it is drawn in slices.
     next: Canvases,
     /// Particles that the picture has, in the view of particles.
     pub particles_drawn: u32,
-    /// How many pictures were drawn: two that are shown are of the same one only if this has not changed.
+    /// The number of pictures drawn: the canvas is unchanged only if this number is.
     pub pictures: u64,
-    /// What the canvases show, if it is still worth showing.
+    /// The inputs of the picture on the canvases, if it is still worth showing.
     drawn: Option<Drawn>,
-    /// What those of the next picture will show.
+    /// The inputs of the next picture.
     coming: Option<Drawn>,
     drawn_at: Instant,
     exposure: Readback<f32>,
@@ -148,7 +148,7 @@ impl Stage {
         })
     }
 
-    /// Goes on with the canvases of the stage that is left.
+    /// Takes over the canvases of the old stage.
     pub fn take_canvases(&mut self, left: Option<Self>) {
         if let Some(left) = left {
             (self.shown, self.next) = (left.shown, left.next);
@@ -203,7 +203,7 @@ impl Stage {
         Ok(())
     }
 
-    /// What was drawn in slices is whole, and is shown from now on.
+    /// The picture that was drawn in slices is whole, and is shown from now on.
     pub fn show_next(&mut self) {
         std::mem::swap(&mut self.shown, &mut self.next);
         self.drawn = self.coming.take();
@@ -290,7 +290,7 @@ impl Stage {
         }
     }
 
-    /// What the canvas shows has changed between steps.
+    /// The contents of the canvas have changed between steps.
     pub fn forget_picture(&mut self) {
         self.drawn = None;
         // What is drawn in slices now is no longer right, either.
@@ -308,8 +308,7 @@ impl Stage {
         self.shown.picture.as_ref().is_some_and(fits) && self.drawn.as_ref().is_some_and(is_of)
     }
 
-    /// Does the canvas show nearly what it would if it were drawn again? So it does for a while, as long as the camera
-    /// stays.
+    /// Is the picture on the canvas still recent enough? It is for a while, as long as the camera stays.
     pub fn shows(&self, view: &View, sizes: Sizes) -> bool {
         self.has_drawn(view, sizes) && self.drawn_at.elapsed() < SHOWN_FOR
     }
@@ -321,7 +320,7 @@ impl Stage {
         [size_of(&self.shown.picture), size_of(&self.shown.beside)] == [Some(size), beside]
     }
 
-    /// What was drawn last; see [`Self::shows`].
+    /// The last picture; see [`Self::shows`].
     pub fn picture(&self) -> (&Image, Option<&Image>) {
         let (picture, beside) = self.shown.canvases();
         (picture.image(), beside.map(Canvas::image))
@@ -371,7 +370,7 @@ impl Stage {
     }
 }
 
-/// Where the picture is drawn, and the atlas beside it if that is shown.
+/// The canvas of the picture, and of the atlas beside it if that is shown.
 #[derive(Default)]
 struct Canvases {
     picture: Option<(Quality, Canvas)>,
@@ -388,7 +387,7 @@ impl Canvases {
         [has(&self.picture), has(&self.beside)] == wanted
     }
 
-    /// Makes those anew that are not. True where one was.
+    /// Makes the canvases again that do not fit. Returns true if it made one.
     fn fit(
         &mut self,
         (ctx, format): (&Arc<Context>, Format),
@@ -417,7 +416,7 @@ impl Canvases {
     }
 }
 
-/// What is odd about the meshes of a scene, each mesh once.
+/// Remarks on oddities of a scene's meshes, each mesh once.
 fn oddities(scene: &Scene) -> impl Iterator<Item = String> {
     let odd = scene.meshes.iter().filter_map(|mesh| {
         let oddities = mesh.report.oddities();
@@ -531,7 +530,7 @@ mod tests {
 
     /// Would catch: a picture with larger objects whose poses stay for the next step.
     #[test]
-    fn larger_objects_are_drawn_and_the_state_goes_on_as_without() {
+    fn larger_objects_are_drawn_and_the_state_continues_unchanged() {
         let mut pictures = Vec::new();
         let states = [false, true].map(|is_scaled| {
             let (ctx, mut stage) = trio()?;

@@ -14,10 +14,10 @@ const MOST: usize = 200;
 /// Texels that they have changed, at the most, all of them together: 192 MiB.
 pub const MOST_TEXELS: usize = 1 << 24;
 
-/// What is said of a stroke that has changed too much.
+/// The notice for a stroke that has changed too much.
 pub const CANNOT_UNDO: &str = "This stroke and those before it cannot be undone";
 
-/// A stroke that is over.
+/// A stroke that has ended.
 #[derive(Debug)]
 pub struct Stroke {
     /// As [`Undo`] numbers them.
@@ -27,9 +27,9 @@ pub struct Stroke {
     pub is_first: bool,
 }
 
-/// A stroke that goes on.
+/// A stroke in progress.
 pub struct Open {
-    /// None where there was no room to keep it.
+    /// None if there was no room to keep it.
     pub before: Option<Areas>,
     /// Texels among which all lie that it has touched.
     pub span: Range<u32>,
@@ -70,7 +70,7 @@ impl Strokes {
         };
     }
 
-    /// The last one that is known up to a number; 0 for none.
+    /// The last stroke that is kept up to a number; 0 for none.
     pub fn known(&self, number: u64) -> u64 {
         let all = self.done.iter().chain(&self.undone);
         let numbers = all.map(|stroke| stroke.number);
@@ -84,12 +84,12 @@ impl Strokes {
             changed,
             is_first,
         });
-        self.tell(undo);
+        self.limit(undo);
     }
 
     /// One more; the oldest are forgotten where they would be too many.
     pub fn push(&mut self, mut stroke: Stroke) {
-        // What is counted is what it takes.
+        // The count of texels then equals the memory in use.
         stroke.changed.shrink_to_fit();
         self.undone.clear();
         self.done.push(stroke);
@@ -102,13 +102,13 @@ impl Strokes {
         self.done.drain(..self.done.len() - kept);
     }
 
-    /// Undo and redo go through the strokes that are known.
-    pub fn tell(&self, undo: &mut Undo) {
+    /// Limits undo and redo to the strokes that are kept.
+    pub fn limit(&self, undo: &mut Undo) {
         undo.keep_strokes(|number| self.known(number));
     }
 
-    /// The next one on the way to where this is the last one that there is, and whether it goes back. It has to be put
-    /// somewhere again.
+    /// The next stroke on the way to the state whose last stroke is `last`, and whether it is undone. The caller has to put it
+    /// back.
     pub fn take_towards(&mut self, last: u64) -> Option<(Stroke, bool)> {
         if let Some(stroke) = self.done.pop_if(|stroke| stroke.number > last) {
             return Some((stroke, true));
@@ -181,13 +181,13 @@ mod tests {
             assert!(undo.redo(&mut settings, &mut view));
             assert_eq!(taken(&mut strokes, undo.strokes()), [(number, false)]);
         }
-        // A stroke that comes now takes the place of the one that is undone.
+        // A new stroke takes the place of the undone one.
         strokes.keep(&mut undo, vec![TEXEL; 3], false);
         assert!(!undo.can_redo() && undo.strokes() == 4);
         assert!(undo.undo(&mut settings, &mut view));
         assert_eq!(taken(&mut strokes, undo.strokes()), [(4, true)]);
         assert_eq!(undo.strokes(), 2);
-        // One that does not go back for want of memory does so with the next.
+        // A stroke that cannot be undone for want of memory is undone with the next one.
         assert!(undo.undo(&mut settings, &mut view));
         let (refused, is_back) = strokes.take_towards(undo.strokes()).unwrap();
         assert!(is_back);
@@ -210,14 +210,14 @@ mod tests {
     }
 
     #[test]
-    fn a_lost_device_takes_the_stroke_that_goes_on_with_it() {
-        let mut hand = Edits::default();
-        hand.strokes.open = Some(Open {
+    fn a_lost_device_ends_the_open_stroke() {
+        let mut edits = Edits::default();
+        edits.strokes.open = Some(Open {
             before: Some(Areas::default()),
             span: 0..0,
         });
-        hand.leave_device();
-        assert!(hand.strokes.open.is_none());
+        edits.leave_device();
+        assert!(edits.strokes.open.is_none());
     }
 
     #[test]
@@ -230,7 +230,8 @@ mod tests {
         assert_eq!(strokes.known(MOST as u64), 0);
         assert_eq!(strokes.known(MOST as u64 + 1), MOST as u64 + 1);
         assert_eq!(strokes.known(u64::MAX), 2 * MOST as u64);
-        // By their size, too; one that is too large leaves none, for those before it could not go back without it.
+        // Strokes are dropped by their size, too; one that is too large leaves none, because those before it cannot be undone
+        // without it.
         strokes.push(stroke(1000, MOST_TEXELS / 2));
         strokes.push(stroke(1001, MOST_TEXELS / 2));
         assert_eq!(strokes.known(u64::MAX), 1001);

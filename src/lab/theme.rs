@@ -9,9 +9,9 @@ pub const SCROLL_BAR: f32 = 6.0;
 
 /// The colours of one of the two.
 struct Palette {
-    /// What is active, changed or under the hand.
+    /// Marks what is active, changed or under the pointer.
     accent: Color32,
-    /// What waits for a restart, and warnings.
+    /// Marks values that wait for a restart, and warnings.
     pending: Color32,
     error: Color32,
     panel: Color32,
@@ -60,12 +60,12 @@ const LIGHT: Palette = Palette {
     button_hovered: Color32::from_rgb(0xd3, 0xd0, 0xc7),
 };
 
-/// What is active, changed or under the hand.
+/// Marks what is active, changed or under the pointer.
 pub fn accent(ui: &Ui) -> Color32 {
     ui.visuals().hyperlink_color
 }
 
-/// What waits for a restart, and warnings.
+/// Marks values that wait for a restart, and warnings.
 pub fn pending(ui: &Ui) -> Color32 {
     ui.visuals().warn_fg_color
 }
@@ -98,7 +98,7 @@ fn on_accent(visuals: &Visuals) -> Color32 {
     }
 }
 
-/// What is selected is filled with the colour of what is active, for those who write with that colour, too.
+/// Fills the selection with the colour of active items, also for text in that colour.
 pub fn fill_selection(visuals: &mut Visuals) {
     visuals.selection.bg_fill = visuals.hyperlink_color;
     visuals.selection.stroke.color = on_accent(visuals);
@@ -211,7 +211,7 @@ fn visuals(light: bool) -> Visuals {
         widget.weak_bg_fill = fill;
         widget.fg_stroke = Stroke::new(1.0, text);
     }
-    // What has the keyboard, or is pressed.
+    // Controls that have the keyboard, or are pressed.
     widgets.active.bg_stroke = Stroke::new(1.5, palette.accent);
     // Text that is disabled keeps a contrast of 4.5 to 1 on the panel.
     visuals.disabled_alpha = DISABLED;

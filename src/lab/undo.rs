@@ -1,5 +1,5 @@
-//! Undo and redo of what was changed in the panel and painted: whole settings and looks, and the number of the last stroke of
-//! a brush, one entry for each thing that the hand did. What strokes have changed lies elsewhere.
+//! Undo and redo of what was changed in the panel and painted: whole settings and looks, and the number of the last stroke of a
+//! brush, one entry for each action of the user. The texels that strokes have changed are in `strokes.rs`.
 
 use glam::Vec3;
 use myxo::render::View;
@@ -10,8 +10,8 @@ use myxo::scene::settings::{ColorMap, Settings};
 /// Entries that are kept.
 const MOST: usize = 200;
 
-/// What the picture looks like. Where it is taken from and which view it shows are no changes of anything: who takes back a
-/// parameter wants to go on looking at the same.
+/// The look of the picture. The camera's place and the view shown are not part of it: the undo of a
+/// parameter must not move the view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Look {
     color_map: ColorMap,
@@ -79,13 +79,13 @@ impl State {
     }
 }
 
-/// Where undo and redo lead to, and what a file has.
+/// A state that undo and redo lead to, or that a file has.
 #[derive(Clone, Debug)]
 pub struct Entry {
     state: State,
     /// The last stroke; 0 for none.
     strokes: u64,
-    /// The preset that was taken last. It is no change by itself.
+    /// The preset that was taken last. It alone makes no entry.
     preset: Option<String>,
 }
 
@@ -95,15 +95,15 @@ impl PartialEq for Entry {
     }
 }
 
-/// What was, what is, and what was undone.
+/// The history: past entries, the present one, and undone ones.
 #[derive(Clone, Debug)]
 pub struct Undo {
     past: Vec<Entry>,
     now: Entry,
     future: Vec<Entry>,
-    /// Of all strokes; no two have the same.
+    /// The last number given to a stroke; no two strokes share a number.
     last_number: u64,
-    /// What a file has; none has what was never in one.
+    /// The entry that the file has; none if it was never in one.
     saved: Option<Entry>,
     /// Something was painted last that undo does not take back.
     lasts: bool,
@@ -133,12 +133,12 @@ impl Undo {
         self.lasts = true;
     }
 
-    /// Was that the last thing that was done? Once it was said, undo goes on with what was before it.
+    /// Was that the last action? After this was said once, undo continues with the action before it.
     pub fn take_lasting(&mut self) -> bool {
         std::mem::take(&mut self.lasts)
     }
 
-    /// The hand has let go: if anything is different from before, that is one more entry.
+    /// An action has ended: if anything is different from before, that is one more entry.
     pub fn note(&mut self, settings: &Settings, view: &View) {
         let look = Look::of(view);
         if self.now.state.settings == *settings && self.now.state.look == look {
@@ -152,8 +152,8 @@ impl Undo {
         });
     }
 
-    /// A stroke is over that has changed painted areas: one more entry. Gives its number. The rest is as it was noted last,
-    /// for a look may be changing slowly, and what is in between is no entry.
+    /// Adds an entry for a finished stroke that has changed painted areas, and returns its number. The rest is as it was noted
+    /// last, because a look may be changing slowly, and the steps between are no entries.
     pub fn stroke(&mut self) -> u64 {
         self.last_number += 1;
         self.go_on_to(Entry {
@@ -171,7 +171,7 @@ impl Undo {
 
     /// Some strokes cannot be undone any more: `known` gives for each the last one up to it that can.
     pub fn keep_strokes(&mut self, known: impl Fn(u64) -> u64) {
-        // What the file has not is there still, though nobody knows how to take it back.
+        // A stroke that the file lacks is still there, though it cannot be undone any more.
         let is_saved = |undo: &Self| {
             let saved = undo.saved.as_ref();
             saved.is_some_and(|saved| saved.strokes == undo.now.strokes)
@@ -201,7 +201,7 @@ impl Undo {
 
     /// Goes back by one entry, if there is one.
     pub fn undo(&mut self, settings: &mut Settings, view: &mut View) -> bool {
-        // What has not been noted yet is what is undone.
+        // Changes that are not noted yet are undone first.
         self.note(settings, view);
         let Some(before) = self.past.pop() else {
             return false;
@@ -222,8 +222,7 @@ impl Undo {
         true
     }
 
-    /// What was refused was never there: wherever this food stands, there is what runs instead. Else undo would lead back
-    /// to it for ever.
+    /// Replaces refused food by the running food in all entries. Otherwise undo would lead back to it for ever.
     pub fn forget_food(&mut self, refused: &Settings, runs: &Settings) {
         for entry in self.all() {
             let settings = &mut entry.state.settings;
@@ -257,7 +256,7 @@ impl Undo {
         }
     }
 
-    /// A file has it as it was then; with none, no file has anything of it.
+    /// Notes that a file has this state; with none, no file has any of it.
     pub fn saved(&mut self, then: Option<Entry>) {
         self.saved = then;
     }
@@ -272,7 +271,7 @@ impl Undo {
         self.now.preset.as_deref()
     }
 
-    /// What is there now goes with this preset.
+    /// The present entry has this preset.
     pub fn set_preset(&mut self, preset: Option<&str>) {
         self.now.preset = preset.map(str::to_owned);
     }
@@ -316,7 +315,7 @@ mod tests {
         view.charts = 1.0;
         view.show = Show::Relief;
         let camera = view.camera;
-        // Not noted yet, and undone all the same.
+        // A change is undone even if it is not noted yet.
         assert!(undo.undo(&mut settings, &mut view));
         assert_eq!((view.charts, settings.trail.decay), (0.0, 0.6));
         assert!(undo.undo(&mut settings, &mut view));
@@ -391,7 +390,7 @@ mod tests {
             assert_eq!((undo.strokes(), settings.trail.decay), (strokes, decay));
         }
         assert!(undo.undo(&mut settings, &mut view));
-        // What was undone is not there any more, and its number is nobody's.
+        // The undone strokes are gone, and their numbers are not used again.
         assert_eq!(undo.stroke(), 4);
         assert!(!undo.can_redo());
         // The last is too large, and the first is forgotten.
@@ -402,7 +401,7 @@ mod tests {
         assert!(undo.undo(&mut settings, &mut view));
         assert_eq!((undo.strokes(), settings.trail.decay), (0, decay));
         assert!(!undo.can_undo());
-        // A scene that is built anew knows none of them.
+        // A scene that is built again has none of the strokes.
         assert!(undo.redo(&mut settings, &mut view) && undo.redo(&mut settings, &mut view));
         undo.keep_strokes(|_| 0);
         assert_eq!(undo.past.len(), 1, "the parameter's");

@@ -1,5 +1,5 @@
-//! Rows of the panel for what `[picture]` and `[camera]` hold. The view is moved by hand, so each row shows it as a scene file
-//! would have it, and what is changed there goes back into the view.
+//! Rows of the panel for what `[picture]` and `[camera]` hold. The view changes with the mouse, so each row shows it as a scene
+//! file would have it, and a change in the row goes back into the view.
 
 use egui::Ui;
 use glam::Vec3;
@@ -15,10 +15,10 @@ use crate::lab::places::Marked as _;
 use crate::lab::rows::{RowContext, editor, row_with, within};
 use crate::lab::widgets::{color_map_picker, parse_number, wide_slider};
 
-/// Of the section Picture.
+/// Rows of the section Picture.
 pub(super) const COLOR_ROWS: &[&str] =
     &["picture.color_map", "picture.brightest", "picture.darkest"];
-/// Of the section below it, which begins closed: Physarum has to be seen in a small window.
+/// Rows of the section below it, which begins closed, so that Physarum is visible in a small window.
 pub(super) const DETAIL_ROWS: &[&str] = &[
     "picture.particle_size",
     "picture.charts",
@@ -26,7 +26,7 @@ pub(super) const DETAIL_ROWS: &[&str] = &[
     "picture.areas",
     "picture.background",
 ];
-/// Of the section Camera.
+/// Rows of the section Camera.
 pub(super) const CAMERA_ROWS: &[&str] = &[
     "camera.field_of_view",
     "camera.azimuth",
@@ -34,7 +34,7 @@ pub(super) const CAMERA_ROWS: &[&str] = &[
     "camera.distance",
     "camera.target",
 ];
-/// Of the section Light.
+/// Rows of the section Light.
 pub(super) const LIGHT_ROWS: &[&str] = &[
     "picture.light_azimuth",
     "picture.light_elevation",
@@ -47,7 +47,7 @@ fn parameter(key: &str) -> &'static Parameter {
     found.expect("the table has what rows show")
 }
 
-/// The rows whose key or name has what somebody looks for.
+/// The rows whose key or name contains the searched text.
 pub(super) fn found<'a>(rows: &'a [&'a str], filter: &str) -> Vec<&'a str> {
     let filter = filter.trim().to_lowercase();
     let is_found =
@@ -58,7 +58,7 @@ pub(super) fn found<'a>(rows: &'a [&'a str], filter: &str) -> Vec<&'a str> {
 /// Why areas cannot be hidden.
 const NO_AREAS: &str = "Nothing is painted, and there is no area map: brushes paint areas (B).";
 
-/// What gets the brightest colour when automatic exposure is left, trail units.
+/// The trail with the brightest colour when automatic exposure is turned off, trail units.
 const BRIGHTEST: f32 = 50.0;
 
 impl Document {
@@ -73,7 +73,7 @@ impl Document {
         seen
     }
 
-    /// The same of the scene as it was loaded: what resets return to.
+    /// The values of the scene as it was loaded, to which resets return.
     fn as_loaded(&self) -> Settings {
         let mut loaded = self.loaded.clone();
         let fits = loaded.camera.distance <= 0.0;
@@ -116,7 +116,7 @@ impl Document {
                 self.refit();
             }
         } else if was.distance == 0.0 && is != was {
-            // It goes on fitting, from another side.
+            // The camera continues to fit the scene, from another side.
             self.refit();
         }
     }
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_typed_is_seen() {
+    fn typed_values_are_seen() {
         for key in all() {
             let mut document = document(0.0);
             let before = document.as_seen();

@@ -19,12 +19,12 @@ use crate::lab::places::{Marked as _, note_value};
 use crate::lab::theme;
 use crate::lab::view_rows::{CAMERA_ROWS, LIGHT_ROWS, view_rows};
 
-/// Of the ball that moves the light, points.
+/// Size of the ball that moves the light, points.
 const BALL: f32 = 72.0;
 /// Objects that are named in the legend.
 const NAMED: usize = 8;
 
-/// Shows something else, if the scene has it.
+/// Shows another view, if the scene has it.
 pub(super) fn choose_view(ctx: &egui::Context, show: Show, desk: &mut Desk<'_>) {
     match show.why_not(&desk.document.running) {
         None => desk.document.view.show = show,
@@ -35,7 +35,7 @@ pub(super) fn choose_view(ctx: &egui::Context, show: Show, desk: &mut Desk<'_>) 
     }
 }
 
-/// What the picture can show, the atlas beside it, and what the colours mean.
+/// The list of views, the atlas beside the picture, and the legend of colours.
 pub(super) fn views_list(ui: &mut Ui, desk: &mut Desk<'_>) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing = vec2(3.0, 3.0);
@@ -84,7 +84,7 @@ pub(super) fn views_list(ui: &mut Ui, desk: &mut Desk<'_>) {
     legend(ui, desk.document, desk.facts);
 }
 
-/// What colours mean.
+/// The legend of colours.
 fn legend(ui: &mut Ui, document: &Document, facts: &Facts) {
     let line = |ui: &mut Ui, colors: &[Vec3], text: &str| {
         ui.horizontal(|ui| {
@@ -102,7 +102,7 @@ fn legend(ui: &mut Ui, document: &Document, facts: &Facts) {
     };
     let map = document.view.color_map;
     match document.view.show.legend() {
-        // What stands below stays where it is.
+        // The rows below keep their places.
         Legend::None => line(ui, &[], ""),
         Legend::Trail => {
             let Some(brightest) = facts.brightest else {
@@ -152,7 +152,7 @@ fn legend(ui: &mut Ui, document: &Document, facts: &Facts) {
     }
 }
 
-/// What is looked at and how, for those who steer the window from outside.
+/// Notes the camera and the view for programs that drive the window.
 pub(super) fn note_view(ctx: &egui::Context, document: &Document, navigation: &Navigation) {
     let camera = || document.view.camera.to_settings(Vec3::ZERO);
     note_value(ctx, "camera", || {
@@ -212,7 +212,7 @@ pub(super) fn camera_section(ui: &mut Ui, navigation: &Navigation, desk: &mut De
     view_rows(ui, CAMERA_ROWS, desk);
 }
 
-/// Where the light comes from, and how dark hollows are.
+/// The direction of the light, and the darkness of hollows.
 pub(super) fn light_section(ui: &mut Ui, desk: &mut Desk<'_>) {
     ui.horizontal_top(|ui| {
         let (rect, response) = ui.allocate_exact_size(vec2(BALL, BALL), Sense::click_and_drag());
@@ -229,7 +229,7 @@ pub(super) fn light_section(ui: &mut Ui, desk: &mut Desk<'_>) {
     });
 }
 
-/// A trail value in so many digits that two runs can be compared.
+/// A trail value with enough digits to compare two runs.
 fn three_digits(value: f32) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -238,7 +238,7 @@ fn three_digits(value: f32) -> String {
     format!("{value:.*}", decimals.clamp(0, 6) as usize)
 }
 
-/// What a view shows, and its key.
+/// A view's description and its key.
 fn in_words(show: Show) -> String {
     let help = show.help();
     let (first, rest) = help.split_at(1);
@@ -249,7 +249,7 @@ fn in_words(show: Show) -> String {
     }
 }
 
-/// The light that makes this place of the ball, right and up of its middle, the one that faces it.
+/// The light for which this place of the ball, right and up of its middle, faces the light.
 fn light_on_ball(place: Vec2) -> Light {
     let place = place.clamp_length_max(1.0);
     let towards = (1.0 - place.length_squared()).max(0.0).sqrt();

@@ -1,4 +1,4 @@
-//! What cannot be done yet: a scene loads, or steps are under way that nothing may come between.
+//! Requests that have to wait while a scene loads, or while steps are under way that must not be interrupted.
 
 use std::path::PathBuf;
 
@@ -8,18 +8,18 @@ use crate::lab::command::{Command, Ticket, Work};
 
 /// Something to do when the steps are over and the scene that loads is there.
 pub enum Waiting {
-    /// What the interface asked for, and the size of the picture that it meant.
+    /// A command of the interface, and the size of the picture that it refers to.
     Command(Command, [u32; 2]),
     /// A file that was dropped onto the window.
     File(PathBuf),
-    /// An object that is to come once more, wherever it stands then.
+    /// An object to be duplicated, whatever its index is then.
     Copy(Box<ObjectSettings>, Ticket),
-    /// An object that is to go, wherever it stands then.
+    /// An object to be removed, whatever its index is then.
     Removal(Box<ObjectSettings>),
 }
 
 impl Waiting {
-    /// What the object was asked for by that is to come by it.
+    /// The ticket of the object that it will add, if any.
     pub fn ticket(&self) -> Option<Ticket> {
         match self {
             Self::Copy(_, ticket)

@@ -24,7 +24,7 @@ pub fn choose<T>(builder: &mut EventLoopBuilder<T>) {
     }
 }
 
-/// What to say where no window opens and the compositor's variable may be why.
+/// Advice if no window opens and the compositor's variable may be the cause.
 pub fn hint() -> String {
     match socket().filter(|socket| UnixStream::connect(socket).is_err()) {
         Some(socket) => format!(

@@ -1,8 +1,9 @@
-//! The wheel over a part of the window. What it turns goes on for a moment after the last notch, and belongs to where that was.
+//! The wheel over a part of the window. Its motion continues for a moment after the last notch, and belongs to the part in
+//! which that was.
 
 use egui::{Event, Response, Ui, Vec2};
 
-/// Does the motion that goes on belong here?
+/// Does the continuing motion belong here?
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Wheel {
     is_here: bool,

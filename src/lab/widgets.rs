@@ -15,14 +15,14 @@ pub fn wide_slider(ui: &mut Ui, slider: Slider<'_>, parse: Parser) -> Response {
         let gap = ui.spacing().item_spacing.x;
         ui.spacing_mut().slider_width = (ui.available_width() - VALUE_WIDTH - gap).max(60.0);
         ui.spacing_mut().interact_size.x = VALUE_WIDTH;
-        // Else 512 could not be typed where 16 is the least: 5 would become 16 at once.
+        // Without this 512 could not be typed if 16 is the minimum: 5 would become 16 at once.
         let parser = reader(ui, parse);
         ui.add(slider.custom_parser(parser).update_while_editing(false))
     })
     .inner
 }
 
-/// What a tool in the bar at the right does, to its left, where it covers no other tool; `why_not` where it is disabled.
+/// Shows the hint of a tool in the bar to its left, where it covers no other tool; `why_not` if the tool is disabled.
 pub fn hint_beside(response: Response, text: &str, why_not: &str) -> Response {
     for (tooltip, text) in [
         (Tooltip::for_enabled(&response), text),
@@ -38,20 +38,20 @@ pub fn hint_beside(response: Response, text: &str, why_not: &str) -> Response {
     response
 }
 
-/// Where it is kept what was said of something that was typed.
+/// The key under which egui keeps the message on refused input.
 const REFUSED: &str = "refused number";
 
-/// Something that was typed is not taken: this is said.
+/// Refuses typed input with this message.
 pub fn refuse(ctx: &egui::Context, text: String) {
     ctx.data_mut(|data| data.insert_temp(Id::new(REFUSED), text));
 }
 
-/// What was said of something that was typed, once.
+/// Takes the message on refused input, once.
 pub fn take_refused(ctx: &egui::Context) -> Option<String> {
     ctx.data_mut(|data| data.remove_temp(Id::new(REFUSED)))
 }
 
-/// Reads what is typed into a field of numbers. What is none is said, and the number stays what it was.
+/// Reads what is typed into a field of numbers. Other text is refused with a message, and the number stays unchanged.
 pub fn reader(
     ui: &Ui,
     parse: impl Fn(&str) -> Option<f64> + 'static,
@@ -73,12 +73,12 @@ pub fn reader(
 pub type Parser = fn(&str) -> Option<f64>;
 
 /// Reads `1,234,567`, `1_234_567`, `2M`, and `0,5`, which some write for a half: one comma that groups no thousands is a
-/// decimal point. What is no number or has no end is not taken.
+/// decimal point. Other text and infinite numbers are refused.
 pub fn parse_number(text: &str) -> Option<f64> {
     parse(text, true)
 }
 
-/// The same for numbers of things, where `500,00` is a slip and no 500.
+/// Reads a count, for which `500,00` is a slip and not 500.
 pub fn parse_whole(text: &str) -> Option<f64> {
     parse(text, false)
 }
@@ -159,7 +159,7 @@ pub fn section(ui: &mut Ui, title: &str, open: bool, found: bool, contents: impl
     section_with(ui, title, open, found, false, contents);
 }
 
-/// The same, which can be opened from elsewhere.
+/// A section that can also be opened from elsewhere.
 pub fn section_with(
     ui: &mut Ui,
     title: &str,

@@ -1,9 +1,10 @@
 //! The lab without a window, for tests: `myxo lab --windowless`. Each line of standard input is a list of input events; the reply
 //! is one line with the state of the interface. Between two lines nothing happens.
 //!
-//! A line is a list of moments in JSON, each a list of [`Event`]s that come in together; at least one frame shows them before those
-//! of the next moment come. After the last one there are frames until nothing moves by itself, such as a card that opens or a camera
-//! on its way; a line without moments is a single frame. Time goes on by [`FRAME`] with each frame, however long it takes.
+//! A line is a list of moments in JSON, each a list of [`Event`]s that come in together; at least one frame shows them before
+//! those of the next moment come. After the last one there are frames until animations have ended, such as a card that opens or
+//! a camera on its way; a line without moments is a single frame. Time advances by [`FRAME`] with each frame, however long it
+//! takes.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -12,17 +13,17 @@ use egui::{Event as Input, Key, Modifiers, PointerButton, Pos2, Rect};
 use myxo::{Error, Result};
 use serde::Deserialize;
 
-/// The time from one frame to the next. Most that moves by itself has moved after two.
+/// The time from one frame to the next. Most animations have ended after two.
 pub const FRAME: Duration = Duration::from_millis(60);
 /// Steps of a frame take about so long.
 pub const PACE: Duration = Duration::from_millis(16);
-/// The interface of one frame in so many is drawn, for the validation layers; nothing else looks at it.
+/// The interface of one frame in this many is drawn, for the validation layers; nothing else looks at it.
 pub const DRAWN: u32 = 16;
-/// What moves for more frames than this does not come to rest.
+/// An animation of more frames than this counts as endless.
 pub const MOST_FRAMES: u64 = 90;
-/// As long as a button or a key is held, something may move; so many frames show what it has done.
+/// While a button or a key is held, something may move; this many frames show its effect.
 pub const FRAMES_WHILE_HELD: u64 = 2;
-/// Where no frame is due, what is waited for has so much time.
+/// If no frame is due, pending work has this much time.
 pub const PAUSE: Duration = Duration::from_millis(25);
 
 /// Something that happens to a window.
@@ -31,17 +32,17 @@ pub const PAUSE: Duration = Duration::from_millis(25);
 pub enum Event {
     /// The pointer comes to this pixel.
     Move([f32; 2]),
-    /// The pointer moves by so many pixels.
+    /// The pointer moves by this many pixels.
     MoveBy([f32; 2]),
     /// A button of the pointer goes down: 1 is the first, 2 the one in the middle, 3 the other one.
     Press(u8),
-    /// It comes up.
+    /// It is released.
     Release(u8),
-    /// The wheel is turned by so many notches, away from the hand.
+    /// The wheel is turned by this number of notches, away from the user.
     Wheel(f32),
     /// A key goes down: `ctrl`, `shift`, `alt`, or what egui calls it.
     KeyDown(String),
-    /// It comes up.
+    /// It is released.
     KeyUp(String),
     /// Letters are typed.
     Text(String),
@@ -51,15 +52,15 @@ pub enum Event {
     Drop(PathBuf),
     /// The window has this size in pixels; none is as large as one that some systems hide.
     Resize([u32; 2]),
-    /// So many pixels are a point.
+    /// Pixels per point.
     Scale(f32),
-    /// It is minimised, or not any more.
+    /// The window is minimised, or restored.
     Minimize(bool),
-    /// It is asked to close, as by its cross.
+    /// The window is asked to close, as by its cross.
     Close,
 }
 
-/// What stands for a window.
+/// The replacement of a window.
 pub struct Windowless {
     pub context: egui::Context,
     pub input: egui::RawInput,
@@ -132,7 +133,7 @@ impl Windowless {
         self.needs_frame = true;
     }
 
-    /// What the next frame takes in.
+    /// The input of the next frame.
     pub fn input(&mut self) -> &mut egui::RawInput {
         &mut self.input
     }
@@ -142,7 +143,7 @@ impl Windowless {
         !self.input.events.is_empty()
     }
 
-    /// What has come in since the last frame.
+    /// Takes the input since the last frame.
     pub fn take_input(&mut self) -> egui::RawInput {
         self.clock += FRAME;
         self.frames = self.frames.wrapping_add(1);
@@ -291,7 +292,7 @@ impl Windowless {
     }
 }
 
-/// What a key types.
+/// The letter that a key types.
 fn letter(key: Key, shift: bool) -> Option<String> {
     let name = match key {
         Key::Space => " ",

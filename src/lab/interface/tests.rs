@@ -25,7 +25,7 @@ struct Harness {
     time: f64,
     /// Pixels of the screen a point.
     scale: f32,
-    /// What the last frame has painted.
+    /// The shapes that the last frame has painted.
     shapes: Vec<egui::epaint::ClippedShape>,
     /// And made of the pointer.
     cursor: egui::CursorIcon,
@@ -267,7 +267,7 @@ fn the_wheel_zooms_to_the_pointer() {
             && camera.distance > 0.6 * start.distance,
         "{camera:?}"
     );
-    // What was under the pointer, at the target's depth, still is.
+    // The point under the pointer, at the target's depth, is still under it.
     let size = Vec2::new(picture.width(), picture.height());
     let pointer = Vec2::new(IN_PICTURE.x - picture.left(), IN_PICTURE.y - picture.top());
     let ray = start.ray(pointer, size);
@@ -311,7 +311,7 @@ fn a_double_click_asks_for_the_point_under_it() {
 }
 
 #[test]
-fn what_restarts_waits_and_what_does_not_is_live() {
+fn edits_that_need_a_restart_wait_and_others_are_live() {
     let mut harness = Harness::new();
     let interface = &mut harness.interface;
     interface.document.edited.trail.decay = 0.5;
@@ -348,14 +348,14 @@ fn a_value_of_its_own_begins_as_the_scenes() {
         harness.interface.document.edited.objects[0].physarum.speed
     };
     assert_eq!(toggle(&mut harness), Some(0.0123));
-    // It goes away again, and begins as what the scene has then.
+    // The own value is removed again, and a new one begins as the scene's present value.
     assert_eq!(toggle(&mut harness), None);
     harness.interface.document.edited.physarum.speed = 0.25;
     assert_eq!(toggle(&mut harness), Some(0.25));
 }
 
 #[test]
-fn checks_of_invariants_tell_what_they_cost_and_find() {
+fn checks_of_invariants_show_their_cost_and_findings() {
     let mut harness = Harness::new();
     assert!(harness.places_of("invariants hold").is_empty());
     let check = Check {
@@ -366,15 +366,15 @@ fn checks_of_invariants_tell_what_they_cost_and_find() {
     };
     harness.facts.check = Some(check.clone());
     harness.frame(vec![]);
-    let told = harness.places_of("invariants hold; checks take 3 %");
-    assert_eq!(told.len(), 1);
+    let lines = harness.places_of("invariants hold; checks take 3 %");
+    assert_eq!(lines.len(), 1);
     harness.facts.check = Some(Check {
         problem: Some("after step 1234: 2 particles are lost and 0 doubled".to_owned()),
         ..check
     });
     harness.frame(vec![]);
-    let told = harness.places_of("after step 1234: 2 particles are lost");
-    assert_eq!(told.len(), 1);
+    let lines = harness.places_of("after step 1234: 2 particles are lost");
+    assert_eq!(lines.len(), 1);
 }
 
 #[test]
@@ -432,7 +432,7 @@ fn every_parameter_has_a_place_in_the_panel() {
         let is_shown = super::super::panel::SECTIONS
             .iter()
             .any(|(prefix, ..)| *prefix == section);
-        // The camera is moved by hand, and the picture has a section of its own.
+        // The camera is moved with the mouse, and the picture has a section of its own.
         assert!(
             is_shown || matches!(section, "camera" | "picture"),
             "{}",
@@ -454,25 +454,25 @@ fn a_notice_goes_away() {
 }
 
 #[test]
-fn what_is_wrong_with_a_dropped_file_is_told_with_what_comes_after() {
+fn errors_of_dropped_files_stay_with_later_notices() {
     let mut harness = Harness::new();
     let ctx = harness.ctx.clone();
-    let told = |interface: &Interface| interface.notices.text().expect("it is shown");
+    let text = |interface: &Interface| interface.notices.text().expect("it is shown");
     let interface = &mut harness.interface;
     interface.notices.begin_drop();
     interface.notices.say(&ctx, "a.obj comes", false);
-    assert_eq!(told(interface), "a.obj comes");
+    assert_eq!(text(interface), "a.obj comes");
     for text in ["b.obj is torn", "b.obj is torn", "c.obj is torn"] {
         interface.notices.begin_drop();
         interface.notices.say(&ctx, text, true);
     }
-    assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\na.obj comes");
+    assert_eq!(text(interface), "b.obj is torn\nc.obj is torn\na.obj comes");
     interface.notices.say(&ctx, "d.obj comes", false);
     interface.notices.say(&ctx, "e.obj comes", false);
-    assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\ne.obj comes");
+    assert_eq!(text(interface), "b.obj is torn\nc.obj is torn\ne.obj comes");
     interface.notices.end_drop();
     interface.notices.say(&ctx, "saved", false);
-    assert_eq!(told(interface), "b.obj is torn\nc.obj is torn\nsaved");
+    assert_eq!(text(interface), "b.obj is torn\nc.obj is torn\nsaved");
     // They are one error.
     (0..3).for_each(|_| drop(harness.frame(vec![])));
     let at = harness.places_of("b.obj is torn")[0];
@@ -481,7 +481,7 @@ fn what_is_wrong_with_a_dropped_file_is_told_with_what_comes_after() {
 }
 
 #[test]
-fn what_cannot_go_on_as_pasted_is_as_it_was_before() {
+fn a_scene_that_cannot_continue_as_pasted_stays_unchanged() {
     let mut harness = Harness::new();
     let ctx = harness.ctx.clone();
     let interface = &mut harness.interface;

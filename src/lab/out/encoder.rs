@@ -1,4 +1,4 @@
-//! A film that another thread writes while the window goes on.
+//! A film that another thread writes while the window continues.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -13,15 +13,15 @@ use myxo::render::output::{Output, OutputError, Written};
 use crate::lab::job::Job;
 use crate::lab::names::Reserved;
 
-/// Pictures that wait take no more than this, but for the first few.
+/// The most memory of waiting pictures, bytes, except for the first few.
 const MOST_WAITING: usize = 256 << 20;
-/// So many may wait however large they are.
+/// The number of pictures that may wait, however large they are.
 const FEWEST: usize = 3;
 
 /// A picture as it lies on the device.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// Its place in the film, from 0; where some are left out, the picture before stays.
+    /// Its place in the film, from 0; a missing picture is replaced by the one before.
     pub number: u64,
     /// Width and height.
     pub size: [u32; 2],
@@ -59,9 +59,9 @@ impl Frame {
 #[derive(Debug, Default)]
 struct Queue {
     frames: VecDeque<Frame>,
-    /// No more will come: the film has so many frames.
+    /// No more pictures will come: the film has this many frames.
     end: Option<u64>,
-    /// It is not wanted any more.
+    /// The film was cancelled.
     cancelled: bool,
     /// Frames that the film has.
     written: u64,
@@ -69,7 +69,7 @@ struct Queue {
     bytes: usize,
 }
 
-/// What the window and the writer share.
+/// State shared by the window and the writer.
 #[derive(Debug, Default)]
 struct Shared {
     queue: Mutex<Queue>,
@@ -86,7 +86,7 @@ impl Shared {
 pub struct Encoder {
     shared: Arc<Shared>,
     job: Option<Job<Written>>,
-    /// It is somebody else's when the film is written.
+    /// The name is free for others once the film is written.
     name: Reserved,
 }
 
@@ -129,18 +129,18 @@ impl Encoder {
     }
 
     /// Frames that are in the film, and pictures that wait.
-    pub fn told(&self) -> (u64, usize) {
+    pub fn facts(&self) -> (u64, usize) {
         let queue = self.shared.lock();
         (queue.written, queue.frames.len())
     }
 
-    /// No more will come; the film has so many frames, the last picture repeated if need be.
+    /// No more pictures will come; the film has this many frames, the last picture repeated if necessary.
     pub fn end(&self, frames: u64) {
         self.shared.lock().end = Some(frames);
         self.shared.changed.notify_all();
     }
 
-    /// It is not wanted any more, and leaves nothing.
+    /// Cancels the film, which then leaves no file.
     pub fn cancel(&self) {
         self.shared.lock().cancelled = true;
         self.shared.changed.notify_all();
@@ -151,7 +151,7 @@ impl Encoder {
         self.shared.lock().cancelled
     }
 
-    /// What came of it, once, when it has ended: nothing where it was cancelled.
+    /// The result, once, when it has ended: no files if it was cancelled.
     pub fn take(&mut self) -> Option<Result<Written>> {
         self.job.as_mut()?.take()
     }
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_cancelled_or_dropped_leaves_no_film() {
+    fn a_cancelled_or_dropped_film_leaves_no_file() {
         let folder = tempfile::tempdir().unwrap();
         for ends in [true, false] {
             let name = Reserved::next(folder.path(), "film", "gif").unwrap();
@@ -333,7 +333,7 @@ mod tests {
     fn a_writer_that_fails_says_why_and_a_full_queue_takes_no_more() {
         let folder = tempfile::tempdir().unwrap();
         let mut encoder = begin(folder.path(), [8, 4]);
-        // Where its folder was there is a file now.
+        // A file takes the place of its folder.
         std::fs::remove_dir_all(folder.path()).unwrap();
         std::fs::write(folder.path(), "").unwrap();
         encoder.push(frame(0, [8, 4], 10));

@@ -1,5 +1,5 @@
-//! What is being made: a picture, a film or an export. The window's thread does the part that needs the device, in small
-//! pieces; other threads do the rest.
+//! An export under way: a picture, a film, a model or a checkpoint. The window's thread does the part that needs the device, in
+//! small pieces; other threads do the rest.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -25,12 +25,12 @@ use crate::lab::out::shot::Shot;
 use crate::lab::stage::Stage;
 use crate::lab::undo::Entry;
 
-/// What of a window's frame is spent on it.
+/// The time that one frame of the window spends on an export.
 const MOMENT: Duration = Duration::from_millis(45);
 /// In a film the exposure follows the trail with each picture by this share at the least.
 const SLOWEST_ADAPTATION: f32 = 0.12;
 
-/// What is being made.
+/// An export under way.
 pub enum Export {
     /// One picture.
     Picture(Picture),
@@ -41,7 +41,7 @@ pub enum Export {
 }
 
 impl Export {
-    /// Goes on for a moment. While the look changes, every picture of a film has one of its own.
+    /// Advances for a moment. While the look changes, every picture of a film has a look of its own.
     pub fn advance(
         &mut self,
         frames: &mut Frames,
@@ -55,7 +55,7 @@ impl Export {
         }
     }
 
-    /// What came of it, once, when it has ended.
+    /// The result, once, when it has ended.
     pub fn take(&mut self) -> Option<Result<Written>> {
         match self {
             Self::Picture(picture) => picture.writer.as_mut()?.take(),
@@ -64,13 +64,13 @@ impl Export {
         }
     }
 
-    /// It is not wanted any more.
+    /// Cancels it.
     pub fn cancel(&mut self) {
         match self {
             Self::Picture(picture) => {
                 picture.is_cancelled = true;
                 picture.shot = None;
-                // What is being written already is done in a moment.
+                // A picture that is already being written is done soon.
                 if picture.writer.is_none() {
                     picture.writer = nothing();
                 }
@@ -80,7 +80,7 @@ impl Export {
         }
     }
 
-    /// Does the simulation stand as it is, or go on only by it?
+    /// Does the simulation stop for it, or step only for it?
     pub fn holds(&self) -> bool {
         match self {
             Self::Picture(picture) => picture.writer.is_none(),
@@ -90,7 +90,7 @@ impl Export {
     }
 
     /// For the interface.
-    pub fn told(&self) -> Making {
+    pub fn facts(&self) -> Making {
         match self {
             Self::Picture(picture) => Making {
                 name: name_of(picture.name.path()),
@@ -102,8 +102,8 @@ impl Export {
                 done: Some(0.8 * picture.shot.as_ref().map_or(1.0, Shot::share)),
                 is_cancelled: picture.is_cancelled,
             },
-            Self::Film(film) => film.told(),
-            Self::File(export) => export.told(),
+            Self::Film(film) => film.facts(),
+            Self::File(export) => export.facts(),
         }
     }
 
@@ -138,8 +138,8 @@ impl Export {
         matches!(self, Self::Picture(picture) if picture.writer.is_none())
     }
 
-    /// Ends it with the window, and waits until its file is whole: a film has the pictures that it has. Nothing where there
-    /// is nothing to be written yet.
+    /// Ends it with the window, and waits until its file is whole: a film has the pictures that it has. Returns nothing if
+    /// there is nothing to be written yet.
     pub fn close(self) -> Option<Result<Written>> {
         match self {
             Self::Picture(picture) => picture.writer?.wait(),
@@ -231,11 +231,11 @@ fn write(frame: Frame, name: &Reserved) -> Result<Written> {
     Ok(file.finish()?)
 }
 
-/// A film at a fixed step: so many steps, a picture, and so on, however long each takes.
+/// A film at a fixed step: a number of steps, a picture, and so on, however long each takes.
 pub struct Film {
     /// None once it was stopped.
     shot: Option<Shot>,
-    /// Of the first picture.
+    /// The view of the first picture.
     view: View,
     turns: f64,
     encoder: Encoder,
@@ -292,7 +292,7 @@ impl Film {
         self.encoder.end(self.done);
     }
 
-    /// Steps and parts of pictures, one by one. Where the writer is slower, it is waited for: no picture is left out.
+    /// Advances by steps and parts of pictures. A slower writer is waited for: no picture is left out.
     fn advance(
         &mut self,
         frames: &mut Frames,
@@ -341,8 +341,8 @@ impl Film {
     }
 
     /// For the interface.
-    pub fn told(&self) -> Making {
-        let (written, _) = self.encoder.told();
+    pub fn facts(&self) -> Making {
+        let (written, _) = self.encoder.facts();
         let left = if self.done > 0 && !self.is_filmed() {
             let each = self.begun.elapsed().as_secs_f64() / self.done as f64;
             format!(", {:.0} s left", each * (self.all - self.done) as f64)
@@ -364,9 +364,9 @@ pub struct FileExport {
     watch: Arc<Watch>,
     writer: Writer,
     path: PathBuf,
-    /// What the next frame is asked for.
+    /// The file that the next frame is asked for.
     asked: Option<(Model, Colors, Reserved)>,
-    /// Of a scene file: all that it has of what can be undone.
+    /// The state for undo that a scene file has.
     pub saves: Option<Entry>,
 }
 
@@ -414,7 +414,7 @@ impl FileExport {
         // While other objects are on their way, food may lie on one that is not there.
         let on_these = edited.objects.len() == export.scene.settings.objects.len();
         if model == Model::Scene && on_these {
-            // What the hand has set, though it may still be on its way.
+            // The food that the user has set, though it may still be on its way.
             export.scene.settings.foods.clone_from(&edited.foods);
             export.scene.settings.feeding = edited.feeding.clone();
             begin_on_food_that_is(&mut export.scene.settings);
@@ -435,7 +435,7 @@ impl FileExport {
         Ok(())
     }
 
-    /// It is not wanted any more.
+    /// Cancels it.
     pub fn cancel(&mut self) {
         self.watch.cancel();
         if self.asked.take().is_some() {
@@ -443,7 +443,7 @@ impl FileExport {
         }
     }
 
-    fn told(&self) -> Making {
+    fn facts(&self) -> Making {
         let doing = match self.watch.written() {
             0 => "copying the state".to_owned(),
             bytes => format!("{:.1} MB written", bytes as f64 / 1e6),

@@ -26,7 +26,7 @@ pub use shot::Shot;
 /// The largest picture of a film, pixels a side.
 pub const LARGEST_FILM: u32 = 4096;
 
-/// What is under way.
+/// Recordings and exports under way.
 #[derive(Default)]
 pub struct TakeOut {
     pub recording: Option<Recording>,
@@ -49,33 +49,33 @@ impl TakeOut {
     }
 
     /// For the interface.
-    pub fn told(&self) -> OutFacts {
+    pub fn facts(&self) -> OutFacts {
         OutFacts {
-            recording: self.recording.as_ref().map(Recording::told),
-            making: self.job.as_ref().map(Export::told),
+            recording: self.recording.as_ref().map(Recording::facts),
+            making: self.job.as_ref().map(Export::facts),
             filmed: self.job.as_ref().and_then(Export::filmed),
             ends: self.ends.is_some(),
         }
     }
 
-    /// The export that has ended, and what came of it.
+    /// The export that has ended, and its outcome.
     pub fn take_export(&mut self) -> Option<(Export, Result<Written>)> {
         let written = self.job.as_mut()?.take()?;
         Some((self.job.take()?, written))
     }
 
-    /// The recording that has ended, and what came of it.
+    /// The recording that has ended, and its outcome.
     pub fn take_recording(&mut self) -> Option<(Recording, Result<Written>)> {
         let written = self.recording.as_mut()?.take()?;
         Some((self.recording.take()?, written))
     }
 
-    /// Does the simulation stand as it is, or go on only when a film asks for it?
+    /// Does the simulation stop, or step only when a film asks for it?
     pub fn holds(&self) -> bool {
         self.job.as_ref().is_some_and(Export::holds)
     }
 
-    /// Is there something to be done, or to be shown as it goes on?
+    /// Is there work to do, or progress to show?
     pub fn is_busy(&self) -> bool {
         self.job.is_some() || self.recording.is_some()
     }
@@ -87,7 +87,7 @@ impl TakeOut {
             Some(Export::Film(film)) => film.stop(),
             Some(job @ Export::Picture(_)) if job.draws() => job.cancel(),
             Some(Export::File(export)) => {
-                // What its file has is nothing of the next scene's.
+                // The file holds the old scene, so the next scene must not count as saved.
                 export.saves = None;
                 if export.is_asked() {
                     export.cancel();
@@ -97,7 +97,7 @@ impl TakeOut {
         }
     }
 
-    /// The device goes: a recording, too, ends with what it has. What is left is written without a device.
+    /// The device goes: a recording, too, ends with what it has. The rest is written without a device.
     pub fn leave_device(&mut self) {
         if let Some(recording) = &mut self.recording
             && !recording.is_ending()
@@ -108,7 +108,7 @@ impl TakeOut {
     }
 }
 
-/// A folder as somebody types it, who means their own by ~ as in a shell.
+/// A folder as the user types it; `~` is the home folder, as in a shell.
 pub fn typed_folder(text: &str, home: Option<&Path>) -> PathBuf {
     let text = Path::new(text.trim());
     match (text.strip_prefix("~"), home) {
@@ -168,12 +168,12 @@ mod tests {
 
     #[test]
     fn folders_are_typed_as_in_a_shell() {
-        let home = Some(Path::new("/home/somebody"));
+        let home = Some(Path::new("/home/user"));
         for (typed, wanted) in [
             ("", ""),
             (" films ", "films"),
-            ("~", "/home/somebody"),
-            ("~/Pictures", "/home/somebody/Pictures"),
+            ("~", "/home/user"),
+            ("~/Pictures", "/home/user/Pictures"),
             ("~other/films", "~other/films"),
             ("/a/~/b", "/a/~/b"),
         ] {
@@ -187,7 +187,7 @@ mod tests {
         let scene = Scene::load("cube".as_ref(), &Overrides::default()).unwrap();
         let from = [1104, 876];
         let view = View::of(&scene, Vec2::new(1104.0, 876.0));
-        // Of what lies at a distance of 1: half of the picture's width and height, and of a pixel.
+        // Lengths at a distance of 1: half of the picture's width and height, and of a pixel.
         let half = |view: &View, [width, height]: [u32; 2]| {
             let up = (0.5 * view.camera.vertical_fov).tan();
             let aspect = width as f32 / height as f32;

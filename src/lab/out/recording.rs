@@ -17,10 +17,10 @@ use crate::lab::out::encoder::{Encoder, Frame};
 /// Pictures that may be on their way from the device.
 const UNDER_WAY: usize = 4;
 
-/// Counts the pictures of a recording that are not the one before once more.
+/// Counts the pictures of a recording that differ from the one before.
 #[derive(Debug, Default)]
 struct Different {
-    /// The one that was copied last.
+    /// The picture that was copied last.
     last: Option<u64>,
     /// The places of those that are on their way from the device.
     under_way: VecDeque<u64>,
@@ -47,7 +47,7 @@ impl Different {
         if is_written {
             self.count += 1;
         } else if self.under_way.is_empty() {
-            // It is still another one when it is shown again.
+            // It counts as another picture when it is shown again.
             self.last = None;
         }
     }
@@ -136,8 +136,8 @@ impl Recording {
         }
     }
 
-    /// Ends it with the pictures that have arrived: all of them, where all that was recorded has been submitted and waited
-    /// for. It has nothing on the device any more, and the file is whole some time later.
+    /// Ends it with the pictures that have arrived: all of them, if all recorded work was submitted and waited for. It uses the
+    /// device no longer, and the file is whole some time later.
     pub fn stop(&mut self) {
         self.collect();
         self.ring = None;
@@ -153,7 +153,7 @@ impl Recording {
     }
 
     /// For the interface.
-    pub fn told(&self) -> Recorded {
+    pub fn facts(&self) -> Recorded {
         let frames = self.end.unwrap_or(self.next);
         Recorded {
             seconds: match self.end {
@@ -167,7 +167,7 @@ impl Recording {
         }
     }
 
-    /// What came of it, once, when it has ended: by itself only if something is wrong.
+    /// The result, once, when the recording has ended. A recording that was not stopped ends only on an error.
     pub fn take(&mut self) -> Option<Result<Written>> {
         self.encoder.take()
     }
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_said_of_a_recording_tells_how_much_of_it_is_repeated() {
+    fn remarks_on_a_recording_say_how_much_is_repeated() {
         let recorded = |frames, different, dropped| Recorded {
             frames,
             different,

@@ -1,4 +1,4 @@
-//! A picture of any size, drawn in parts that are small enough for the window to go on between them.
+//! A picture of any size, drawn in parts that are small enough for the window to continue between them.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -11,7 +11,7 @@ use myxo::render::{Canvas, View};
 use crate::lab::out::encoder::Frame;
 use crate::lab::stage::Stage;
 
-/// What one part should take.
+/// The time that one part should take.
 const PART: Duration = Duration::from_millis(35);
 /// Rows of the first part.
 const FIRST_ROWS: u32 = 64;

@@ -15,9 +15,9 @@ use crate::lab::tools::Hands;
 use crate::lab::tools::{RADII, Tool};
 use crate::lab::widgets::{hint_beside, parse_number, reader};
 
-/// Of the bar's contents, points.
+/// Width of the bar's contents, points.
 const WIDTH: f32 = 108.0;
-/// The same where the bar has signs only.
+/// The width of the contents if the bar has signs only, points.
 const NARROW: f32 = 24.0;
 /// A picture narrower than this would lose too much to names.
 const HAS_ROOM: f32 = 620.0;
@@ -130,7 +130,7 @@ impl Hands {
     fn start_control(&self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let size = vec2(ui.available_width(), 20.0);
         let start = egui::Button::new("⟲ Start here").min_size(size);
-        let hint = "All particles begin anew on what is green, which is taken away for it. A mask of it, a PNG in the folder for \
+        let hint = "All particles restart on the green areas, which are removed for it. A mask of them, a PNG in the folder for \
              files, becomes the scene's start";
         let start = hint_beside(ui.add(start), hint, "");
         if start.marked("start.painted").clicked() {

@@ -1,4 +1,4 @@
-//! Food and markers by hand: put on a surface, picked, dragged, changed and taken away.
+//! The tool for food and markers: puts them on a surface, picks, drags, changes and removes them.
 
 use egui::{CursorIcon, Key, Pos2, Response, RichText, Slider, SliderClamping, Ui};
 use glam::{Affine3A, Vec2, Vec3};
@@ -24,10 +24,10 @@ use crate::lab::widgets::{parse_number, reader};
 const NEAR: f32 = 1.5;
 /// A marker that is not there yet is drawn so large, scene radii.
 const LEAST_SIZE: f32 = 0.02;
-/// Of meals that never end.
+/// The label of meals that never end.
 const ENDLESS: &str = "∞";
 
-/// What the bar lets be changed of a food: key, name, what it is, and what its slider offers.
+/// A value of a food that the bar can change: key, name, description, and the range of its slider.
 type Control = (&'static str, &'static str, &'static str, (f64, f64));
 const CONTROLS: [Control; 4] = [
     (
@@ -57,7 +57,8 @@ const CONTROLS: [Control; 4] = [
 ];
 
 impl Hands {
-    /// A drag with the tool for food takes along the food that it begins on. Is it the hand's, so that the picture does not turn?
+    /// A drag with the tool for food moves the food that it begins on. Returns true if the drag is used, so that the picture
+    /// does not turn.
     pub(super) fn drag_food(
         &mut self,
         ui: &Ui,
@@ -140,7 +141,7 @@ impl Hands {
     /// This food is picked, and lies where the pointer is.
     fn put_food(&mut self, food: usize, under: Option<&Under>, desk: &mut Desk<'_>) {
         let place = under.and_then(|under| self.place_under(under, desk));
-        // It may have been taken away, or back, since it was picked up.
+        // The food may have been removed or undone since it was picked up.
         let (Some((object, at)), Some(held)) = (place, desk.document.edited.foods.get_mut(food))
         else {
             return;
@@ -153,7 +154,7 @@ impl Hands {
         self.food = Some(food);
     }
 
-    /// The object that lies under the pointer, and where on it, as food has it.
+    /// The object under the pointer, and the place on it in the coordinates of food.
     fn place_under(&self, under: &Under, desk: &Desk<'_>) -> Option<(String, [f64; 3])> {
         let facts = desk.facts;
         let object = desk.document.running.objects.get(under.object)?;
@@ -219,7 +220,7 @@ impl Hands {
         desk.commands.push(Command::Apply);
     }
 
-    /// The simulation refuses this food: what runs is what there is again, unless the hand has set other food since.
+    /// The simulation refuses this food: the running food is set again, unless the user has set other food since.
     pub fn take_food_back(&mut self, refused: &Settings, document: &mut Document) {
         document.undo.forget_food(refused, &document.running);
         let Settings { foods, feeding, .. } = &mut document.edited;
@@ -235,7 +236,7 @@ impl Hands {
         }
     }
 
-    /// What the picked food is like, or the next one will be.
+    /// Controls of the picked food, or of the next one.
     pub(super) fn food_controls(&mut self, ui: &mut Ui, width: f32, desk: &mut Desk<'_>) {
         ui.spacing_mut().slider_width = width - 50.0;
         ui.spacing_mut().interact_size.x = 42.0;
@@ -243,7 +244,7 @@ impl Hands {
         self.food = self
             .food
             .filter(|food| *food < desk.document.edited.foods.len());
-        // What was changed takes a moment to be there.
+        // A change takes a moment to arrive in the simulation.
         let is_coming = desk.document.edited.foods != desk.document.running.foods;
         let title = match self.food {
             Some(food) if is_coming => format!("food {food} …"),
@@ -325,7 +326,7 @@ fn meals(value: f64) -> String {
     }
 }
 
-/// What was typed may lie beyond what is allowed.
+/// A typed value may lie outside the allowed range.
 fn keep_in_range(food: &mut FoodSettings, key: &str) {
     let parameter = FOOD_PARAMETERS
         .iter()
@@ -339,8 +340,8 @@ fn keep_in_range(food: &mut FoodSettings, key: &str) {
     }
 }
 
-/// Where the foods lie that the hand knows, in world space, and how large they are drawn: those of `edited`, which need not
-/// be there yet, then those that are scattered. `running` are those that `marks` begin with.
+/// Positions in world space and drawn sizes of the foods: those of `edited`, which need not be there yet, then the scattered
+/// ones. `running` are the foods that `marks` begin with.
 pub fn placed(
     edited: &Settings,
     running: &[FoodSettings],
@@ -402,9 +403,9 @@ mod tests {
         assert_eq!((meals(0.0), meals(500.0)), ("∞".into(), "500".into()));
     }
 
-    /// What is put, taken away or refused is not in the simulation, or still is: an index always means the hand's food.
+    /// Food that was put, removed or refused may differ from the simulation's: an index always means the edited food.
     #[test]
-    fn indices_are_those_of_the_hand_while_food_is_on_its_way() {
+    fn indices_are_those_of_edited_food_while_food_is_on_its_way() {
         let mut edited = Settings::default();
         edited.objects[0].scale = 2.0;
         let food = |x: f32| FoodSettings {

@@ -36,7 +36,7 @@ const COLORS: [Color32; 3] = [
 const NAMES: [&str; 3] = ["x", "y", "z"];
 const PARTS: usize = 48;
 
-/// Where everything of the gizmo lies.
+/// The places of the gizmo's parts.
 struct Shape {
     /// Points of the window.
     middle: Pos2,
@@ -62,12 +62,12 @@ impl Screen {
         }
     }
 
-    /// Of the picture, pixels.
+    /// Size of the picture, pixels.
     pub(super) fn size(self) -> Vec2 {
         Vec2::new(self.rect.width(), self.rect.height()) * self.pixels_per_point
     }
 
-    /// Where a place in the world is seen.
+    /// The point of the screen at which a place in the world is seen.
     pub(super) fn point(self, camera: &Camera, place: Vec3) -> Option<Pos2> {
         let pixel = camera.pixel(place, self.size())?;
         let at = pixel / self.pixels_per_point;
@@ -137,7 +137,7 @@ fn to_segment(at: Pos2, from: Pos2, to: Pos2) -> f32 {
 }
 
 impl Hands {
-    /// The hand on the gizmo, which is drawn. Does it hold a handle?
+    /// Draws the gizmo and lets it use the pointer. Returns true if a handle is held.
     pub(super) fn use_gizmo(
         &mut self,
         ui: &Ui,
@@ -172,7 +172,7 @@ impl Hands {
             Vec2::new(at.x, at.y)
         };
         let over = hovered.and_then(|at| shape.handle_at(at));
-        // Where it was pressed: in a slow frame the pointer has gone on since.
+        // The place of the press: in a slow frame the pointer has moved since.
         let pressed = held.press.filter(|_| self.grab.is_none());
         if let Some((at, handle)) = pressed.and_then(|at| Some((at, shape.handle_at(at)?))) {
             self.grab = Some(Grab {
@@ -189,7 +189,7 @@ impl Hands {
         let to = held.release.or(pointer);
         let in_steps = ui.input(|i| i.modifiers.command);
         let step = in_steps.then(|| step_of(facts.hand.radius));
-        let mut told = None;
+        let mut label = None;
         let held = self.grab.as_mut().filter(|grab| !grab.is_given_up);
         if let (Some(grab), Some(at)) = (held, to) {
             let to = to_pixel(at);
@@ -199,14 +199,14 @@ impl Hands {
                 if in_steps {
                     grab.scaled = rounded(grab.scaled, 0.1).max(0.1);
                 }
-                told = Some((at, format!("× {:.2}", grab.scaled)));
+                label = Some((at, format!("× {:.2}", grab.scaled)));
             } else {
                 let (moved, way) = grab.moved(&camera, screen.size(), &facts.hand, to, step);
                 if desk.document.edited.objects[object] != moved {
                     desk.document.edited.objects[object] = moved;
                     desk.commands.push(Command::Apply);
                 }
-                told = Some((at, way));
+                label = Some((at, way));
             }
         }
         if !self.hold.is_down()
@@ -222,13 +222,13 @@ impl Hands {
         }
         let active = self.grab.as_ref().map(|grab| grab.handle);
         self.draw_gizmo(ui, &shape, active.or(over), screen);
-        if let Some((at, text)) = told {
-            tell_beside(ui, screen, at, text);
+        if let Some((at, text)) = label {
+            label_beside(ui, screen, at, text);
         }
         active.is_some()
     }
 
-    /// What is moved by a handle that is held goes back where it was. False where none is.
+    /// Puts an object whose handle is held back where it was. Returns false if no handle is held.
     pub(in super::super) fn give_up_grab(&mut self, desk: &mut Desk<'_>) -> bool {
         let grab = self.grab.as_mut().filter(|grab| !grab.is_given_up);
         let (Some(grab), Some(object)) = (grab, self.selected) else {
@@ -287,7 +287,7 @@ impl Hands {
             return;
         }
         for (axis, name) in NAMES.into_iter().enumerate() {
-            // Where nothing else is near.
+            // The place must be away from all others.
             let away = |at: &Pos2| {
                 let ends = shape.ends.iter().flatten();
                 let arrows = ends.map(|end| to_segment(*at, shape.middle, *end));
@@ -306,8 +306,8 @@ impl Hands {
     }
 }
 
-/// How far something is moved, beside the pointer.
-fn tell_beside(ui: &Ui, screen: Screen, at: Pos2, text: String) {
+/// Shows the distance of a move beside the pointer.
+fn label_beside(ui: &Ui, screen: Screen, at: Pos2, text: String) {
     let painter = ui.painter_at(screen.rect);
     let font = egui::TextStyle::Body.resolve(ui.style());
     let words = painter.layout_no_wrap(text.clone(), font, Color32::WHITE);
@@ -335,11 +335,11 @@ fn mark(ui: &Ui, name: &str, at: Pos2) {
     let _ = ui.interact(rect, id, egui::Sense::hover()).marked(name);
 }
 
-/// Degrees, where a ring turns in steps.
+/// The step of rings, degrees.
 const TURN_STEP: f32 = 15.0;
 
 impl Grab {
-    /// The object as the pointer has it, and how far that is in words; in steps of a length, or smoothly.
+    /// The object as moved by the pointer, and the label of the move; in steps of this length, or smoothly.
     fn moved(
         &self,
         camera: &Camera,
@@ -350,7 +350,7 @@ impl Grab {
     ) -> (ObjectSettings, String) {
         let (time, radius) = (hand.time, hand.radius);
         let mut object = self.object.clone();
-        let told = match self.handle {
+        let label = match self.handle {
             Handle::Move(axis) => {
                 let [from, to] = [self.from, to]
                     .map(|pixel| along_axis(camera, size, pixel, self.middle, AXES[axis]));
@@ -383,7 +383,7 @@ impl Grab {
             }
             Handle::Scale => String::new(),
         };
-        (object, told)
+        (object, label)
     }
 }
 

@@ -1,21 +1,21 @@
-//! What tools hold while a button is down: a food, or a handle of an object.
+//! Grips of tools while a button is down: a food, or a handle of an object.
 
 use glam::{Vec2, Vec3};
 use myxo::scene::motion::Origins;
 use myxo::scene::settings::ObjectSettings;
 
-/// What becomes of a press with the tool for food.
+/// The state of a press with the tool for food.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum FoodDrag {
-    /// Nothing: it turns the picture, or is over.
+    /// No food: the press turns the picture, or has ended.
     #[default]
     None,
-    /// It was at a pixel of which it is not known yet whether food lies there.
+    /// It was at a pixel for which it is not known yet whether food lies there.
     Asks {
         at: Vec2,
-        /// What was dragged meanwhile, points.
+        /// The drag meanwhile, points.
         waits: egui::Vec2,
-        /// It is over already, at this pixel.
+        /// It has already ended, at this pixel.
         let_go: Option<Vec2>,
     },
     /// It holds this food.
@@ -24,7 +24,7 @@ pub enum FoodDrag {
     LetGo(usize, Vec2),
 }
 
-/// What a handle does.
+/// The motion of a handle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Handle {
     /// Moves along an axis.
@@ -43,16 +43,16 @@ pub struct Grab {
     pub handle: Handle,
     /// The object as it was.
     pub object: ObjectSettings,
-    /// What it is turned about, as origins of its coordinates.
+    /// The pivot, as origins of its coordinates.
     pub pivot: Origins,
-    /// Where its middle was, world space.
+    /// Its middle at the press, world space.
     pub middle: Vec3,
-    /// Where the pointer was, pixels of the picture.
+    /// The pointer at the press, pixels of the picture.
     pub from: Vec2,
     /// Radius of the rings, world length.
     pub ring: f32,
     /// How much larger the object shall become.
     pub scaled: f32,
-    /// It was put back where it was; the hand has not let go yet.
+    /// It was put back where it was, but the button is still down.
     pub is_given_up: bool,
 }

@@ -1,4 +1,4 @@
-//! Where a handle that is held takes an object: ways along axes, in planes and round rings, from pixels of the picture.
+//! Motions of an object by a handle: ways along axes, in planes and round rings, from pixels of the picture.
 
 use glam::{DAffine3, DQuat, DVec3, EulerRot, Vec2, Vec3};
 use myxo::render::Camera;
@@ -40,7 +40,7 @@ pub fn angle_round(
         let slope = slope.abs().max(1e-6).copysign(slope);
         let along = (middle - ray.origin).dot(axis) / slope;
         let way = ray.origin + along * ray.direction - middle;
-        // Where the ray passes the horizon of the ring's plane, the place at the other side of the eye is seen through it.
+        // If the ray passes the horizon of the ring's plane, it meets the plane behind the eye.
         if along < 0.0 { -way } else { way }
     });
     from.cross(to).dot(axis).atan2(from.dot(to))
@@ -55,7 +55,7 @@ pub fn length_of_pixel(camera: &Camera, size: Vec2, place: Vec3) -> f32 {
     2.0 * depth * (0.5 * camera.vertical_fov).tan() / size.y.max(1.0)
 }
 
-/// Where a pixel's ray meets the plane of the picture through `middle`.
+/// The point at which a pixel's ray meets the plane of the picture through `middle`.
 pub fn on_plane(camera: &Camera, size: Vec2, pixel: Vec2, middle: Vec3) -> Vec3 {
     let ray = camera.ray(pixel, size);
     let normal = camera.backward();
@@ -63,8 +63,8 @@ pub fn on_plane(camera: &Camera, size: Vec2, pixel: Vec2, middle: Vec3) -> Vec3 
     ray.origin + along * ray.direction
 }
 
-/// Moves an object by a way in the world, whatever its motion makes of its position: that is affine, so three places tell.
-/// `radius` is the scene's.
+/// Moves an object by a way in the world. Its motion maps positions by an affine map, which three places determine. `radius` is
+/// the scene's.
 pub fn shift(object: &mut ObjectSettings, time: f64, way: DVec3, radius: f32) {
     let place = |position: [f64; 3]| {
         let mut other = object.clone();
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn an_object_that_moves_goes_where_the_hand_puts_it() {
+    fn an_object_that_moves_goes_where_the_handle_puts_it() {
         let before = mover();
         let time = 3.7;
         let mut after = before.clone();
@@ -174,7 +174,7 @@ mod tests {
 
     /// Would catch: an object in map coordinates that is turned or scaled about an origin kilometres away.
     #[test]
-    fn what_is_far_from_its_own_origin_turns_and_grows_where_it_is() {
+    fn objects_far_from_their_own_origin_turn_and_grow_in_place() {
         let before = mover();
         let time = 3.7;
         let far = DVec3::new(512_345.5, 230.0, 5_412_345.25);

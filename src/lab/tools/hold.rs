@@ -5,30 +5,30 @@ use egui::{Event, PointerButton, Pos2, Response, Ui, Vec2};
 
 /// From one corner of a way to the next at the least, points.
 const STRIDE: f32 = 16.0;
-/// Who moves less than this, in points, clicks.
+/// A press that moves less than this is a click, points.
 const CLICK: f32 = 6.0;
 
-/// What a button that is held has done until now.
+/// The state of a button that is held.
 #[derive(Clone, Debug, Default)]
 pub struct Hold {
-    /// Where it went down last; none where that was not for the picture.
+    /// The last press; none if that was not for the picture.
     pressed: Option<Pos2>,
-    /// Where the pointer was last, while it is held.
+    /// The last position of the pointer while it is held.
     last: Option<Pos2>,
     /// It has gone farther than a click.
     is_drag: bool,
 }
 
-/// What it did in one frame.
+/// The events of the button in one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Held {
-    /// Where it went down.
+    /// The place of the press.
     pub press: Option<Pos2>,
-    /// Where it was let go of.
+    /// The place of the release.
     pub release: Option<Pos2>,
     /// How far it was dragged, wherever; nothing while it may become a click.
     pub drag: Vec2,
-    /// Where the pointer went over the picture with it.
+    /// The pointer's ways over the picture while it was held.
     pub ways: Vec<Way>,
 }
 
@@ -60,19 +60,19 @@ impl Way {
                 corners.push(*point);
             }
         }
-        // It leads to where the pointer is.
+        // The way ends at the pointer.
         corners.extend(self.points.last().filter(|end| corners.last() != Some(end)));
         corners
     }
 }
 
 impl Hold {
-    /// Where the button went down last, over the picture and for it.
+    /// The last press over the picture and for it.
     pub fn pressed(&self) -> Option<Pos2> {
         self.pressed
     }
 
-    /// Has it gone farther than a click since it went down, held or let go of?
+    /// Has the pointer gone farther than a click since the press, whether the button is down or not?
     pub fn is_drag(&self) -> bool {
         self.is_drag
     }
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_way_goes_on_from_frame_to_frame_and_stops_beside_the_picture() {
+    fn a_way_continues_from_frame_to_frame_and_stops_beside_the_picture() {
         let mut hold = Hold::default();
         let is_over = |at: Pos2| at.x < 100.0;
         let mut ways = |events: &[Event]| hold.take(events, PRIMARY, true, is_over).ways;
@@ -252,7 +252,7 @@ mod tests {
             [way(&[60.0, 70.0], false, true)]
         );
         assert_eq!(ways(&[moved(80.0)]), []);
-        // What begins elsewhere, or closes a list, is not for the picture.
+        // A press that begins elsewhere, or closes a list, is not for the picture.
         assert_eq!(ways(&[button(120.0, true), moved(60.0)]), []);
         assert_eq!(
             hold.take(&[button(9.0, true)], PRIMARY, false, is_over)

@@ -1,7 +1,7 @@
-//! Hands on what grows: brushes on the surface, objects that are picked and moved, and the probe.
+//! Tools that work on the scene: brushes on the surface, picking and moving of objects, and the probe.
 //!
-//! The interface knows the tool, the pointer and what the window told it lies under it; what needs the simulation it asks
-//! for by [`Work`], which `work.rs` does.
+//! The interface has the tool, the pointer and what lies under it as the window reported it; work that needs the simulation
+//! goes out as [`Work`], which `work.rs` does.
 
 mod bar;
 pub mod food;
@@ -32,70 +32,70 @@ pub use tool::Tool;
 
 /// Vertices of an object that its outline is drawn round, at the most.
 const OUTLINE_VERTICES: usize = 3000;
-/// Of a brush, in scene radii.
+/// The range of a brush's radius, scene radii.
 const RADII: (f32, f32) = (0.01, 1.0);
 /// A notch of the wheel changes the radius by this factor.
 const RADIUS_PER_POINT: f32 = 0.004;
 /// A picture that took longer does not paint more, seconds.
 const LONGEST_FRAME: f32 = 0.4;
-/// Nor does a press that has not moved yet: nobody knows how long it lasts.
+/// A press that has not moved yet does not paint more either, because its length is unknown.
 const LONGEST_PRESS: f32 = 0.1;
 
-/// The state of the hands.
+/// The state of the tools.
 #[derive(Clone, Debug)]
 pub struct Hands {
-    /// What the pointer does.
+    /// The tool in use.
     pub tool: Tool,
     /// The brush used last.
     last_brush: Tool,
-    /// Of brushes, scene radii.
+    /// Radius of brushes, scene radii.
     pub radius: f32,
-    /// Of brushes: how much in a second.
+    /// Strength of brushes per second.
     pub strength: f32,
     /// Is the probe shown?
     pub probe: bool,
     /// The object that is picked.
     pub selected: Option<usize>,
-    /// The one that is picked when it comes; then no other is.
+    /// The requested object that is picked when it comes; meanwhile no other is.
     pub(super) awaited: Option<Ticket>,
-    /// The last one that was asked for.
+    /// The ticket of the last request.
     asked: Ticket,
     /// The food that is picked.
     pub food: Option<usize>,
-    /// What the next food will be like.
+    /// The settings of the next food.
     pub next_food: FoodSettings,
-    /// What a press with the tool for food has come to.
+    /// The state of a press with the tool for food.
     food_drag: FoodDrag,
     /// A handle of the gizmo that is held.
     grab: Option<Grab>,
-    /// What the pointer is on, pixels of the picture, while that is asked for.
+    /// The pointer, pixels of the picture, while the tool needs the point under it.
     pub pointer: Option<Vec2>,
-    /// Where a click waits to hear what it has picked.
+    /// A click that waits for the object under it.
     click: Option<Vec2>,
     wheel: Wheel,
     /// The pointer while it is held, and while its other buttons are.
     hold: Hold,
     others: [Hold; 2],
-    /// What was dragged over the picture in this frame.
+    /// Drags over the picture in this frame.
     pub(super) drags: Drags,
     /// A list or a dialog lies over everything, and a press means that.
     pub(super) is_covered: bool,
     /// The panel is to show the object that was picked.
     pub(super) reveals: Option<usize>,
-    /// Where an object has come that is to be seen in the picture.
+    /// Points of a new object that the picture should show.
     pub(super) newcomer: Vec<Vec3>,
-    /// What the camera is to show, places in the world.
+    /// Points that the camera should show, in the world.
     pub(super) framed: Vec<Vec3>,
     /// Since the press it has painted what undo may take back.
     pub(super) paints_areas: bool,
-    /// Strokes that the hand has let go of, and of which it is not known yet whether they have changed anything.
+    /// The number of ended strokes for which it is not known yet whether they have changed anything.
     pub(super) pending_ends: u32,
     /// Some vertices of each object, for its outline.
     pub(super) vertices: Vec<Vec<Vec3>>,
 }
 
 impl Hands {
-    /// Empty hands.
+    /// No tool, nothing picked.
     pub fn new() -> Self {
         Self {
             tool: Tool::Look,
@@ -126,7 +126,7 @@ impl Hands {
         }
     }
 
-    /// A scene begins, or begins anew, with so many foods by hand.
+    /// A scene starts or restarts, with this number of foods that are not scattered.
     pub fn restarted(&mut self, scene: &Scene, foods: usize) {
         let surface = &scene.surface;
         if surface.objects.len() > self.vertices.len() {
@@ -149,13 +149,13 @@ impl Hands {
         self.food = self.food.filter(|food| *food < foods);
     }
 
-    /// What was picked is left. In another scene it is not there, whatever has its number.
+    /// Clears the selection, because its index means another object in another scene.
     pub fn leave_scene(&mut self) {
         self.pick(None);
         self.food = None;
     }
 
-    /// Leaves a tool or an object; false where there was nothing to leave.
+    /// Leaves a tool or an object; returns false if there was nothing to leave.
     pub fn back(&mut self) -> bool {
         self.food_drag = FoodDrag::None;
         if self.food.take().is_some() {
@@ -188,7 +188,7 @@ impl Hands {
         self.food_drag = FoodDrag::None;
     }
 
-    /// Is a food held, or on its way to where it was let go of?
+    /// Is a food held, or on its way to where it was released?
     pub fn has_food_in_hand(&self) -> bool {
         self.food_drag != FoodDrag::None
     }
@@ -220,7 +220,7 @@ impl Hands {
         self.take(tool);
     }
 
-    /// What a stroke of so many seconds does in all.
+    /// The brush for a stroke of this many seconds in all.
     fn brush(&self, seconds: f32, mean_trail: f32) -> Option<Brush> {
         let amount = 10.0 * self.strength * mean_trail * seconds;
         let share = |rate: f32| 1.0 - (-rate * self.strength * seconds).exp();
@@ -241,7 +241,7 @@ impl Hands {
     pub(super) fn use_hands(&mut self, ui: &Ui, response: &Response, desk: &mut Desk<'_>) -> bool {
         let facts = desk.facts;
         let used = self.reach_out(ui, response, desk);
-        // What waits to be done may bring areas, so only the simulation knows whether there are any to be erased.
+        // Pending work may bring areas, so only the simulation can say whether there are any to erase.
         let paints = desk.commands.iter().any(|command| match command {
             Command::Hand(Work::Stroke { brush, .. }) => brush.changes_areas(true),
             _ => false,
@@ -255,10 +255,10 @@ impl Hands {
             self.note_changes(desk.document);
             desk.document.undo.note_lasting();
         }
-        // A pointer that leaves the picture and comes back goes on with its stroke.
+        // A pointer that leaves the picture and comes back continues its stroke.
         let is_held = ui.input(|i| i.pointer.button_down(PointerButton::Primary));
         if !is_held && std::mem::take(&mut self.paints_areas) {
-            // What was changed until now comes before the stroke.
+            // Changes until now are noted before the stroke.
             self.note_changes(desk.document);
             self.pending_ends += 1;
             desk.commands.push(Command::Hand(Work::EndStroke));
@@ -266,7 +266,8 @@ impl Hands {
         used
     }
 
-    /// Undo may lead back to before what has changed. What changes after a stroke that waits for its end comes after it.
+    /// Notes changes, so that undo can lead back to the state before them. Changes after a stroke that waits for its end are
+    /// noted after it.
     pub(super) fn note_changes(&self, document: &mut Document) {
         if self.pending_ends == 0 {
             document.note();
@@ -297,7 +298,7 @@ impl Hands {
         let asks = is_solid && (self.tool != Tool::Look || self.probe || is_held);
         self.pointer = hovered.filter(|_| asks);
         if facts.hand.looked != self.pointer && !facts.hand.poses.is_empty() {
-            // What is shown is where the pointer was; one more frame brings it to where it is.
+            // The point shown is for an older position of the pointer; one more frame brings it up to date.
             ui.ctx().request_repaint();
         }
         if !is_solid {
@@ -320,13 +321,13 @@ impl Hands {
                 self.paint_along(way, seconds, to_pixel, desk);
             }
             if is_held {
-                // A brush that is held still goes on.
+                // A brush that is held still continues to paint.
                 ui.ctx().request_repaint();
             }
             return is_held || held.release.is_some();
         }
         if self.tool == Tool::Look && desk.layout.alone {
-            // What would be picked shows handles.
+            // A picked object would show handles.
             self.grab = None;
             return false;
         }
@@ -339,7 +340,7 @@ impl Hands {
             self.click = self.hold.pressed().map(to_pixel);
         }
         if let Some(click) = self.click {
-            // A quick click is over before the window has looked.
+            // A quick click has ended before the window has looked.
             if facts.hand.looked == Some(click) {
                 let under = facts.hand.under.as_ref();
                 self.click = None;
@@ -352,7 +353,7 @@ impl Hands {
                     let place = running
                         .and_then(|object| place_among(&desk.document.edited.objects, object));
                     self.pick(place.filter(|place| !desk.document.marks.is_locked(*place)));
-                    // Who touches the only one there is goes on with what they see in the panel.
+                    // A click on the only object leaves the panel as it is.
                     let is_one_of_several = desk.document.edited.objects.len() > 1;
                     self.reveals =
                         (self.selected).filter(|_| desk.layout.panel && is_one_of_several);
@@ -366,7 +367,7 @@ impl Hands {
         drags
     }
 
-    /// What a brush does along a way that took so many seconds.
+    /// Paints along a way that took this many seconds.
     fn paint_along(
         &self,
         way: &Way,
@@ -377,7 +378,7 @@ impl Hands {
         let facts = desk.facts;
         let (length, corners) = (way.length(), way.corners());
         if way.ends && !way.begins && length == 0.0 {
-            // It was let go of where it was.
+            // The button was released where the pointer was.
             return;
         }
         let mut paint = |from: egui::Pos2, to: egui::Pos2, share: f32| {
@@ -414,7 +415,7 @@ impl Hands {
     }
 }
 
-/// Some places of the last object, where it begins.
+/// Some points of the last object at its start.
 fn last_points(scene: &Scene) -> Vec<Vec3> {
     let poses = scene.world_from_object_at(0.0);
     let (Some(range), Some(pose)) = (scene.surface.objects.last(), poses.last()) else {

@@ -1,4 +1,4 @@
-//! What the hands show over the picture: the brush as a ring on the surface, the outline of the picked object, the probe.
+//! Overlays of the tools over the picture: the brush as a ring on the surface, the outline of the picked object, the probe.
 
 use std::time::Duration;
 
@@ -54,7 +54,7 @@ impl Hands {
         }
     }
 
-    /// Where a brush would paint: all that is shown while somebody performs.
+    /// The ring where a brush would paint. While the panel is hidden, nothing else is shown.
     fn brush_alone(&self, ui: &Ui, screen: Screen, desk: &Desk<'_>) {
         let facts = desk.facts;
         let under = facts.hand.under.as_ref();
@@ -148,7 +148,7 @@ impl Hands {
         let Some(at) = ui.input(|i| i.pointer.latest_pos()) else {
             return;
         };
-        // What comes from the device comes with the next frames.
+        // Values from the device arrive with the next frames.
         ui.ctx().request_repaint_after(PROBE_INTERVAL);
         let name =
             (desk.document.running.objects.get(under.object)).map(|object| object.name.clone());
@@ -172,12 +172,12 @@ impl Hands {
             lines.push(("to others", format!("{away} radii")));
         }
         if let Some(bias) = under.bias {
-            let told = match bias {
+            let painted = match bias {
                 bias if bias < NO_GO_BELOW => "no-go".to_owned(),
                 0.0 => "nothing".to_owned(),
                 bias => format!("{bias:+.3}"),
             };
-            lines.push(("painted", told));
+            lines.push(("painted", painted));
         }
         for (what, value) in &lines {
             note_value(ui.ctx(), &format!("probe.{what}"), || value.clone());

@@ -1,4 +1,4 @@
-//! What is picked: an object that is there, or one that was asked for and is picked when it comes.
+//! The selection: an object that is there, or one that was asked for and is picked when it comes.
 
 use glam::Affine3A;
 
@@ -10,7 +10,7 @@ use crate::lab::desk::Desk;
 use crate::lab::tools::{Hands, Tool};
 
 impl Hands {
-    /// What the hand has to do with.
+    /// The object that is picked.
     pub fn picked(&self) -> Option<Which> {
         let asked = self.awaited.map(Which::Asked);
         asked.or(self.selected.map(Which::Object))
@@ -22,7 +22,7 @@ impl Hands {
         self.awaited = None;
     }
 
-    /// The camera is to show the picked object where it is; false where none is picked.
+    /// Lets the camera show the picked object; returns false if none is picked.
     pub fn frame_picked(&mut self, poses: &[Affine3A]) -> bool {
         let picked = self.selected;
         let picked = picked.and_then(|i| Some((poses.get(i)?, self.vertices.get(i)?)));
@@ -89,7 +89,7 @@ impl Hands {
         }
     }
 
-    /// The picked object comes once more. What is pressed next is about the copy, also before it is there.
+    /// Duplicates the picked object. The next keys apply to the copy, also before it has arrived.
     pub(in super::super) fn duplicate_selected(
         &mut self,
         ctx: &egui::Context,

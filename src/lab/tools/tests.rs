@@ -1,4 +1,4 @@
-//! Scenes with an object more or less, and what brushes come to.
+//! Scenes with an object more or less, and the effects of brushes.
 
 use super::*;
 use crate::lab::objects::{begin_on_food_that_is, remove_food};
@@ -26,7 +26,7 @@ fn objects_come_and_go() {
     assert_eq!(left.objects.len(), 1);
     assert!(
         left.objects[0].distance_to.is_empty(),
-        "it names nobody who is gone"
+        "it names no removed object"
     );
     assert!(is_mesh(std::path::Path::new("a/b.GLB")) && !is_mesh(std::path::Path::new("a.toml")));
 }
@@ -56,7 +56,7 @@ fn a_copy_has_all_of_its_original_but_the_name_and_the_place() {
         ..copy.clone()
     };
     assert_eq!(alike, *original);
-    // It stands there now, and is as far away at any time.
+    // It stands there now, and its distance stays equal at any time.
     let apart = |time: f64| {
         let [one, other] = [original, copy].map(|object| pose_at(object, None, time).translation);
         (other - one).as_vec3()
@@ -77,7 +77,7 @@ fn a_copy_has_all_of_its_original_but_the_name_and_the_place() {
 }
 
 #[test]
-fn who_begins_on_what_goes_begins_elsewhere() {
+fn particles_that_begin_on_a_removed_object_begin_elsewhere() {
     let mut settings = two();
     settings.particles.start_object = "box".to_owned();
     settings.particles.start = Start::Food;
@@ -93,7 +93,7 @@ fn who_begins_on_what_goes_begins_elsewhere() {
     assert_eq!((left.foods.len(), left.particles.start_food), (2, 1));
     let left = without_object(&settings, 0);
     assert_eq!(left.particles.start_object, "box");
-    // The last one that there is.
+    // It is the last food.
     assert_eq!((left.foods.len(), left.particles.start_food), (1, 0));
     let can_begin = |settings| {
         let scene = Scene::from_settings("left".to_owned(), settings, ".".into());

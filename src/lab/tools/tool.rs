@@ -1,6 +1,6 @@
 //! The tools: what the pointer does in the picture, in words.
 
-/// What the pointer does in the picture.
+/// The tool of the pointer in the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tool {
     /// Turns the camera, and picks objects.
@@ -35,7 +35,7 @@ impl Tool {
         Self::Food,
     ];
 
-    /// What it is called, for tests and in the bar.
+    /// Its name, for tests and in the bar.
     pub fn word(self) -> &'static str {
         match self {
             Self::Look => "look",

@@ -1,4 +1,4 @@
-//! Painted areas when a scene begins anew: they stay where nothing else takes their place, and particles begin on them.
+//! Painted areas when a scene restarts: they stay if nothing else takes their place, and particles can start on them.
 
 use myxo::Result;
 use myxo::plain_text::Shown as _;
@@ -14,7 +14,7 @@ use crate::lab::saving::whole;
 use crate::lab::stage::Stage;
 use crate::lab::window::Lab;
 
-/// Why nobody can begin on painted areas.
+/// Why particles cannot start on painted areas.
 const NOTHING_ATTRACTS: &str =
     "Nothing attracts yet: paint where particles are to begin, then press it again";
 /// Why not now: the mask would be one of another layout.
@@ -42,8 +42,8 @@ impl<'a> Areas<'a> {
     }
 }
 
-/// What a scene that begins anew has of the areas that are there: none where it has what its own map says, because nobody has
-/// painted, or because that is another map.
+/// The areas that a restarted scene keeps: none if it takes those of its own map, because nothing was painted, or because the
+/// map is another one.
 fn kept(bias: &[f32], left: Areas<'_>, next: Areas<'_>) -> Option<Vec<f32>> {
     if bias == left.setup.bias || left.settings != next.settings {
         return None;
@@ -56,12 +56,12 @@ fn kept(bias: &[f32], left: Areas<'_>, next: Areas<'_>) -> Option<Vec<f32>> {
     carried_bias(bias, left.setup, next.setup, &from)
 }
 
-/// What a stage has of the one before it.
+/// The data that a stage keeps of the one before it.
 #[derive(Clone, Copy, Default)]
 pub struct CarriedOver {
     /// All that has grown.
     pub state: bool,
-    /// Strokes go on being known, because texels and areas are the same.
+    /// Strokes can still be undone, because texels and areas are the same.
     pub strokes: bool,
 }
 
@@ -70,17 +70,17 @@ impl Lab {
     pub(crate) fn loses_areas_to(&self, next: &Stage) -> bool {
         self.runner.stage.as_ref().is_some_and(|left| {
             let (here, there) = (Areas::of(left), Areas::of(next));
-            // What cannot be read is lost in any case.
+            // Areas that cannot be read are lost in any case.
             let bias = left.simulation.areas().unwrap_or_default();
             let has_other_map = here.settings != there.settings;
-            // For a state that goes on, with areas of its own, the one that is left is kept.
+            // A continued state has areas of its own, so the present state is kept.
             let begins = next.resumed.is_none();
             begins && has_other_map && !bias.is_empty() && bias != here.setup.bias
         })
     }
 
-    /// Takes what has grown on the stage that is left over to the next one, where that has a meaning, or its areas. A state that
-    /// goes on has its own.
+    /// Carries the state of the old stage over to the next one, if it fits there, or only its areas. A continued state has its
+    /// own.
     pub(crate) fn carry_over(&mut self, next: &mut Stage) -> Result<CarriedOver> {
         let carry = self.edits.carry.take();
         let mut carried_over = CarriedOver::default();
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_painted_stays_and_what_was_drawn_is_read_again() {
+    fn painted_areas_stay_and_drawn_maps_are_read_again() {
         let none = AreaSettings::default();
         let maze = AreaSettings {
             map: "builtin:maze".to_owned(),
@@ -208,7 +208,7 @@ mod tests {
         };
         let (bare, walls, larger) = (setup(64, &none), setup(64, &maze), setup(97, &maze));
         let of = |setup, settings| Areas { setup, settings };
-        // Nobody has painted: the map's file may have become another.
+        // Nothing was painted: the map's file may have changed.
         for (setup, settings) in [(&bare, &none), (&walls, &maze)] {
             let areas = of(setup, settings);
             assert_eq!(kept(&setup.bias, areas, areas), None);

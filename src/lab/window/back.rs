@@ -22,8 +22,8 @@ impl Lab {
         self.runner.back.coming = Some(grown);
     }
 
-    /// Keeps what has grown on the stage that is about to go; also what has hardly grown, if it goes for what had grown before,
-    /// so that whoever goes back can change their mind.
+    /// Keeps the state of the stage that is about to go. When the user goes back to an earlier state, a state that has hardly
+    /// grown is kept, too, so that they can return to it.
     pub(super) fn keep_grown(&mut self, goes_back: bool) -> Result<()> {
         let shown = Shown {
             scene: self.runner.back.scenes,

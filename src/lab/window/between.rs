@@ -23,7 +23,7 @@ impl Lab {
         self.forget_places();
     }
 
-    /// Goes on with the slices that are under way, and answers if something was asked. False where there are none.
+    /// Advances the slices under way, and answers if there was input. Returns false if there are none.
     pub(super) fn go_on(&mut self) -> Result<bool> {
         if !self.runner.is_within_slices() {
             return Ok(false);
@@ -62,7 +62,7 @@ impl Lab {
         }
     }
 
-    /// Does what had to wait. Where something fails the rest goes on waiting.
+    /// Does what had to wait. If something fails, the rest continues to wait.
     pub(super) fn do_what_waits(&mut self) -> Result<()> {
         let mut all = VecDeque::from(std::mem::take(&mut self.waiting));
         while let Some(next) = all.pop_front() {
@@ -92,9 +92,8 @@ impl Lab {
         Ok(())
     }
 
-    /// The interface as it is now, over the picture that is there; what it asks for has to wait. Where another picture would have
-    /// to be drawn for it, the next frame does that, unless the one that is there `is_new`. Says when the interface wants to be shown
-    /// again.
+    /// Shows the present interface over the last picture; its commands have to wait. If it needs another picture, the next
+    /// frame draws that, unless the last one `is_new`. Returns the time until the interface wants to be shown again.
     fn answer(&mut self, is_new: bool) -> Result<Option<Duration>> {
         let seen = self.run_interface()?;
         let size = seen.picture.size;
@@ -133,7 +132,7 @@ impl Lab {
         self.draw(rec, image, &shot)?;
         self.runner.answers.wait_idle()?;
         self.clocks.facts.answers_within_steps += u64::from(!is_new);
-        self.tell_places(&seen.context, seen.pixels_per_point, false)?;
+        self.report_places(&seen.context, seen.pixels_per_point, false)?;
         Ok(seen.repaint)
     }
 }

@@ -1,4 +1,4 @@
-//! What is being taken out when the window closes: what can be finished is, and the terminal hears what became of each.
+//! Exports under way when the window closes: all that can be are finished, and the terminal shows the outcome of each.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -21,12 +21,13 @@ use crate::lab::window::Lab;
 /// A window that closes waits no longer for a picture to be drawn.
 const LAST_PICTURE: Duration = Duration::from_secs(10);
 
-/// Whoever asks to leave once more sooner than this has pressed twice, and has not read what is being finished.
+/// A second request to leave within this time is a double press, made before the notice of what is being finished could be
+/// read.
 const ASKED_TWICE: Duration = Duration::from_secs(1);
 
 impl Lab {
-    /// Somebody wants to leave. May the window close at once? Else it goes on until what is being made is whole; whoever asks once
-    /// more gives up what is not being recorded.
+    /// The user asks to leave. Returns true if the window may close at once. If not, it continues until the files under way are
+    /// whole; a further request gives up all that is not being recorded.
     pub(in super::super) fn ask_to_close(&mut self) -> bool {
         match self.jobs.exports.ends {
             Some(since) if since.elapsed() < ASKED_TWICE => return self.has_closed(),
@@ -39,7 +40,7 @@ impl Lab {
             None => {
                 self.closing = true;
                 self.begin_to_end();
-                // Nobody sees how far it is, and hidden windows may not be drawn any more.
+                // The user cannot see its progress, and hidden windows may not be drawn any more.
                 self.jobs.exports.gives_up |= self.is_hidden();
             }
         }
@@ -50,7 +51,7 @@ impl Lab {
         self.host.is_minimized() || self.host.size().contains(&0)
     }
 
-    /// Has somebody wanted to leave, and does nothing hold the window any more?
+    /// Has the user asked to leave, and does nothing hold the window any more?
     pub(in super::super) fn has_closed(&self) -> bool {
         self.closing && (self.jobs.exports.gives_up || !self.jobs.exports.is_busy())
     }
@@ -64,7 +65,7 @@ impl Lab {
         if let Some(recording) = &mut self.jobs.exports.recording {
             say(&finishing(recording.path()));
             if !recording.is_ending() {
-                // Where that fails, the next frame says so.
+                // If this fails, the next frame reports it.
                 let _ = self.runner.frames.wait_idle();
                 recording.stop();
             }
@@ -77,15 +78,15 @@ impl Lab {
         }
     }
 
-    /// The window closes: what is being recorded, filmed or written becomes whole files, and so does a picture that does not
-    /// take long. What became of each is said on the terminal.
+    /// The window closes: recordings, films and files being written become whole files, and so does a picture that does not
+    /// take long. The terminal shows the outcome of each.
     pub(in super::super) fn end_taking_out(&mut self) {
         self.jobs.exports.end_recording();
         self.finish_job();
     }
 
-    /// The window closes while commands wait for steps: those that write files are obeyed, in their order. What else was
-    /// asked for, and does not come any more, is said.
+    /// The window closes while commands wait for steps: those that write files are obeyed, in their order. The terminal names
+    /// the others, which are dropped.
     pub(in super::super) fn obey_what_writes(&mut self) {
         if let Some(text) = self.was_on_its_way() {
             say(&text);
@@ -125,7 +126,7 @@ impl Lab {
         }
     }
 
-    /// What is said where nothing that waits is obeyed: of all that does not come any more.
+    /// Messages on all waiting requests, for an end at which none is obeyed.
     pub(in super::super) fn what_does_not_come(&self) -> Vec<String> {
         let waits = self.waiting.iter().filter_map(|left| match end_of(left) {
             AtTheEnd::GivenUp(text) => Some(text),
@@ -134,7 +135,7 @@ impl Lab {
         self.was_on_its_way().into_iter().chain(waits).collect()
     }
 
-    /// What is said of a scene, or an object that was to come or to go.
+    /// The message on a scene on its way, or on an object that was to come or to go.
     fn was_on_its_way(&self) -> Option<String> {
         let coming = self.edits.coming.as_ref();
         let coming = coming.map(|coming| coming.what.clone());
@@ -176,7 +177,7 @@ impl Lab {
         if self.jobs.exports.job.as_ref().is_some_and(needs_state) {
             let context = self.host.context().clone();
             let mut rec = self.runner.frames.begin()?;
-            // What was painted before is seen in it.
+            // Earlier painting is part of it.
             self.record_hands(&mut rec, &context)?;
             self.record_asked(&mut rec)?;
             self.runner.frames.submit(rec)?;
@@ -214,13 +215,13 @@ impl TakeOut {
         if self.ends.is_none() {
             say(&finishing(&path));
         }
-        let remarks = recording.told().remarks();
+        let remarks = recording.facts().remarks();
         if let Some(ended) = recording.wait() {
-            say(&told_of_recording(&path, &ended, &remarks));
+            say(&outcome_of_recording(&path, &ended, &remarks));
         }
     }
 
-    /// Waits for what is being made, where the device has done its part. Is it whole?
+    /// Waits for the export, if the device has done its part. Returns true if the file is whole.
     fn end_job(&mut self, ready: Result<()>) -> bool {
         let Some(job) = self.job.take() else {
             return false;
@@ -237,7 +238,7 @@ impl TakeOut {
             Err(error) => Some(Err(error)),
         };
         let is_whole = ended.as_ref().is_some_and(Result::is_ok);
-        say(&told_of(
+        say(&outcome_of(
             &path,
             &ended.unwrap_or_else(nothing),
             is_cancelled,
@@ -246,14 +247,14 @@ impl TakeOut {
     }
 }
 
-/// What becomes of something that waits when the window closes.
+/// The outcome of a waiting request when the window closes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum AtTheEnd {
     /// It writes a file, and is obeyed.
     Writes,
     /// It changes what is written after it.
     Helps,
-    /// There is no time for it; this is said.
+    /// There is no time for it; this is the message.
     GivenUp(String),
     /// It means nothing without a window.
     Forgotten,
@@ -304,7 +305,7 @@ fn at_the_end(command: &Command) -> AtTheEnd {
         | Command::SavePreset(_)
         | Command::RemovePreset(_)
         | Command::TakeOut(Out::Export(_)) => AtTheEnd::Writes,
-        // Undo takes back what the strokes before it have come to.
+        // Undo changes the result of the strokes before it.
         Command::Apply
         | Command::TakeOut(Out::Cancel | Out::Finish)
         | Command::Hand(
@@ -325,20 +326,20 @@ pub(in super::super) fn say(text: &str) {
     console::message(text);
 }
 
-/// What is said before a file is waited for.
+/// The message before the wait for a file.
 fn finishing(path: &Path) -> String {
     let name = path.file_name().unwrap_or(path.as_os_str());
     format!("finishing {} ...", Path::new(name).shown())
 }
 
-/// What became of a recording, in a line.
-pub(super) fn told_of_recording(path: &Path, ended: &Result<Written>, remarks: &str) -> String {
+/// The outcome of a recording, in a line.
+pub(super) fn outcome_of_recording(path: &Path, ended: &Result<Written>, remarks: &str) -> String {
     let is_whole = matches!(ended, Ok(written) if !written.files.is_empty());
-    let text = told_of(path, ended, false);
+    let text = outcome_of(path, ended, false);
     if is_whole { text + remarks } else { text }
 }
 
-/// The same with paths that can be found again from everywhere.
+/// The written files with absolute paths.
 pub(super) fn found_again(written: &Written) -> Written {
     Written {
         files: written.files.iter().map(|file| whole(file)).collect(),
@@ -346,8 +347,8 @@ pub(super) fn found_again(written: &Written) -> Written {
     }
 }
 
-/// What became of a file, in a line.
-pub(super) fn told_of(path: &Path, ended: &Result<Written>, is_cancelled: bool) -> String {
+/// The outcome of a file, in a line.
+pub(super) fn outcome_of(path: &Path, ended: &Result<Written>, is_cancelled: bool) -> String {
     let path = whole(path);
     match ended {
         Ok(written) if !written.files.is_empty() => format!("saved {}", found_again(written)),
@@ -406,7 +407,7 @@ mod tests {
             file: "left/knot_000001.toml".into(),
             since: SystemTime::UNIX_EPOCH,
         });
-        for (left, told) in [
+        for (left, wanted) in [
             (
                 Waiting::File("a/tip.obj".into()),
                 "a/tip.obj was not opened",
@@ -443,16 +444,16 @@ mod tests {
             ),
         ] {
             let AtTheEnd::GivenUp(text) = end_of(&left) else {
-                panic!("{told}")
+                panic!("{wanted}")
             };
-            assert!(text.starts_with(told), "{text}");
+            assert!(text.starts_with(wanted), "{text}");
         }
-        let told = finishing(Path::new("films/film_000001.gif"));
-        assert_eq!(told, "finishing film_000001.gif ...");
+        let text = finishing(Path::new("films/film_000001.gif"));
+        assert_eq!(text, "finishing film_000001.gif ...");
     }
 
     #[test]
-    fn each_file_is_told_of_by_its_path() {
+    fn each_outcome_names_the_path_of_its_file() {
         let folder = std::env::current_dir().expect("there is one");
         let path = Path::new("film_000001.gif");
         let whole = folder.join(path).display().to_string();
@@ -477,9 +478,9 @@ mod tests {
             (failed(), false, format!("{whole} was given up: no room")),
             (failed(), true, format!("{whole} was given up")),
         ] {
-            let told = told_of(path, &ended, is_cancelled);
-            assert!(told.starts_with(&wanted), "{told}, not {wanted}");
-            assert!(!is_cancelled || !told.contains("no room"), "{told}");
+            let text = outcome_of(path, &ended, is_cancelled);
+            assert!(text.starts_with(&wanted), "{text}, not {wanted}");
+            assert!(!is_cancelled || !text.contains("no room"), "{text}");
         }
     }
 }

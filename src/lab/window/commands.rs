@@ -1,4 +1,4 @@
-//! What the interface asks the window for, done: settings, scenes, screenshots, the clipboard.
+//! Obeys the commands of the interface: settings, scenes, screenshots, the clipboard.
 
 use std::path::{Path, PathBuf};
 
@@ -99,7 +99,7 @@ impl Lab {
         Ok(())
     }
 
-    /// Lets the running simulation take over what can change while it runs. Where it cannot, that is said, and false.
+    /// Applies the settings that can change while the simulation runs. If this fails, a notice says so and it returns false.
     pub(super) fn apply(&mut self, context: &egui::Context) -> bool {
         let wanted = self.interface.document.live_settings();
         let is_taken = match self.runner.apply(&wanted) {
@@ -130,7 +130,7 @@ impl Lab {
         self.restart_as(self.interface.document.edited.clone());
     }
 
-    /// The same with other settings.
+    /// Restarts from step 0, with other settings.
     pub(super) fn restart_as(&mut self, settings: Settings) {
         let (name, folder) = (
             self.interface.document.name.clone(),
@@ -170,7 +170,7 @@ impl Lab {
         self.interface.notices.say(context, text, false);
     }
 
-    /// Into the file that the scene was saved in before, or else into a numbered one.
+    /// Saves the scene into its file, or if it has none, into a numbered one.
     fn save(&mut self, context: &egui::Context) {
         let saved = match self
             .interface
@@ -242,10 +242,10 @@ impl Lab {
         write: impl FnOnce(&mut dyn FnMut(&Path) -> Result<String>) -> Result<PathBuf>,
     ) -> Option<PathBuf> {
         self.runner.scene()?;
-        let (mut told, mut has_all) = (String::new(), false);
+        let (mut remark, mut has_all) = (String::new(), false);
         let saved = write(&mut |file| {
             let scene = self.scene_text_at(file)?;
-            (told, has_all) = (scene.told(), scene.has_all());
+            (remark, has_all) = (scene.remark(), scene.has_all());
             Ok(scene.text)
         });
         match saved {
@@ -255,7 +255,7 @@ impl Lab {
                         .document
                         .saved(Some(self.interface.document.state_to_save()));
                 }
-                let text = format!("Saved {}{told}", whole(&path).shown());
+                let text = format!("Saved {}{remark}", whole(&path).shown());
                 self.interface.notices.say(context, text, false);
                 Some(path)
             }
@@ -298,7 +298,7 @@ impl Lab {
         Some(self.keep_as_left())
     }
 
-    /// The same, whatever has a file.
+    /// Keeps the scene as it was left, whether a file has it or not.
     pub(super) fn keep_as_left(&mut self) -> Result<(PathBuf, String)> {
         let mut lacks = String::new();
         let mut left = std::mem::take(&mut self.interface.gallery.left);
@@ -319,8 +319,8 @@ impl Lab {
         Ok((file, lacks))
     }
 
-    /// At the end, on the terminal.
-    pub(super) fn tell_left(&mut self) {
+    /// Reports on the terminal at the end that the scene was kept.
+    pub(super) fn report_kept(&mut self) {
         let text = match self.keep_left() {
             None => return,
             Some(Ok((file, lacks))) => format!(

@@ -1,5 +1,5 @@
-//! What is seen in a brush's ring: dabs where its middle is, and where else surfaces are seen through it, nearer or farther
-//! than the dab's ball reaches.
+//! Surfaces seen in a brush's ring: a dab at its middle, and further dabs where surfaces are seen through the ring nearer or
+//! farther than the first dab's ball reaches.
 
 use glam::{Affine3A, Vec3};
 use myxo::mesh::surface::Surface;
@@ -10,17 +10,17 @@ use myxo::sim::paint::{Ball, Dab, MOST_DEPTHS, Ring};
 use crate::lab::marks::RunningMarks;
 use crate::lab::tools::overlay::normal_towards;
 
-/// What is seen farther than this from a ring's middle lies off the dab's ball, as a share of its radius: places on smooth
-/// surfaces that are seen from the side come beyond 1.
+/// Places seen farther than this from a ring's middle lie off the dab's ball, as a share of its radius: smooth surfaces seen
+/// from the side exceed 1.
 const OFF: f32 = 1.2;
-/// So much larger than the ring the balls are, so that places of one depth lie in them up to the ring's edge, also half a
-/// radius nearer or farther than their middle.
+/// The radius of balls over the ring's, so that places of one depth lie in them up to the ring's edge, also half a radius
+/// nearer or farther than their middle.
 const WIDER: f32 = 1.12;
 
-/// The dabs of one frame's stroke, through the rings that are drawn round those pixels whose rays these are. Where a ring
-/// is all of one smooth surface, its dab is one ball. Hidden objects are looked through, and locked ones have no dabs.
+/// The dabs of one frame's stroke, through the rings that are drawn round the pixels of these rays. If a ring shows one smooth
+/// surface, its dab is one ball. Hidden objects are looked through, and locked ones have no dabs.
 ///
-/// The surface is gone through twice, however many rays there are.
+/// It iterates over the surface twice, however many rays there are.
 pub fn dabs_seen(
     surface: &Surface,
     poses: &[Affine3A],
@@ -84,9 +84,9 @@ fn through(dab: &Dab, ring: &Ring) -> Vec<Ray> {
         .collect()
 }
 
-/// Balls for the places that are seen through a ring and do not lie in the dab's own: behind each other on the way through
-/// its middle, and as large as the ring is seen there. Of more than there may be, those that most places ask for. There is a
-/// place for each look, if it meets anything.
+/// Balls for the places that are seen through a ring and do not lie in the dab's own ball: one behind the other along the ray
+/// through its middle, and as large as the ring appears there. If there are too many, those with most places are kept. There is
+/// a place for each ray that hits a surface.
 fn balls(dab: &Dab, eye: Vec3, places: &[Option<Vec3>]) -> [Option<Ball>; MOST_DEPTHS] {
     let to_middle = dab.center - eye;
     let (way, middle) = (to_middle.normalize_or(Vec3::Z), to_middle.length());
@@ -100,7 +100,7 @@ fn balls(dab: &Dab, eye: Vec3, places: &[Option<Vec3>]) -> [Option<Ball>; MOST_D
         .filter(|(_, depth)| *depth > 0.0)
         .collect();
     depths.sort_by(|a, b| a.1.total_cmp(&b.1));
-    // Those within one radius share a ball.
+    // Places within one radius share a ball.
     let mut groups: Vec<&[(u32, f32)]> = Vec::new();
     let mut rest = &depths[..];
     while let Some((_, first)) = rest.first() {
@@ -133,7 +133,7 @@ mod tests {
     use myxo::sim::paint::Brush;
 
     const SIZE: Vec2 = Vec2::new(640.0, 480.0);
-    /// Of the ring, pixels.
+    /// Radius of the ring, pixels.
     const RADIUS: f32 = 40.0;
 
     fn setup(objects: &[(&str, [f32; 3])]) -> Setup {
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_seen_in_the_ring_is_painted_in_front_and_behind() {
+    fn surfaces_seen_in_the_ring_are_painted_in_front_and_behind() {
         // One plane stands before the other, and does not reach as far to the right.
         let setup = setup(&[
             ("plane?columns=8&rows=8", [-1.0, 0.0, 1.0]),

@@ -1,4 +1,4 @@
-//! Exports that the window begins, goes on with and reports.
+//! Exports that the window begins, advances and reports.
 
 use crate::lab::command::{Model, Out};
 use crate::lab::document::Document;
@@ -19,14 +19,14 @@ use myxo::{Error, Result};
 use std::path::PathBuf;
 
 impl Lab {
-    /// Where files go.
+    /// The folder for files.
     pub(super) fn folder_out(&self) -> PathBuf {
         let home = directories::UserDirs::new();
         let home = home.as_ref().map(|dirs| dirs.home_dir());
         typed_folder(&self.interface.out.folder, home)
     }
 
-    /// Does what the interface asks for; what is wrong is said.
+    /// Obeys a request of the interface; an error is shown in a notice.
     pub(super) fn take_out(&mut self, context: &egui::Context, out: Out, picture: [u32; 2]) {
         let done = match out {
             Out::Record => self.record(context, picture),
@@ -40,7 +40,7 @@ impl Lab {
             }
             Out::Finish => {
                 if let Some(Export::Film(film)) = &mut self.jobs.exports.job
-                    && film.told().can_finish
+                    && film.facts().can_finish
                 {
                     film.stop();
                 }
@@ -99,7 +99,7 @@ impl Lab {
             None => Ok(()),
             Some(job) => Err(Error::Invalid(format!(
                 "{} is being made: wait for it, or cancel it",
-                job.told().name
+                job.facts().name
             ))),
         }
     }
@@ -187,7 +187,8 @@ impl Lab {
         Ok(())
     }
 
-    /// Records what an export takes of the state, if one is asked for; no memory for it is said.
+    /// Records the copy of the state for an export, if one is asked for; an error, such as too little memory, is shown in a
+    /// notice.
     pub(super) fn record_export(&mut self, rec: &mut myxo::gpu::Recorder, context: &egui::Context) {
         if let Err(error) = self.record_asked(rec) {
             self.jobs.exports.job = None;
@@ -208,8 +209,8 @@ impl Lab {
         job.record(rec, stage, view, edited)
     }
 
-    /// Says what has become of a file.
-    pub(super) fn tell_written(&mut self, ended: Result<Written>, remarks: &str) {
+    /// Shows the outcome of a file in a notice.
+    pub(super) fn report_written(&mut self, ended: Result<Written>, remarks: &str) {
         let (text, is_error) = match ended {
             Ok(written) => (format!("Saved {}{remarks}", found_again(&written)), false),
             Err(error) => (error.to_string(), true),
@@ -218,7 +219,7 @@ impl Lab {
         self.interface.notices.say(&context, text, is_error);
     }
 
-    /// Copies the picture of this frame, if one is being recorded; `drawn` tells it from others.
+    /// Copies the picture of this frame, if one is being recorded; `drawn` distinguishes it from others.
     pub(super) fn look_on(
         recording: &mut TakeOut,
         rec: &mut myxo::gpu::Recorder,

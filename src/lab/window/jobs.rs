@@ -1,16 +1,15 @@
-//! What goes on beside the frames, polled once a frame: the only place that asks other threads for what they have made.
+//! Jobs beside the frames, polled once a frame: the only place that asks other threads for their results.
 
 use crate::lab::feeding::Fed;
 use crate::lab::out::export::Export;
 use crate::lab::out::recording::Recording;
 use crate::lab::window::Lab;
-use crate::lab::window::closing::{say, told_of, told_of_recording};
+use crate::lab::window::closing::{outcome_of, outcome_of_recording, say};
 use myxo::Result;
 use myxo::render::output::Written;
 
 impl Lab {
-    /// Goes on with everything that is on its way, and takes what has ended. A window that closes only ends what is being
-    /// written.
+    /// Advances all jobs and takes over those that have ended. A window that closes only finishes files being written.
     pub(super) fn poll_jobs(&mut self) -> Result<()> {
         if self.closing {
             self.begin_to_end();
@@ -31,7 +30,7 @@ impl Lab {
             && let Some(stage) = &mut self.runner.stage
         {
             let look_changes = self.interface.document.morph.is_some();
-            // Where that fails, what there is of it is still kept.
+            // If this fails, the finished part is still kept.
             export.advance(&mut self.runner.frames, stage, look_changes)?;
         }
         if let Some((export, written)) = self.jobs.exports.take_export() {
@@ -42,11 +41,11 @@ impl Lab {
         }
         let facts = &mut self.clocks.facts;
         facts.loading = (self.jobs.loading.as_ref()).map(|loading| loading.facts());
-        facts.out = self.jobs.exports.told();
+        facts.out = self.jobs.exports.facts();
         Ok(())
     }
 
-    /// Lets the food be there that was measured. What was refused goes back to what there is, and is said.
+    /// Takes over food that was measured. Refused food goes back to the running food, with a notice.
     fn has_measured(&mut self, fed: Fed) -> Result<()> {
         let refused = self.runner.feed(fed)?;
         if let Some(stage) = &self.runner.stage {
@@ -69,11 +68,11 @@ impl Lab {
     /// An export has ended.
     fn has_exported(&mut self, export: Export, written: Result<Written>) {
         if self.jobs.exports.ends.is_some() {
-            say(&told_of(export.path(), &written, export.is_cancelled()));
+            say(&outcome_of(export.path(), &written, export.is_cancelled()));
         }
         if export.is_cancelled() {
             let context = self.host.context().clone();
-            let text = format!("{} was given up", export.told().name);
+            let text = format!("{} was given up", export.facts().name);
             return self.interface.notices.say(&context, text, false);
         }
         if let (Export::File(file), Ok(_)) = (export, &written)
@@ -84,15 +83,15 @@ impl Lab {
                 .back
                 .saved(self.interface.document.file.as_ref());
         }
-        self.tell_written(written, "");
+        self.report_written(written, "");
     }
 
     /// A recording has ended.
     fn has_recorded(&mut self, recording: &Recording, written: Result<Written>) {
-        let remarks = recording.told().remarks();
+        let remarks = recording.facts().remarks();
         if self.jobs.exports.ends.is_some() {
-            say(&told_of_recording(recording.path(), &written, &remarks));
+            say(&outcome_of_recording(recording.path(), &written, &remarks));
         }
-        self.tell_written(written, &remarks);
+        self.report_written(written, &remarks);
     }
 }

@@ -12,7 +12,7 @@ use crate::lab::window::areas::CarriedOver;
 use crate::lab::window::{Lab, title};
 
 impl Lab {
-    /// Begins to load a scene; one that is on its way is given up for it.
+    /// Begins to load a scene; another load under way is cancelled for it.
     pub(super) fn load<T: Into<Opened>>(
         &mut self,
         name: String,
@@ -30,8 +30,8 @@ impl Lab {
         self.host.request_redraw();
     }
 
-    /// What is on its way is given up. An object that was to come or to go does so afterwards, if it is the same scene; what
-    /// is lost is said.
+    /// Cancels the load under way. An object that was to come or to go does so afterwards, if the scene stays; a notice names
+    /// what is lost.
     fn make_room(&mut self, name: &str, origin: Origin) {
         let is_same = origin == Origin::Shown;
         if !is_same {
@@ -74,7 +74,7 @@ impl Lab {
         self.interface.notices.say(&context, text, false);
     }
 
-    /// Shows the scene that was loaded. If something was wrong with it, what runs goes on.
+    /// Shows the scene that was loaded. If it has failed, the running scene continues.
     pub(super) fn has_loaded(&mut self, loading: Loading, result: Result<Ready>) -> Result<()> {
         let shown = match result {
             // It had ended before it saw that.
@@ -95,8 +95,8 @@ impl Lab {
                 self.interface.notices.say(&context, text, false);
             }
             Err(error) if is_loss(&error) => {
-                // It is given up like any that is on its way then. An object is not asked for again: it may be what the device
-                // was lost by.
+                // It is cancelled like any load under way then. An object is not requested again, because it may have caused
+                // the loss.
                 self.jobs.loading = Some(loading);
                 if let Some(coming) = &mut self.edits.coming {
                     coming.again = None;
@@ -118,7 +118,7 @@ impl Lab {
         if is_new_scene {
             self.interface.opening.leave_scene();
         } else {
-            // It may have got another name meanwhile.
+            // The scene may have got another name meanwhile.
             stage.scene.name.clone_from(&self.interface.document.name);
         }
         let left = if is_new_scene {
@@ -147,7 +147,7 @@ impl Lab {
             })
             .into_iter()
             .collect();
-        // Remarks on the same meshes are shown once.
+        // Remarks on a mesh are shown once.
         let known = self.runner.remarks();
         let new = stage.remarks.iter().filter(|text| !known.contains(text));
         texts.extend(new.cloned());

@@ -14,7 +14,7 @@ use crate::lab::window::Lab;
 use crate::own_presets::check_name;
 use crate::own_presets::with_preset;
 
-/// Of the small picture of a preset or of a scene that is left, pixels.
+/// Size of the small picture of a preset or of a scene that is left, pixels.
 const PICTURE: [u32; 2] = [300, 200];
 
 impl Lab {
@@ -53,9 +53,9 @@ impl Lab {
         let mut commands = Vec::new();
         let facts = &self.clocks.facts;
         let is_read = (self.interface).take_look(context, (name, text), facts, &mut commands);
-        // One that comes slowly asks for nothing yet. What is refused is said.
+        // A slow change has no commands yet. A refusal is shown in a notice.
         if is_read && (commands.is_empty() || self.apply(context)) {
-            // So it can be kept by one click.
+            // Then it can be kept by one click.
             self.interface.gallery.name = check_name(name).unwrap_or_default().to_owned();
             let text = format!("The look of {name}: keep it in the gallery (G)");
             self.interface.notices.say(context, text, false);
@@ -88,7 +88,7 @@ impl Lab {
         Ok(format!("Saved {}", path.shown()))
     }
 
-    /// A small picture of what is seen now, if there is a scene and no step is half done.
+    /// A small copy of the present picture, if there is a scene and no step is half done.
     pub(super) fn small_picture(&mut self) -> Result<Option<RgbaImage>> {
         if !self.runner.can_draw() {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! What the window does when its device is lost: the scene is kept, another device is opened, and the scene begins anew on it.
+//! Recovery of the window from a lost device: the scene is kept, another device is opened, and the scene restarts on it.
 
 use crate::lab::clocks::Clocks;
 use crate::lab::lost::*;
@@ -19,18 +19,18 @@ use std::sync::Arc;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Other threads let go of a lost device as soon as they look; one that does not within this time has failed.
+/// Other threads release a lost device as soon as they check it; one that does not within this time has failed.
 const LET_GO_WITHIN: Duration = Duration::from_secs(20);
-/// What helps where a scene is too much for the device.
+/// Advice if a scene is too large for the device.
 const ADVICE: &str = "if it happens again, take fewer particles or a smaller atlas";
 
 impl Lab {
-    /// Can the lab go on with another device after this error?
+    /// Can the lab continue with another device after this error?
     pub fn can_begin_anew(&self, error: &Error) -> bool {
         self.runner.can_begin_anew(error)
     }
 
-    /// What ended the lab, with what was kept of it: the scene as it was set, for what had grown lies on the device.
+    /// The error that ended the lab, with what was kept: the scene's settings, because its state is lost with the device.
     pub fn rescue(&mut self, error: &Error) -> Error {
         let lacking = self.scene_text().map(|scene| scene.lacking());
         let kept = match self.keep_scene() {
@@ -76,30 +76,30 @@ impl Lab {
         }))
     }
 
-    /// Gives up the lost device, opens another one, and lets the scene begin anew on it. Where there is none, everything is
-    /// kept that can be, and the error says so.
+    /// Gives up the lost device, opens another one, and restarts the scene on it. If there is none, everything is kept that can
+    /// be, and the error says so.
     pub fn begin_anew(mut self, error: &Error, options: &LabOptions) -> Result<Self> {
         self.interface.document.end_morph();
         let ended = self.rescue(error);
         self.keep_preferences();
         let was_painted = self.has_painted();
         let was_on = self.runner.ctx.info().name.clone();
-        let untold = self.what_does_not_come();
+        let not_coming = self.what_does_not_come();
         self.leave_device();
         let Self {
             gui, front, runner, ..
         } = self;
         drop((gui, front));
         let (device, lost) = runner.end();
-        let (told, screen) = match end(device) {
-            Ok(told) => (told, Screen::open(&self.host, options)),
+        let (messages, screen) = match end(device) {
+            Ok(messages) => (messages, Screen::open(&self.host, options)),
             Err(held) => (Vec::new(), Err(held)),
         };
         let screen = match screen {
             Ok(screen) => screen,
             Err(refused) => {
-                log_messages(&told);
-                for text in &untold {
+                log_messages(&messages);
+                for text in &not_coming {
                     say(text);
                 }
                 self.jobs.exports.close();
@@ -131,10 +131,10 @@ impl Lab {
             ..self
         };
         if was_painted {
-            // They are gone, and the file may have them.
+            // The painted areas are gone, and the file may have them.
             lab.interface.document.file = None;
         }
-        lab.tell_messages(&told);
+        lab.pass_on_messages(&messages);
         let kept = lab.runner.lost.as_ref().and_then(|lost| lost.kept.as_ref());
         let kept = kept.map(|(_, path)| path.as_path());
         let on = &lab.runner.ctx.info().name;
@@ -164,8 +164,8 @@ impl Lab {
         self.renew_textures();
     }
 
-    /// The interface's textures go with the device: the next frame hands out the letters as a whole, and small pictures are
-    /// loaded again where they are shown.
+    /// The interface's textures go with the device: the next frame uploads the whole font texture, and small pictures are
+    /// loaded again when they are shown.
     fn renew_textures(&mut self) {
         self.interface.gallery.forget_all_pictures();
         let context = self.host.context();
@@ -195,7 +195,7 @@ fn end(mut ctx: Arc<Context>) -> Result<Vec<String>> {
     }
 }
 
-/// What the window says.
+/// The notice in the window.
 fn notice(error: &Error, was_painted: bool, on: Option<&String>, kept: Option<&Path>) -> String {
     let why = match error {
         Error::Gpu(GpuError::DeviceLost { call, last }) => format!("{call}: {last}"),
@@ -231,8 +231,8 @@ mod tests {
              if it happens again, take fewer particles or a smaller atlas"
         );
         let other = "llvmpipe".to_owned();
-        let told = notice(&error, true, Some(&other), None);
+        let text = notice(&error, true, Some(&other), None);
         let end = "what had grown and was painted is gone. The scene begins anew on llvmpipe with all its settings";
-        assert!(told.ends_with(&format!("{end}; {ADVICE}")), "{told}");
+        assert!(text.ends_with(&format!("{end}; {ADVICE}")), "{text}");
     }
 }

@@ -59,7 +59,7 @@ const SETTLES_AFTER: Duration = Duration::from_millis(250);
 const EXPOSURE_SPEED: f32 = 3.0;
 /// How often a window without a size is looked at again.
 const HIDDEN_INTERVAL: Duration = Duration::from_millis(100);
-/// Who looks at places may take them as they are, where no frame is due for so long.
+/// The places in the report are final if no frame is due for this long.
 const RESTS_FOR: Duration = Duration::from_millis(250);
 /// How often it is shown how far a scene is that loads, and asked for food that is on its way.
 const LOADING_INTERVAL: Duration = Duration::from_millis(50);
@@ -69,44 +69,44 @@ const LOADING_INTERVAL: Duration = Duration::from_millis(50);
 pub struct Lab {
     /// Draws the interface.
     pub(super) gui: Gui,
-    /// What is on its way on other threads.
+    /// Jobs on other threads.
     pub(super) jobs: Jobs,
-    /// What tools have on the device.
+    /// Data of tools on the device.
     pub(super) edits: Edits,
     /// The images that are shown.
     pub(super) front: Front,
-    /// What runs.
+    /// The running simulation.
     pub(super) runner: Runner,
     /// The document, and everything round the picture.
     pub(super) interface: Interface,
-    /// What is measured, and the facts that the interface shows.
+    /// Measurements, and the facts that the interface shows.
     pub(super) clocks: Clocks,
-    /// What is to be done when steps are over, and a scene has loaded.
+    /// Requests that wait until steps have ended and the scene has loaded.
     pub(super) waiting: Vec<Waiting>,
     /// When the window answers while steps are under way.
     pub(super) answers: Answers,
     /// The window is to close.
     pub closing: bool,
-    /// What happens after so many pictures.
+    /// Test actions after a number of pictures.
     pub(super) countdown: Countdown,
     /// When the picture last moved.
     pub(super) moved: Instant,
-    /// What the validation layers said, counted.
+    /// The number of messages of the validation layers.
     pub(super) message_count: usize,
-    /// Where layouts are kept that take long to make.
+    /// The folder for atlas layouts, which take long to compute.
     pub(super) atlases: Option<PathBuf>,
-    /// What is kept for the next window.
+    /// Preferences kept for the next window.
     pub(super) kept: KeptPreferences,
-    /// What tests see of the window.
+    /// The report of the window for tests.
     pub(super) places: Option<Places>,
     pub host: Host,
 }
 
-/// What happens after so many pictures of the scene.
+/// Test actions after a number of pictures of the scene.
 pub(super) struct Countdown {
     /// The lab closes.
     closes: Option<u32>,
-    /// The device is taken for lost after so many pictures while something goes on; then the one that takes its place, and so on.
+    /// The device is treated as lost after this many pictures while the lab is busy; then its replacement, and so on.
     loses_device: VecDeque<u32>,
 }
 
@@ -192,7 +192,8 @@ impl Lab {
 
     /// An event of the system that the interface may want. Does the window have to be drawn again?
     pub fn take_in(&mut self, event: &WindowEvent) -> bool {
-        // At once: egui may take its time, as with what others have copied. What fails is told by the frame that follows.
+        // The report changes at once, because egui may take long, as with the clipboard of another program. The next frame
+        // reports a failure.
         let is_frame = matches!(event, WindowEvent::RedrawRequested);
         let is_stirred = !is_frame && self.stir_places().unwrap_or(true);
         self.host.take_in(event) || is_stirred
@@ -234,7 +235,7 @@ impl Lab {
         let mut commands = commands.into_iter();
         while let Some(command) = commands.next() {
             if let Err(error) = self.obey(&seen.context, command, size) {
-                // What was asked for after it may still be done with another device.
+                // Later commands may still be done with another device.
                 let rest = commands.map(|command| Waiting::Command(command, size));
                 self.waiting.extend(rest);
                 return Err(error);
@@ -318,7 +319,7 @@ impl Lab {
             self.forget_places();
         } else {
             let rests = next.is_none_or(|next| next > self.host.now() + RESTS_FOR);
-            self.tell_places(&seen.context, seen.pixels_per_point, rests)?;
+            self.report_places(&seen.context, seen.pixels_per_point, rests)?;
         }
         Ok(next)
     }
@@ -348,13 +349,13 @@ impl Lab {
         self.host.now() < self.moved + SETTLES_AFTER
     }
 
-    /// Counts down to what was asked for after so many pictures.
+    /// Counts down to the test actions after a number of pictures.
     pub(super) fn count_picture(&mut self) {
         if let Some(pictures) = &mut self.countdown.closes {
             *pictures = pictures.saturating_sub(1);
             self.closing |= *pictures == 0;
         }
-        // Not while the hand of a test prepares something.
+        // The count pauses while a test prepares something.
         let goes_on = self.runs() || self.jobs.exports.is_busy();
         let loses_device = &mut self.countdown.loses_device;
         if let Some(pictures) = loses_device.front_mut().filter(|_| goes_on) {
@@ -379,7 +380,7 @@ impl Lab {
         [settles, loading, repaint].into_iter().flatten().min()
     }
 
-    /// Does the simulation go on by itself? Where it would take the processors that are needed to load, it waits.
+    /// Does the simulation run without single steps? It waits for a load if both would use the same processors.
     pub(super) fn runs(&self) -> bool {
         let waits = self.jobs.loading.is_some() && self.runner.ctx.info().kind == DeviceKind::Cpu;
         let goes_on = self.interface.document.playing && !self.closing;
@@ -391,7 +392,7 @@ impl Lab {
         let mut view = self.interface.document.view;
         if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
             *adaptation = 1.0 - (-EXPOSURE_SPEED * since_last.as_secs_f32()).exp();
-            // It is the film's, which goes by pictures and not by the clock.
+            // The exposure follows the film's pictures then, not the clock.
             if self.jobs.exports.holds() {
                 *adaptation = 0.0;
             }
@@ -401,20 +402,20 @@ impl Lab {
 
     /// Passes on what the validation layers say.
     pub(super) fn report_messages(&mut self) {
-        self.tell_messages(&self.runner.ctx.take_messages());
-        let told = self.runner.ctx.debug_entries();
-        if !told.entries.is_empty() || told.overflow > 0 {
-            log::warn!("values of debug_value:\n{told}");
+        self.pass_on_messages(&self.runner.ctx.take_messages());
+        let debug = self.runner.ctx.debug_entries();
+        if !debug.entries.is_empty() || debug.overflow > 0 {
+            log::warn!("debug_value wrote:\n{debug}");
         }
     }
 
     /// Passes on messages of the validation layers.
-    pub(super) fn tell_messages(&mut self, messages: &[String]) {
+    pub(super) fn pass_on_messages(&mut self, messages: &[String]) {
         self.message_count += messages.len();
         log_messages(messages);
     }
 
-    /// Keeps what is the same in every scene for the next time.
+    /// Keeps preferences, which are equal in every scene, for the next session.
     pub(super) fn keep_preferences(&self) {
         let Some(file) = &self.kept.file else {
             return;
@@ -438,11 +439,14 @@ impl Lab {
         }
     }
 
-    /// Ends everything, and keeps what is to be kept. What was found to be wrong on the way is an error.
+    /// Ends all work and keeps what is to be kept. A problem that was found while the lab ran is an error.
     pub fn close(mut self) -> Result<()> {
         self.obey_what_writes();
-        if self.interface.document.is_unsaved() && self.finish_steps().is_err() {
-            // The scene is kept without a picture.
+        // The scene that is kept has a picture, which needs whole steps.
+        if self.interface.document.is_unsaved()
+            && let Err(error) = self.finish_steps()
+        {
+            log::warn!("the last steps are not finished: {error}");
         }
         self.runner.give_up_slices();
         let _ = self.runner.frames.wait_idle();
@@ -453,7 +457,7 @@ impl Lab {
         }
         self.jobs.leave_device();
         self.report_messages();
-        self.tell_left();
+        self.report_kept();
         self.keep_preferences();
         if let Some(problem) = self.runner.checks.as_ref().and_then(Checks::problem) {
             return Err(Error::Invalid(format!("{problem}; this is a bug in myxo")));
@@ -475,7 +479,7 @@ pub(super) fn log_messages(messages: &[String]) {
     }
 }
 
-/// Of the window that shows a scene.
+/// The title of the window that shows a scene.
 pub fn title(scene: &str) -> String {
     format!("{scene} - myxo")
 }

@@ -1,4 +1,4 @@
-//! Objects that come, go and grow while what has grown stays: meshes that are added, copies, and objects that are taken out.
+//! Objects that are added, duplicated, removed or scaled while the state of the others stays.
 
 use myxo::scene::Scene;
 use myxo::scene::motion::in_decimals;
@@ -25,12 +25,12 @@ impl Lab {
         let document = &self.interface.document;
         let settings = renewed(&document.live_settings(), &document.edited);
         self.restart_as(settings.clone());
-        // What waits for a restart goes on waiting.
+        // Edits that wait for a restart continue to wait.
         self.interface.document.asked = Some(settings);
         self.edits.carry = Some(from);
     }
 
-    /// What runs is hidden and locked as the interface has it.
+    /// Hides and locks running objects as the interface marks them.
     pub(crate) fn follow_marks(&mut self) {
         let document = &self.interface.document;
         if let Some(stage) = &mut self.runner.stage {
@@ -72,7 +72,7 @@ impl Lab {
             let alone = Settings {
                 objects: vec![ObjectSettings {
                     mesh: mesh.clone(),
-                    // What is wrong with the file is said of this name.
+                    // Errors in the file are reported under this name.
                     name: short_name(&mesh).to_owned(),
                     ..ObjectSettings::default()
                 }],
@@ -93,7 +93,7 @@ impl Lab {
             Ok(Scene::from_settings(name, settings, folder)?)
         });
         from.push(None);
-        // What waits for a restart goes on waiting.
+        // Edits that wait for a restart continue to wait.
         self.interface.document.asked = Some(asked);
         self.edits.carry = Some(from);
         self.edits.coming = Some(Coming {
@@ -180,7 +180,7 @@ impl Lab {
         let settings = with_copy(&asked, place, way, stage.simulation.time());
         let mut from = self.where_they_run(&asked.objects);
         from.push(None);
-        // Of the same meshes, whatever has become of their files.
+        // The copy has the meshes in memory, even if their files have changed.
         let mut meshes = stage.scene.meshes.clone();
         meshes.push(meshes[place].clone());
         let (name, folder) = (
@@ -200,7 +200,7 @@ impl Lab {
         });
     }
 
-    /// An object goes. Those that come or go already do so first.
+    /// Removes an object, after earlier requests for objects.
     pub(crate) fn remove_object(&mut self, object: Box<ObjectSettings>) {
         let loading = self.jobs.loading.as_ref();
         if loading.is_some_and(|loading| loading.origin == Origin::Shown) {

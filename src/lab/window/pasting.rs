@@ -1,5 +1,5 @@
-//! Scenes from the clipboard: one that differs from what runs only in what can change while it runs is taken over by it;
-//! any other one is loaded and begins at step 0.
+//! Scenes from the clipboard: the running scene takes over one that differs only in settings that can change while it runs; any
+//! other is loaded and starts at step 0.
 
 use std::path::{Path, PathBuf};
 
@@ -15,13 +15,13 @@ use crate::lab::saving::whole;
 use crate::lab::window::Lab;
 
 impl Lab {
-    /// Takes a scene from text. What is wrong with it is said, and changes nothing.
+    /// Takes a scene from text. An error in it is shown in a notice and changes nothing.
     pub(crate) fn paste(&mut self, context: &egui::Context, text: &str) {
         let settings = match read_scene(text) {
             Ok(settings) => settings,
             Err(error) => return self.interface.notices.say(context, error.to_string(), true),
         };
-        // What is on its way is not there to be compared with.
+        // A scene on its way cannot be compared with.
         let stage = self
             .runner
             .stage
@@ -42,7 +42,7 @@ impl Lab {
                 // It is another scene, and the one before has its file.
                 self.interface.document.file = None;
                 let text = format!(
-                    "{} goes on as pasted (R begins anew)",
+                    "{} continues as pasted (R restarts)",
                     self.interface.document.name
                 );
                 self.interface.notices.say(context, text, false);
@@ -65,15 +65,15 @@ impl Lab {
     }
 }
 
-/// What was read, with the names that the running scene has for it, if that can take it over without a restart. Relative
-/// paths of meshes begin at `folder`.
+/// The settings that were read, with the names of the running scene, if that can take them over without a restart. Relative
+/// paths of meshes start at `folder`.
 fn as_it_runs(running: &Settings, read: &Settings, folder: &Path) -> Option<Settings> {
     if read.objects.len() != running.objects.len() {
         return None;
     }
     let mut settings = read.clone();
     if settings.radius == 0.0 {
-        // It was measured.
+        // The radius of the running scene was measured.
         settings.radius = running.radius;
     }
     let pairs = settings.objects.iter_mut().zip(&running.objects);
@@ -96,11 +96,11 @@ fn as_it_runs(running: &Settings, read: &Settings, folder: &Path) -> Option<Sett
         }
     }
     let restarts = PARAMETERS.iter().any(|p| p.restarts(running, &settings));
-    // What is wrong with food is told by who loads it.
+    // The loader reports what is wrong with food.
     (!restarts && foods::problems(&settings).is_empty()).then_some(settings)
 }
 
-/// Where a mesh is to be found, wherever its path begins.
+/// The path of a mesh, also if it is relative.
 fn mesh_file(object: &ObjectSettings, folder: &Path) -> PathBuf {
     if object.mesh.starts_with("builtin:") {
         return PathBuf::from(&object.mesh);
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_can_change_while_it_runs_goes_on() {
+    fn only_settings_that_can_change_while_it_runs_are_taken_over() {
         let folder = Path::new("scenes");
         let read = |text: &str| read_scene(text).expect("it is a scene");
         let mut running = read("[[object]]\nname = \"ball\"\nmesh = \"ball.obj\"\n");
@@ -139,7 +139,7 @@ mod tests {
         assert_eq!(taken.objects[0].position, [1.0, 0.0, 0.0]);
         assert_eq!((taken.radius, taken.trail.decay), (2.5, 0.5));
         assert_eq!(taken.camera.distance, 9.0);
-        // Everything else begins anew.
+        // Everything else needs a restart.
         for text in [
             format!("[particles]\ncount = 7000\n{object}"),
             format!("[atlas]\nsize = 64\n{object}"),

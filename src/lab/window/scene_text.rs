@@ -17,7 +17,7 @@ use crate::lab::window::Lab;
 /// A scene file on its way.
 #[derive(Debug, Default)]
 pub(crate) struct SceneText {
-    /// What it says.
+    /// The text.
     pub text: String,
     /// The map of areas that was written beside it.
     map: Option<PathBuf>,
@@ -28,14 +28,14 @@ pub(crate) struct SceneText {
 }
 
 impl SceneText {
-    /// What is to be said of areas.
-    pub fn told(&self) -> String {
+    /// The remark on areas for a notice.
+    pub fn remark(&self) -> String {
         let map = self.map.as_ref().and_then(|map| map.file_name());
         let with = map.map(|map| format!(", with painted areas in {}", Path::new(map).shown()));
         with.unwrap_or_default() + &self.lacking()
     }
 
-    /// The same of what is missing.
+    /// The remark on what is missing.
     pub fn lacking(&self) -> String {
         let lacks = self.lacks.as_ref();
         let lacks = lacks.map(|error| format!(", without the areas that were painted: {error}"));
@@ -62,7 +62,7 @@ impl Lab {
         })
     }
 
-    /// The same for a file of this path, with areas as they are in a map beside it.
+    /// The text for a file of this path, with the present areas in a map beside it.
     pub(crate) fn scene_text_at(&self, file: &Path) -> Result<SceneText> {
         let (settings, waits) = self.settings_that_work();
         let only = |settings| SceneText {
@@ -111,7 +111,8 @@ impl Lab {
         })
     }
 
-    /// The settings as they are edited. Where no scene could begin with what waits for a restart, the rest of them, and why.
+    /// The settings as they are edited. If no scene could start with the edits that wait for a restart, it returns the settings
+    /// without them, and the error.
     pub(crate) fn settings_that_work(&self) -> (Settings, Option<Error>) {
         let mut edited = self.interface.document.edited.clone();
         // Food comes and goes while the scene runs, and where it began no longer matters.
@@ -141,7 +142,7 @@ impl Lab {
             Some(meshes) => Scene::from_meshes(name, settings, meshes, folder),
             None => Scene::from_settings(name, settings, folder),
         }?;
-        // What runs has begun, so its pictures are right.
+        // The running scene has started, so its pictures are right.
         let runs = self.runner.scene().map(|scene| &scene.settings);
         if runs.is_none_or(|runs| runs.starts() != scene.settings.starts()) {
             Masks::open(&scene)?;
@@ -159,7 +160,7 @@ impl Lab {
         Ok(())
     }
 
-    /// The meshes that are there already, where these settings ask for no others.
+    /// The meshes in memory, if these settings need no others.
     pub(crate) fn meshes_for(&self, settings: &Settings) -> Option<Vec<Mesh>> {
         let scene = self.runner.scene()?;
         let there = scene.settings.objects.iter().map(|object| &object.mesh);

@@ -1,4 +1,4 @@
-//! Frames: the interface, and under it a picture, a new one or the one that is there.
+//! Frames: the interface, and under it a picture, a new one or the last one.
 
 use crate::lab::place::Place;
 use crate::lab::places::Places;
@@ -43,7 +43,7 @@ impl Lab {
         })
     }
 
-    /// Draws the picture, or takes the one that is there, and the interface over it, and shows both.
+    /// Draws the picture, or takes the last one, draws the interface over it, and shows both.
     pub(super) fn draw(
         &mut self,
         mut rec: Recorder,
@@ -57,7 +57,7 @@ impl Lab {
             stage.scales = self.interface.scales();
             let can_wait = self.jobs.exports.holds() || shot.answers;
             if shot.is_between {
-                // It stays as it is.
+                // The picture stays as it is.
             } else if can_wait && stage.shows(&shot.view, shot.sizes()) {
                 if shot.answers {
                     self.runner.order.owe_picture();
@@ -94,8 +94,8 @@ impl Lab {
         Ok(())
     }
 
-    /// Tells tests what the window shows now.
-    pub(super) fn tell_places(
+    /// Reports to tests what the window shows now.
+    pub(super) fn report_places(
         &mut self,
         context: &egui::Context,
         pixels_per_point: f32,
@@ -107,15 +107,15 @@ impl Lab {
         let state = self
             .interface
             .state(&self.clocks.facts, context.text_edit_focused());
-        told(places.write(state, pixels_per_point, rests))
+        named(places.write(state, pixels_per_point, rests))
     }
 
-    /// What the window shows may change.
+    /// The contents of the window may change.
     pub(super) fn stir_places(&mut self) -> Result<bool> {
-        told(self.places.as_mut().map_or(Ok(false), Places::stir))
+        named(self.places.as_mut().map_or(Ok(false), Places::stir))
     }
 
-    /// What this frame has named is not in the window.
+    /// The controls that this frame has named are not in the window.
     pub(super) fn forget_places(&mut self) {
         if let Some(places) = &mut self.places {
             places.forget();
@@ -123,7 +123,7 @@ impl Lab {
     }
 }
 
-/// What came of writing places.
-fn told<T>(written: std::io::Result<T>) -> Result<T> {
+/// Adds the option's name to an error in writing places.
+fn named<T>(written: std::io::Result<T>) -> Result<T> {
     written.map_err(|error| Error::Invalid(format!("--places: {error}")))
 }

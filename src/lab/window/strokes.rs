@@ -7,7 +7,7 @@ use myxo::sim::paint::Repainted;
 use myxo::{Error, Result};
 
 impl Lab {
-    /// The hand has let go: what was painted since it pressed is one stroke. Where it has changed nothing there is none.
+    /// The button was released: what was painted since the press is one stroke, unless it has changed nothing.
     pub(crate) fn end_stroke(&mut self, context: &egui::Context) -> Result<()> {
         let pending_ends = &mut self.interface.hands.pending_ends;
         *pending_ends = pending_ends.saturating_sub(1);
@@ -24,7 +24,7 @@ impl Lab {
             Ok(changed) => changed,
             Err(error) => {
                 self.forget_strokes();
-                return self.tell_unless_lost(context, CANNOT_UNDO, error);
+                return self.report_unless_lost(context, CANNOT_UNDO, error);
             }
         };
         let is_first = before.is_empty();
@@ -35,7 +35,7 @@ impl Lab {
                 Ok(())
             };
             return forgotten
-                .or_else(|error| self.tell_unless_lost(context, "Empty areas stay", error));
+                .or_else(|error| self.report_unless_lost(context, "Empty areas stay", error));
         }
         let is_kept = changed.len() <= MOST_TEXELS;
         let undo = &mut self.interface.document.undo;
@@ -74,10 +74,10 @@ impl Lab {
         Ok(self.runner.frames.wait_idle()?)
     }
 
-    /// Strokes go back, or come again, until this is the last one that there is.
+    /// Undoes or redoes strokes until this is the last one.
     pub(crate) fn take_strokes(&mut self, context: &egui::Context, last: u64) -> Result<()> {
         self.paint_now(context)?;
-        // What has no end yet would count what changes here as its own.
+        // An open stroke would count this change as its own.
         self.edits.strokes.open = None;
         let Some(stage) = &mut self.runner.stage else {
             return Ok(());
@@ -95,7 +95,7 @@ impl Lab {
                 }
                 put
             };
-            // One that is refused stays where it was: the next undo or redo goes through it.
+            // A refused stroke stays where it was: the next undo or redo includes it.
             strokes.put(stroke, is_back == taken.is_err());
             if let Err(error) = taken {
                 refused = Some((is_back, error));
@@ -107,16 +107,16 @@ impl Lab {
         match refused {
             None => Ok(()),
             Some((true, error)) => {
-                self.tell_unless_lost(context, "A stroke could not be undone", error)
+                self.report_unless_lost(context, "A stroke could not be undone", error)
             }
             Some((false, error)) => {
-                self.tell_unless_lost(context, "A stroke could not be redone", error)
+                self.report_unless_lost(context, "A stroke could not be redone", error)
             }
         }
     }
 
-    /// An undo for which there is no memory is no reason to end the lab. With a lost device all of it begins anew.
-    pub(crate) fn tell_unless_lost(
+    /// An undo for which there is no memory is no reason to end the lab. With a lost device the whole lab restarts.
+    pub(crate) fn report_unless_lost(
         &mut self,
         context: &egui::Context,
         what: &str,
@@ -133,6 +133,6 @@ impl Lab {
     /// Another atlas has other texels: strokes on the one before are no longer known.
     pub(crate) fn forget_strokes(&mut self) {
         self.edits.strokes = Strokes::default();
-        self.edits.strokes.tell(&mut self.interface.document.undo);
+        self.edits.strokes.limit(&mut self.interface.document.undo);
     }
 }

@@ -1,4 +1,4 @@
-//! What the hands ask of the simulation, done: dabs of brushes along the way of the pointer, and what lies under it.
+//! Does the work that tools ask of the simulation: dabs of brushes along the way of the pointer, and what lies under it.
 
 use glam::{DVec3, Vec2, Vec3};
 use myxo::gpu::Recorder;
@@ -31,7 +31,7 @@ const MOST_DABS: f32 = 6.0;
 /// From one dab to the next, as a share of their radius.
 const SPACING: f32 = 0.35;
 impl Lab {
-    /// Does what the hands ask for.
+    /// Does what a tool asks for.
     pub(crate) fn obey_hand(
         &mut self,
         context: &egui::Context,
@@ -94,8 +94,8 @@ impl Lab {
         Ok(())
     }
 
-    /// A file was dropped onto the window, or chosen in it. What is on its way comes first: files that are dropped together
-    /// all come.
+    /// A file was dropped onto the window, or chosen in it. A load under way is finished first: files that are dropped together
+    /// are all opened.
     pub fn drop_file(&mut self, path: PathBuf) {
         self.interface.notices.begin_drop();
         if let Some(folder) = path.parent() {
@@ -197,7 +197,7 @@ impl Lab {
                     }
                 }
                 Err(Error::Invalid(problem)) => self.interface.notices.say(context, problem, true),
-                // Nothing was painted, and the scene goes on.
+                // Nothing was painted, and the scene continues.
                 Err(error) if is_loss(&error) => return Err(error),
                 Err(error) => {
                     let text = format!("nothing was painted: {error}");
@@ -227,7 +227,7 @@ impl Lab {
                     Ok(probe) => self.edits.probe = Some(probe),
                     Err(error) => {
                         self.interface.hands.probe = false;
-                        return self.tell_unless_lost(context, "there is no probe", error);
+                        return self.report_unless_lost(context, "there is no probe", error);
                     }
                 }
             }
@@ -273,7 +273,7 @@ impl Lab {
             let corners = surface.corners[hit.triangle as usize]
                 .map(|vertex| poses[object].transform_point3(surface.positions[vertex as usize]));
             let texel = setup.atlas.texel_of(hit.triangle, hit.u, hit.v);
-            // What was read a little beside is better than nothing.
+            // A value read a little beside is better than none.
             let has_bias = simulation.state().bias.is_some();
             let has_distance = settings.objects.len() > 1;
             Under {

@@ -1,11 +1,11 @@
-//! The way back to what had grown: offered where there is something, by a button and in the gallery.
+//! The way back to an earlier state: a button and the gallery offer it if there is one.
 
 use super::*;
 use crate::lab::facts::Before;
 use crate::lab::layout::PANEL_WIDTH;
 
 #[test]
-fn what_had_grown_comes_back_by_a_button_and_in_the_gallery() {
+fn an_earlier_state_comes_back_by_a_button_and_in_the_gallery() {
     let mut harness = Harness::new();
     assert_eq!(harness.places_of("↶").len(), 0, "there is nothing yet");
     harness.facts.before = Some(Before {

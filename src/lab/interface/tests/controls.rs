@@ -78,7 +78,7 @@ fn a_dialog_that_opens_files_has_the_keys_to_itself() {
     assert_eq!(harness.click(IN_PICTURE), []);
     assert_eq!(harness.interface.document.view, view);
     assert!(!harness.interface.layout.alone);
-    // It goes, and the brush stays in the hand.
+    // The dialog closes, and the brush stays selected.
     harness.press(Key::Escape);
     assert!(!harness.interface.opening.is_open());
     assert_ne!(harness.interface.hands.tool, Tool::Look);
@@ -213,7 +213,7 @@ fn looks_are_kept_and_removed_in_the_gallery() {
         let place = places.iter().find(|place| place.x > 340.0);
         *place.unwrap_or_else(|| panic!("{name}: {places:?}"))
     };
-    // Taken, and one that cannot be.
+    // One preset is taken, and one cannot be.
     let at = in_gallery(&harness, "moss") + vec2(0.0, -40.0);
     assert_eq!(harness.click(at), [Command::Apply]);
     assert_eq!(harness.interface.document.preset.as_deref(), Some("moss"));
@@ -222,7 +222,7 @@ fn looks_are_kept_and_removed_in_the_gallery() {
     assert_eq!(harness.click(at), []);
     let notice = harness.interface.notices.text().expect("it is said");
     assert!(notice.contains("preset torn: line 1"), "{}", notice);
-    // Asked before it is removed; what is said of it is over.
+    // It is removed after a question; its notice has ended.
     harness.time += 20.0;
     harness.frame(vec![]);
     let name = in_gallery(&harness, "moss");
@@ -287,7 +287,7 @@ fn things_are_taken_out_by_keys_and_buttons() {
         let at = place(&harness, words);
         assert_eq!(harness.click(at), [command], "{words}");
     }
-    // What is under way is told, and one thing waits for another.
+    // The panel shows the work under way, and a second export waits for the first.
     harness.facts.out.recording = Some(crate::lab::facts::Recorded {
         seconds: 65.0,
         frames: 1950,
@@ -337,7 +337,7 @@ fn the_picture_can_be_alone() {
         let said = harness.interface.notices.text();
         assert_eq!(said.as_deref(), Some("Esc brings the panel back"));
         assert_eq!(harness.interface.hands.selected, None);
-        // It does, whatever the hand holds.
+        // Esc does so with every tool.
         harness.press(Key::Escape);
         assert!(harness.frame(vec![]).picture.left() > 300.0);
         assert_eq!(harness.interface.hands.tool, tool);
@@ -378,7 +378,7 @@ fn times_are_exported_as_they_are_shown() {
 }
 
 #[test]
-fn what_is_loading_is_told_and_can_be_given_up() {
+fn progress_of_a_load_is_shown_and_it_can_be_cancelled() {
     let mut harness = Harness::new();
     let progress = Progress {
         doing: "packing charts",
@@ -412,7 +412,7 @@ fn what_is_loading_is_told_and_can_be_given_up() {
     assert_eq!(harness.places_of("ending").len(), 1);
 }
 
-/// With one object, nobody changes objects.
+/// With one object, no particle changes objects.
 #[test]
 fn what_has_no_effect_cannot_be_turned() {
     let mut harness = Harness::new();
@@ -468,7 +468,7 @@ fn a_row_goes_back_to_the_scene_or_to_the_default() {
     }
 }
 
-/// What appears above a number does not take the keyboard from it.
+/// A row that appears above a number does not take the keyboard from it.
 #[test]
 fn a_number_that_restarts_can_be_typed_to_its_end() {
     let mut harness = Harness::new();
@@ -476,7 +476,7 @@ fn a_number_that_restarts_can_be_typed_to_its_end() {
     for _ in 0..30 {
         harness.frame(vec![]);
     }
-    // The line of facts below has it, too.
+    // The line of facts below shows it, too.
     let places = harness.places_of("500,000");
     let number = places.iter().find(|place| place.y < 0.9 * SCREEN.y);
     harness.click(*number.unwrap_or_else(|| panic!("{places:?}")));
@@ -484,11 +484,11 @@ fn a_number_that_restarts_can_be_typed_to_its_end() {
         harness.frame(vec![Event::Text(digit.to_owned())]);
         harness.frame(vec![]);
     }
-    // What writes letters or moves in a text does nothing else meanwhile.
+    // Keys that edit text do nothing else meanwhile.
     assert!(harness.press(Key::S).is_empty() && harness.interface.document.playing);
     assert!(matches!(harness.press(Key::F12)[..], [Command::Screenshot]));
     assert_eq!(harness.interface.document.edited.particles.count, 500_000);
-    // What is saved has the number as it stands.
+    // A save has the number as it stands.
     let held = Modifiers::COMMAND;
     let commands = harness.press_with(held, Key::S);
     assert_eq!(commands[0], Command::Save, "{commands:?}");
@@ -521,7 +521,7 @@ fn a_number_with_a_least_value_can_be_typed() {
     }
     harness.press(Key::Enter);
     assert_eq!(harness.interface.document.edited.atlas.size, 512);
-    // What is less than the least becomes the least.
+    // A value below the minimum becomes the minimum.
     harness.frame(vec![]);
     let [number] = harness.places_of("512")[..] else {
         panic!("{:?}", harness.places_of("512"));
@@ -533,7 +533,7 @@ fn a_number_with_a_least_value_can_be_typed() {
 }
 
 #[test]
-fn what_is_opened_over_the_picture_closes_the_rest() {
+fn a_card_over_the_picture_closes_the_others() {
     let mut harness = Harness::new();
     let open = |harness: &Harness| {
         let cards = [Card::Help, Card::Gallery, Card::Exports];
@@ -553,7 +553,7 @@ fn what_is_opened_over_the_picture_closes_the_rest() {
 }
 
 #[test]
-fn what_no_file_has_is_known_until_it_is_saved() {
+fn unsaved_changes_are_marked_until_they_are_saved() {
     let mut harness = Harness::new();
     assert!(!harness.interface.document.is_unsaved());
     harness.interface.document.edited.trail.decay = 0.5;
@@ -573,7 +573,7 @@ fn what_no_file_has_is_known_until_it_is_saved() {
     harness.interface.document.view.camera.yaw += 1.0;
     assert!(
         !harness.interface.document.is_unsaved(),
-        "whoever looks round changes nothing"
+        "a turn of the camera is no change"
     );
     // A file that was asked for before a change has not that one; what came from the clipboard is in none.
     let before = harness.interface.document.state_to_save();
@@ -585,7 +585,7 @@ fn what_no_file_has_is_known_until_it_is_saved() {
     assert!(harness.interface.document.is_unsaved());
 }
 
-/// What to do where the transfer buffer was full is read without pointing at anything.
+/// The advice for a full transfer buffer is shown without hovering.
 #[test]
 fn the_panel_says_how_large_the_transfer_buffer_must_be() {
     let mut harness = Harness::new();
@@ -645,7 +645,7 @@ fn errors_stay_until_they_are_clicked_away() {
 }
 
 #[test]
-fn what_is_no_number_is_said() {
+fn text_that_is_no_number_is_reported() {
     let mut harness = Harness::new();
     harness.interface.panel.filter = "atlas size".to_owned();
     for _ in 0..30 {
@@ -668,7 +668,7 @@ fn commands_are_found_by_what_they_do() {
     let at = harness.places_of("take one step")[0];
     assert_eq!(harness.click(at), [Command::Step]);
     assert!(!harness.interface.document.playing);
-    // One that has nothing to do is grey.
+    // An action without effect is grey.
     harness.interface.panel.filter = "selected object".to_owned();
     for _ in 0..3 {
         harness.frame(vec![]);
@@ -687,7 +687,7 @@ fn commands_are_found_by_what_they_do() {
 
 /// A button that the tabulator has led to is pressed by Space, and the simulation runs on.
 #[test]
-fn space_is_for_what_has_the_keyboard() {
+fn space_is_for_the_control_with_the_keyboard() {
     let mut harness = Harness::new();
     while harness.ctx.memory(|memory| memory.focused()).is_none() {
         harness.press(Key::Tab);
@@ -734,7 +734,7 @@ fn undo_leads_back_to_the_preset_with_its_name() {
     assert_eq!(harness.interface.document.edited.trail.decay, 0.5);
 }
 
-/// What the wheel turns goes on for a moment: not over another part of the window.
+/// The motion of the wheel continues for a moment, but not over another part of the window.
 #[test]
 fn a_turn_of_the_wheel_ends_where_it_began() {
     let mut harness = Harness::new();

@@ -46,7 +46,7 @@ fn harness() -> Harness {
     harness.facts.hand.poses = vec![Affine3A::IDENTITY; 2];
     harness.facts.hand.mean_trail = 10.0;
     harness.facts.hand.radius = 1.0;
-    // What the window would have noted.
+    // The window would have noted these.
     let edited = harness.interface.document.edited.clone();
     let view = harness.interface.document.view;
     harness.interface.document.undo.note(&edited, &view);
@@ -121,7 +121,7 @@ fn count_of_ends(commands: &[Command]) -> usize {
         .count()
 }
 
-/// What the window does at the end of a stroke.
+/// Does what the window does at the end of a stroke.
 fn end_stroke(harness: &mut Harness, has_changed: bool) {
     let interface = &mut harness.interface;
     interface.hands.pending_ends -= 1;
@@ -150,7 +150,7 @@ fn a_stroke_is_one_thing_to_undo() {
         }
         assert_eq!(harness.interface.document.undo.strokes(), last, "{tool:?}");
     }
-    // Through the panel and back it is the same stroke, which cannot be undone before it is over.
+    // A pointer that crosses the panel and comes back continues one stroke, which cannot be undone before it has ended.
     harness.interface.hands.take(Tool::Repel);
     harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
     let mut commands = harness.frame(vec![button(IN_PICTURE, true)]).commands;
@@ -190,7 +190,7 @@ fn undo_comes_after_the_strokes_that_wait_for_their_ends() {
         let commands = dragged(&mut harness, IN_PICTURE, to);
         assert_eq!(count_of_ends(&commands), 1);
     }
-    // What is changed meanwhile comes after them.
+    // A change made meanwhile comes after them.
     harness.interface.document.edited.trail.decay = 0.5;
     harness.frame(vec![]);
     let mut commands = Vec::new();
@@ -320,7 +320,7 @@ fn a_click_picks_and_escape_lets_go() {
     harness.click(beside);
     assert_eq!(
         harness.interface.hands.selected, None,
-        "it has not been told"
+        "the window has not answered yet"
     );
     let pixel = harness.interface.hands.pointer;
     assert!(pixel.is_some(), "it asks");
@@ -336,7 +336,7 @@ fn a_click_picks_and_escape_lets_go() {
     assert_eq!(harness.interface.hands.selected, None, "on nothing");
 }
 
-/// Where the middle of the first object is seen.
+/// The middle of the first object on the screen.
 fn middle(harness: &mut Harness) -> Pos2 {
     let picture = harness.frame(vec![]).picture;
     let size = Vec2::new(picture.width(), picture.height());
@@ -419,14 +419,14 @@ fn a_scaled_object_is_drawn_as_large_at_once() {
 }
 
 #[test]
-fn objects_that_undo_brings_back_run_at_once_and_what_waits_goes_on_waiting() {
+fn objects_that_undo_brings_back_run_at_once_and_pending_edits_wait() {
     let mut harness = harness();
     let undone = |harness: &mut Harness| {
         let mut commands = Vec::new();
         harness.interface.undo(&mut commands);
         commands
     };
-    // Scaled by hand: the window has loaded it.
+    // The user has scaled it, and the window has loaded it.
     harness.interface.document.edited.objects[0].scale = 2.0;
     harness.interface.document.running = harness.interface.document.edited.clone();
     harness.interface.hands.selected = Some(1);
@@ -448,7 +448,7 @@ fn objects_that_undo_brings_back_run_at_once_and_what_waits_goes_on_waiting() {
     assert_eq!(undone(&mut harness), [Command::Apply]);
     assert!(!harness.interface.document.is_pending());
 
-    // Taken out: who is picked stays picked, wherever it stands then.
+    // An object is removed: the picked object stays picked at its new index.
     let mut harness = super::hands::harness();
     harness.interface.document.edited.objects.remove(0);
     harness.interface.document.running = harness.interface.document.edited.clone();
@@ -476,7 +476,7 @@ fn objects_that_do_not_come_back_leave_those_that_run() {
     let second = harness.interface.document.running.objects[0].clone();
     harness.interface.document.edited.objects[0].position = [9.0; 3];
     assert_eq!(harness.interface.document.live_settings().objects, [second]);
-    // The mesh is gone, or somebody gave the load up.
+    // The mesh is gone, or the load was cancelled.
     harness.interface.not_shown();
     let Document {
         edited, running, ..
@@ -516,5 +516,5 @@ fn every_tool_has_its_button() {
     for _ in 0..3 {
         harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
     }
-    assert_eq!(harness.places_of("1.5000").len(), 1, "the trail is told");
+    assert_eq!(harness.places_of("1.5000").len(), 1, "the trail is shown");
 }

@@ -58,7 +58,7 @@ fn news_go_also_where_nothing_happens() {
     assert!(harness.places_of("Saved").is_empty());
 }
 
-/// When the next frame is wanted once everything that moves has come to rest, half a second on.
+/// The delay of the next frame after all animations have ended, half a second later.
 fn delay_at_rest(harness: &mut Harness) -> f64 {
     (0..30).for_each(|_| drop(harness.frame(vec![])));
     harness.delay.as_secs_f64()

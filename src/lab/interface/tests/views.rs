@@ -1,4 +1,4 @@
-//! What the picture shows, the atlas beside it, the light, flight, and sides to look from.
+//! Tests of views: the picture, the atlas beside it, the light, flight, and standard directions.
 
 use super::*;
 use glam::Vec3;
@@ -57,7 +57,7 @@ fn keys_and_buttons_choose_views_and_what_a_scene_has_not_is_refused() {
     for (_, name) in with_keys().filter(|(show, _)| is_of_two(*show)) {
         harness.press(key(name));
         assert_eq!(harness.interface.document.view.show, Show::Wireframe);
-        let notice = harness.interface.notices.text().expect("it is told");
+        let notice = harness.interface.notices.text().expect("there is a notice");
         assert!(notice.contains("needs a second object"), "{}", notice);
     }
     harness.frame(vec![]);
@@ -86,7 +86,7 @@ fn a_scene_that_asks_for_what_it_has_not_shows_its_trail() {
 }
 
 #[test]
-fn the_atlas_beside_the_picture_has_a_hand_of_its_own() {
+fn the_atlas_beside_the_picture_has_its_own_navigation() {
     let mut harness = Harness::new();
     let whole = harness.frame(vec![]);
     assert_eq!(whole.beside, None);
@@ -111,7 +111,7 @@ fn the_atlas_beside_the_picture_has_a_hand_of_its_own() {
     harness.drag(PointerButton::Primary, none, middle, middle + DRAG);
     assert_ne!(harness.interface.document.view.camera, before.camera);
     assert_eq!(harness.interface.document.view.atlas, after.atlas);
-    // What shows the atlas alone needs it not twice.
+    // A view of the atlas alone does not show it twice.
     harness.press(Key::Num0);
     assert_eq!(harness.frame(vec![]).beside, None);
 }
@@ -145,7 +145,7 @@ fn the_light_moves_with_its_key_and_nothing_else_does() {
 }
 
 #[test]
-fn flight_has_its_own_keys_hand_and_wheel() {
+fn flight_has_its_own_keys_drags_and_wheel() {
     let mut harness = Harness::new();
     harness.press(Key::V);
     assert!(harness.interface.navigation.is_flying() && harness.interface.document.playing);

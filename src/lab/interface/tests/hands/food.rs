@@ -34,7 +34,7 @@ fn food_is_put_picked_changed_and_taken_away() {
     assert_eq!(food.at, [0.5, 1.0, 1.5], "in the mesh's own coordinates");
     assert_eq!(harness.interface.hands.food, Some(0));
     assert_eq!(harness.interface.document.view.camera, camera);
-    // The window tells where it lies; a click on it picks it, one beside puts another one.
+    // The window reports its position; a click on it picks it, and a click beside it puts another one.
     harness.facts.hand.foods = vec![(Vec3::new(1.0, 2.0, 3.0), 0.1)];
     harness.interface.hands.food = None;
     click(&mut harness, Vec3::new(1.05, 2.0, 3.0));
@@ -98,7 +98,7 @@ fn food_that_is_refused_is_gone_and_undo_leads_past_it() {
     harness.interface.food_is_refused(&refused);
     assert_eq!(harness.interface.hands.food, Some(0));
     assert_eq!(harness.interface.hands.next_food, food(1.0));
-    // What the hand has set since stays.
+    // Food that the user has put since then stays.
     harness.interface.document.edited.foods.push(food(5.0));
     harness.interface.food_is_refused(&refused);
     assert_eq!(
@@ -107,7 +107,7 @@ fn food_that_is_refused_is_gone_and_undo_leads_past_it() {
     );
 }
 
-/// Where everything lies of which the window tells: on a plane, a point of the picture a hundredth.
+/// The position that the window reports for a pixel: on a plane, one pixel is a hundredth of a unit.
 fn place_of(harness: &Harness, pixel: Vec2) -> Vec3 {
     let size = harness.ctx.content_rect().size();
     0.01 * (pixel - 0.5 * Vec2::new(size.x, size.y)).extend(0.0)
@@ -151,7 +151,7 @@ fn with_food() -> Harness {
     harness
 }
 
-/// Where the food lies, points from where it was pressed.
+/// The food's distance from the place of the press, points.
 fn way_of(harness: &Harness, from: [f64; 3]) -> Vec2 {
     let at = single(harness.interface.document.edited.foods[0].at);
     100.0 * (at - single(from)).truncate()
@@ -200,7 +200,7 @@ fn where_there_is_no_food_a_drag_turns_the_picture() {
     let (from, way) = (IN_PICTURE + vec2(-120.0, 90.0), vec2(60.0, 20.0));
     let turned = |mut harness: Harness, is_slow: bool| {
         let begun = harness.interface.document.view.camera;
-        // Nobody has looked where it is pressed.
+        // The window has not looked yet at the place that is pressed.
         let mut events = vec![button(from, true)];
         events.extend((1..=4).map(|i| Event::PointerMoved(from + way * (i as f32 / 4.0))));
         events.push(button(from + way, false));
@@ -266,7 +266,7 @@ fn food_comes_to_where_it_was_let_go_of_also_where_a_frame_takes_long() {
     assert_eq!(harness.interface.hands.food, Some(0));
     assert_eq!(harness.interface.document.edited.foods[0].at, at);
     assert_eq!(harness.interface.document.edited.foods.len(), 1);
-    // Taken away while it is held, it is gone, and the one that has its place in the list stays where it is.
+    // A food that is removed while it is held is gone, and the food that takes its index stays where it is.
     let other = FoodSettings {
         at: [9.0, 9.0, 9.0],
         ..harness.interface.document.edited.foods[0].clone()

@@ -11,7 +11,7 @@ fn hold(harness: &mut Harness) -> Pos2 {
 }
 
 #[test]
-fn esc_puts_back_what_a_handle_has_moved() {
+fn esc_puts_back_an_object_that_a_handle_has_moved() {
     let mut harness = harness();
     let before = harness.interface.document.edited.clone();
     let camera = harness.interface.document.view.camera;
@@ -20,7 +20,7 @@ fn esc_puts_back_what_a_handle_has_moved() {
     assert_ne!(harness.interface.document.edited, before);
     assert_eq!(harness.press(Key::Escape), [Command::Apply]);
     assert_eq!(harness.interface.document.edited, before);
-    // The hand has not let go: it moves nothing else, and the release is no click.
+    // The button is still down: the pointer moves nothing else, and the release is no click.
     let on = from + vec2(90.0, 30.0);
     for event in [Event::PointerMoved(on), button(on, false)] {
         assert_eq!(harness.frame(vec![event]).commands, []);
@@ -36,16 +36,16 @@ fn esc_puts_back_what_a_handle_has_moved() {
 }
 
 #[test]
-fn with_ctrl_objects_are_moved_in_steps_and_how_far_is_told() {
+fn with_ctrl_objects_are_moved_in_steps_and_the_distance_is_shown() {
     let mut harness = harness();
     let from = hold(&mut harness);
-    let told = |harness: &Harness| {
+    let labels = |harness: &Harness| {
         let words = ["+0.", "-0.", "+1.", "-1."].map(|words| harness.places_of(words).len());
         words.iter().sum::<usize>()
     };
     let to = from + vec2(77.0, -31.0);
     harness.frame(vec![Event::PointerMoved(to)]);
-    assert_eq!(told(&harness), 1);
+    assert_eq!(labels(&harness), 1);
     let off = |harness: &Harness| {
         let position = harness.interface.document.edited.objects[0].position;
         let off = position.map(|x| (10.0 * x - (10.0 * x).round()).abs());
@@ -59,11 +59,11 @@ fn with_ctrl_objects_are_moved_in_steps_and_how_far_is_told() {
     assert!(position.length() > 0.09, "{position}");
     harness.frame(vec![button(to, false)]);
     harness.frame(vec![]);
-    assert_eq!(told(&harness), 0);
+    assert_eq!(labels(&harness), 0);
 }
 
 #[test]
-fn f_looks_at_what_is_picked() {
+fn f_frames_the_picked_object() {
     let mut harness = harness();
     let whole = harness.interface.document.view.camera;
     harness.facts.hand.poses[0] = Affine3A::from_translation(Vec3::new(2.0, 0.0, 0.0));
@@ -114,7 +114,7 @@ fn undo_says_what_it_does_not_take_back() {
     }
     assert_eq!(undo(&mut harness), [Command::Apply]);
     assert_eq!(harness.interface.document.edited, before);
-    // What came after is undone first.
+    // The later change is undone first.
     dragged(&mut harness, IN_PICTURE, IN_PICTURE + vec2(40.0, 0.0));
     harness.interface.document.edited.trail.decay = 0.25;
     harness.frame(vec![]);

@@ -1,4 +1,4 @@
-//! Objects that are taken out and duplicated by keys and buttons.
+//! Objects that are removed and duplicated by keys and buttons.
 
 use super::*;
 
@@ -52,7 +52,7 @@ fn the_picked_object_is_duplicated_by_its_key_and_its_button() {
     };
     let (which, first) = copy(key(&mut harness));
     assert_eq!(which, Which::Object(1));
-    // What comes next is about the copy, and about its copy.
+    // The next actions apply to the copy, and to its copy.
     let (which, second) = copy(harness.click(at));
     assert_eq!(which, Which::Asked(first));
     assert_eq!(
@@ -64,12 +64,12 @@ fn the_picked_object_is_duplicated_by_its_key_and_its_button() {
     assert_eq!(harness.interface.hands.selected, None);
     harness.interface.hands.answer(second, Some(1));
     assert_eq!(harness.interface.hands.selected, Some(1));
-    // Who picks another meanwhile has picked that.
+    // An object that is picked meanwhile stays picked.
     let (_, third) = copy(key(&mut harness));
     harness.interface.hands.pick(Some(0));
     harness.interface.hands.answer(third, Some(1));
     assert_eq!(harness.interface.hands.selected, Some(0));
-    // Esc leaves the one that is to come, and only then gives up what loads.
+    // Esc first deselects the object on its way, and only then cancels the load.
     key(&mut harness);
     assert_eq!(harness.press(Key::Escape), []);
     assert_eq!(harness.press(Key::Escape), [Command::CancelLoading]);

@@ -1,4 +1,4 @@
-//! The list of objects: names, eyes and locks, and what they change for the hands.
+//! The list of objects: names, eyes and locks, and their effect on the tools.
 
 use super::*;
 
@@ -47,12 +47,12 @@ fn an_object_gets_another_name_which_is_undone() {
     assert_eq!(names(&harness), ["ring", "second"]);
     assert_eq!(edited.objects[1].distance_to, ["ring"]);
     assert_eq!(edited.particles.start_object, "ring");
-    // It needs no restart: what runs gets the names, too.
+    // It needs no restart: the running objects get the names, too.
     let live = harness.interface.document.live_settings();
     assert_eq!(&live, edited);
     harness.interface.document.running = live;
     assert!(!harness.interface.document.is_pending());
-    // What it said of a restart is gone, and all stands where it was.
+    // Its notice of a restart is gone, and everything is back in its place.
     (0..3).for_each(|_| drop(harness.frame(vec![])));
 
     // A name that is taken or none is not taken; Esc leaves the old one.

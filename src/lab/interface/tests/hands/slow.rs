@@ -7,7 +7,7 @@ fn in_one_frame(harness: &mut Harness, from: Pos2, to: Pos2) -> Vec<Command> {
     let mut events = vec![Event::PointerMoved(from), button(from, true)];
     events.extend((1..=8).map(|i| Event::PointerMoved(from + (to - from) * (i as f32 / 8.0))));
     events.push(button(to, false));
-    // It goes on to elsewhere.
+    // The pointer continues elsewhere.
     events.push(Event::PointerMoved(IN_PICTURE + vec2(150.0, 250.0)));
     harness.frame(events).commands
 }
@@ -25,7 +25,7 @@ fn a_handle_is_held_where_it_was_pressed() {
     dragged(&mut usual, from, from + way);
     assert!(position(&usual).length() > 0.1);
 
-    // The pointer has left the handle when the window hears of the press; or everything is over by then.
+    // The pointer has left the handle when the window receives the press, or the button is released by then.
     let press_and_go = |harness: &mut Harness| {
         let events = [button(from, true), Event::PointerMoved(from + 0.6 * way)];
         harness.frame(vec![Event::PointerMoved(from - way)]);
@@ -71,7 +71,7 @@ fn a_quick_stroke_paints_all_its_way() {
     let drawn = strokes[strokes.len() - 1].1 - strokes[0].0;
     assert!((drawn - Vec2::new(way.x, way.y)).length() < 1e-3, "{drawn}");
     assert_eq!(harness.interface.document.view.camera, camera);
-    // What it is over is asked until that is where the pointer is.
+    // The interface asks what is under the pointer until the answer is for the pointer's present place.
     harness.facts.hand.looked = None;
     harness.frame(vec![]);
     assert!(harness.interface.hands.pointer.is_some() && harness.ctx.has_requested_repaint());
@@ -187,7 +187,7 @@ fn a_list_is_closed_by_escape_or_by_a_click_that_does_nothing_else() {
 }
 
 #[test]
-fn what_is_picked_has_its_section_in_sight() {
+fn the_picked_object_has_its_section_in_sight() {
     let mut harness = harness();
     harness.facts.hand.under = Some(under());
     let is_shown = |harness: &Harness| {
@@ -220,7 +220,7 @@ fn what_is_picked_has_its_section_in_sight() {
 }
 
 #[test]
-fn what_was_picked_in_one_scene_is_not_picked_in_the_next() {
+fn a_selection_does_not_pass_to_the_next_scene() {
     let mut harness = harness();
     let settings = harness.interface.document.edited.clone();
     let scene = Scene::from_settings("pair".to_owned(), settings, ".".into()).unwrap();
@@ -304,7 +304,7 @@ fn an_object_that_comes_is_seen_whole() {
 }
 
 #[test]
-fn what_is_looked_for_is_left_by_escape_and_by_its_cross() {
+fn a_search_is_left_by_escape_and_by_its_cross() {
     let mut harness = harness();
     harness.press(Key::B);
     let look_for = |harness: &mut Harness| {
