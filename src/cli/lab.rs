@@ -13,7 +13,7 @@ use super::interrupt;
 use super::options::{DeviceOptions, SceneOptions, Size};
 use super::progress::atlas_cache;
 use super::{Command, Outcome};
-use crate::lab::{self, LabOptions, Opened, Preferences, SceneFile, left_name};
+use crate::lab::{self, LabOptions, Opened, Preferences, SceneFile, kept_name};
 
 /// Open a window: look, play, turn parameters
 #[derive(Clone, Debug, Default, Args)]
@@ -97,7 +97,7 @@ impl Lab {
     fn load(&self) -> Result<Scene> {
         let scene = self.scene.clone().unwrap_or_else(|| DEFAULT_SCENE.into());
         let mut loaded = Scene::load(&scene, &self.changes.overrides())?;
-        if let Some(name) = left_name(&scene) {
+        if let Some(name) = kept_name(&scene) {
             loaded.name = name;
         }
         Ok(loaded)

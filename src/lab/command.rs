@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::Vec2;
 use myxo::sim::paint::Brush;
 
-use crate::lab::left::LeftScene;
+use crate::lab::kept_scenes::KeptScene;
 use crate::measured::lately::Lately;
 
 /// Something that the window must do.
@@ -53,7 +53,7 @@ pub enum Command {
     /// Show another scene that comes with the program, with the present look.
     OpenWithLook(&'static str),
     /// Show a scene as it was left.
-    OpenLeft(LeftScene),
+    OpenKept(KeptScene),
     /// Open a file like a dropped one.
     TakeFile(PathBuf),
     /// Open a mesh as a scene of its own.
@@ -63,14 +63,14 @@ pub enum Command {
     /// The window over the whole screen, or no longer.
     FullScreen,
     /// The user acts on the scene with a tool.
-    Hand(Work),
+    Tool(ToolRequest),
     /// Take something out.
-    TakeOut(Out),
+    Export(ExportRequest),
 }
 
-/// Work that needs the simulation.
+/// ToolRequest that needs the simulation.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Work {
+pub enum ToolRequest {
     /// A brush was drawn from one pixel of the picture to another.
     Stroke {
         /// The previous position.
@@ -120,7 +120,7 @@ pub enum Which {
 
 /// Identifies a request of the interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Out {
+pub enum ExportRequest {
     /// Begin to record the window, or end it.
     Record,
     /// A film at a fixed step.

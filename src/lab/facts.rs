@@ -107,9 +107,9 @@ pub struct Facts {
     /// The scene that is being loaded, if any.
     pub loading: Option<LoadingFacts>,
     /// Facts for the tools.
-    pub hand: HandFacts,
+    pub pointer: PointerFacts,
     /// Recordings and exports under way.
-    pub out: OutFacts,
+    pub exports: ExportFacts,
     /// How often the window has answered while steps were under way.
     pub answers_within_steps: u64,
 }
@@ -141,7 +141,7 @@ pub struct Under {
 
 /// Facts that the window provides to the tools.
 #[derive(Clone, Debug, Default)]
-pub struct HandFacts {
+pub struct PointerFacts {
     /// The pixel that was looked at last, if any was asked for.
     pub looked: Option<Vec2>,
     /// Under the pointer, if it was asked for and there is something.
@@ -165,7 +165,7 @@ pub struct HandFacts {
     pub reach: f32,
 }
 
-impl HandFacts {
+impl PointerFacts {
     /// The pivot of an object's rotations and scalings, as origins of its coordinates.
     pub fn pivot_of(&self, object: usize) -> Origins {
         let mut origins = self.origins.get(object).copied().unwrap_or_default();
@@ -196,7 +196,7 @@ pub struct Making {
 
 /// Exports under way, for the interface.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct OutFacts {
+pub struct ExportFacts {
     /// A recording under way.
     pub recording: Option<Recorded>,
     /// Anything else.

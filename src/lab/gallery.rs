@@ -9,8 +9,8 @@ use myxo::scene::builtin::{Builtin, PRESETS, SCENES};
 
 use crate::lab::command::Command;
 use crate::lab::desk::Desk;
+use crate::lab::kept_scenes::{KeptScenes, picture_beside};
 use crate::lab::layout::Card;
-use crate::lab::left::{LeftScenes, picture_beside};
 use crate::lab::looks::Looks;
 use crate::lab::opening::{EVERYTHING, open_hint};
 use crate::lab::places::{Marked as _, mark_cross, note_value};
@@ -57,7 +57,7 @@ pub struct Gallery {
     /// Scenes are opened with the look that is here.
     keeps_look: bool,
     /// Scenes that were left with changes.
-    pub left: LeftScenes,
+    pub kept: KeptScenes,
     /// Files that were opened or saved last.
     pub recent: Recent,
 }
@@ -117,7 +117,7 @@ impl Gallery {
             self.was_open = true;
             self.forget_pictures();
             looks.own.read_again();
-            self.left.read_again();
+            self.kept.read_again();
         }
         let mut open = true;
         let margin = 24.0;
@@ -207,7 +207,7 @@ impl Gallery {
     /// Scenes as they were left, the last one first; before them the earlier state that can be continued.
     fn left_scenes(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let before = desk.facts.before.as_ref();
-        if self.left.all().is_empty() && before.is_none() {
+        if self.kept.all().is_empty() && before.is_none() {
             return;
         }
         ui.label(RichText::new("As you left them").strong())
@@ -222,7 +222,7 @@ impl Gallery {
         let size = card_size(ui.available_width());
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing = BETWEEN;
-            for (i, left) in self.left.all().iter().enumerate() {
+            for (i, left) in self.kept.all().iter().enumerate() {
                 let age = left.since.elapsed().unwrap_or_default();
                 let label = format!("{} · {} ago", left.name, HumanDuration(age));
                 let pictures = &mut self.left_pictures;
@@ -242,7 +242,7 @@ impl Gallery {
                     );
                 }
                 if card.marked(&format!("left={i}")).clicked() {
-                    desk.commands.push(Command::OpenLeft(left.clone()));
+                    desk.commands.push(Command::OpenKept(left.clone()));
                     desk.layout.close(Card::Gallery);
                 }
             }

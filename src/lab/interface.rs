@@ -11,11 +11,11 @@ use myxo::scene::Scene;
 use crate::lab::actions::pressed;
 use crate::lab::actions::{Action, FLAT};
 use crate::lab::command::Command;
-use crate::lab::command::Out;
-use crate::lab::command::Work;
+use crate::lab::command::ExportRequest;
+use crate::lab::command::ToolRequest;
 use crate::lab::desk::{Desk, desk};
 use crate::lab::document::Document;
-use crate::lab::exports::OutPanel;
+use crate::lab::export_panel::ExportPanel;
 use crate::lab::facts::Facts;
 use crate::lab::gallery::Gallery;
 use crate::lab::layout::move_beside;
@@ -34,7 +34,7 @@ use crate::lab::places::Marked as _;
 use crate::lab::renewal::place_among;
 use crate::lab::rows::take_wanted;
 use crate::lab::theme;
-use crate::lab::tools::{Hands, Tool};
+use crate::lab::tools::{Tool, Tools};
 use crate::lab::views::{choose_view, note_view};
 use crate::lab::widgets::take_refused;
 use myxo::scene::settings::{Settings, Show};
@@ -49,7 +49,7 @@ pub struct Interface {
     /// Pointer and flights.
     pub navigation: Navigation,
     /// Brushes, picked objects, the probe.
-    pub hands: Hands,
+    pub tools: Tools,
     /// Presets that can be taken, and how looks change.
     pub looks: Looks,
     /// The parameters.
@@ -59,7 +59,7 @@ pub struct Interface {
     /// The dialog for files.
     pub opening: Opening,
     /// Exports.
-    pub out: OutPanel,
+    pub exports: ExportPanel,
     /// Lines over the picture.
     pub notices: Notices,
     /// Is the key held?
@@ -86,12 +86,12 @@ impl Interface {
             document: Document::new(scene),
             layout: Layout::default(),
             navigation: Navigation::default(),
-            hands: Hands::new(),
+            tools: Tools::new(),
             looks: Looks::default(),
             panel: ParameterPanel::default(),
             gallery: Gallery::default(),
             opening: Opening::default(),
-            out: OutPanel::default(),
+            exports: ExportPanel::default(),
             notices: Notices::default(),
             shift: false,
         };
@@ -103,12 +103,12 @@ impl Interface {
     pub fn open(&mut self, scene: &Scene) {
         self.document.open(scene);
         self.see_as(scene);
-        self.hands.leave_scene();
+        self.tools.leave_scene();
         self.document.marks = Marks::default();
         self.panel.open_scene();
         self.document.morph = None;
         self.restarted(scene);
-        self.hands.newcomer.clear();
+        self.tools.newcomer.clear();
         self.looks.find_preset(&mut self.document);
         self.document.forget_changes();
     }
@@ -135,22 +135,22 @@ impl Interface {
     /// The scene runs from step 0, with its settings. Changes made while it was being loaded are kept as edits.
     pub fn restarted(&mut self, scene: &Scene) {
         let objects = &self.document.edited.objects;
-        let picked = self.hands.selected.and_then(|i| objects.get(i)).cloned();
+        let picked = self.tools.selected.and_then(|i| objects.get(i)).cloned();
         self.document.restarted(scene);
         // Added or removed objects change the indices of the others.
         if let Some(picked) = picked {
-            self.hands.selected = place_among(&self.document.edited.objects, &picked);
+            self.tools.selected = place_among(&self.document.edited.objects, &picked);
         }
-        (self.hands).restarted(scene, self.document.edited.foods.len());
+        (self.tools).restarted(scene, self.document.edited.foods.len());
     }
 
     /// The scene on its way is not shown. Objects that undo was to bring back did not come, so the running objects are edited
     /// again.
     pub fn not_shown(&mut self) {
         let there = self.document.running.objects.len();
-        self.hands.selected = self.hands.selected.filter(|object| *object < there);
+        self.tools.selected = self.tools.selected.filter(|object| *object < there);
         if self.document.not_shown() {
-            self.hands.selected = None;
+            self.tools.selected = None;
         }
     }
 
@@ -180,9 +180,9 @@ impl Interface {
         let (mut actions, mut commands) = (Vec::new(), Vec::new());
         let document = &mut self.document;
         document.marks.follow(&document.edited.objects);
-        self.looks.tick(ui.input(|i| i.time), facts.out.filmed);
+        self.looks.tick(ui.input(|i| i.time), facts.exports.filmed);
         // A press that closes a list does nothing else.
-        self.hands.is_covered = self.opening.is_open() || egui::Popup::is_any_open(&ctx);
+        self.tools.is_covered = self.opening.is_open() || egui::Popup::is_any_open(&ctx);
         // A dialog has the keyboard to itself.
         if !self.opening.is_open() {
             self.navigation.keep_keys(&ctx);
@@ -208,7 +208,7 @@ impl Interface {
                     self.panel.show(
                         ui,
                         &mut self.looks,
-                        &mut self.hands,
+                        &mut self.tools,
                         &self.navigation,
                         &mut desk,
                     )
@@ -235,14 +235,14 @@ impl Interface {
         if let Some(panel) = panel_rect {
             desk.layout.drag_edge(ui, panel);
         }
-        let used = self.hands.use_hands(ui, &response, &mut desk);
+        let used = self.tools.use_tools(ui, &response, &mut desk);
         // The first click has picked what it met, and handles may now lie under the second; it still asks for a new centre.
-        let refocuses = response.double_clicked() && self.hands.tool == Tool::Look;
+        let refocuses = response.double_clicked() && self.tools.tool == Tool::Look;
         let moved = if desk.opening.is_open() || used && !refocuses {
             Moved::default()
         } else {
             self.navigation
-                .apply(ui, &response, self.hands.drags, &mut desk.document.view)
+                .apply(ui, &response, self.tools.drags, &mut desk.document.view)
         };
         let beside_touched = beside.is_some_and(|rect| {
             move_beside(ui, rect, &mut desk.layout.beside, &mut desk.document.view)
@@ -250,26 +250,26 @@ impl Interface {
         if let Some(pixel) = moved.refocus {
             desk.commands.push(Command::Refocus(pixel));
         }
-        self.hands.show(ui, picture, &desk);
+        self.tools.show(ui, picture, &desk);
         let mut bar = None;
         if !desk.layout.alone {
-            bar = self.hands.show_tools(&ctx, picture, &mut desk);
+            bar = self.tools.show_tools(&ctx, picture, &mut desk);
         }
         show_help(&ctx, picture, desk.layout);
         self.gallery.show(&ctx, picture, &mut self.looks, &mut desk);
-        self.out.show(&ctx, picture, bar, &mut desk);
+        self.exports.show(&ctx, picture, bar, &mut desk);
         if let Some(loading) = &facts.loading {
             show_loading(&ctx, picture, loading, desk.commands);
         }
-        if facts.out.ends {
-            show_ending(&ctx, picture, &facts.out);
+        if facts.exports.ends {
+            show_ending(&ctx, picture, &facts.exports);
         }
         desk.notices.show(ui, picture, desk.layout.alone);
         desk.layout.hide_resting_pointer(&ctx);
         if let Some(folder) = desk
             .opening
             .show(&ctx, &mut desk.document.edited, desk.commands)
-            && let Err(refusal) = self.out.take_folder(&folder)
+            && let Err(refusal) = self.exports.take_folder(&folder)
         {
             desk.notices.say(&ctx, refusal, true);
         }
@@ -287,7 +287,7 @@ impl Interface {
             self.keep_in_picture(size);
         }
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
-        if !is_busy && !self.hands.has_food_in_hand() {
+        if !is_busy && !self.tools.holds_food() {
             self.note_changes();
         }
         Shown {
@@ -300,10 +300,10 @@ impl Interface {
 
     /// Turns the camera to what it is to show, in a picture of this size.
     fn keep_in_picture(&mut self, size: Vec2) {
-        let newcomer = std::mem::take(&mut self.hands.newcomer);
+        let newcomer = std::mem::take(&mut self.tools.newcomer);
         let is_flying = self.navigation.is_flying();
         self.document.keep_fitting(size, newcomer, is_flying);
-        let framed = std::mem::take(&mut self.hands.framed);
+        let framed = std::mem::take(&mut self.tools.framed);
         self.document.frame(framed, size);
     }
 
@@ -341,17 +341,17 @@ impl Interface {
             Action::Home => desk.document.go_home(),
             Action::Fit => {
                 let is_flat = desk.document.view.show.is_flat();
-                if is_flat || !self.hands.frame_picked(&facts.hand.poses) {
+                if is_flat || !self.tools.frame_picked(&facts.pointer.poses) {
                     desk.document.fit();
                 }
             }
             Action::Screenshot => desk.commands.push(Command::Screenshot),
-            Action::Record => desk.commands.push(Command::TakeOut(Out::Record)),
+            Action::Record => desk.commands.push(Command::Export(ExportRequest::Record)),
             Action::Export => desk.layout.toggle(Card::Exports),
             Action::Open => desk.opening.begin(ctx, EVERYTHING),
             Action::Save => desk.commands.push(Command::Save),
             Action::SaveAs => desk.commands.push(Command::AskWhereToSave),
-            Action::Undo => self.undo_by_hand(ctx, commands),
+            Action::Undo => self.undo_by_user(ctx, commands),
             Action::Redo => self.redo(commands),
             Action::Panel => desk.layout.panel = !desk.layout.panel,
             Action::PictureAlone => self.show_alone(ctx),
@@ -362,12 +362,12 @@ impl Interface {
             Action::Brush | Action::Food | Action::Probe if desk.document.view.show.is_flat() => {
                 desk.notices.say(ctx, FLAT, false);
             }
-            Action::Brush => self.hands.toggle_brush(),
-            Action::Food => self.hands.toggle_food(),
-            Action::Probe => self.hands.toggle_probe(),
-            Action::Duplicate => self.hands.duplicate_selected(ctx, &mut desk),
-            Action::Remove => self.hands.remove_selected(ctx, &mut desk),
-            Action::Hide => self.hands.hide_selected(ctx, &mut desk),
+            Action::Brush => self.tools.toggle_brush(),
+            Action::Food => self.tools.toggle_food(),
+            Action::Probe => self.tools.toggle_probe(),
+            Action::Duplicate => self.tools.duplicate_selected(ctx, &mut desk),
+            Action::Remove => self.tools.remove_selected(ctx, &mut desk),
+            Action::Hide => self.tools.hide_selected(ctx, &mut desk),
             Action::ShowAll => desk.document.marks.show_all(),
             Action::Back => self.back(ctx, facts, (actions, commands)),
             Action::Quit => desk.commands.push(Command::Quit),
@@ -390,9 +390,9 @@ impl Interface {
             desk.layout.close_card();
         } else if desk.layout.alone {
             self.show_alone(ctx);
-        } else if self.hands.give_up_grab(&mut desk) {
+        } else if self.tools.give_up_grab(&mut desk) {
             // The moved object is back in its place.
-        } else if self.hands.back() {
+        } else if self.tools.back() {
             // A tool was left, or an object.
         } else if self.navigation.is_flying() {
             self.navigation.toggle_flight(ctx, desk.notices);
@@ -405,7 +405,7 @@ impl Interface {
     fn show_alone(&mut self, ctx: &egui::Context) {
         self.layout.alone = !self.layout.alone;
         self.layout.close_card();
-        self.hands.leave_scene();
+        self.tools.leave_scene();
         if self.layout.alone {
             self.notices.say(ctx, HOW_BACK, false);
         }
@@ -414,8 +414,8 @@ impl Interface {
     /// How many times as large as it runs each object is drawn: a handle that is held, and a layout that is on its way. Empty where
     /// all are as they run.
     pub fn scales(&self) -> Vec<f32> {
-        let held = |object| match self.hands.selected == Some(object) {
-            true => self.hands.scaled(),
+        let held = |object| match self.tools.selected == Some(object) {
+            true => self.tools.scaled(),
             false => 1.0,
         };
         let objects = 0..self.document.running.objects.len();
@@ -430,7 +430,7 @@ impl Interface {
 
     /// Food that was asked for cannot be there; what there was stays.
     pub fn food_is_refused(&mut self, refused: &Settings) {
-        self.hands.take_food_back(refused, &mut self.document);
+        self.tools.take_food_back(refused, &mut self.document);
     }
 
     /// Takes over a look that came as text under this `name`. Returns false if it has an error, which a notice shows.
@@ -449,7 +449,7 @@ impl Interface {
     /// Notes changes, so that undo can lead back to the state before them. Changes after a stroke that waits for its end are
     /// noted after it.
     pub(super) fn note_changes(&mut self) {
-        self.hands.note_changes(&mut self.document);
+        self.tools.note_changes(&mut self.document);
     }
 
     /// Takes back the last change of settings, look or painted areas.
@@ -458,7 +458,7 @@ impl Interface {
     }
 
     /// Undoes the last change, unless it was painting that cannot be undone: then a notice says so.
-    pub(super) fn undo_by_hand(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
+    pub(super) fn undo_by_user(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {
         // Later changes are noted first.
         self.note_changes();
         if self.document.undo.take_lasting() {
@@ -480,9 +480,9 @@ impl Interface {
 
     fn undo_in_turn(&mut self, again: bool, commands: &mut Vec<Command>) {
         // The stroke that is being painted is the next to be undone; so is one whose end waits, if it changes anything.
-        if self.hands.pending_ends > 0 && !self.hands.paints_areas {
-            commands.push(Command::Hand(Work::Undo { again }));
-        } else if !self.hands.paints_areas {
+        if self.tools.pending_ends > 0 && !self.tools.paints_areas {
+            commands.push(Command::Tool(ToolRequest::Undo { again }));
+        } else if !self.tools.paints_areas {
             self.undo_now(again, commands);
         }
     }
@@ -494,7 +494,7 @@ impl Interface {
         let Some(change) = self.document.lead(again) else {
             return;
         };
-        self.hands.let_food_go();
+        self.tools.let_food_go();
         self.document.fit_again(fits);
         let preset = self.document.preset.as_deref();
         let is_there = preset.is_some_and(|name| self.looks.preset_text(name).is_some());
@@ -503,16 +503,16 @@ impl Interface {
         }
         if change.begins_renewal {
             let running = &self.document.running.objects;
-            let picked = (self.hands.selected).and_then(|object| running.get(object));
+            let picked = (self.tools.selected).and_then(|object| running.get(object));
             let picked =
                 picked.and_then(|object| place_among(&self.document.edited.objects, object));
-            self.hands.selected = picked;
+            self.tools.selected = picked;
         }
         commands.push(match change.renews {
-            true => Command::Hand(Work::Renew),
+            true => Command::Tool(ToolRequest::Renew),
             false => Command::Apply,
         });
-        commands.extend((change.stroke).map(|stroke| Command::Hand(Work::ToStroke(stroke))));
+        commands.extend((change.stroke).map(|stroke| Command::Tool(ToolRequest::ToStroke(stroke))));
     }
 
     fn handle_clipboard(&mut self, ctx: &egui::Context, commands: &mut Vec<Command>) {

@@ -1,8 +1,8 @@
 //! Jobs beside the frames: a scene that loads, food that is measured, files that are written.
 
+use crate::lab::export::Exports;
 use crate::lab::feeding::Feeder;
 use crate::lab::loading::{Loading, Ready};
-use crate::lab::out::TakeOut;
 use myxo::Result;
 
 /// Jobs under way. `window/jobs.rs` polls all of them once a frame.
@@ -14,12 +14,12 @@ pub struct Jobs {
     /// Distances to food that was changed.
     pub food: Feeder,
     /// Pictures, films, recordings and files of the state.
-    pub exports: TakeOut,
+    pub exports: Exports,
 }
 
 impl Jobs {
     /// Nothing is on its way.
-    pub fn new(exports: TakeOut) -> Self {
+    pub fn new(exports: Exports) -> Self {
         Self {
             loading: None,
             replaced: Vec::new(),

@@ -11,7 +11,8 @@ mod command;
 mod desk;
 mod document;
 mod edits;
-mod exports;
+mod export;
+mod export_panel;
 mod facts;
 mod feeding;
 mod fitting;
@@ -23,10 +24,10 @@ mod host;
 mod interface;
 mod job;
 mod jobs;
+mod kept_scenes;
 #[cfg(test)]
 mod key_list;
 mod layout;
-mod left;
 mod lines;
 mod loading;
 mod looks;
@@ -42,7 +43,6 @@ mod on_device;
 mod opening;
 mod options;
 mod order;
-mod out;
 mod outliner;
 mod overlays;
 mod pacing;
@@ -83,7 +83,7 @@ use winit::event_loop::EventLoop;
 pub use loading::Opened;
 pub use options::LabOptions;
 pub use preferences::Preferences;
-pub use saving::{SceneFile, left_name};
+pub use saving::{SceneFile, kept_name};
 
 /// Opens the window and runs until it is closed. `listen` is given what closes it from any thread, as the user would.
 pub fn run(

@@ -61,9 +61,16 @@ impl Interface {
             gallery: self.layout.shows(Card::Gallery),
             out: self.layout.shows(Card::Exports),
             opening: self.opening.is_open(),
-            recording: facts.out.recording.is_some(),
-            recorded: facts.out.recording.map_or(0, |recording| recording.frames),
-            making: facts.out.making.as_ref().map(|making| making.name.clone()),
+            recording: facts.exports.recording.is_some(),
+            recorded: facts
+                .exports
+                .recording
+                .map_or(0, |recording| recording.frames),
+            making: facts
+                .exports
+                .making
+                .as_ref()
+                .map(|making| making.name.clone()),
             preset: self.document.preset.as_deref(),
             own: self
                 .looks

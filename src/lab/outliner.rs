@@ -6,7 +6,7 @@ use crate::lab::command::Command;
 use crate::lab::desk::Desk;
 use crate::lab::places::{Marked as _, note_value};
 use crate::lab::theme;
-use crate::lab::tools::Hands;
+use crate::lab::tools::Tools;
 
 /// Height of a row, points.
 const ROW: f32 = 24.0;
@@ -24,7 +24,7 @@ pub struct Outliner {
 
 impl Outliner {
     /// A row for each object.
-    pub fn show(&mut self, ui: &mut Ui, hands: &mut Hands, desk: &mut Desk<'_>) {
+    pub fn show(&mut self, ui: &mut Ui, tools: &mut Tools, desk: &mut Desk<'_>) {
         let count = desk.document.edited.objects.len();
         note_value(ui.ctx(), "objects.list", || listed(desk));
         // The object to be renamed may be gone.
@@ -39,7 +39,7 @@ impl Outliner {
                     ui.set_max_width(ui.available_width() - theme::SCROLL_BAR);
                 }
                 for object in shown {
-                    self.row(ui, object, count, hands, desk);
+                    self.row(ui, object, count, tools, desk);
                 }
             });
     }
@@ -49,7 +49,7 @@ impl Outliner {
         ui: &mut Ui,
         object: usize,
         count: usize,
-        hands: &mut Hands,
+        tools: &mut Tools,
         desk: &mut Desk<'_>,
     ) {
         ui.horizontal(|ui| {
@@ -72,8 +72,8 @@ impl Outliner {
                     );
                 if eye.marked(&format!("objects.eye={object}")).clicked() {
                     desk.document.marks.hide(object, !is_hidden);
-                    if hands.selected == Some(object) {
-                        hands.pick(None);
+                    if tools.selected == Some(object) {
+                        tools.pick(None);
                     }
                 }
             }
@@ -96,8 +96,8 @@ impl Outliner {
                     if alone.marked(&format!("objects.alone={object}")).clicked() {
                         desk.document.marks.isolate(object);
                         let marks = &desk.document.marks;
-                        if hands.selected.is_some_and(|selected| marks.is_hidden(selected)) {
-                            hands.pick(None);
+                        if tools.selected.is_some_and(|selected| marks.is_hidden(selected)) {
+                            tools.pick(None);
                         }
                     }
                 }
@@ -116,7 +116,7 @@ impl Outliner {
                     }
                     let name = RichText::new(&desk.document.edited.objects[object].name);
                     let name = if is_hidden { name.color(weak) } else { name };
-                    let label = Button::selectable(hands.selected == Some(object), name).truncate();
+                    let label = Button::selectable(tools.selected == Some(object), name).truncate();
                     let label = ui
                         .add(label)
                         .on_hover_text("Selects the object; a double click renames it");
@@ -124,7 +124,7 @@ impl Outliner {
                     if label.double_clicked() && can_rename {
                         self.begin(object, desk);
                     } else if label.clicked() {
-                        hands.pick(Some(object));
+                        tools.pick(Some(object));
                     }
                 });
             });

@@ -6,7 +6,7 @@ use crate::lab::actions::Action;
 use crate::lab::actions::{self, Group, MOUSE};
 use crate::lab::command::Command;
 use crate::lab::document::Document;
-use crate::lab::facts::OutFacts;
+use crate::lab::facts::ExportFacts;
 use crate::lab::facts::{Facts, LoadingFacts};
 use crate::lab::job::Progress;
 use crate::lab::layout::{self, Card};
@@ -124,7 +124,7 @@ pub(super) fn show_help(ctx: &egui::Context, picture: Rect, layout: &mut layout:
 }
 
 /// A card over the picture of a window that is to close: what it finishes before that.
-pub(super) fn show_ending(ctx: &egui::Context, picture: Rect, out: &OutFacts) {
+pub(super) fn show_ending(ctx: &egui::Context, picture: Rect, out: &ExportFacts) {
     let making = out.making.as_ref();
     let name = making.map_or("the recording", |making| making.name.as_str());
     egui::Area::new("ending".into())

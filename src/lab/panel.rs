@@ -23,7 +23,7 @@ use crate::lab::places::{Marked as _, note_value};
 use crate::lab::profiling::Profiling;
 use crate::lab::rows::{RowContext, grouped, row};
 use crate::lab::theme;
-use crate::lab::tools::Hands;
+use crate::lab::tools::Tools;
 use crate::lab::view_rows::{CAMERA_ROWS, COLOR_ROWS, DETAIL_ROWS, LIGHT_ROWS, found, view_rows};
 use crate::lab::views::{camera_section, light_section, views_list};
 use crate::lab::widgets::{parse_number, reader, section, section_with};
@@ -81,7 +81,7 @@ impl ParameterPanel {
         &mut self,
         ui: &mut Ui,
         looks: &mut Looks,
-        hands: &mut Hands,
+        tools: &mut Tools,
         navigation: &Navigation,
         desk: &mut Desk<'_>,
     ) {
@@ -145,17 +145,17 @@ impl ParameterPanel {
                 ui.set_max_width(ui.available_width() - theme::SCROLL_BAR);
                 let above = ui.cursor().top();
                 if looks_for {
-                    let has_picked = hands.picked().is_some() || hands.food.is_some();
+                    let has_picked = tools.picked().is_some() || tools.food.is_some();
                     self.found_actions(ui, has_picked, desk);
                 }
                 self.view_sections(ui, navigation, looks_for, desk);
                 if is_among(OBJECT_WORDS, &self.filter) {
                     let outliner = &mut self.outliner;
                     section(ui, "Objects", false, looks_for, |ui| {
-                        outliner.show(ui, hands, desk);
+                        outliner.show(ui, tools, desk);
                     });
                 }
-                self.parameter_sections(ui, hands, desk);
+                self.parameter_sections(ui, tools, desk);
                 if is_among(TIMES_WORDS, &self.filter) {
                     let profiling = &mut self.profiling;
                     section(ui, "Times", true, looks_for, |ui| profiling.show(ui, desk));
@@ -249,7 +249,7 @@ impl ParameterPanel {
         }
     }
 
-    fn parameter_sections(&self, ui: &mut Ui, hands: &mut Hands, desk: &mut Desk<'_>) {
+    fn parameter_sections(&self, ui: &mut Ui, tools: &mut Tools, desk: &mut Desk<'_>) {
         let filter = self.filter.trim().to_lowercase();
         let wanted = |name: &str, key: &str| {
             filter.is_empty() || name.to_lowercase().contains(&filter) || key.contains(&filter)
@@ -302,7 +302,7 @@ impl ParameterPanel {
                 continue;
             }
             let title = format!("Object: {}", desk.document.edited.objects[i].name);
-            let reveals = hands.reveals == Some(i) && filter.is_empty();
+            let reveals = tools.reveals == Some(i) && filter.is_empty();
             let shown = section_with(ui, &title, false, !filter.is_empty(), reveals, |ui| {
                 let context = RowContext {
                     loaded,
@@ -324,7 +324,7 @@ impl ParameterPanel {
             });
             // Also what no click in the picture reaches, because it lies inside or behind of others.
             if shown.header_response.clicked() {
-                hands.pick(Some(i));
+                tools.pick(Some(i));
             }
             if reveals {
                 // It opens slowly, and only then is there something to scroll to.
@@ -332,7 +332,7 @@ impl ParameterPanel {
                 if shown.openness < 1.0 {
                     ui.ctx().request_repaint();
                 } else {
-                    hands.reveals = None;
+                    tools.reveals = None;
                 }
             }
         }

@@ -8,7 +8,7 @@ use myxo::plain_text::Shown as _;
 use myxo::whole_file::WholeFile;
 use serde::{Deserialize, Serialize};
 
-use crate::lab::exports::OutPanel;
+use crate::lab::export_panel::ExportPanel;
 use crate::lab::layout::{PANEL_WIDTH, PANEL_WIDTHS};
 use crate::lab::recent::{Recent, pick};
 
@@ -29,7 +29,7 @@ pub struct Preferences {
     /// Scene files that were opened or saved last.
     pub recent: Recent,
     /// The choices in Export.
-    pub out: OutPanel,
+    pub out: ExportPanel,
 }
 
 impl Default for Preferences {
@@ -41,7 +41,7 @@ impl Default for Preferences {
             zoom: 1.0,
             size: [1440, 900],
             recent: Recent::default(),
-            out: OutPanel::default(),
+            out: ExportPanel::default(),
         }
     }
 }
@@ -125,7 +125,7 @@ impl Preferences {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lab::exports::{Kind, Size};
+    use crate::lab::export_panel::{Kind, Size};
 
     #[test]
     fn kept_preferences_come_back_and_nonsense_does_not() {
@@ -141,12 +141,12 @@ mod tests {
             panel_width: 400.0,
             zoom: 1.5,
             size: [800, 600],
-            out: OutPanel {
+            out: ExportPanel {
                 folder: "out".to_owned(),
                 size: Size::Custom,
                 kind: Kind::Gif,
                 turns: -1.5,
-                ..OutPanel::default()
+                ..ExportPanel::default()
             },
         };
         kept.write(&file).unwrap();
@@ -161,7 +161,7 @@ mod tests {
         other.out.every = 7;
         let both = other.over(&opened, &kept);
         assert_eq!((both.light, both.zoom, both.size), (true, 2.0, [800, 600]));
-        let out = OutPanel {
+        let out = ExportPanel {
             every: 7,
             ..kept.out.clone()
         };
@@ -172,12 +172,12 @@ mod tests {
         let read = Preferences::read(&file);
         assert!(read.light && read.panel && read.zoom == 1.0);
         assert_eq!(read.size, [480, 320]);
-        let wanted = OutPanel {
+        let wanted = ExportPanel {
             every: 1,
             fps: 60,
             custom: [16, 16_384],
             kind: Kind::Gif,
-            ..OutPanel::default()
+            ..ExportPanel::default()
         };
         assert_eq!(read.out, wanted);
         let half = "light = \"very\"\nzoom = 2.0\n[out]\nkind = \"Webm\"\n";

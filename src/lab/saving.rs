@@ -22,7 +22,7 @@ impl SceneFile {
     /// An opened file, if it is the user's own scene file: no built-in name, model or checkpoint, and none of the scenes that
     /// were kept on leaving.
     pub fn opened(path: &Path) -> Option<Self> {
-        if !(is_scene_file(path) && path.is_file()) || left_name(path).is_some() {
+        if !(is_scene_file(path) && path.is_file()) || kept_name(path).is_some() {
             return None;
         }
         Some(Self {
@@ -96,13 +96,13 @@ pub fn chosen(path: PathBuf) -> Result<PathBuf> {
 }
 
 /// The folder of scenes that were left with changes; `None` if the user has no folder for data.
-pub fn left_folder() -> Option<PathBuf> {
+pub fn kept_folder() -> Option<PathBuf> {
     directories::ProjectDirs::from("", "", "myxo").map(|dirs| dirs.data_dir().join("left"))
 }
 
 /// The name of a scene in that folder.
-pub fn left_name(file: &Path) -> Option<String> {
-    let folder = left_folder()?.canonicalize().ok()?;
+pub fn kept_name(file: &Path) -> Option<String> {
+    let folder = kept_folder()?.canonicalize().ok()?;
     let file = file.canonicalize().ok()?;
     (file.parent()? == folder).then(|| name_in(&file)).flatten()
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use myxo::scene::settings::ObjectSettings;
 
-use crate::lab::command::{Command, Ticket, Work};
+use crate::lab::command::{Command, Ticket, ToolRequest};
 
 /// Something to do when the steps are over and the scene that loads is there.
 pub enum Waiting {
@@ -23,9 +23,10 @@ impl Waiting {
     pub fn ticket(&self) -> Option<Ticket> {
         match self {
             Self::Copy(_, ticket)
-            | Self::Command(Command::Hand(Work::Duplicate(_, ticket) | Work::Add(_, ticket)), _) => {
-                Some(*ticket)
-            }
+            | Self::Command(
+                Command::Tool(ToolRequest::Duplicate(_, ticket) | ToolRequest::Add(_, ticket)),
+                _,
+            ) => Some(*ticket),
             _ => None,
         }
     }

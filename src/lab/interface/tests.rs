@@ -2,9 +2,9 @@
 
 mod back;
 mod controls;
-mod hands;
 mod performing;
 mod scale;
+mod tools;
 mod views;
 
 use egui::{Event, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, RawInput, pos2, vec2};

@@ -6,12 +6,12 @@ use myxo::mesh::builtin::BUILTINS;
 use crate::lab::actions::Action;
 use crate::lab::actions::PICK_FIRST;
 use crate::lab::command::Command;
-use crate::lab::command::Work;
+use crate::lab::command::ToolRequest;
 use crate::lab::desk::Desk;
 use crate::lab::opening::{ONLY_MESHES, OPEN_MESH};
 use crate::lab::places::{Marked as _, note_value};
 use crate::lab::theme;
-use crate::lab::tools::Hands;
+use crate::lab::tools::Tools;
 use crate::lab::tools::{RADII, Tool};
 use crate::lab::widgets::{hint_beside, parse_number, reader};
 
@@ -22,7 +22,7 @@ const NARROW: f32 = 24.0;
 /// A picture narrower than this would lose too much to names.
 const HAS_ROOM: f32 = 620.0;
 
-impl Hands {
+impl Tools {
     /// Shows the bar at the right side of the picture, and gives where it is; none in a picture that is small, or flat.
     pub(in super::super) fn show_tools(
         &mut self,
@@ -134,7 +134,8 @@ impl Hands {
              files, becomes the scene's start";
         let start = hint_beside(ui.add(start), hint, "");
         if start.marked("start.painted").clicked() {
-            desk.commands.push(Command::Hand(Work::StartOnPainted));
+            desk.commands
+                .push(Command::Tool(ToolRequest::StartOnPainted));
         }
     }
 
@@ -150,7 +151,8 @@ impl Hands {
                 if entry.marked(&format!("add={name}")).clicked() {
                     let ticket = self.ask();
                     let mesh = format!("builtin:{name}");
-                    desk.commands.push(Command::Hand(Work::Add(mesh, ticket)));
+                    desk.commands
+                        .push(Command::Tool(ToolRequest::Add(mesh, ticket)));
                     ui.close();
                 }
             }

@@ -15,8 +15,8 @@ use crate::lab::document::Document;
 use crate::lab::facts::Under;
 use crate::lab::places::{Marked as _, note_value};
 use crate::lab::theme;
-use crate::lab::tools::Hands;
 use crate::lab::tools::Held;
+use crate::lab::tools::Tools;
 use crate::lab::tools::grips::FoodDrag;
 use crate::lab::widgets::{parse_number, reader};
 
@@ -56,7 +56,7 @@ const CONTROLS: [Control; 4] = [
     ),
 ];
 
-impl Hands {
+impl Tools {
     /// A drag with the tool for food moves the food that it begins on. Returns true if the drag is used, so that the picture
     /// does not turn.
     pub(super) fn drag_food(
@@ -75,8 +75,8 @@ impl Hands {
         let release = held.release.filter(|at| response.rect.contains(*at));
         let release = release.map(to_pixel);
         let (is_drag, is_down) = (self.hold.is_drag(), self.hold.is_down());
-        let under = facts.hand.under.as_ref();
-        let food = under.and_then(|under| nearest(&facts.hand.foods, under.position));
+        let under = facts.pointer.under.as_ref();
+        let food = under.and_then(|under| nearest(&facts.pointer.foods, under.position));
         let food = food.filter(|food| *food < desk.document.edited.foods.len());
         if let Some(at) = held.press {
             let means_another = ui.input(|i| i.modifiers.shift || i.key_down(Key::L));
@@ -92,7 +92,7 @@ impl Hands {
         if let FoodDrag::Asks { at, waits, let_go } = self.food_drag {
             let waits = waits + self.drags.first;
             let let_go = let_go.or(release);
-            if facts.hand.looked != Some(at) {
+            if facts.pointer.looked != Some(at) {
                 self.food_drag = FoodDrag::Asks { at, waits, let_go };
                 self.pointer = Some(at);
                 ui.ctx().request_repaint();
@@ -120,7 +120,7 @@ impl Hands {
                 ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
                 self.put_food(food, under, desk);
             }
-            FoodDrag::LetGo(food, to) if facts.hand.looked == Some(to) => {
+            FoodDrag::LetGo(food, to) if facts.pointer.looked == Some(to) => {
                 self.put_food(food, under, desk);
                 self.food_drag = FoodDrag::None;
                 return true;
@@ -158,11 +158,11 @@ impl Hands {
     fn place_under(&self, under: &Under, desk: &Desk<'_>) -> Option<(String, [f64; 3])> {
         let facts = desk.facts;
         let object = desk.document.running.objects.get(under.object)?;
-        let pose = facts.hand.poses.get(under.object)?;
-        let origins = facts.hand.origins.get(under.object).copied();
+        let pose = facts.pointer.poses.get(under.object)?;
+        let origins = facts.pointer.origins.get(under.object).copied();
         let at = pose.inverse().transform_point3(under.position).as_dvec3();
         let at = origins.unwrap_or_default().to_file(at, object.scale);
-        let at = in_decimals(at, facts.hand.radius / object.scale);
+        let at = in_decimals(at, facts.pointer.radius / object.scale);
         Some((object.name.clone(), at))
     }
 
@@ -178,7 +178,7 @@ impl Hands {
             self.food = None;
             return;
         };
-        let near = nearest(&facts.hand.foods, under.position);
+        let near = nearest(&facts.pointer.foods, under.position);
         if let Some(food) = near {
             if food < desk.document.edited.foods.len() {
                 self.food = Some(food);

@@ -7,13 +7,13 @@ use myxo::render::Camera;
 use myxo::scene::settings::ObjectSettings;
 
 use crate::lab::command::Command;
-use crate::lab::command::Work;
+use crate::lab::command::ToolRequest;
 use crate::lab::desk::Desk;
-use crate::lab::facts::HandFacts;
+use crate::lab::facts::PointerFacts;
 use crate::lab::places::{Marked as _, are_asked_for, note_value};
 use crate::lab::theme;
-use crate::lab::tools::Hands;
 use crate::lab::tools::Held;
+use crate::lab::tools::Tools;
 use crate::lab::tools::grips::{Grab, Handle};
 use crate::lab::tools::handles::{
     along_axis, angle_round, keep_in_place, length_of_pixel, on_plane, shift, turn,
@@ -136,7 +136,7 @@ fn to_segment(at: Pos2, from: Pos2, to: Pos2) -> f32 {
     at.distance(from + share * way)
 }
 
-impl Hands {
+impl Tools {
     /// Draws the gizmo and lets it use the pointer. Returns true if a handle is held.
     pub(super) fn use_gizmo(
         &mut self,
@@ -155,13 +155,13 @@ impl Hands {
             (desk.document.edited.objects.get(object)).filter(|_| !desk.document.is_renewed());
         let marks = &desk.document.marks;
         let settings = settings.filter(|_| !marks.is_locked(object) && !marks.is_hidden(object));
-        let (Some(pose), Some(settings)) = (facts.hand.poses.get(object), settings) else {
+        let (Some(pose), Some(settings)) = (facts.pointer.poses.get(object), settings) else {
             self.grab = None;
             return false;
         };
         let screen = Screen::of(ui, response.rect);
         let camera = desk.document.view.camera;
-        let middle = pose.transform_point3(facts.hand.middle_of(object));
+        let middle = pose.transform_point3(facts.pointer.middle_of(object));
         let Some(shape) = Shape::of(screen, &camera, middle) else {
             return false;
         };
@@ -178,7 +178,7 @@ impl Hands {
             self.grab = Some(Grab {
                 handle,
                 object: settings.clone(),
-                pivot: facts.hand.pivot_of(object),
+                pivot: facts.pointer.pivot_of(object),
                 middle,
                 from: to_pixel(at),
                 ring: RING * screen.length_of_point(&camera, middle),
@@ -188,7 +188,7 @@ impl Hands {
         }
         let to = held.release.or(pointer);
         let in_steps = ui.input(|i| i.modifiers.command);
-        let step = in_steps.then(|| step_of(facts.hand.radius));
+        let step = in_steps.then(|| step_of(facts.pointer.radius));
         let mut label = None;
         let held = self.grab.as_mut().filter(|grab| !grab.is_given_up);
         if let (Some(grab), Some(at)) = (held, to) {
@@ -201,7 +201,7 @@ impl Hands {
                 }
                 label = Some((at, format!("× {:.2}", grab.scaled)));
             } else {
-                let (moved, way) = grab.moved(&camera, screen.size(), &facts.hand, to, step);
+                let (moved, way) = grab.moved(&camera, screen.size(), &facts.pointer, to, step);
                 if desk.document.edited.objects[object] != moved {
                     desk.document.edited.objects[object] = moved;
                     desk.commands.push(Command::Apply);
@@ -214,7 +214,7 @@ impl Hands {
         {
             if grab.scaled != 1.0 {
                 desk.commands
-                    .push(Command::Hand(Work::Scale(object, grab.scaled)));
+                    .push(Command::Tool(ToolRequest::Scale(object, grab.scaled)));
             }
             // The release is not a click.
             self.draw_gizmo(ui, &shape, None, screen);
@@ -344,11 +344,11 @@ impl Grab {
         &self,
         camera: &Camera,
         size: Vec2,
-        hand: &HandFacts,
+        pointer: &PointerFacts,
         to: Vec2,
         step: Option<f32>,
     ) -> (ObjectSettings, String) {
-        let (time, radius) = (hand.time, hand.radius);
+        let (time, radius) = (pointer.time, pointer.radius);
         let mut object = self.object.clone();
         let label = match self.handle {
             Handle::Move(axis) => {

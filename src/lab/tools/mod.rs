@@ -20,7 +20,7 @@ use myxo::scene::settings::FoodSettings;
 use myxo::sim::paint::Brush;
 
 use crate::lab::command::Command;
-use crate::lab::command::{Ticket, Work};
+use crate::lab::command::{Ticket, ToolRequest};
 use crate::lab::desk::Desk;
 use crate::lab::document::Document;
 use crate::lab::navigation::Drags;
@@ -43,7 +43,7 @@ const LONGEST_PRESS: f32 = 0.1;
 
 /// The state of the tools.
 #[derive(Clone, Debug)]
-pub struct Hands {
+pub struct Tools {
     /// The tool in use.
     pub tool: Tool,
     /// The brush used last.
@@ -94,7 +94,7 @@ pub struct Hands {
     pub(super) vertices: Vec<Vec<Vec3>>,
 }
 
-impl Hands {
+impl Tools {
     /// No tool, nothing picked.
     pub fn new() -> Self {
         Self {
@@ -189,7 +189,7 @@ impl Hands {
     }
 
     /// Is a food held, or on its way to where it was released?
-    pub fn has_food_in_hand(&self) -> bool {
+    pub fn holds_food(&self) -> bool {
         self.food_drag != FoodDrag::None
     }
 
@@ -236,22 +236,22 @@ impl Hands {
     }
 }
 
-impl Hands {
+impl Tools {
     /// Lets the tool in use take the pointer's events. Returns true if it consumed them.
-    pub(super) fn use_hands(&mut self, ui: &Ui, response: &Response, desk: &mut Desk<'_>) -> bool {
+    pub(super) fn use_tools(&mut self, ui: &Ui, response: &Response, desk: &mut Desk<'_>) -> bool {
         let facts = desk.facts;
         let used = self.reach_out(ui, response, desk);
         // Pending work may bring areas, so only the simulation can say whether there are any to erase.
         let paints = desk.commands.iter().any(|command| match command {
-            Command::Hand(Work::Stroke { brush, .. }) => brush.changes_areas(true),
+            Command::Tool(ToolRequest::Stroke { brush, .. }) => brush.changes_areas(true),
             _ => false,
         });
         self.paints_areas |= paints;
         let lasts = desk.commands.iter().any(|command| match command {
-            Command::Hand(Work::Stroke { brush, .. }) => !brush.changes_areas(false),
+            Command::Tool(ToolRequest::Stroke { brush, .. }) => !brush.changes_areas(false),
             _ => false,
         });
-        if lasts && facts.hand.under.is_some() {
+        if lasts && facts.pointer.under.is_some() {
             self.note_changes(desk.document);
             desk.document.undo.note_lasting();
         }
@@ -261,7 +261,7 @@ impl Hands {
             // Changes until now are noted before the stroke.
             self.note_changes(desk.document);
             self.pending_ends += 1;
-            desk.commands.push(Command::Hand(Work::EndStroke));
+            desk.commands.push(Command::Tool(ToolRequest::EndStroke));
         }
         used
     }
@@ -297,7 +297,7 @@ impl Hands {
         let is_held = self.hold.is_down();
         let asks = is_solid && (self.tool != Tool::Look || self.probe || is_held);
         self.pointer = hovered.filter(|_| asks);
-        if facts.hand.looked != self.pointer && !facts.hand.poses.is_empty() {
+        if facts.pointer.looked != self.pointer && !facts.pointer.poses.is_empty() {
             // The point shown is for an older position of the pointer; one more frame brings it up to date.
             ui.ctx().request_repaint();
         }
@@ -341,8 +341,8 @@ impl Hands {
         }
         if let Some(click) = self.click {
             // A quick click has ended before the window has looked.
-            if facts.hand.looked == Some(click) {
-                let under = facts.hand.under.as_ref();
+            if facts.pointer.looked == Some(click) {
+                let under = facts.pointer.under.as_ref();
                 self.click = None;
                 if self.tool == Tool::Food {
                     self.feed_at(ui.ctx(), under, desk);
@@ -382,9 +382,9 @@ impl Hands {
             return;
         }
         let mut paint = |from: egui::Pos2, to: egui::Pos2, share: f32| {
-            let brush = self.brush(share * seconds, facts.hand.mean_trail);
+            let brush = self.brush(share * seconds, facts.pointer.mean_trail);
             desk.commands.extend(brush.map(|brush| {
-                Command::Hand(Work::Stroke {
+                Command::Tool(ToolRequest::Stroke {
                     from: to_pixel(from),
                     to: to_pixel(to),
                     brush,

@@ -12,15 +12,15 @@ use crate::lab::facts::Under;
 use crate::lab::places::note_value;
 use crate::lab::rows::grouped;
 use crate::lab::theme;
-use crate::lab::tools::Hands;
 use crate::lab::tools::Tool;
+use crate::lab::tools::Tools;
 use crate::lab::tools::gizmo::Screen;
 
 const PARTS: u32 = 64;
 /// How often the probe looks again while nothing else happens.
 const PROBE_INTERVAL: Duration = Duration::from_millis(50);
 
-impl Hands {
+impl Tools {
     /// Draws it over the picture.
     pub(crate) fn show(&mut self, ui: &Ui, picture: Rect, desk: &Desk<'_>) {
         let facts = desk.facts;
@@ -34,7 +34,7 @@ impl Hands {
             return;
         }
         self.outline_picked(ui, screen, desk);
-        if let Some((at, size)) = self.food.and_then(|food| facts.hand.foods.get(food)) {
+        if let Some((at, size)) = self.food.and_then(|food| facts.pointer.foods.get(food)) {
             let to_eye = (desk.document.view.camera.eye() - *at).normalize_or(Vec3::Z);
             self.ring(ui, screen, *at, to_eye, 1.3 * size, desk);
         }
@@ -42,11 +42,11 @@ impl Hands {
         if self.pointer.is_none() {
             return;
         }
-        let Some(under) = &facts.hand.under else {
+        let Some(under) = &facts.pointer.under else {
             return;
         };
         if self.tool == Tool::Food {
-            let size = self.next_food.size.max(0.01) * facts.hand.radius;
+            let size = self.next_food.size.max(0.01) * facts.pointer.radius;
             self.ring(ui, screen, under.position, under.normal, size, desk);
         }
         if self.probe {
@@ -57,10 +57,10 @@ impl Hands {
     /// The ring where a brush would paint. While the panel is hidden, nothing else is shown.
     fn brush_alone(&self, ui: &Ui, screen: Screen, desk: &Desk<'_>) {
         let facts = desk.facts;
-        let under = facts.hand.under.as_ref();
+        let under = facts.pointer.under.as_ref();
         let under = under.filter(|_| self.pointer.is_some() && self.tool.is_brush());
         if let Some(under) = under {
-            let radius = self.radius * facts.hand.radius;
+            let radius = self.radius * facts.pointer.radius;
             self.ring(ui, screen, under.position, under.normal, radius, desk);
         }
     }
@@ -105,7 +105,7 @@ impl Hands {
             return;
         };
         let (Some(pose), Some(vertices)) =
-            (facts.hand.poses.get(object), self.vertices.get(object))
+            (facts.pointer.poses.get(object), self.vertices.get(object))
         else {
             return;
         };
@@ -164,9 +164,10 @@ impl Hands {
             ("trail", number(under.trail)),
         ];
         if desk.document.running.objects.len() > 1 {
-            let is_far = (under.distance).is_some_and(|away| away.abs() > 0.999 * facts.hand.reach);
+            let is_far =
+                (under.distance).is_some_and(|away| away.abs() > 0.999 * facts.pointer.reach);
             let away = match under.distance {
-                Some(_) if is_far => format!("over {}", facts.hand.reach),
+                Some(_) if is_far => format!("over {}", facts.pointer.reach),
                 away => number(away),
             };
             lines.push(("to others", format!("{away} radii")));
@@ -209,7 +210,7 @@ impl Hands {
     }
 }
 
-impl super::Hands {
+impl super::Tools {
     /// How many times as large the selected object becomes by the handle that is held.
     pub fn scaled(&self) -> f32 {
         self.grab.as_ref().map_or(1.0, |grab| grab.scaled)

@@ -4,12 +4,12 @@ use glam::Affine3A;
 
 use crate::lab::actions::PICK_FIRST;
 use crate::lab::command::Command;
-use crate::lab::command::Work;
+use crate::lab::command::ToolRequest;
 use crate::lab::command::{Ticket, Which};
 use crate::lab::desk::Desk;
-use crate::lab::tools::{Hands, Tool};
+use crate::lab::tools::{Tool, Tools};
 
-impl Hands {
+impl Tools {
     /// The object that is picked.
     pub fn picked(&self) -> Option<Which> {
         let asked = self.awaited.map(Which::Asked);
@@ -50,7 +50,7 @@ impl Hands {
     }
 }
 
-impl Hands {
+impl Tools {
     /// The picked object goes, unless it is the last one.
     pub(in super::super) fn remove_selected(&mut self, ctx: &egui::Context, desk: &mut Desk<'_>) {
         if self.tool == Tool::Food {
@@ -75,7 +75,8 @@ impl Hands {
             return;
         }
         self.pick(None);
-        desk.commands.push(Command::Hand(Work::Remove(which)));
+        desk.commands
+            .push(Command::Tool(ToolRequest::Remove(which)));
     }
 
     /// The picked object is hidden, and picked no longer.
@@ -101,6 +102,6 @@ impl Hands {
         };
         let ticket = self.ask();
         desk.commands
-            .push(Command::Hand(Work::Duplicate(which, ticket)));
+            .push(Command::Tool(ToolRequest::Duplicate(which, ticket)));
     }
 }

@@ -118,12 +118,12 @@ fn particles_that_begin_on_a_removed_object_begin_elsewhere() {
 
 #[test]
 fn brushes_do_as_much_in_a_second_at_any_frame_rate() {
-    let mut hands = Hands::new();
-    assert_eq!(hands.brush(0.1, 12.0), None);
+    let mut tools = Tools::new();
+    assert_eq!(tools.brush(0.1, 12.0), None);
     for tool in Tool::ALL.into_iter().filter(|tool| tool.is_brush()) {
-        hands.take(tool);
-        assert_eq!(hands.tool, tool);
-        let (one, half) = (hands.brush(0.1, 12.0), hands.brush(0.05, 12.0));
+        tools.take(tool);
+        assert_eq!(tools.tool, tool);
+        let (one, half) = (tools.brush(0.1, 12.0), tools.brush(0.05, 12.0));
         match (one.unwrap(), half.unwrap()) {
             (Brush::Trail { amount: a }, Brush::Trail { amount: b })
             | (Brush::Attract { amount: a }, Brush::Attract { amount: b }) => {
@@ -137,10 +137,10 @@ fn brushes_do_as_much_in_a_second_at_any_frame_rate() {
             others => panic!("{others:?}"),
         }
     }
-    assert!(hands.back() && hands.tool == Tool::Look && !hands.back());
-    hands.toggle_brush();
-    assert_eq!(hands.tool, Tool::Particles, "the one used last");
-    hands.selected = Some(0);
-    hands.toggle_brush();
-    assert!(hands.back() && hands.selected.is_none());
+    assert!(tools.back() && tools.tool == Tool::Look && !tools.back());
+    tools.toggle_brush();
+    assert_eq!(tools.tool, Tool::Particles, "the one used last");
+    tools.selected = Some(0);
+    tools.toggle_brush();
+    assert!(tools.back() && tools.selected.is_none());
 }

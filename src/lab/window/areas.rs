@@ -143,7 +143,7 @@ impl Lab {
             return Ok(());
         }
         self.paint_now(context)?;
-        let folder = self.folder_out();
+        let folder = self.export_folder();
         let Some(stage) = &mut self.runner.stage else {
             return Ok(());
         };

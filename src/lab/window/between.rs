@@ -101,7 +101,7 @@ impl Lab {
         let commands = seen.shown.commands.iter().cloned();
         self.waiting
             .extend(commands.map(|command| Waiting::Command(command, size)));
-        self.look_under_hand(size);
+        self.look_under_pointer(size);
         let shot = Shot {
             view: self.interface.document.view,
             answers: true,

@@ -9,11 +9,11 @@ use myxo::{Error, Result};
 
 use crate::console;
 use crate::lab::command::Command;
-use crate::lab::command::Out;
-use crate::lab::command::Work;
+use crate::lab::command::ExportRequest;
+use crate::lab::command::ToolRequest;
+use crate::lab::export::Exports;
+use crate::lab::export::export::Export;
 use crate::lab::loading::Origin;
-use crate::lab::out::TakeOut;
-use crate::lab::out::export::Export;
 use crate::lab::saving::whole;
 use crate::lab::waiting::Waiting;
 use crate::lab::window::Lab;
@@ -80,7 +80,7 @@ impl Lab {
 
     /// The window closes: recordings, films and files being written become whole files, and so does a picture that does not
     /// take long. The terminal shows the outcome of each.
-    pub(in super::super) fn end_taking_out(&mut self) {
+    pub(in super::super) fn end_exports(&mut self) {
         self.jobs.exports.end_recording();
         self.finish_job();
     }
@@ -178,7 +178,7 @@ impl Lab {
             let context = self.host.context().clone();
             let mut rec = self.runner.frames.begin()?;
             // Earlier painting is part of it.
-            self.record_hands(&mut rec, &context)?;
+            self.record_tools(&mut rec, &context)?;
             self.record_asked(&mut rec)?;
             self.runner.frames.submit(rec)?;
             self.runner.frames.wait_idle()?;
@@ -194,8 +194,8 @@ impl Lab {
     }
 }
 
-impl TakeOut {
-    /// Ends without a device, which [`TakeOut::leave_device`] has left: waits for what is being written.
+impl Exports {
+    /// Ends without a device, which [`Exports::leave_device`] has left: waits for what is being written.
     pub fn close(mut self) {
         self.end_recording();
         if let Some(job) = &self.job {
@@ -287,14 +287,14 @@ fn at_the_end(command: &Command) -> AtTheEnd {
     match command {
         Command::TakeFile(path) => not_opened(path),
         Command::Open(name) | Command::OpenWithLook(name) => not_opened(Path::new(name)),
-        Command::OpenLeft(left) => not_opened(Path::new(&left.name)),
-        Command::Hand(Work::Remove(_)) => {
+        Command::OpenKept(left) => not_opened(Path::new(&left.name)),
+        Command::Tool(ToolRequest::Remove(_)) => {
             given_up("an object was not taken out of the scene: the window closed before its turn")
         }
-        Command::Hand(Work::Duplicate(..)) => {
+        Command::Tool(ToolRequest::Duplicate(..)) => {
             given_up("an object was not duplicated: the window closed before its turn")
         }
-        Command::Hand(Work::Add(mesh, _)) => AtTheEnd::GivenUp(format!(
+        Command::Tool(ToolRequest::Add(mesh, _)) => AtTheEnd::GivenUp(format!(
             "{mesh} was not added to the scene: the window closed before its turn"
         )),
         Command::OpenAlone(path) => not_opened(path),
@@ -304,17 +304,20 @@ fn at_the_end(command: &Command) -> AtTheEnd {
         | Command::SaveAs(_)
         | Command::SavePreset(_)
         | Command::RemovePreset(_)
-        | Command::TakeOut(Out::Export(_)) => AtTheEnd::Writes,
+        | Command::Export(ExportRequest::Export(_)) => AtTheEnd::Writes,
         // Undo changes the result of the strokes before it.
         Command::Apply
-        | Command::TakeOut(Out::Cancel | Out::Finish)
-        | Command::Hand(
-            Work::Stroke { .. } | Work::EndStroke | Work::ToStroke(_) | Work::Undo { .. },
+        | Command::Export(ExportRequest::Cancel | ExportRequest::Finish)
+        | Command::Tool(
+            ToolRequest::Stroke { .. }
+            | ToolRequest::EndStroke
+            | ToolRequest::ToStroke(_)
+            | ToolRequest::Undo { .. },
         ) => AtTheEnd::Helps,
-        Command::TakeOut(Out::Film) => {
+        Command::Export(ExportRequest::Film) => {
             given_up("a film was given up: the window closed before it began")
         }
-        Command::TakeOut(Out::Record) => {
+        Command::Export(ExportRequest::Record) => {
             given_up("a recording was given up: the window closed before it began")
         }
         _ => AtTheEnd::Forgotten,
@@ -365,7 +368,7 @@ mod tests {
     use super::*;
     use crate::lab::command::Model;
     use crate::lab::command::{Ticket, Which};
-    use crate::lab::left::LeftScene;
+    use crate::lab::kept_scenes::KeptScene;
     use glam::Vec2;
     use myxo::scene::settings::ObjectSettings;
     use myxo::sim::paint::Brush;
@@ -373,24 +376,30 @@ mod tests {
 
     #[test]
     fn commands_that_write_are_obeyed_at_the_end() {
-        let export = Command::TakeOut(Out::Export(Model::Glb));
+        let export = Command::Export(ExportRequest::Export(Model::Glb));
         let named = Command::SaveAs("fern.toml".into());
         for command in [Command::Screenshot, Command::Save, named, export] {
             assert_eq!(at_the_end(&command), AtTheEnd::Writes, "{command:?}");
         }
-        let stroke = Work::Stroke {
+        let stroke = ToolRequest::Stroke {
             from: Vec2::ZERO,
             to: Vec2::ONE,
             brush: Brush::NoGo,
             radius: 0.1,
         };
-        let undo = Work::Undo { again: false };
-        let strokes = [stroke, Work::EndStroke, Work::ToStroke(0), undo].map(Command::Hand);
+        let undo = ToolRequest::Undo { again: false };
+        let strokes = [
+            stroke,
+            ToolRequest::EndStroke,
+            ToolRequest::ToStroke(0),
+            undo,
+        ]
+        .map(Command::Tool);
         for command in [Command::Apply].into_iter().chain(strokes) {
             assert_eq!(at_the_end(&command), AtTheEnd::Helps, "{command:?}");
         }
-        for out in [Out::Film, Out::Record] {
-            let end = at_the_end(&Command::TakeOut(out));
+        for out in [ExportRequest::Film, ExportRequest::Record] {
+            let end = at_the_end(&Command::Export(out));
             assert!(matches!(end, AtTheEnd::GivenUp(_)), "{end:?}");
         }
         assert_eq!(at_the_end(&Command::Restart), AtTheEnd::Forgotten);
@@ -399,10 +408,10 @@ mod tests {
             ..ObjectSettings::default()
         });
         let (which, ticket) = (Which::Object(0), Ticket::default());
-        let add = Command::Hand(Work::Add("builtin:cube".to_owned(), ticket));
-        let duplicate = Command::Hand(Work::Duplicate(which, ticket));
-        let remove = Command::Hand(Work::Remove(which));
-        let as_left = Command::OpenLeft(LeftScene {
+        let add = Command::Tool(ToolRequest::Add("builtin:cube".to_owned(), ticket));
+        let duplicate = Command::Tool(ToolRequest::Duplicate(which, ticket));
+        let remove = Command::Tool(ToolRequest::Remove(which));
+        let as_left = Command::OpenKept(KeptScene {
             name: "knot".to_owned(),
             file: "left/knot_000001.toml".into(),
             since: SystemTime::UNIX_EPOCH,

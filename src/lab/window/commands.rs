@@ -12,10 +12,10 @@ use myxo::sim::checkpoint::Checkpoint;
 use crate::console;
 use crate::lab::command::Command;
 use crate::lab::interface::Interface;
-use crate::lab::left::LeftScenes;
+use crate::lab::kept_scenes::KeptScenes;
 use crate::lab::loading::{Opened, Origin};
 use crate::lab::names::unnumbered;
-use crate::lab::saving::left_name;
+use crate::lab::saving::kept_name;
 use crate::lab::saving::{SceneFile, chosen, save_scene, whole, write_scene};
 use crate::lab::stage::Stage;
 use crate::lab::window::{Lab, title};
@@ -38,7 +38,7 @@ impl Lab {
             Command::ClearTimes => self.clocks.clear_times(&mut self.runner.frames),
             Command::SaveTimes(times) => self.save_times(context, &times),
             Command::Screenshot => self.picture(context, picture_size),
-            Command::TakeOut(out) => self.take_out(context, out, picture_size),
+            Command::Export(out) => self.obey_export(context, out, picture_size),
             Command::Refocus(pixel) => {
                 let size = Vec2::new(picture_size[0] as f32, picture_size[1] as f32);
                 let view = &self.interface.document.view;
@@ -64,8 +64,8 @@ impl Lab {
             Command::Paste(text) => self.paste(context, &text),
             Command::Open(name) => self.open_file(name.into()),
             Command::OpenWithLook(name) => self.open_with_look(name),
-            Command::OpenLeft(left) => {
-                LeftScenes::opened(&left);
+            Command::OpenKept(left) => {
+                KeptScenes::opened(&left);
                 self.open_as(left.name, left.file);
             }
             Command::TakeFile(path) => self.drop_file(path),
@@ -83,7 +83,7 @@ impl Lab {
             Command::Save => self.save(context),
             Command::AskWhereToSave => self.ask_where_to_save(context),
             Command::AskForFolder => {
-                let folder = self.folder_out();
+                let folder = self.export_folder();
                 self.interface.opening.choose_folder(context, &folder);
             }
             Command::SaveAs(file) => self.save_as(context, file),
@@ -91,7 +91,7 @@ impl Lab {
                 let fills = !self.host.is_full_screen();
                 self.host.fill_screen(fills);
             }
-            Command::Hand(work) => self.obey_hand(context, work, picture_size)?,
+            Command::Tool(work) => self.obey_tool(context, work, picture_size)?,
             Command::Quit => {
                 self.ask_to_close();
             }
@@ -181,7 +181,7 @@ impl Lab {
         {
             Some(file) => self.save_by(context, |text| write_scene(&file.path, text)),
             None => {
-                let folder = self.folder_out();
+                let folder = self.export_folder();
                 let name = unnumbered(&self.interface.document.name).to_owned();
                 self.save_by(context, |text| save_scene(&folder, &name, text))
             }
@@ -207,7 +207,7 @@ impl Lab {
             |name| name.to_string_lossy().into_owned(),
         );
         let folder = file.and_then(Path::parent).map(Path::to_owned);
-        let folder = folder.unwrap_or_else(|| self.folder_out());
+        let folder = folder.unwrap_or_else(|| self.export_folder());
         self.interface.opening.save(context, &folder, name);
     }
 
@@ -268,7 +268,7 @@ impl Lab {
 
     /// Begins to load a scene by name, or from a file: a scene, a model or a checkpoint.
     pub fn open_file(&mut self, path: PathBuf) {
-        let name = left_name(&path).unwrap_or_else(|| {
+        let name = kept_name(&path).unwrap_or_else(|| {
             let name = path.file_stem().unwrap_or(path.as_os_str());
             name.to_string_lossy().into_owned()
         });
@@ -301,16 +301,16 @@ impl Lab {
     /// Keeps the scene as it was left, whether a file has it or not.
     pub(super) fn keep_as_left(&mut self) -> Result<(PathBuf, String)> {
         let mut lacks = String::new();
-        let mut left = std::mem::take(&mut self.interface.gallery.left);
+        let mut left = std::mem::take(&mut self.interface.gallery.kept);
         let kept = left.keep(&self.interface.document.name, |file| {
             let scene = self.scene_text_at(file)?;
             lacks = scene.lacking();
             Ok(scene.text)
         });
-        self.interface.gallery.left = left;
+        self.interface.gallery.kept = left;
         let file = kept?;
         let pictured = self.small_picture().and_then(|picture| match picture {
-            Some(picture) => LeftScenes::keep_picture(&file, &picture),
+            Some(picture) => KeptScenes::keep_picture(&file, &picture),
             None => Ok(()),
         });
         if let Err(error) = pictured {

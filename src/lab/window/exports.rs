@@ -1,14 +1,14 @@
 //! Exports that the window begins, advances and reports.
 
-use crate::lab::command::{Model, Out};
+use crate::lab::command::{ExportRequest, Model};
 use crate::lab::document::Document;
-use crate::lab::exports::Kind;
+use crate::lab::export::export::{Export, FileExport, Film, Picture};
+use crate::lab::export::recording::Recording;
+use crate::lab::export::times::save_times;
+use crate::lab::export::*;
+use crate::lab::export_panel::Kind;
 use crate::lab::names::Reserved;
 use crate::lab::names::unnumbered;
-use crate::lab::out::export::{Export, FileExport, Film, Picture};
-use crate::lab::out::recording::Recording;
-use crate::lab::out::times::save_times;
-use crate::lab::out::*;
 use crate::lab::saving::whole;
 use crate::lab::window::Lab;
 use crate::lab::window::closing::found_again;
@@ -20,25 +20,30 @@ use std::path::PathBuf;
 
 impl Lab {
     /// The folder for files.
-    pub(super) fn folder_out(&self) -> PathBuf {
+    pub(super) fn export_folder(&self) -> PathBuf {
         let home = directories::UserDirs::new();
         let home = home.as_ref().map(|dirs| dirs.home_dir());
-        typed_folder(&self.interface.out.folder, home)
+        typed_folder(&self.interface.exports.folder, home)
     }
 
     /// Obeys a request of the interface; an error is shown in a notice.
-    pub(super) fn take_out(&mut self, context: &egui::Context, out: Out, picture: [u32; 2]) {
+    pub(super) fn obey_export(
+        &mut self,
+        context: &egui::Context,
+        out: ExportRequest,
+        picture: [u32; 2],
+    ) {
         let done = match out {
-            Out::Record => self.record(context, picture),
-            Out::Film => self.film(picture),
-            Out::Export(model) => self.export(model),
-            Out::Cancel => {
+            ExportRequest::Record => self.record(context, picture),
+            ExportRequest::Film => self.film(picture),
+            ExportRequest::Export(model) => self.export(model),
+            ExportRequest::Cancel => {
                 if let Some(job) = &mut self.jobs.exports.job {
                     job.cancel();
                 }
                 Ok(())
             }
-            Out::Finish => {
+            ExportRequest::Finish => {
                 if let Some(Export::Film(film)) = &mut self.jobs.exports.job
                     && film.facts().can_finish
                 {
@@ -66,11 +71,11 @@ impl Lab {
             return Ok(());
         }
         self.is_free()?;
-        let panel = &self.interface.out;
+        let panel = &self.interface.exports;
         let size = panel.size.pixels(picture, panel.custom);
         let most = self.runner.ctx.info().max_image_side;
         check_size(size, most)?;
-        let name = Reserved::next(&self.folder_out(), "screenshot", "png")?;
+        let name = Reserved::next(&self.export_folder(), "screenshot", "png")?;
         let mut view = scaled(&self.interface.document.view, picture, size);
         view.is_transparent = panel.transparent;
         let made = Picture::begin(&self.runner.ctx, size, self.runner.format, view, name);
@@ -82,7 +87,7 @@ impl Lab {
 
     /// Writes times and their trace beside each other.
     pub(super) fn save_times(&mut self, context: &egui::Context, times: &Lately) {
-        let saved = save_times(&self.folder_out(), times);
+        let saved = save_times(&self.export_folder(), times);
         match saved {
             Ok(path) => {
                 let path = whole(&path);
@@ -115,7 +120,7 @@ impl Lab {
         if self.runner.stage.is_none() || picture.contains(&0) {
             return Ok(());
         }
-        let panel = &self.interface.out;
+        let panel = &self.interface.exports;
         let (kind, fps) = (panel.kind, panel.fps);
         let (name, output) = self.output("recording", kind, picture, fps)?;
         let (ctx, format) = (&self.runner.ctx, self.runner.format);
@@ -133,7 +138,7 @@ impl Lab {
         };
         let first_step = stage.simulation.step();
         self.is_free()?;
-        let panel = self.interface.out.clone();
+        let panel = self.interface.exports.clone();
         let size = panel.film_size.pixels(picture, panel.custom);
         check_size(size, LARGEST_FILM)?;
         let (name, output) = self.output("film", panel.kind, size, panel.film_fps)?;
@@ -163,7 +168,7 @@ impl Lab {
         size: [u32; 2],
         fps: u32,
     ) -> Result<(Reserved, Output)> {
-        let name = Reserved::next(&self.folder_out(), stem, kind.ending())?;
+        let name = Reserved::next(&self.export_folder(), stem, kind.ending())?;
         let path = match kind {
             Kind::Png => name.as_folder(),
             Kind::Mp4 | Kind::Gif => name.path().to_owned(),
@@ -181,8 +186,8 @@ impl Lab {
             return Ok(());
         }
         let stem = unnumbered(&self.interface.document.name).replace(std::path::is_separator, "_");
-        let name = Reserved::next(&self.folder_out(), &stem, model.ending())?;
-        let colors = self.interface.out.colors;
+        let name = Reserved::next(&self.export_folder(), &stem, model.ending())?;
+        let colors = self.interface.exports.colors;
         self.jobs.exports.job = Some(Export::File(FileExport::ask(model, colors, name)));
         Ok(())
     }
@@ -221,7 +226,7 @@ impl Lab {
 
     /// Copies the picture of this frame, if one is being recorded; `drawn` distinguishes it from others.
     pub(super) fn look_on(
-        recording: &mut TakeOut,
+        recording: &mut Exports,
         rec: &mut myxo::gpu::Recorder,
         picture: &myxo::gpu::Image,
         drawn: u64,

@@ -1,8 +1,8 @@
 //! Jobs beside the frames, polled once a frame: the only place that asks other threads for their results.
 
+use crate::lab::export::export::Export;
+use crate::lab::export::recording::Recording;
 use crate::lab::feeding::Fed;
-use crate::lab::out::export::Export;
-use crate::lab::out::recording::Recording;
 use crate::lab::window::Lab;
 use crate::lab::window::closing::{outcome_of, outcome_of_recording, say};
 use myxo::Result;
@@ -41,7 +41,7 @@ impl Lab {
         }
         let facts = &mut self.clocks.facts;
         facts.loading = (self.jobs.loading.as_ref()).map(|loading| loading.facts());
-        facts.out = self.jobs.exports.facts();
+        facts.exports = self.jobs.exports.facts();
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 use myxo::mesh::atlas::AtlasError;
 use myxo::{Error, Result};
 
-use crate::lab::command::{Command, Work};
+use crate::lab::command::{Command, ToolRequest};
 use crate::lab::edits::Coming;
 use crate::lab::loading::{Loading, Opened, Origin, Ready};
 use crate::lab::lost::is_loss;
@@ -38,8 +38,8 @@ impl Lab {
             self.waiting.retain(|left| {
                 let is_of_an_object = match left {
                     Waiting::Copy(..) | Waiting::Removal(_) => true,
-                    Waiting::Command(Command::Hand(work), _) => {
-                        matches!(work, Work::Duplicate(..) | Work::Remove(_))
+                    Waiting::Command(Command::Tool(work), _) => {
+                        matches!(work, ToolRequest::Duplicate(..) | ToolRequest::Remove(_))
                     }
                     _ => false,
                 };
@@ -60,7 +60,7 @@ impl Lab {
             }
             Some(coming) => {
                 if let Some(ticket) = coming.ticket {
-                    self.interface.hands.answer(ticket, None);
+                    self.interface.tools.answer(ticket, None);
                 }
                 coming.what
             }

@@ -8,8 +8,8 @@ use myxo::render::exposure::Exposure;
 use myxo::scene::{Overrides, Scene};
 use myxo::{Error, Result};
 
+use crate::lab::export::{Shot, scaled};
 use crate::lab::loading::Origin;
-use crate::lab::out::{Shot, scaled};
 use crate::lab::window::Lab;
 use crate::own_presets::check_name;
 use crate::own_presets::with_preset;

@@ -59,7 +59,7 @@ impl Lab {
             return Some(Ok(path));
         }
         let saved = save_scene(
-            &self.folder_out(),
+            &self.export_folder(),
             unnumbered(&self.interface.document.name),
             |file| Ok(self.scene_text_at(file)?.text),
         );

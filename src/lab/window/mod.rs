@@ -33,20 +33,20 @@ use winit::event::WindowEvent;
 use crate::lab::answers::Answers;
 use crate::lab::checks::Checks;
 use crate::lab::clocks::Clocks;
-use crate::lab::command::{Command, Out};
+use crate::lab::command::{Command, ExportRequest};
 use crate::lab::edits::Edits;
+use crate::lab::export::Exports;
 use crate::lab::host::Host;
 use crate::lab::interface::Interface;
 use crate::lab::jobs::Jobs;
-use crate::lab::left::LeftScenes;
+use crate::lab::kept_scenes::KeptScenes;
 use crate::lab::loading::{Opened, Origin};
 use crate::lab::options::LabOptions;
 use crate::lab::order::{Asked, Task};
-use crate::lab::out::TakeOut;
 use crate::lab::places::Places;
 use crate::lab::preferences::Preferences;
 use crate::lab::runner::Runner;
-use crate::lab::saving::left_folder;
+use crate::lab::saving::kept_folder;
 use crate::lab::screen::{Front, Screen};
 use crate::lab::show::{Seen, Shot};
 use crate::lab::theme;
@@ -149,11 +149,11 @@ impl Lab {
         interface.layout.panel = preferences.panel;
         interface.layout.panel_width = preferences.panel_width;
         interface.layout.light = preferences.light;
-        interface.out = preferences.out.clone();
+        interface.exports = preferences.out.clone();
         interface.gallery.recent = preferences.recent.clone();
         interface.looks.own = OwnPresets::read(OwnPresets::folder());
         interface.looks.find_preset(&mut interface.document);
-        interface.gallery.left = LeftScenes::read(left_folder());
+        interface.gallery.kept = KeptScenes::read(kept_folder());
         let file = opened.from.as_ref().map(|(path, _)| path.as_path());
         let folder = file.map_or(Some(scene.folder.as_path()), Path::parent);
         interface.opening.begin_in(folder.unwrap_or(Path::new("")));
@@ -163,7 +163,7 @@ impl Lab {
         let name = scene.name.clone();
         let mut lab = Self {
             gui,
-            jobs: Jobs::new(TakeOut::new(options.interrupt)),
+            jobs: Jobs::new(Exports::new(options.interrupt)),
             edits: Edits::default(),
             front,
             runner: Runner::new(ctx, format, [frames, answers], options.validation),
@@ -220,7 +220,7 @@ impl Lab {
         self.clocks.facts.full_screen = self.host.is_full_screen();
         let seen = self.run_interface()?;
         self.obey_all(&seen)?;
-        self.look_under_hand(seen.picture.size);
+        self.look_under_pointer(seen.picture.size);
         self.step_and_show(&seen, since_last)
     }
 
@@ -228,8 +228,9 @@ impl Lab {
     fn obey_all(&mut self, seen: &Seen) -> Result<()> {
         let size = seen.picture.size;
         // A window that closes begins nothing more.
-        let ends =
-            |command: &Command| [Command::TakeOut(Out::Cancel), Command::Quit].contains(command);
+        let ends = |command: &Command| {
+            [Command::Export(ExportRequest::Cancel), Command::Quit].contains(command)
+        };
         let mut commands = seen.shown.commands.clone();
         commands.retain(|command| !self.closing || ends(command));
         let mut commands = commands.into_iter();
@@ -275,7 +276,7 @@ impl Lab {
             self.moved = self.host.now();
         }
         let is_moving = self.is_moving();
-        self.record_hands(&mut rec, &seen.context)?;
+        self.record_tools(&mut rec, &seen.context)?;
         self.record_export(&mut rec, &seen.context);
         // An export may wait for what this frame copies.
         let is_long = task.only_steps && self.runner.pacer.are_long(task.steps);
@@ -336,7 +337,7 @@ impl Lab {
         }
         let mut rec = self.runner.frames.begin()?;
         self.runner.divide(&mut rec);
-        self.record_hands(&mut rec, &seen.context)?;
+        self.record_tools(&mut rec, &seen.context)?;
         if let Some(stage) = &mut self.runner.stage {
             stage.draw_in_slices(&mut rec, view, seen.sizes(), is_moving)?;
         }
@@ -426,7 +427,7 @@ impl Lab {
             panel_width: self.interface.layout.panel_width,
             zoom: self.host.context().zoom_factor(),
             recent: self.interface.gallery.recent.clone(),
-            out: self.interface.out.kept(),
+            out: self.interface.exports.kept(),
             // The whole screen is not the size of a window.
             size: match self.host.is_full_screen() {
                 true => Preferences::read(file).size,
@@ -450,7 +451,7 @@ impl Lab {
         }
         self.runner.give_up_slices();
         let _ = self.runner.frames.wait_idle();
-        self.end_taking_out();
+        self.end_exports();
         self.jobs.food.close();
         if let Some(loading) = &self.jobs.loading {
             loading.cancel();

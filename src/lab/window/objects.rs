@@ -8,7 +8,7 @@ use super::super::objects::{
     beside, places_of, short_name, way_beside, with_copy, with_object, without_object,
 };
 use crate::lab::command::Command;
-use crate::lab::command::{Ticket, Which, Work};
+use crate::lab::command::{Ticket, ToolRequest, Which};
 use crate::lab::edits::Coming;
 use crate::lab::loading::Origin;
 use crate::lab::objects::NEW_OBJECT;
@@ -48,7 +48,7 @@ impl Lab {
     /// One mesh more, at the right side of the others as the camera sees them.
     pub(crate) fn add_object(&mut self, mesh: String, ticket: Ticket) {
         let Some(stage) = &self.runner.stage else {
-            self.interface.hands.answer(ticket, None);
+            self.interface.tools.answer(ticket, None);
             return;
         };
         let radius = stage.scene.radius;
@@ -67,7 +67,7 @@ impl Lab {
         );
         let mut from = self.where_they_run(&settings.objects);
         let what = short_name(&mesh).to_owned();
-        let again = Command::Hand(Work::Add(mesh.clone(), ticket));
+        let again = Command::Tool(ToolRequest::Add(mesh.clone(), ticket));
         self.load(name.clone(), Origin::Shown, move || {
             let alone = Settings {
                 objects: vec![ObjectSettings {
@@ -145,7 +145,7 @@ impl Lab {
             .filter(|_| is_shown);
         let place =
             last.and_then(|last| place_among(&self.interface.document.edited.objects, last));
-        self.interface.hands.answer(ticket, place);
+        self.interface.tools.answer(ticket, place);
         if let Some(last) = last {
             self.edits.come.push((ticket, last.name.clone()));
         }
@@ -164,14 +164,14 @@ impl Lab {
                 let context = self.host.context().clone();
                 self.interface.notices.say(&context, text, false);
                 let place = place_among(&self.interface.document.edited.objects, &object);
-                self.interface.hands.answer(ticket, place);
+                self.interface.tools.answer(ticket, place);
             }
             return;
         }
         let asked = self.interface.document.live_settings();
         let (Some(stage), Some(place)) = (&self.runner.stage, place_among(&asked.objects, &object))
         else {
-            self.interface.hands.answer(ticket, None);
+            self.interface.tools.answer(ticket, None);
             return;
         };
         let moves = !asked.objects[place].motion.is_still();

@@ -9,7 +9,7 @@ use myxo::{Error, Result};
 impl Lab {
     /// The button was released: what was painted since the press is one stroke, unless it has changed nothing.
     pub(crate) fn end_stroke(&mut self, context: &egui::Context) -> Result<()> {
-        let pending_ends = &mut self.interface.hands.pending_ends;
+        let pending_ends = &mut self.interface.tools.pending_ends;
         *pending_ends = pending_ends.saturating_sub(1);
         self.paint_now(context)?;
         let (Some(open), Some(stage)) = (self.edits.strokes.open.take(), &mut self.runner.stage)

@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 
 use super::super::edits::Probe;
 use crate::lab::command::Command;
-use crate::lab::command::Work;
-use crate::lab::facts::{HandFacts, Under};
+use crate::lab::command::ToolRequest;
+use crate::lab::facts::{PointerFacts, Under};
 use crate::lab::loading::Origin;
 use crate::lab::lost::is_loss;
 use crate::lab::saving::{is_mesh, mesh_name};
@@ -32,51 +32,53 @@ const MOST_DABS: f32 = 6.0;
 const SPACING: f32 = 0.35;
 impl Lab {
     /// Does what a tool asks for.
-    pub(crate) fn obey_hand(
+    pub(crate) fn obey_tool(
         &mut self,
         context: &egui::Context,
-        work: Work,
+        work: ToolRequest,
         size: [u32; 2],
     ) -> Result<()> {
         match work {
-            Work::Stroke {
+            ToolRequest::Stroke {
                 from,
                 to,
                 brush,
                 radius,
             } => self.stroke([from, to], brush, radius, size),
-            Work::EndStroke => self.end_stroke(context)?,
-            Work::Undo { again } => {
+            ToolRequest::EndStroke => self.end_stroke(context)?,
+            ToolRequest::Undo { again } => {
                 let mut commands = Vec::new();
                 self.interface.undo_now(again, &mut commands);
                 for command in commands {
                     self.obey(context, command, size)?;
                 }
             }
-            Work::ToStroke(last) => self.take_strokes(context, last)?,
-            Work::StartOnPainted => self.start_on_painted(context)?,
+            ToolRequest::ToStroke(last) => self.take_strokes(context, last)?,
+            ToolRequest::StartOnPainted => self.start_on_painted(context)?,
             // The first would take the place of what is on its way, and the others are about an object that is.
-            Work::Add(..) if self.jobs.loading.is_some() => {
+            ToolRequest::Add(..) if self.jobs.loading.is_some() => {
                 self.waiting
-                    .push(Waiting::Command(Command::Hand(work), size));
+                    .push(Waiting::Command(Command::Tool(work), size));
             }
-            Work::Remove(which) | Work::Duplicate(which, _) if self.is_to_come(which) => {
+            ToolRequest::Remove(which) | ToolRequest::Duplicate(which, _)
+                if self.is_to_come(which) =>
+            {
                 self.waiting
-                    .push(Waiting::Command(Command::Hand(work), size));
+                    .push(Waiting::Command(Command::Tool(work), size));
             }
-            Work::Add(mesh, ticket) => self.add_object(mesh, ticket),
-            Work::Remove(which) => {
+            ToolRequest::Add(mesh, ticket) => self.add_object(mesh, ticket),
+            ToolRequest::Remove(which) => {
                 if let Some(object) = self.object(which) {
                     self.remove_object(Box::new(object.clone()));
                 }
             }
-            Work::Duplicate(which, ticket) => match self.object(which) {
+            ToolRequest::Duplicate(which, ticket) => match self.object(which) {
                 Some(object) => self.duplicate_object(Box::new(object.clone()), ticket),
-                None => self.interface.hands.answer(ticket, None),
+                None => self.interface.tools.answer(ticket, None),
             },
-            Work::Scale(object, factor) => {
-                let hand = &self.clocks.facts.hand;
-                let origins = hand.pivot_of(object);
+            ToolRequest::Scale(object, factor) => {
+                let pointer = &self.clocks.facts.pointer;
+                let origins = pointer.pivot_of(object);
                 let grown = Origins {
                     surface: f64::from(factor) * origins.surface,
                     ..origins
@@ -84,12 +86,18 @@ impl Lab {
                 if let Some(object) = self.interface.document.edited.objects.get_mut(object) {
                     let before = object.clone();
                     object.scale *= factor;
-                    keep_in_place(object, &before, hand.time, [origins, grown], hand.radius);
+                    keep_in_place(
+                        object,
+                        &before,
+                        pointer.time,
+                        [origins, grown],
+                        pointer.radius,
+                    );
                     self.interface.document.begin_renewal();
                     self.renew();
                 }
             }
-            Work::Renew => self.renew(),
+            ToolRequest::Renew => self.renew(),
         }
         Ok(())
     }
@@ -124,7 +132,7 @@ impl Lab {
             self.waiting.push(Waiting::File(path));
             self.host.request_redraw();
         } else if is_mesh(&path) && self.runner.stage.is_some() {
-            let ticket = self.interface.hands.ask();
+            let ticket = self.interface.tools.ask();
             self.add_object(mesh_name(&path), ticket);
         } else if let Some(text) = preset_in(&path) {
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -209,7 +217,7 @@ impl Lab {
     }
 
     /// Records what was painted since the last frame, and what the probe wants to know.
-    pub(crate) fn record_hands(
+    pub(crate) fn record_tools(
         &mut self,
         rec: &mut Recorder,
         context: &egui::Context,
@@ -218,15 +226,15 @@ impl Lab {
         let Some(stage) = &self.runner.stage else {
             return Ok(());
         };
-        let Some(under) = self.clocks.facts.hand.under.as_ref() else {
+        let Some(under) = self.clocks.facts.pointer.under.as_ref() else {
             return Ok(());
         };
-        if self.interface.hands.probe {
+        if self.interface.tools.probe {
             if self.edits.probe.is_none() {
                 match Probe::new(&self.runner.ctx) {
                     Ok(probe) => self.edits.probe = Some(probe),
                     Err(error) => {
-                        self.interface.hands.probe = false;
+                        self.interface.tools.probe = false;
                         return self.report_unless_lost(context, "there is no probe", error);
                     }
                 }
@@ -241,10 +249,10 @@ impl Lab {
     }
 
     /// Tells the interface what lies under the pointer and where objects are.
-    pub(crate) fn look_under_hand(&mut self, size: [u32; 2]) {
+    pub(crate) fn look_under_pointer(&mut self, size: [u32; 2]) {
         self.follow_marks();
         let Some(stage) = &self.runner.stage else {
-            self.clocks.facts.hand = HandFacts::default();
+            self.clocks.facts.pointer = PointerFacts::default();
             return;
         };
         let simulation = &stage.simulation;
@@ -259,7 +267,7 @@ impl Lab {
         let size = Vec2::new(size[0] as f32, size[1] as f32);
         let view = &self.interface.document.view;
         let poses = simulation.world_from_object();
-        let pixel = self.interface.hands.pointer;
+        let pixel = self.interface.tools.pointer;
         let hit = pixel.and_then(|pixel| Some((pixel, stage.pick(view, pixel, size)?)));
         if let Some(probe) = &mut self.edits.probe {
             while let Some((_, values)) = probe.readback.poll() {
@@ -291,7 +299,7 @@ impl Lab {
                 bias: last.filter(|_| has_bias).map(|[.., bias]| bias),
             }
         });
-        self.clocks.facts.hand = HandFacts {
+        self.clocks.facts.pointer = PointerFacts {
             looked: pixel,
             under,
             foods: placed(

@@ -18,7 +18,7 @@ fn an_earlier_state_comes_back_by_a_button_and_in_the_gallery() {
     };
     assert_eq!(harness.click(at), [Command::GoBack]);
     // Also where no scene was left with changes.
-    assert!(harness.interface.gallery.left.all().is_empty());
+    assert!(harness.interface.gallery.kept.all().is_empty());
     harness.press(Key::G);
     harness.frame(vec![]);
     let [at] = harness.places_of("cube · step 1,234")[..] else {

@@ -81,7 +81,7 @@ fn a_dialog_that_opens_files_has_the_keys_to_itself() {
     // The dialog closes, and the brush stays selected.
     harness.press(Key::Escape);
     assert!(!harness.interface.opening.is_open());
-    assert_ne!(harness.interface.hands.tool, Tool::Look);
+    assert_ne!(harness.interface.tools.tool, Tool::Look);
     assert_eq!(harness.press(Key::F12), [Command::Screenshot]);
 }
 
@@ -264,7 +264,7 @@ fn looks_are_kept_and_removed_in_the_gallery() {
 #[test]
 fn things_are_taken_out_by_keys_and_buttons() {
     let mut harness = Harness::new();
-    let record = Command::TakeOut(Out::Record);
+    let record = Command::Export(ExportRequest::Record);
     assert_eq!(harness.press(Key::F9), std::slice::from_ref(&record));
     harness.interface.layout.toggle(Card::Exports);
     for _ in 0..3 {
@@ -278,24 +278,24 @@ fn things_are_taken_out_by_keys_and_buttons() {
     for (words, command) in [
         ("📷 Save picture", Command::Screenshot),
         ("⏺ Record", record),
-        ("🎬 Film 300 frames", Command::TakeOut(Out::Film)),
+        ("🎬 Film 300 frames", Command::Export(ExportRequest::Film)),
         (
             "NPZ",
-            Command::TakeOut(Out::Export(crate::lab::command::Model::Npz)),
+            Command::Export(ExportRequest::Export(crate::lab::command::Model::Npz)),
         ),
     ] {
         let at = place(&harness, words);
         assert_eq!(harness.click(at), [command], "{words}");
     }
     // The panel shows the work under way, and a second export waits for the first.
-    harness.facts.out.recording = Some(crate::lab::facts::Recorded {
+    harness.facts.exports.recording = Some(crate::lab::facts::Recorded {
         seconds: 65.0,
         frames: 1950,
         different: 1900,
         dropped: 3,
         is_ending: false,
     });
-    harness.facts.out.making = Some(crate::lab::facts::Making {
+    harness.facts.exports.making = Some(crate::lab::facts::Making {
         name: "film_000001.mp4".to_owned(),
         doing: "frame 7 of 300".to_owned(),
         done: Some(0.02),
@@ -318,9 +318,9 @@ fn things_are_taken_out_by_keys_and_buttons() {
     let at = place(&harness, "🎬 Film 300 frames");
     assert_eq!(harness.click(at), [], "one thing at a time");
     let at = place(&harness, "Cancel");
-    assert_eq!(harness.click(at), [Command::TakeOut(Out::Cancel)]);
+    assert_eq!(harness.click(at), [Command::Export(ExportRequest::Cancel)]);
     let at = place(&harness, "Finish now");
-    assert_eq!(harness.click(at), [Command::TakeOut(Out::Finish)]);
+    assert_eq!(harness.click(at), [Command::Export(ExportRequest::Finish)]);
     harness.press(Key::Escape);
     assert!(!harness.interface.layout.shows(Card::Exports));
 }
@@ -329,20 +329,20 @@ fn things_are_taken_out_by_keys_and_buttons() {
 fn the_picture_can_be_alone() {
     let mut harness = Harness::new();
     for tool in [Tool::Look, Tool::Trail, Tool::Food] {
-        harness.interface.hands.tool = tool;
-        harness.interface.hands.selected = Some(0);
+        harness.interface.tools.tool = tool;
+        harness.interface.tools.selected = Some(0);
         harness.press(Key::F10);
         let picture = harness.frame(vec![]).picture;
         assert_eq!((picture.min, picture.size()), (Pos2::ZERO, SCREEN));
         let said = harness.interface.notices.text();
         assert_eq!(said.as_deref(), Some("Esc brings the panel back"));
-        assert_eq!(harness.interface.hands.selected, None);
+        assert_eq!(harness.interface.tools.selected, None);
         // Esc does so with every tool.
         harness.press(Key::Escape);
         assert!(harness.frame(vec![]).picture.left() > 300.0);
-        assert_eq!(harness.interface.hands.tool, tool);
+        assert_eq!(harness.interface.tools.tool, tool);
     }
-    harness.interface.hands.tool = Tool::Look;
+    harness.interface.tools.tool = Tool::Look;
     assert_eq!(harness.press(Key::F11), [Command::FullScreen]);
     let dark = harness.ctx.theme();
     harness.press(Key::T);
@@ -704,12 +704,12 @@ fn space_is_for_the_control_with_the_keyboard() {
 #[test]
 fn the_probe_lays_a_brush_down() {
     let mut harness = Harness::new();
-    harness.interface.hands.take(Tool::Erase);
+    harness.interface.tools.take(Tool::Erase);
     harness.press(Key::I);
-    assert!(harness.interface.hands.probe);
-    assert_eq!(harness.interface.hands.tool, Tool::Look);
+    assert!(harness.interface.tools.probe);
+    assert_eq!(harness.interface.tools.tool, Tool::Look);
     harness.press(Key::I);
-    assert!(!harness.interface.hands.probe);
+    assert!(!harness.interface.tools.probe);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! A screen that is twice as dense: what is pressed and painted is where it is shown.
 
 use super::*;
-use crate::lab::command::Out;
-use crate::lab::command::Work;
+use crate::lab::command::ExportRequest;
+use crate::lab::command::ToolRequest;
 use crate::lab::place::Place;
 use crate::lab::tools::Tool;
 
@@ -19,7 +19,10 @@ fn on_a_dense_screen_controls_and_pictures_are_met_where_they_are_shown() {
     let picture = harness.frame(vec![]).picture;
     assert_eq!(picture, before, "points are what they were");
     let record = harness.places_of("⏺ Record")[0];
-    assert_eq!(harness.click(record), [Command::TakeOut(Out::Record)]);
+    assert_eq!(
+        harness.click(record),
+        [Command::Export(ExportRequest::Record)]
+    );
     harness.interface.layout.close(Card::Exports);
 
     // The picture has twice as many pixels each way, and strokes are in pixels of it.
@@ -27,10 +30,10 @@ fn on_a_dense_screen_controls_and_pictures_are_met_where_they_are_shown() {
     let at = (IN_PICTURE - picture.min) * 2.0;
     let wanted = Vec2::new(at.x, at.y);
     assert!(wanted.x < place.size[0] as f32 && wanted.y < place.size[1] as f32);
-    harness.interface.hands.take(Tool::Attract);
+    harness.interface.tools.take(Tool::Attract);
     let commands = harness.click(IN_PICTURE);
     let strokes = commands.iter().filter_map(|command| match command {
-        Command::Hand(Work::Stroke { from, to, .. }) => Some([*from, *to]),
+        Command::Tool(ToolRequest::Stroke { from, to, .. }) => Some([*from, *to]),
         _ => None,
     });
     let strokes: Vec<_> = strokes.flatten().collect();

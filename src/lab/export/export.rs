@@ -15,13 +15,13 @@ use myxo::scene::Scene;
 use myxo::scene::settings::Settings;
 
 use crate::lab::command::Model;
-use crate::lab::exports::OutPanel;
+use crate::lab::export::encoder::{Encoder, Frame};
+use crate::lab::export::shot::Shot;
+use crate::lab::export_panel::ExportPanel;
 use crate::lab::facts::Making;
 use crate::lab::job::Job;
 use crate::lab::names::Reserved;
 use crate::lab::objects::begin_on_food_that_is;
-use crate::lab::out::encoder::{Encoder, Frame};
-use crate::lab::out::shot::Shot;
 use crate::lab::stage::Stage;
 use crate::lab::undo::Entry;
 
@@ -262,7 +262,7 @@ impl Film {
         format: Format,
         view: View,
         name: Reserved,
-        panel: &OutPanel,
+        panel: &ExportPanel,
         step: u64,
     ) -> Result<Self> {
         Ok(Self {

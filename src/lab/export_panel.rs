@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::lab::actions::Action;
 use crate::lab::command::Command;
-use crate::lab::command::{Model, Out};
+use crate::lab::command::{ExportRequest, Model};
 use crate::lab::desk::Desk;
 use crate::lab::facts::Facts;
 use crate::lab::facts::{Making, Recorded};
@@ -103,7 +103,7 @@ const RECORDING_FPS: (u32, u32) = (1, 60);
 /// The choices, which are kept from one time to the next.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct OutPanel {
+pub struct ExportPanel {
     /// The folder for files; empty for the folder in which the program was started.
     pub folder: String,
     /// The size of pictures.
@@ -132,7 +132,7 @@ pub struct OutPanel {
     pub colors: Colors,
 }
 
-impl Default for OutPanel {
+impl Default for ExportPanel {
     fn default() -> Self {
         Self {
             folder: String::new(),
@@ -152,7 +152,7 @@ impl Default for OutPanel {
     }
 }
 
-impl OutPanel {
+impl ExportPanel {
     /// How many frames a film has.
     pub fn film_frames(&self) -> u64 {
         (self.seconds * f64::from(self.film_fps)).round().max(1.0) as u64
@@ -200,7 +200,7 @@ impl OutPanel {
     }
 }
 
-impl OutPanel {
+impl ExportPanel {
     /// Takes a folder as if its path had been typed; else says why not.
     pub fn take_folder(&mut self, folder: &Path) -> Result<(), String> {
         match folder.to_str().filter(|text| text.trim() == *text) {
@@ -247,11 +247,11 @@ impl OutPanel {
         }
         let right = bar.map_or(picture.right() - 14.0, |bar| bar.left() - 8.0);
         let corner = egui::pos2(right, picture.top() + 10.0);
-        if let Some(recording) = &facts.out.recording {
+        if let Some(recording) = &facts.exports.recording {
             show_dot(ctx, corner, recording);
         }
-        if let Some(making) = &facts.out.making {
-            let corner = match facts.out.recording {
+        if let Some(making) = &facts.exports.making {
+            let corner = match facts.exports.recording {
                 Some(_) => corner + vec2(0.0, 44.0),
                 None => corner,
             };
@@ -262,7 +262,7 @@ impl OutPanel {
 
     fn card(&mut self, ui: &mut Ui, facts: &Facts, is_flat: bool, commands: &mut Vec<Command>) {
         let out = self;
-        let is_free = facts.out.making.is_none();
+        let is_free = facts.exports.making.is_none();
         title(
             ui,
             "Folder",
@@ -324,7 +324,7 @@ impl OutPanel {
         );
         ui.horizontal(|ui| {
             let is_on = facts
-                .out
+                .exports
                 .recording
                 .is_some_and(|recording| !recording.is_ending);
             let label = if is_on { "■ Stop" } else { "⏺ Record" };
@@ -334,7 +334,7 @@ impl OutPanel {
                 .marked("out.record")
                 .clicked()
             {
-                commands.push(Command::TakeOut(Out::Record));
+                commands.push(Command::Export(ExportRequest::Record));
             }
             number(ui, "out.fps", &mut out.fps, RECORDING_FPS.0..=RECORDING_FPS.1, " fps").on_hover_text(
                 "Frames a second. Where the window is slower, pictures stay for longer.",
@@ -412,7 +412,7 @@ impl OutPanel {
             .marked("out.film")
             .clicked()
         {
-            commands.push(Command::TakeOut(Out::Film));
+            commands.push(Command::Export(ExportRequest::Film));
         }
 
         title(
@@ -430,7 +430,7 @@ impl OutPanel {
                     .marked(&format!("out.export={label}"))
                     .clicked()
                 {
-                    commands.push(Command::TakeOut(Out::Export(model)));
+                    commands.push(Command::Export(ExportRequest::Export(model)));
                 }
             }
         });
@@ -596,7 +596,7 @@ fn show_making(
                             .marked("out.cancel")
                             .clicked()
                         {
-                            commands.push(Command::TakeOut(Out::Cancel));
+                            commands.push(Command::Export(ExportRequest::Cancel));
                         }
                         if making.can_finish
                             && ui
@@ -605,7 +605,7 @@ fn show_making(
                                 .marked("out.finish")
                                 .clicked()
                         {
-                            commands.push(Command::TakeOut(Out::Finish));
+                            commands.push(Command::Export(ExportRequest::Finish));
                         }
                     });
                 });

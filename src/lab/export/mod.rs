@@ -17,7 +17,7 @@ use myxo::scene::settings::Settings;
 use myxo::{Error, Result};
 
 use crate::lab::document::put_look;
-use crate::lab::facts::OutFacts;
+use crate::lab::facts::ExportFacts;
 use crate::lab::stage::Stage;
 use export::Export;
 use recording::Recording;
@@ -28,7 +28,7 @@ pub const LARGEST_FILM: u32 = 4096;
 
 /// Recordings and exports under way.
 #[derive(Default)]
-pub struct TakeOut {
+pub struct Exports {
     pub recording: Option<Recording>,
     pub job: Option<Export>,
     /// Since when all of it is only finished, because the window is to close then.
@@ -39,7 +39,7 @@ pub struct TakeOut {
     pub interrupt: Option<&'static AtomicBool>,
 }
 
-impl TakeOut {
+impl Exports {
     /// Nothing yet; `interrupt` becomes true with Ctrl-C.
     pub fn new(interrupt: &'static AtomicBool) -> Self {
         Self {
@@ -49,8 +49,8 @@ impl TakeOut {
     }
 
     /// For the interface.
-    pub fn facts(&self) -> OutFacts {
-        OutFacts {
+    pub fn facts(&self) -> ExportFacts {
+        ExportFacts {
             recording: self.recording.as_ref().map(Recording::facts),
             making: self.job.as_ref().map(Export::facts),
             filmed: self.job.as_ref().and_then(Export::filmed),

@@ -8,15 +8,18 @@ fn the_last_object_stays() {
     harness.press(Key::Delete);
     let notice = |harness: &Harness| harness.interface.notices.text();
     assert!(notice(&harness).is_some_and(|text| text.contains("Pick an object first")));
-    harness.interface.hands.selected = Some(1);
+    harness.interface.tools.selected = Some(1);
     let commands = harness.press(Key::Delete);
-    assert_eq!(commands, [Command::Hand(Work::Remove(Which::Object(1)))]);
+    assert_eq!(
+        commands,
+        [Command::Tool(ToolRequest::Remove(Which::Object(1)))]
+    );
     harness.interface.document.running.objects.pop();
     harness.interface.document.edited.objects.pop();
-    harness.interface.hands.selected = Some(0);
+    harness.interface.tools.selected = Some(0);
     assert_eq!(harness.press(Key::Delete), []);
     assert!(notice(&harness).is_some_and(|text| text.contains("The last object stays")));
-    assert_eq!(harness.interface.hands.selected, Some(0));
+    assert_eq!(harness.interface.tools.selected, Some(0));
 }
 
 #[test]
@@ -44,10 +47,10 @@ fn the_picked_object_is_duplicated_by_its_key_and_its_button() {
         panic!("{:?}", harness.places_of("🗐"))
     };
     assert_eq!(harness.click(at), [], "it is grey");
-    harness.interface.hands.selected = Some(1);
+    harness.interface.tools.selected = Some(1);
     harness.frame(vec![]);
     let copy = |commands: Vec<Command>| match commands[..] {
-        [Command::Hand(Work::Duplicate(which, ticket))] => (which, ticket),
+        [Command::Tool(ToolRequest::Duplicate(which, ticket))] => (which, ticket),
         _ => panic!("{commands:?}"),
     };
     let (which, first) = copy(key(&mut harness));
@@ -60,15 +63,15 @@ fn the_picked_object_is_duplicated_by_its_key_and_its_button() {
         "no look by chance"
     );
     // The last one is picked when it comes, and no other.
-    harness.interface.hands.answer(first, Some(0));
-    assert_eq!(harness.interface.hands.selected, None);
-    harness.interface.hands.answer(second, Some(1));
-    assert_eq!(harness.interface.hands.selected, Some(1));
+    harness.interface.tools.answer(first, Some(0));
+    assert_eq!(harness.interface.tools.selected, None);
+    harness.interface.tools.answer(second, Some(1));
+    assert_eq!(harness.interface.tools.selected, Some(1));
     // An object that is picked meanwhile stays picked.
     let (_, third) = copy(key(&mut harness));
-    harness.interface.hands.pick(Some(0));
-    harness.interface.hands.answer(third, Some(1));
-    assert_eq!(harness.interface.hands.selected, Some(0));
+    harness.interface.tools.pick(Some(0));
+    harness.interface.tools.answer(third, Some(1));
+    assert_eq!(harness.interface.tools.selected, Some(0));
     // Esc first deselects the object on its way, and only then cancels the load.
     key(&mut harness);
     assert_eq!(harness.press(Key::Escape), []);
@@ -77,7 +80,7 @@ fn the_picked_object_is_duplicated_by_its_key_and_its_button() {
     // Also where a slow frame gets them at once, and of the only object there is.
     harness.interface.document.running.objects.pop();
     harness.interface.document.edited.objects.pop();
-    harness.interface.hands.selected = Some(0);
+    harness.interface.tools.selected = Some(0);
     let presses = [
         event(Key::D, control, true),
         event(Key::D, control, false),
@@ -86,13 +89,13 @@ fn the_picked_object_is_duplicated_by_its_key_and_its_button() {
     ];
     let commands = harness.frame(presses.to_vec()).commands;
     let [
-        Command::Hand(Work::Duplicate(Which::Object(0), first)),
-        Command::Hand(Work::Duplicate(Which::Asked(copied), second)),
-        Command::Hand(Work::Remove(Which::Asked(removed))),
+        Command::Tool(ToolRequest::Duplicate(Which::Object(0), first)),
+        Command::Tool(ToolRequest::Duplicate(Which::Asked(copied), second)),
+        Command::Tool(ToolRequest::Remove(Which::Asked(removed))),
     ] = commands[..]
     else {
         panic!("{commands:?}")
     };
     assert_eq!((copied, removed), (first, second));
-    assert_eq!(harness.interface.hands.picked(), None);
+    assert_eq!(harness.interface.tools.picked(), None);
 }

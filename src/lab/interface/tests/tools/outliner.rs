@@ -88,10 +88,10 @@ fn objects_are_selected_hidden_and_shown() {
         [0, 1].map(|object| marks.is_hidden(object))
     };
     click(&mut harness, "second", 0);
-    assert_eq!(harness.interface.hands.selected, Some(1));
+    assert_eq!(harness.interface.tools.selected, Some(1));
     click(&mut harness, "👁", 1);
     assert_eq!(hidden(&harness), [false, true]);
-    assert_eq!(harness.interface.hands.selected, None);
+    assert_eq!(harness.interface.tools.selected, None);
     click(&mut harness, "–", 0);
     assert_eq!(hidden(&harness), [false, false]);
     // Alone, and all again.
@@ -125,17 +125,17 @@ fn tools_leave_a_locked_object_alone() {
     // A click on it in the picture picks nothing.
     let pick = |harness: &mut Harness| {
         harness.click(IN_PICTURE);
-        harness.facts.hand.looked = harness.interface.hands.pointer;
-        harness.facts.hand.under = Some(under());
+        harness.facts.pointer.looked = harness.interface.tools.pointer;
+        harness.facts.pointer.under = Some(under());
         harness.frame(vec![]);
-        harness.facts.hand.looked = None;
-        harness.facts.hand.under = None;
-        harness.interface.hands.selected
+        harness.facts.pointer.looked = None;
+        harness.facts.pointer.under = None;
+        harness.interface.tools.selected
     };
     assert_eq!(pick(&mut harness), None);
     // One in the list does; it stays where it is, and is not removed.
     click(&mut harness, "torus", 0);
-    assert_eq!(harness.interface.hands.selected, Some(0));
+    assert_eq!(harness.interface.tools.selected, Some(0));
     assert!(harness.press(Key::Delete).is_empty());
     assert!(
         harness
@@ -163,5 +163,8 @@ fn tools_leave_a_locked_object_alone() {
     dragged(&mut harness, from, from + vec2(40.0, 0.0));
     assert_ne!(harness.interface.document.edited, edited);
     let commands = harness.press(Key::Delete);
-    assert_eq!(commands, [Command::Hand(Work::Remove(Which::Object(0)))]);
+    assert_eq!(
+        commands,
+        [Command::Tool(ToolRequest::Remove(Which::Object(0)))]
+    );
 }

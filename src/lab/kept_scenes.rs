@@ -18,7 +18,7 @@ const MOST: usize = 8;
 
 /// One of them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LeftScene {
+pub struct KeptScene {
     /// The scene's name.
     pub name: String,
     /// The scene file.
@@ -29,15 +29,15 @@ pub struct LeftScene {
 
 /// All of them, the last one first.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct LeftScenes {
+pub struct KeptScenes {
     folder: Option<PathBuf>,
-    all: Vec<LeftScene>,
+    all: Vec<KeptScene>,
 }
 
-impl LeftScenes {
+impl KeptScenes {
     /// Reads the scenes in a folder, which need not exist.
     pub fn read(folder: Option<PathBuf>) -> Self {
-        let mut all: Vec<LeftScene> = folder.iter().flat_map(|folder| files(folder)).collect();
+        let mut all: Vec<KeptScene> = folder.iter().flat_map(|folder| files(folder)).collect();
         all.sort_by_key(|left| std::cmp::Reverse(left.since));
         Self { folder, all }
     }
@@ -48,7 +48,7 @@ impl LeftScenes {
     }
 
     /// The last one first.
-    pub fn all(&self) -> &[LeftScene] {
+    pub fn all(&self) -> &[KeptScene] {
         &self.all
     }
 
@@ -97,7 +97,7 @@ impl LeftScenes {
     }
 
     /// The scene is shown again, so it is no longer the next one to be removed.
-    pub fn opened(left: &LeftScene) {
+    pub fn opened(left: &KeptScene) {
         let touched = fs::File::options().append(true).open(&left.file);
         // Without a right to do so it stays as old as it is.
         let _ = touched.and_then(|file| file.set_modified(SystemTime::now()));
@@ -109,11 +109,11 @@ pub fn picture_beside(file: &Path) -> PathBuf {
     file.with_extension("png")
 }
 
-fn files(folder: &Path) -> Vec<LeftScene> {
+fn files(folder: &Path) -> Vec<KeptScene> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let scene = |entry: fs::DirEntry| {
         let file = entry.path();
-        Some(LeftScene {
+        Some(KeptScene {
             name: name_in(&file)?,
             since: entry.metadata().ok()?.modified().ok()?,
             file,
@@ -130,7 +130,7 @@ mod tests {
     fn the_last_ones_are_kept_and_nothing_else_is_touched() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().join("left");
-        let mut left = LeftScenes::read(Some(folder.clone()));
+        let mut left = KeptScenes::read(Some(folder.clone()));
         assert!(left.all().is_empty());
         for seed in 0..MOST + 3 {
             let name = if seed % 2 == 0 { "a_b" } else { "c" };
@@ -139,7 +139,7 @@ mod tests {
                 Ok(format!("seed = {seed}\n"))
             });
             let file = file.unwrap();
-            LeftScenes::keep_picture(&file, &RgbaImage::new(3, 2)).unwrap();
+            KeptScenes::keep_picture(&file, &RgbaImage::new(3, 2)).unwrap();
             assert_eq!(left.all()[0].file, file, "the last one comes first");
             assert_eq!(left.all()[0].name, name);
             // The clock of files goes in steps: what comes next is later than this.
@@ -156,7 +156,7 @@ mod tests {
             fs::write(folder.join("notes_.toml"), "mine").unwrap();
         }
         assert_eq!(left.all().len(), MOST);
-        assert_eq!(LeftScenes::read(Some(folder.clone())), left);
+        assert_eq!(KeptScenes::read(Some(folder.clone())), left);
         let texts = left
             .all()
             .iter()
@@ -172,11 +172,11 @@ mod tests {
 
         // The oldest is shown again and another scene is left: the shown one is not removed.
         let oldest = left.all().last().unwrap().clone();
-        LeftScenes::opened(&oldest);
+        KeptScenes::opened(&oldest);
         left.keep("c", |_| Ok(String::new())).unwrap();
         assert!(oldest.file.exists() && left.all().len() == MOST);
 
-        let error = LeftScenes::default().keep("torus", |_| Ok(String::new()));
+        let error = KeptScenes::default().keep("torus", |_| Ok(String::new()));
         let error = error.unwrap_err();
         assert!(error.to_string().contains("torus"), "{error}");
     }

@@ -3,7 +3,7 @@
 use super::*;
 
 fn hold(harness: &mut Harness) -> Pos2 {
-    harness.interface.hands.selected = Some(0);
+    harness.interface.tools.selected = Some(0);
     let from = middle(harness);
     harness.frame(vec![Event::PointerMoved(from)]);
     harness.frame(vec![button(from, true)]);
@@ -27,9 +27,9 @@ fn esc_puts_back_an_object_that_a_handle_has_moved() {
         assert_eq!(harness.interface.document.edited, before);
         assert_eq!(harness.interface.document.view.camera, camera);
     }
-    assert_eq!(harness.interface.hands.selected, Some(0));
+    assert_eq!(harness.interface.tools.selected, Some(0));
     harness.press(Key::Escape);
-    assert_eq!(harness.interface.hands.selected, None);
+    assert_eq!(harness.interface.tools.selected, None);
     // Nothing was changed: before that the scene had one object.
     harness.interface.undo(&mut Vec::new());
     assert_eq!(harness.interface.document.edited.objects.len(), 1);
@@ -66,8 +66,8 @@ fn with_ctrl_objects_are_moved_in_steps_and_the_distance_is_shown() {
 fn f_frames_the_picked_object() {
     let mut harness = harness();
     let whole = harness.interface.document.view.camera;
-    harness.facts.hand.poses[0] = Affine3A::from_translation(Vec3::new(2.0, 0.0, 0.0));
-    harness.interface.hands.selected = Some(0);
+    harness.facts.pointer.poses[0] = Affine3A::from_translation(Vec3::new(2.0, 0.0, 0.0));
+    harness.interface.tools.selected = Some(0);
     harness.press(Key::F);
     let near = harness.interface.document.view.camera;
     let off = near.target - whole.target - Vec3::new(2.0, 0.0, 0.0);
@@ -76,7 +76,7 @@ fn f_frames_the_picked_object() {
     assert!(!harness.interface.document.is_fitted());
     harness.press(Key::Home);
     assert_eq!(harness.interface.document.view.camera.target, whole.target);
-    harness.interface.hands.selected = None;
+    harness.interface.tools.selected = None;
     harness.interface.document.view.camera = near;
     harness.press(Key::F);
     assert_eq!(harness.interface.document.view.camera.target, whole.target);
@@ -85,7 +85,7 @@ fn f_frames_the_picked_object() {
 #[test]
 fn undo_says_what_it_does_not_take_back() {
     let mut harness = harness();
-    harness.facts.hand.under = Some(under());
+    harness.facts.pointer.under = Some(under());
     let before = harness.interface.document.edited.clone();
     let undo = |harness: &mut Harness| {
         let held = Modifiers::CTRL.plus(Modifiers::COMMAND);
@@ -104,7 +104,7 @@ fn undo_says_what_it_does_not_take_back() {
     harness.frame(vec![]);
     let changed = harness.interface.document.edited.clone();
     for tool in [Tool::Trail, Tool::Particles] {
-        harness.interface.hands.take(tool);
+        harness.interface.tools.take(tool);
         dragged(&mut harness, IN_PICTURE, IN_PICTURE + vec2(40.0, 0.0));
         harness.interface.notices = Default::default();
         assert_eq!(undo(&mut harness), []);

@@ -8,7 +8,7 @@ use myxo::gpu::{Buffer, Context, Domain, Format, Frames};
 use myxo::render::exposure::Exposure;
 use myxo::render::{Canvas, View};
 
-use crate::lab::out::encoder::Frame;
+use crate::lab::export::encoder::Frame;
 use crate::lab::stage::Stage;
 
 /// The time that one part should take.

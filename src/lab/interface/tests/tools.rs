@@ -43,9 +43,9 @@ fn harness() -> Harness {
     ] {
         settings.objects.push(second.clone());
     }
-    harness.facts.hand.poses = vec![Affine3A::IDENTITY; 2];
-    harness.facts.hand.mean_trail = 10.0;
-    harness.facts.hand.radius = 1.0;
+    harness.facts.pointer.poses = vec![Affine3A::IDENTITY; 2];
+    harness.facts.pointer.mean_trail = 10.0;
+    harness.facts.pointer.radius = 1.0;
     // The window would have noted these.
     let edited = harness.interface.document.edited.clone();
     let view = harness.interface.document.view;
@@ -86,13 +86,13 @@ fn a_brush_paints_where_it_is_drawn_and_leaves_the_camera() {
     harness.interface.document.playing = false;
     let camera = harness.interface.document.view.camera;
     harness.press(Key::B);
-    assert_eq!(harness.interface.hands.tool, Tool::Trail);
+    assert_eq!(harness.interface.tools.tool, Tool::Trail);
     let to = IN_PICTURE + vec2(60.0, 20.0);
     let commands = dragged(&mut harness, IN_PICTURE, to);
     assert_eq!(harness.interface.document.view.camera, camera);
     let strokes: Vec<_> = (commands.iter())
         .map(|command| match command {
-            Command::Hand(Work::Stroke {
+            Command::Tool(ToolRequest::Stroke {
                 from, to, brush, ..
             }) => (*from, *to, *brush),
             other => panic!("{other:?}"),
@@ -112,19 +112,19 @@ fn a_brush_paints_where_it_is_drawn_and_leaves_the_camera() {
     harness.drag(pans, Modifiers::NONE, IN_PICTURE, to);
     assert_ne!(harness.interface.document.view.camera.target, camera.target);
     harness.press(Key::Escape);
-    assert_eq!(harness.interface.hands.tool, Tool::Look);
+    assert_eq!(harness.interface.tools.tool, Tool::Look);
 }
 
 fn count_of_ends(commands: &[Command]) -> usize {
     let ends = commands.iter();
-    ends.filter(|c| **c == Command::Hand(Work::EndStroke))
+    ends.filter(|c| **c == Command::Tool(ToolRequest::EndStroke))
         .count()
 }
 
 /// Does what the window does at the end of a stroke.
 fn end_stroke(harness: &mut Harness, has_changed: bool) {
     let interface = &mut harness.interface;
-    interface.hands.pending_ends -= 1;
+    interface.tools.pending_ends -= 1;
     if has_changed {
         interface.document.undo.stroke();
     }
@@ -142,7 +142,7 @@ fn a_stroke_is_one_thing_to_undo() {
         (Tool::Attract, 1, 2),
         (Tool::Erase, 1, 3),
     ] {
-        harness.interface.hands.take(tool);
+        harness.interface.tools.take(tool);
         let commands = dragged(&mut harness, IN_PICTURE, to);
         assert_eq!(count_of_ends(&commands), ends, "{tool:?}");
         if ends > 0 {
@@ -151,14 +151,14 @@ fn a_stroke_is_one_thing_to_undo() {
         assert_eq!(harness.interface.document.undo.strokes(), last, "{tool:?}");
     }
     // A pointer that crosses the panel and comes back continues one stroke, which cannot be undone before it has ended.
-    harness.interface.hands.take(Tool::Repel);
+    harness.interface.tools.take(Tool::Repel);
     harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
     let mut commands = harness.frame(vec![button(IN_PICTURE, true)]).commands;
     for at in [IN_PICTURE + vec2(9.0, 0.0), IN_PANEL, IN_PICTURE] {
         commands.extend(harness.frame(vec![Event::PointerMoved(at)]).commands);
     }
     harness.interface.undo(&mut commands);
-    let are_strokes = |c: &Command| matches!(c, Command::Hand(Work::Stroke { .. }));
+    let are_strokes = |c: &Command| matches!(c, Command::Tool(ToolRequest::Stroke { .. }));
     assert!(commands.iter().all(are_strokes), "{commands:?}");
     commands.extend(harness.frame(vec![button(IN_PICTURE, false)]).commands);
     assert_eq!(count_of_ends(&commands), 1);
@@ -169,7 +169,7 @@ fn a_stroke_is_one_thing_to_undo() {
             true => harness.interface.undo(&mut commands),
             false => harness.interface.redo(&mut commands),
         }
-        let wanted = [Command::Apply, Command::Hand(Work::ToStroke(last))];
+        let wanted = [Command::Apply, Command::Tool(ToolRequest::ToStroke(last))];
         assert_eq!(commands, wanted);
     }
     // A stroke that has changed nothing leaves what was undone.
@@ -185,7 +185,7 @@ fn a_stroke_is_one_thing_to_undo() {
 fn undo_comes_after_the_strokes_that_wait_for_their_ends() {
     let mut harness = harness();
     let to = IN_PICTURE + vec2(60.0, 20.0);
-    harness.interface.hands.take(Tool::NoGo);
+    harness.interface.tools.take(Tool::NoGo);
     for _ in 0..2 {
         let commands = dragged(&mut harness, IN_PICTURE, to);
         assert_eq!(count_of_ends(&commands), 1);
@@ -196,7 +196,7 @@ fn undo_comes_after_the_strokes_that_wait_for_their_ends() {
     let mut commands = Vec::new();
     harness.interface.undo(&mut commands);
     harness.interface.redo(&mut commands);
-    let turn = |again: bool| Command::Hand(Work::Undo { again });
+    let turn = |again: bool| Command::Tool(ToolRequest::Undo { again });
     assert_eq!(commands, [turn(false), turn(true)]);
     assert_eq!(harness.interface.document.undo.strokes(), 0);
     for last in 1..=2 {
@@ -221,13 +221,13 @@ fn hands_work_in_every_view_of_the_surface() {
         // A brush, and its ring.
         harness.press(Key::B);
         let commands = dragged(&mut harness, IN_PICTURE, IN_PICTURE + vec2(40.0, 0.0));
-        let strokes = commands.iter().filter(|c| matches!(c, Command::Hand(_)));
+        let strokes = commands.iter().filter(|c| matches!(c, Command::Tool(_)));
         assert!(strokes.count() >= 5, "{word}: {commands:?}");
         assert_eq!(harness.interface.document.view.camera, camera, "{word}");
         let lines = |harness: &Harness| harness.shapes.len();
         harness.frame(vec![]);
         let without = lines(&harness);
-        harness.facts.hand.under = Some(under());
+        harness.facts.pointer.under = Some(under());
         harness.frame(vec![]);
         assert!(lines(&harness) > without, "{word}: the ring");
         harness.press(Key::Escape);
@@ -241,9 +241,9 @@ fn hands_work_in_every_view_of_the_surface() {
         // A click picks, and a handle moves what was picked.
         let beside = IN_PICTURE + vec2(-120.0, 150.0);
         harness.click(beside);
-        harness.facts.hand.looked = harness.interface.hands.pointer;
+        harness.facts.pointer.looked = harness.interface.tools.pointer;
         harness.frame(vec![]);
-        assert_eq!(harness.interface.hands.selected, Some(0), "{word}");
+        assert_eq!(harness.interface.tools.selected, Some(0), "{word}");
         let from = middle(&mut harness);
         dragged(&mut harness, from, from + vec2(80.0, 0.0));
         let position = single(harness.interface.document.edited.objects[0].position);
@@ -254,7 +254,7 @@ fn hands_work_in_every_view_of_the_surface() {
         harness.press(Key::O);
         harness.time += 2.0;
         harness.click(IN_PICTURE);
-        harness.facts.hand.looked = harness.interface.hands.pointer;
+        harness.facts.pointer.looked = harness.interface.tools.pointer;
         harness.frame(vec![]);
         assert_eq!(harness.interface.document.edited.foods.len(), 1, "{word}");
     }
@@ -263,9 +263,9 @@ fn hands_work_in_every_view_of_the_surface() {
 #[test]
 fn in_the_flat_view_hands_rest_and_it_is_said_why() {
     let mut harness = harness();
-    harness.interface.hands.take(Tool::Trail);
+    harness.interface.tools.take(Tool::Trail);
     harness.interface.document.view.show = Show::Atlas;
-    harness.facts.hand.under = Some(under());
+    harness.facts.pointer.under = Some(under());
     let commands = dragged(&mut harness, IN_PICTURE, IN_PICTURE + vec2(40.0, 0.0));
     assert_eq!(commands, []);
     for key in [Key::B, Key::O, Key::I] {
@@ -277,7 +277,7 @@ fn in_the_flat_view_hands_rest_and_it_is_said_why() {
             "{key:?}"
         );
     }
-    assert_eq!(harness.interface.hands.tool, Tool::Trail);
+    assert_eq!(harness.interface.tools.tool, Tool::Trail);
     // The bar has nothing to do there, and makes room.
     harness.frame(vec![]);
     assert_eq!(harness.places_of("✖ erase"), []);
@@ -289,10 +289,10 @@ fn in_the_flat_view_hands_rest_and_it_is_said_why() {
 #[test]
 fn shift_and_the_wheel_change_the_brush_and_nothing_else() {
     let mut harness = harness();
-    harness.interface.hands.take(Tool::Erase);
+    harness.interface.tools.take(Tool::Erase);
     let (camera, radius) = (
         harness.interface.document.view.camera,
-        harness.interface.hands.radius,
+        harness.interface.tools.radius,
     );
     harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
     harness.frame(vec![
@@ -307,33 +307,33 @@ fn shift_and_the_wheel_change_the_brush_and_nothing_else() {
     for _ in 0..30 {
         harness.frame(vec![]);
     }
-    assert!(harness.interface.hands.radius > 1.1 * radius);
+    assert!(harness.interface.tools.radius > 1.1 * radius);
     assert_eq!(harness.interface.document.view.camera, camera);
 }
 
 #[test]
 fn a_click_picks_and_escape_lets_go() {
     let mut harness = harness();
-    harness.facts.hand.under = Some(under());
+    harness.facts.pointer.under = Some(under());
     // Not on the handles, which stand at the object's middle.
     let beside = IN_PICTURE + vec2(-120.0, 150.0);
     harness.click(beside);
     assert_eq!(
-        harness.interface.hands.selected, None,
+        harness.interface.tools.selected, None,
         "the window has not answered yet"
     );
-    let pixel = harness.interface.hands.pointer;
+    let pixel = harness.interface.tools.pointer;
     assert!(pixel.is_some(), "it asks");
-    harness.facts.hand.looked = pixel;
+    harness.facts.pointer.looked = pixel;
     harness.frame(vec![]);
-    assert_eq!(harness.interface.hands.selected, Some(0));
+    assert_eq!(harness.interface.tools.selected, Some(0));
     harness.press(Key::Escape);
-    assert_eq!(harness.interface.hands.selected, None);
+    assert_eq!(harness.interface.tools.selected, None);
     harness.click(beside);
-    harness.facts.hand.under = None;
+    harness.facts.pointer.under = None;
     harness.time += 2.0;
     harness.click(beside);
-    assert_eq!(harness.interface.hands.selected, None, "on nothing");
+    assert_eq!(harness.interface.tools.selected, None, "on nothing");
 }
 
 /// The middle of the first object on the screen.
@@ -353,7 +353,7 @@ fn middle(harness: &mut Harness) -> Pos2 {
 #[test]
 fn a_dragged_object_goes_along_and_undo_brings_it_back() {
     let mut harness = harness();
-    harness.interface.hands.selected = Some(0);
+    harness.interface.tools.selected = Some(0);
     let camera = harness.interface.document.view.camera;
     let from = middle(&mut harness);
     let commands = dragged(&mut harness, from, from + vec2(80.0, 0.0));
@@ -383,10 +383,10 @@ fn a_dragged_object_goes_along_and_undo_brings_it_back() {
 #[test]
 fn the_box_beside_the_middle_scales() {
     let mut harness = harness();
-    harness.interface.hands.selected = Some(0);
+    harness.interface.tools.selected = Some(0);
     let from = middle(&mut harness) + vec2(30.0, -30.0);
     let commands = dragged(&mut harness, from, from + vec2(40.0, -10.0));
-    let [Command::Hand(Work::Scale(0, factor))] = commands[..] else {
+    let [Command::Tool(ToolRequest::Scale(0, factor))] = commands[..] else {
         panic!("{commands:?}")
     };
     assert!((factor - 0.5_f32.exp()).abs() < 1e-3, "{factor}");
@@ -396,7 +396,7 @@ fn the_box_beside_the_middle_scales() {
 #[test]
 fn a_scaled_object_is_drawn_as_large_at_once() {
     let mut harness = harness();
-    harness.interface.hands.selected = Some(0);
+    harness.interface.tools.selected = Some(0);
     let from = middle(&mut harness) + vec2(30.0, -30.0);
     let to = from + vec2(40.0, -10.0);
     harness.frame(vec![Event::PointerMoved(from)]);
@@ -429,19 +429,19 @@ fn objects_that_undo_brings_back_run_at_once_and_pending_edits_wait() {
     // The user has scaled it, and the window has loaded it.
     harness.interface.document.edited.objects[0].scale = 2.0;
     harness.interface.document.running = harness.interface.document.edited.clone();
-    harness.interface.hands.selected = Some(1);
+    harness.interface.tools.selected = Some(1);
     harness.frame(vec![]);
-    let renew = [Command::Hand(Work::Renew)];
+    let renew = [Command::Tool(ToolRequest::Renew)];
     assert_eq!(undone(&mut harness), renew);
     assert_eq!(harness.interface.document.edited.objects[0].scale, 1.0);
-    assert_eq!(harness.interface.hands.selected, Some(1));
+    assert_eq!(harness.interface.tools.selected, Some(1));
     // Brought back before that was there.
     let mut commands = Vec::new();
     harness.interface.redo(&mut commands);
     assert_eq!(commands, renew);
 
     // Typed and not run yet.
-    let mut harness = super::hands::harness();
+    let mut harness = super::tools::harness();
     harness.interface.document.edited.objects[0].scale = 2.0;
     harness.frame(vec![]);
     assert!(harness.interface.document.is_pending());
@@ -449,13 +449,13 @@ fn objects_that_undo_brings_back_run_at_once_and_pending_edits_wait() {
     assert!(!harness.interface.document.is_pending());
 
     // An object is removed: the picked object stays picked at its new index.
-    let mut harness = super::hands::harness();
+    let mut harness = super::tools::harness();
     harness.interface.document.edited.objects.remove(0);
     harness.interface.document.running = harness.interface.document.edited.clone();
-    harness.interface.hands.selected = Some(0);
+    harness.interface.tools.selected = Some(0);
     harness.frame(vec![]);
     assert_eq!(undone(&mut harness), renew);
-    assert_eq!(harness.interface.hands.selected, Some(1));
+    assert_eq!(harness.interface.tools.selected, Some(1));
 }
 
 #[test]
@@ -469,7 +469,7 @@ fn objects_that_do_not_come_back_leave_those_that_run() {
         harness.interface.undo(&mut commands);
         commands
     };
-    let renew = [Command::Hand(Work::Renew)];
+    let renew = [Command::Tool(ToolRequest::Renew)];
     assert_eq!(undone(&mut harness), renew);
     assert_eq!(harness.interface.document.edited.objects.len(), 2);
     // Until they are there, each that runs keeps its own place.
@@ -508,11 +508,11 @@ fn every_tool_has_its_button() {
             panic!("{words}: {:?}", harness.places_of(words))
         };
         harness.click(at);
-        assert_eq!(harness.interface.hands.tool, tool);
+        assert_eq!(harness.interface.tools.tool, tool);
     }
     harness.press(Key::I);
-    assert!(harness.interface.hands.probe);
-    harness.facts.hand.under = Some(under());
+    assert!(harness.interface.tools.probe);
+    harness.facts.pointer.under = Some(under());
     for _ in 0..3 {
         harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
     }

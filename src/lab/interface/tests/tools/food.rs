@@ -10,16 +10,16 @@ fn food_is_put_picked_changed_and_taken_away() {
     harness.interface.document.edited.objects[0].scale = 2.0;
     harness.interface.document.running.objects[0].scale = 2.0;
     harness.press(Key::O);
-    assert_eq!(harness.interface.hands.tool, Tool::Food);
+    assert_eq!(harness.interface.tools.tool, Tool::Food);
     let click = |harness: &mut Harness, position: Vec3| {
-        harness.facts.hand.under = Some(Under {
+        harness.facts.pointer.under = Some(Under {
             position,
             ..under()
         });
         let pressed = vec![Event::PointerMoved(IN_PICTURE), button(IN_PICTURE, true)];
         let mut commands = harness.frame(pressed).commands;
         commands.extend(harness.frame(vec![button(IN_PICTURE, false)]).commands);
-        harness.facts.hand.looked = harness.interface.hands.pointer;
+        harness.facts.pointer.looked = harness.interface.tools.pointer;
         commands.extend(harness.frame(Vec::new()).commands);
         commands
     };
@@ -32,16 +32,16 @@ fn food_is_put_picked_changed_and_taken_away() {
         harness.interface.document.edited.objects[0].name
     );
     assert_eq!(food.at, [0.5, 1.0, 1.5], "in the mesh's own coordinates");
-    assert_eq!(harness.interface.hands.food, Some(0));
+    assert_eq!(harness.interface.tools.food, Some(0));
     assert_eq!(harness.interface.document.view.camera, camera);
     // The window reports its position; a click on it picks it, and a click beside it puts another one.
-    harness.facts.hand.foods = vec![(Vec3::new(1.0, 2.0, 3.0), 0.1)];
-    harness.interface.hands.food = None;
+    harness.facts.pointer.foods = vec![(Vec3::new(1.0, 2.0, 3.0), 0.1)];
+    harness.interface.tools.food = None;
     click(&mut harness, Vec3::new(1.05, 2.0, 3.0));
-    assert_eq!(harness.interface.hands.food, Some(0));
+    assert_eq!(harness.interface.tools.food, Some(0));
     click(&mut harness, Vec3::new(3.0, 2.0, 3.0));
     assert_eq!(harness.interface.document.edited.foods.len(), 2);
-    assert_eq!(harness.interface.hands.food, Some(1));
+    assert_eq!(harness.interface.tools.food, Some(1));
     // Taken away, brought back.
     let commands = harness.press(Key::Delete);
     assert!(commands.contains(&Command::Apply), "{commands:?}");
@@ -62,7 +62,7 @@ fn food_is_put_picked_changed_and_taken_away() {
     assert!(without.foods.is_empty(), "{name}");
     harness.press(Key::Escape);
     harness.press(Key::Escape);
-    assert_eq!(harness.interface.hands.tool, Tool::Look);
+    assert_eq!(harness.interface.tools.tool, Tool::Look);
 }
 
 #[test]
@@ -78,26 +78,26 @@ fn food_that_is_refused_is_gone_and_undo_leads_past_it() {
     interface.document.running.foods = vec![food(1.0)];
     harness.frame(vec![]);
     harness.interface.document.edited.foods.push(food(2.0));
-    harness.interface.hands.food = Some(1);
+    harness.interface.tools.food = Some(1);
     harness.frame(vec![]);
     let refused = harness.interface.document.edited.clone();
     harness.interface.food_is_refused(&refused);
     harness.frame(vec![]);
     assert_eq!(harness.interface.document.edited.foods, [food(1.0)]);
-    assert_eq!(harness.interface.hands.food, None, "nothing is picked");
+    assert_eq!(harness.interface.tools.food, None, "nothing is picked");
     // The one entry before is that there was none.
     harness.interface.undo(&mut Vec::new());
     assert!(harness.interface.document.edited.foods.is_empty());
     harness.interface.redo(&mut Vec::new());
     assert_eq!(harness.interface.document.edited.foods, [food(1.0)]);
     // A change that is refused gives back what was, also to the next food.
-    harness.interface.hands.food = Some(0);
+    harness.interface.tools.food = Some(0);
     harness.interface.document.edited.foods[0].radius = 3.0;
-    harness.interface.hands.next_food.radius = 3.0;
+    harness.interface.tools.next_food.radius = 3.0;
     let refused = harness.interface.document.edited.clone();
     harness.interface.food_is_refused(&refused);
-    assert_eq!(harness.interface.hands.food, Some(0));
-    assert_eq!(harness.interface.hands.next_food, food(1.0));
+    assert_eq!(harness.interface.tools.food, Some(0));
+    assert_eq!(harness.interface.tools.next_food, food(1.0));
     // Food that the user has put since then stays.
     harness.interface.document.edited.foods.push(food(5.0));
     harness.interface.food_is_refused(&refused);
@@ -116,17 +116,17 @@ fn place_of(harness: &Harness, pixel: Vec2) -> Vec3 {
 /// A frame, and then the window looks where it was asked to; right of `border` is the second object.
 fn seen(harness: &mut Harness, events: Vec<Event>, border: f32) -> Vec<Command> {
     let commands = harness.frame(events).commands;
-    let pixel = harness.interface.hands.pointer;
+    let pixel = harness.interface.tools.pointer;
     let place = pixel.map(|pixel| place_of(harness, pixel));
-    let hand = &mut harness.facts.hand;
-    hand.looked = pixel;
-    hand.under = place.map(|position| Under {
+    let pointer = &mut harness.facts.pointer;
+    pointer.looked = pixel;
+    pointer.under = place.map(|position| Under {
         position,
         object: usize::from(position.x > border),
         ..under()
     });
     let foods = harness.interface.document.edited.foods.iter();
-    hand.foods = foods.map(|food| (single(food.at), 0.1)).collect();
+    pointer.foods = foods.map(|food| (single(food.at), 0.1)).collect();
     commands
 }
 
@@ -135,7 +135,7 @@ fn with_food() -> Harness {
     let mut harness = harness();
     harness.press(Key::O);
     seen(&mut harness, vec![Event::PointerMoved(IN_PICTURE)], 99.0);
-    let at = harness.facts.hand.under.as_ref().expect("it has looked");
+    let at = harness.facts.pointer.under.as_ref().expect("it has looked");
     let food = FoodSettings {
         object: harness.interface.document.edited.objects[0].name.clone(),
         at: at.position.as_dvec3().to_array(),
@@ -180,7 +180,7 @@ fn food_is_dragged_over_the_surface_and_to_another_object() {
     let off = way_of(&harness, first.at) - Vec2::new(way.x, way.y);
     assert!(off.length() < 0.1, "{off}");
     assert_eq!(harness.interface.document.edited.foods.len(), 1);
-    assert_eq!(harness.interface.hands.food, Some(0), "it is picked");
+    assert_eq!(harness.interface.tools.food, Some(0), "it is picked");
     assert_eq!(harness.interface.document.view.camera, camera);
     // All of the way at once.
     harness.interface.undo(&mut Vec::new());
@@ -252,7 +252,7 @@ fn food_comes_to_where_it_was_let_go_of_also_where_a_frame_takes_long() {
     assert_eq!(harness.interface.document.view.camera, camera);
     // A press that does not move is a click, and picks it where it lies.
     let at = harness.interface.document.edited.foods[0].at;
-    harness.interface.hands.food = None;
+    harness.interface.tools.food = None;
     harness.time += 2.0;
     for events in [
         vec![Event::PointerMoved(end)],
@@ -263,7 +263,7 @@ fn food_comes_to_where_it_was_let_go_of_also_where_a_frame_takes_long() {
     ] {
         seen(&mut harness, events, 99.0);
     }
-    assert_eq!(harness.interface.hands.food, Some(0));
+    assert_eq!(harness.interface.tools.food, Some(0));
     assert_eq!(harness.interface.document.edited.foods[0].at, at);
     assert_eq!(harness.interface.document.edited.foods.len(), 1);
     // A food that is removed while it is held is gone, and the food that takes its index stays where it is.
@@ -287,5 +287,5 @@ fn food_comes_to_where_it_was_let_go_of_also_where_a_frame_takes_long() {
     );
     seen(&mut harness, vec![button(IN_PANEL, false)], 99.0);
     assert_eq!(harness.interface.document.edited.foods, [other]);
-    assert!(!harness.interface.hands.has_food_in_hand());
+    assert!(!harness.interface.tools.holds_food());
 }

@@ -10,9 +10,9 @@ use myxo::Result;
 use myxo::gpu::{Context, Format, Image, ReadbackImage, Recorder};
 use myxo::render::output::{Output, Written};
 
+use crate::lab::export::encoder::{Encoder, Frame};
 use crate::lab::facts::Recorded;
 use crate::lab::names::Reserved;
-use crate::lab::out::encoder::{Encoder, Frame};
 
 /// Pictures that may be on their way from the device.
 const UNDER_WAY: usize = 4;
@@ -117,7 +117,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Hands over what has arrived.
+    /// Tools over what has arrived.
     fn collect(&mut self) {
         let Some(ring) = &mut self.ring else {
             return;

@@ -1,4 +1,4 @@
-//! Hands where a frame takes long: what was pressed, dragged and typed in it is done where and in the order in which it was.
+//! Tools where a frame takes long: what was pressed, dragged and typed in it is done where and in the order in which it was.
 
 use super::*;
 
@@ -20,7 +20,7 @@ fn position(harness: &Harness) -> Vec3 {
 fn a_handle_is_held_where_it_was_pressed() {
     let way = vec2(80.0, 0.0);
     let mut usual = harness();
-    usual.interface.hands.selected = Some(0);
+    usual.interface.tools.selected = Some(0);
     let from = middle(&mut usual);
     dragged(&mut usual, from, from + way);
     assert!(position(&usual).length() > 0.1);
@@ -40,28 +40,28 @@ fn a_handle_is_held_where_it_was_pressed() {
     };
     for slow in [&press_and_go as &dyn Fn(&mut Harness), &all] {
         let mut harness = harness();
-        harness.interface.hands.selected = Some(0);
+        harness.interface.tools.selected = Some(0);
         middle(&mut harness);
         let camera = harness.interface.document.view.camera;
         slow(&mut harness);
         let apart = (position(&harness) - position(&usual)).length();
         assert!(apart < 1e-4, "{}", position(&harness));
         assert_eq!(harness.interface.document.view.camera, camera);
-        assert_eq!(harness.interface.hands.selected, Some(0));
+        assert_eq!(harness.interface.tools.selected, Some(0));
     }
 }
 
 #[test]
 fn a_quick_stroke_paints_all_its_way() {
     let mut harness = harness();
-    harness.interface.hands.take(Tool::NoGo);
+    harness.interface.tools.take(Tool::NoGo);
     harness.frame(vec![]);
     let camera = harness.interface.document.view.camera;
     let way = vec2(240.0, 60.0);
     let commands = in_one_frame(&mut harness, IN_PICTURE, IN_PICTURE + way);
     assert_eq!(count_of_ends(&commands), 1);
     let strokes = commands.iter().filter_map(|command| match command {
-        Command::Hand(Work::Stroke { from, to, .. }) => Some((*from, *to)),
+        Command::Tool(ToolRequest::Stroke { from, to, .. }) => Some((*from, *to)),
         _ => None,
     });
     let strokes: Vec<_> = strokes.collect();
@@ -72,9 +72,9 @@ fn a_quick_stroke_paints_all_its_way() {
     assert!((drawn - Vec2::new(way.x, way.y)).length() < 1e-3, "{drawn}");
     assert_eq!(harness.interface.document.view.camera, camera);
     // The interface asks what is under the pointer until the answer is for the pointer's present place.
-    harness.facts.hand.looked = None;
+    harness.facts.pointer.looked = None;
     harness.frame(vec![]);
-    assert!(harness.interface.hands.pointer.is_some() && harness.ctx.has_requested_repaint());
+    assert!(harness.interface.tools.pointer.is_some() && harness.ctx.has_requested_repaint());
 }
 
 #[test]
@@ -114,7 +114,7 @@ fn a_click_means_where_it_was() {
     harness.frame(vec![button(at, true), button(at, false), elsewhere]);
     let place = at - picture.min;
     assert_eq!(
-        harness.interface.hands.pointer,
+        harness.interface.tools.pointer,
         Some(Vec2::new(place.x, place.y))
     );
 }
@@ -136,11 +136,11 @@ fn keys_do_what_they_do_in_the_order_in_which_they_were_typed() {
     };
     harness.press(Key::O);
     harness.frame(typed(&[Key::Escape, Key::G]));
-    assert_eq!(harness.interface.hands.tool, Tool::Look);
+    assert_eq!(harness.interface.tools.tool, Tool::Look);
     assert!(harness.interface.layout.shows(Card::Gallery));
     harness.frame(typed(&[Key::G, Key::B]));
     assert!(!harness.interface.layout.shows(Card::Gallery));
-    assert_eq!(harness.interface.hands.tool, Tool::Trail);
+    assert_eq!(harness.interface.tools.tool, Tool::Trail);
     let commands = harness.frame(typed(&[Key::S, Key::R, Key::S])).commands;
     assert_eq!(commands, [Command::Step, Command::Restart, Command::Step]);
 }
@@ -148,7 +148,7 @@ fn keys_do_what_they_do_in_the_order_in_which_they_were_typed() {
 #[test]
 fn a_list_is_closed_by_escape_or_by_a_click_that_does_nothing_else() {
     let mut harness = harness();
-    harness.facts.hand.under = Some(under());
+    harness.facts.pointer.under = Some(under());
     let is_open = |harness: &Harness| egui::Popup::is_any_open(&harness.ctx);
     let beside = IN_PICTURE + vec2(-120.0, 150.0);
     let open = |harness: &mut Harness| {
@@ -162,34 +162,34 @@ fn a_list_is_closed_by_escape_or_by_a_click_that_does_nothing_else() {
         }
         assert!(is_open(harness));
     };
-    harness.interface.hands.selected = Some(0);
+    harness.interface.tools.selected = Some(0);
     open(&mut harness);
     harness.press(Key::Escape);
     assert!(!is_open(&harness));
     assert_eq!(
-        harness.interface.hands.selected,
+        harness.interface.tools.selected,
         Some(0),
         "that is the next"
     );
     harness.press(Key::Escape);
-    assert_eq!(harness.interface.hands.selected, None);
+    assert_eq!(harness.interface.tools.selected, None);
     open(&mut harness);
     harness.click(beside);
-    harness.facts.hand.looked = harness.interface.hands.pointer;
+    harness.facts.pointer.looked = harness.interface.tools.pointer;
     harness.frame(vec![]);
     assert!(!is_open(&harness));
-    assert_eq!(harness.interface.hands.selected, None, "nothing is picked");
+    assert_eq!(harness.interface.tools.selected, None, "nothing is picked");
     harness.time += 2.0;
     harness.click(beside);
-    harness.facts.hand.looked = harness.interface.hands.pointer;
+    harness.facts.pointer.looked = harness.interface.tools.pointer;
     harness.frame(vec![]);
-    assert_eq!(harness.interface.hands.selected, Some(0));
+    assert_eq!(harness.interface.tools.selected, Some(0));
 }
 
 #[test]
 fn the_picked_object_has_its_section_in_sight() {
     let mut harness = harness();
-    harness.facts.hand.under = Some(under());
+    harness.facts.pointer.under = Some(under());
     let is_shown = |harness: &Harness| {
         let name = &harness.interface.document.edited.objects[0].name;
         let title = harness.places_of(&format!("Object: {name}"));
@@ -197,25 +197,25 @@ fn the_picked_object_has_its_section_in_sight() {
     };
     assert!(!is_shown(&harness));
     harness.click(IN_PICTURE + vec2(-120.0, 150.0));
-    harness.facts.hand.looked = harness.interface.hands.pointer;
+    harness.facts.pointer.looked = harness.interface.tools.pointer;
     for _ in 0..90 {
         harness.frame(vec![]);
     }
-    assert_eq!(harness.interface.hands.selected, Some(0));
+    assert_eq!(harness.interface.tools.selected, Some(0));
     assert!(is_shown(&harness));
     assert_eq!(harness.places_of("Position").len(), 1, "and it is open");
-    assert_eq!(harness.interface.hands.reveals, None);
+    assert_eq!(harness.interface.tools.reveals, None);
 
     // The only one there is.
     let mut harness = Harness::new();
-    harness.facts.hand.under = Some(under());
-    harness.facts.hand.poses = vec![Affine3A::IDENTITY];
+    harness.facts.pointer.under = Some(under());
+    harness.facts.pointer.poses = vec![Affine3A::IDENTITY];
     harness.click(IN_PICTURE + vec2(-120.0, 150.0));
-    harness.facts.hand.looked = harness.interface.hands.pointer;
+    harness.facts.pointer.looked = harness.interface.tools.pointer;
     for _ in 0..90 {
         harness.frame(vec![]);
     }
-    assert_eq!(harness.interface.hands.selected, Some(0));
+    assert_eq!(harness.interface.tools.selected, Some(0));
     assert!(!is_shown(&harness));
 }
 
@@ -224,23 +224,23 @@ fn a_selection_does_not_pass_to_the_next_scene() {
     let mut harness = harness();
     let settings = harness.interface.document.edited.clone();
     let scene = Scene::from_settings("pair".to_owned(), settings, ".".into()).unwrap();
-    let hands = &mut harness.interface.hands;
-    (hands.selected, hands.food) = (Some(1), None);
+    let tools = &mut harness.interface.tools;
+    (tools.selected, tools.food) = (Some(1), None);
     harness.interface.restarted(&scene);
-    assert_eq!(harness.interface.hands.selected, Some(1), "it is the same");
+    assert_eq!(harness.interface.tools.selected, Some(1), "it is the same");
     // While the one before it goes, it comes to stand in that one's place.
     let mut fewer = harness.interface.document.edited.clone();
     let picked = fewer.objects[1].name.clone();
     fewer.objects.remove(0);
     let fewer = Scene::from_settings("pair".to_owned(), fewer, ".".into()).unwrap();
     harness.interface.restarted(&fewer);
-    let hands = &harness.interface.hands;
-    assert_eq!(hands.selected, Some(0));
+    let tools = &harness.interface.tools;
+    assert_eq!(tools.selected, Some(0));
     assert_eq!(harness.interface.document.edited.objects[0].name, picked);
-    harness.interface.hands.food = Some(0);
+    harness.interface.tools.food = Some(0);
     harness.interface.open(&scene);
-    let hands = &harness.interface.hands;
-    assert_eq!((hands.selected, hands.food), (None, None));
+    let tools = &harness.interface.tools;
+    assert_eq!((tools.selected, tools.food), (None, None));
 }
 
 #[test]
@@ -299,7 +299,7 @@ fn an_object_that_comes_is_seen_whole() {
         }
         // Another scene has a view of its own.
         harness.interface.open(&scene);
-        assert!(harness.interface.hands.selected.is_none());
+        assert!(harness.interface.tools.selected.is_none());
     }
 }
 
@@ -321,7 +321,7 @@ fn a_search_is_left_by_escape_and_by_its_cross() {
     harness.press(Key::Escape);
     assert_eq!(harness.interface.panel.filter, "");
     assert_eq!(
-        harness.interface.hands.tool,
+        harness.interface.tools.tool,
         Tool::Trail,
         "that is the next"
     );
