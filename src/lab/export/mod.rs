@@ -2,7 +2,7 @@
 //! runs.
 
 mod encoder;
-pub mod export;
+pub mod making;
 pub mod recording;
 pub mod shot;
 pub mod times;
@@ -19,7 +19,7 @@ use myxo::{Error, Result};
 use crate::lab::document::put_look;
 use crate::lab::facts::ExportFacts;
 use crate::lab::stage::Stage;
-use export::Export;
+use making::Export;
 use recording::Recording;
 pub use shot::Shot;
 

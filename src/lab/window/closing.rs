@@ -12,7 +12,7 @@ use crate::lab::command::Command;
 use crate::lab::command::ExportRequest;
 use crate::lab::command::ToolRequest;
 use crate::lab::export::Exports;
-use crate::lab::export::export::Export;
+use crate::lab::export::making::Export;
 use crate::lab::loading::Origin;
 use crate::lab::saving::whole;
 use crate::lab::waiting::Waiting;

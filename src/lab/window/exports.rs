@@ -2,7 +2,7 @@
 
 use crate::lab::command::{ExportRequest, Model};
 use crate::lab::document::Document;
-use crate::lab::export::export::{Export, FileExport, Film, Picture};
+use crate::lab::export::making::{Export, FileExport, Film, Picture};
 use crate::lab::export::recording::Recording;
 use crate::lab::export::times::save_times;
 use crate::lab::export::*;

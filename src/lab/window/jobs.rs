@@ -1,6 +1,6 @@
 //! Jobs beside the frames, polled once a frame: the only place that asks other threads for their results.
 
-use crate::lab::export::export::Export;
+use crate::lab::export::making::Export;
 use crate::lab::export::recording::Recording;
 use crate::lab::feeding::Fed;
 use crate::lab::window::Lab;
