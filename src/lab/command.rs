@@ -68,7 +68,7 @@ pub enum Command {
     Export(ExportRequest),
 }
 
-/// ToolRequest that needs the simulation.
+/// Work for a tool that needs the simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ToolRequest {
     /// A brush was drawn from one pixel of the picture to another.

@@ -411,8 +411,8 @@ impl Interface {
         }
     }
 
-    /// How many times as large as it runs each object is drawn: a handle that is held, and a layout that is on its way. Empty where
-    /// all are as they run.
+    /// Returns the factor by which each object is drawn larger than it runs: by a handle that is held, and by a scale whose layout is
+    /// under way. Empty if all factors are 1.
     pub fn scales(&self) -> Vec<f32> {
         let held = |object| match self.tools.selected == Some(object) {
             true => self.tools.scaled(),

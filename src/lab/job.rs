@@ -1,4 +1,4 @@
-//! ToolRequest on another thread: how far it is, a way to cancel it, and what came of it. Everything that the window waits for is one
+//! Work on another thread: how far it is, a way to cancel it, and what came of it. Everything that the window waits for is one
 //! of these: a scene that loads, distances to food, files that are written.
 
 use std::any::Any;
@@ -52,7 +52,7 @@ impl Handle {
     }
 }
 
-/// ToolRequest on another thread. Dropping a job cancels it, and does not wait.
+/// Work on another thread. Dropping a job cancels it, and does not wait.
 pub struct Job<T> {
     /// What it is, as "loading torus", for the error of a panic.
     name: String,

@@ -25,7 +25,7 @@ pub struct Task {
     pub answers: bool,
 }
 
-/// ToolRequest that earlier frames have left to later ones.
+/// Work that earlier frames have left to later ones.
 #[derive(Clone, Debug, Default)]
 pub struct Order {
     /// Something has changed that no picture shows yet.

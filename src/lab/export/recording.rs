@@ -117,7 +117,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Tools over what has arrived.
+    /// Passes the pictures that have arrived to the encoder.
     fn collect(&mut self) {
         let Some(ring) = &mut self.ring else {
             return;
