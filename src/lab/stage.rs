@@ -500,6 +500,50 @@ mod tests {
         assert_eq!(ctx.messages(), [""; 0]);
     }
 
+    /// Draws with an automatic exposure, as one frame after the other does, until it changes nothing more; the brightest trail then.
+    fn settle(stage: &mut Stage, frames: &mut Frames, view: &mut View) -> f32 {
+        for picture in 0..200 {
+            view.exposure = Exposure::Auto {
+                clipped_share: 0.01,
+                // No frame is exactly as long as the one before.
+                adaptation: 0.5 + 1e-3 * (picture % 2) as f32,
+            };
+            if stage.has_picture(view, SIZES, true) {
+                return stage.brightest.expect("it was drawn");
+            }
+            (frames.run(|rec| stage.draw(rec, view, SIZES, true).map(|_| ())))
+                .unwrap()
+                .unwrap();
+        }
+        panic!("it is drawn for ever");
+    }
+
+    /// Would catch: a paused picture that is drawn for ever, and an exposure that stays where a fixed one has put it.
+    #[test]
+    fn exposures_settle_and_follow_again_after_fixed_ones() {
+        let Some((ctx, mut stage)) = trio() else {
+            return;
+        };
+        let mut frames = Frames::new(&ctx, 1).unwrap();
+        run(&mut frames, &mut stage.simulation, 10);
+        let mut view = View::of(&stage.scene, Vec2::new(64.0, 48.0));
+        let before = settle(&mut stage, &mut frames, &mut view);
+        assert!(before > 0.0, "{before}");
+        view.exposure = Exposure::Fixed(20.0 * before);
+        for yaw in [0.1, 0.2, 0.3] {
+            view.camera.yaw = yaw;
+            (frames.run(|rec| stage.draw(rec, &view, SIZES, true).map(|_| ())))
+                .unwrap()
+                .unwrap();
+        }
+        let after = settle(&mut stage, &mut frames, &mut view);
+        assert!((after / before - 1.0).abs() < 0.02, "{after}, not {before}");
+        // A trail that was painted or erased is exposed for anew.
+        stage.forget_picture();
+        assert_eq!(stage.settled, None);
+        assert_eq!(ctx.messages(), [""; 0]);
+    }
+
     /// Through all strategies and back, between frames that are under way, as the panel does it.
     #[test]
     fn strategies_change_while_it_is_drawn() {

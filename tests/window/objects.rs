@@ -165,7 +165,7 @@ fn the_list_hides_locks_and_renames_objects() {
 
     lab.click("objects.rename=0");
     lab.wait("it is typed", |seen| seen["state"]["typing"] == true);
-    lab.point("objects.typed", 0.5);
+    lab.click("objects.typed");
     lab.key("ctrl+a");
     lab.write("sun");
     lab.key("Return");
