@@ -48,11 +48,11 @@ pub struct BufferCore {
     allocations: Vec<Allocation>,
     /// The table with the addresses of its pages; taken by `drop` only.
     addresses: Option<(vk::Buffer, Allocation)>,
-    state: Mutex<State>,
+    state: Mutex<Uses>,
 }
 
 #[derive(Default)]
-pub(super) struct State {
+pub(super) struct Uses {
     pub(super) history: History,
     /// The last recording that uses the buffer.
     ticket: u64,
@@ -325,7 +325,7 @@ impl BufferCore {
         );
     }
 
-    pub(super) fn lock(&self) -> MutexGuard<'_, State> {
+    pub(super) fn lock(&self) -> MutexGuard<'_, Uses> {
         self.state.lock().unwrap_or_else(|e| e.into_inner())
     }
 }

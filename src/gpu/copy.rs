@@ -7,7 +7,7 @@ use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer};
 use super::buffer_core::BufferCore;
 use super::image::{Format, Image, ImageState};
-use super::pages::{Piece, pieces};
+use super::pages::{Stretch, stretches};
 use super::recorder::Recorder;
 use super::sampled::Sampled;
 use super::timer::SpanKind;
@@ -67,8 +67,8 @@ impl Recorder {
         }
         self.touch("copy", &[reads(from), writes(to)]);
         self.work("copy", SpanKind::Copy, |rec| {
-            for piece in pieces((from.extent(), source), (to.extent(), target), size) {
-                let Piece { from, to, copy } = piece;
+            for stretch in stretches((from.extent(), source), (to.extent(), target), size) {
+                let Stretch { from, to, copy } = stretch;
                 // SAFETY: both buffers are alive and freed only after this frame; the range lies in both.
                 unsafe { rec.device().cmd_copy_buffer(rec.raw(), from, to, &[copy]) };
             }

@@ -25,7 +25,7 @@ pub(crate) struct Extent {
 }
 
 /// A part of a copy that lies in one buffer on either side.
-pub(crate) struct Piece {
+pub(crate) struct Stretch {
     pub(crate) from: vk::Buffer,
     pub(crate) to: vk::Buffer,
     pub(crate) copy: vk::BufferCopy,
@@ -38,7 +38,7 @@ impl Extent {
         Self { buffers, page }
     }
 
-    /// The extent of a buffer in one piece.
+    /// The extent of a buffer in one stretch.
     pub(crate) fn whole(buffer: vk::Buffer) -> Self {
         let buffers = vec![buffer];
         let page = u64::MAX;
@@ -70,11 +70,11 @@ impl Extent {
 }
 
 /// Cuts a copy of so many bytes, from a byte of one buffer to a byte of another.
-pub(crate) fn pieces(
+pub(crate) fn stretches(
     (from, from_at): (&Extent, u64),
     (to, to_at): (&Extent, u64),
     size: u64,
-) -> impl Iterator<Item = Piece> {
+) -> impl Iterator<Item = Stretch> {
     let mut done = 0;
     std::iter::from_fn(move || {
         if done == size {
@@ -84,7 +84,7 @@ pub(crate) fn pieces(
         let (target, dst_offset, target_has) = to.find(to_at + done);
         let size = (size - done).min(source_has).min(target_has);
         done += size;
-        Some(Piece {
+        Some(Stretch {
             from: source,
             to: target,
             copy: vk::BufferCopy {
@@ -153,8 +153,8 @@ mod tests {
         };
         let (from, to) = (extent(1, 4, 100), Extent::whole(vk::Buffer::from_raw(9)));
         let cut = |from, to, size| -> Vec<(u64, u64, u64, u64, u64)> {
-            pieces(from, to, size)
-                .map(|Piece { from, to, copy }| {
+            stretches(from, to, size)
+                .map(|Stretch { from, to, copy }| {
                     let (from, to) = (from.as_raw(), to.as_raw());
                     (from, copy.src_offset, to, copy.dst_offset, copy.size)
                 })

@@ -12,10 +12,10 @@ use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer};
 use super::buffer_core::BufferCore;
 use super::context::Context;
+use super::draws::{DepthTest, RasterPipeline, no_rendering};
 use super::image::{Format, Image, ImageState};
 use super::kernel::Draw;
 use super::listing::Listed;
-use super::raster::{DepthTest, RasterPipeline, no_rendering};
 use super::recorder::Recorder;
 use super::timer::SpanKind;
 

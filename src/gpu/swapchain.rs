@@ -14,7 +14,7 @@ use super::error::{Check, GpuResult};
 use super::frame::Frames;
 use super::image::{Format, Image, ImageState};
 use super::recorder::Recorder;
-use super::surface::Surface;
+use super::window_surface::Surface;
 
 /// How long to wait for an image before the frame is skipped, nanoseconds.
 const PATIENCE: u64 = 1_000_000_000;

@@ -40,11 +40,11 @@ pub struct Shown {
 #[derive(Clone)]
 pub struct Grown {
     pub shown: Shown,
-    pub state: Arc<State>,
+    pub state: Arc<GrownState>,
 }
 
 /// Everything needed to continue.
-pub struct State {
+pub struct GrownState {
     pub name: String,
     pub folder: PathBuf,
     /// The settings that it ran with.
@@ -53,7 +53,7 @@ pub struct State {
     pub checkpoint: Arc<Checkpoint>,
 }
 
-impl State {
+impl GrownState {
     /// The scene from its beginning, of these meshes.
     fn scene(&self, meshes: Vec<Mesh>) -> Result<Scene> {
         let (name, folder) = (self.name.clone(), self.folder.clone());
@@ -82,7 +82,7 @@ impl Grown {
         begin_on_food_that_is(&mut settings);
         left.scene.settings.clone_from(&settings);
         let checkpoint = Checkpoint::new(&left.scene, left.simulation.setup(), snapshot);
-        let state = State {
+        let state = GrownState {
             name: left.scene.name.clone(),
             folder: left.scene.folder.clone(),
             settings,

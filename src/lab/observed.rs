@@ -1,4 +1,4 @@
-//! State of the interface that is reported to programs that drive the window, such as tests.
+//! Observed of the interface that is reported to programs that drive the window, such as tests.
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ use crate::lab::layout::Card;
 
 /// The state of the lab, for tests.
 #[derive(Debug, PartialEq, Serialize)]
-pub struct State<'a> {
+pub struct Observed<'a> {
     scene: String,
     step: u64,
     answers_within_steps: u64,
@@ -43,8 +43,8 @@ pub struct State<'a> {
 
 impl Interface {
     /// The state of the lab, for tests.
-    pub fn state(&self, facts: &Facts, typing: bool) -> State<'_> {
-        State {
+    pub fn state(&self, facts: &Facts, typing: bool) -> Observed<'_> {
+        Observed {
             scene: facts.scene.clone(),
             step: facts.step,
             answers_within_steps: facts.answers_within_steps,

@@ -65,12 +65,12 @@ impl Look {
 
 /// Everything that can be undone.
 #[derive(Clone, Debug, PartialEq)]
-struct State {
+struct Edited {
     settings: Settings,
     look: Look,
 }
 
-impl State {
+impl Edited {
     fn of(settings: &Settings, view: &View) -> Self {
         Self {
             settings: settings.clone(),
@@ -82,7 +82,7 @@ impl State {
 /// A state that undo and redo lead to, or that a file has.
 #[derive(Clone, Debug)]
 pub struct Entry {
-    state: State,
+    state: Edited,
     /// The last stroke; 0 for none.
     strokes: u64,
     /// The preset that was taken last. It alone makes no entry.
@@ -112,7 +112,7 @@ pub struct Undo {
 impl Undo {
     /// Nothing has been changed.
     pub fn new(settings: &Settings, view: &View) -> Self {
-        let state = State::of(settings, view);
+        let state = Edited::of(settings, view);
         let now = Entry {
             state,
             strokes: 0,
@@ -146,7 +146,7 @@ impl Undo {
         }
         let settings = settings.clone();
         self.go_on_to(Entry {
-            state: State { settings, look },
+            state: Edited { settings, look },
             strokes: self.now.strokes,
             preset: None,
         });
@@ -250,7 +250,7 @@ impl Undo {
     /// All that a file may have, as it is now.
     pub fn to_save(&self, settings: &Settings, view: &View) -> Entry {
         Entry {
-            state: State::of(settings, view),
+            state: Edited::of(settings, view),
             strokes: self.now.strokes,
             preset: None,
         }

@@ -13,7 +13,7 @@ use super::buffer::{AnyBuffer, Buffer};
 use super::buffer_core::Domain;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
-use super::pages::{Extent, Piece, pieces};
+use super::pages::{Extent, Stretch, stretches};
 use super::staging::Staging;
 
 /// Bytes that one chunk moves.
@@ -221,7 +221,7 @@ impl Context {
                 .expect("staging memory is mapped");
             mapped[..chunk.len()].copy_from_slice(chunk);
             let (source, size) = (Extent::whole(source), chunk.len() as u64);
-            let copies = pieces((&source, 0), (core.extent(), target), size);
+            let copies = stretches((&source, 0), (core.extent(), target), size);
             staging.run(self, |cmd| self.copy_all(cmd, copies))?;
             target += chunk.len() as u64;
         }
@@ -272,7 +272,7 @@ impl Context {
                 MemoryLocation::GpuToCpu,
             )?;
             let (target, size) = (Extent::whole(target), chunk.len() as u64);
-            let copies = pieces((core.extent(), source), (&target, 0), size);
+            let copies = stretches((core.extent(), source), (&target, 0), size);
             staging.run(self, |cmd| self.copy_all(cmd, copies))?;
             let mapped = staging
                 .download
@@ -311,8 +311,8 @@ impl Context {
     }
 
     /// Records copies of buffers that are alive, of bytes that lie in them.
-    fn copy_all(&self, cmd: vk::CommandBuffer, copies: impl Iterator<Item = Piece>) {
-        for Piece { from, to, copy } in copies {
+    fn copy_all(&self, cmd: vk::CommandBuffer, copies: impl Iterator<Item = Stretch>) {
+        for Stretch { from, to, copy } in copies {
             // SAFETY: `cmd` is being recorded; both callers made sure of the rest.
             unsafe { self.device.raw.cmd_copy_buffer(cmd, from, to, &[copy]) };
         }
