@@ -24,21 +24,19 @@ pub struct Shot<'a> {
     pub pixels_per_point: f32,
 }
 
+fn sizes(picture: &Place, beside: Option<&Place>) -> Sizes {
+    (picture.size, beside.map(|place| place.size))
+}
+
 impl Shot<'_> {
     pub fn sizes(&self) -> Sizes {
-        (
-            self.picture.size,
-            self.beside.as_ref().map(|place| place.size),
-        )
+        sizes(&self.picture, self.beside.as_ref())
     }
 }
 
 impl Seen {
     pub fn sizes(&self) -> Sizes {
-        (
-            self.picture.size,
-            self.beside.as_ref().map(|place| place.size),
-        )
+        sizes(&self.picture, self.beside.as_ref())
     }
 }
 

@@ -314,10 +314,9 @@ impl Stage {
     }
 
     /// Do the canvases have these sizes?
-    pub fn has_sizes(&self, (size, beside): Sizes) -> bool {
-        let size_of =
-            |canvas: &Option<(Quality, Canvas)>| (canvas.as_ref()).map(|(_, canvas)| canvas.size());
-        [size_of(&self.shown.picture), size_of(&self.shown.beside)] == [Some(size), beside]
+    pub fn has_sizes(&self, sizes: Sizes) -> bool {
+        let quality = self.shown.picture.as_ref().map(|(quality, _)| *quality);
+        quality.is_some_and(|quality| self.shown.fits(quality, sizes))
     }
 
     /// The last picture; see [`Self::shows`].

@@ -132,7 +132,10 @@ impl Course {
 
     /// The poses that the last step had, or those set since from outside.
     pub fn shown_poses(&self) -> Vec<Pose> {
-        let step = self.last_step();
+        self.poses_at(self.last_step())
+    }
+
+    fn poses_at(&self, step: u64) -> Vec<Pose> {
         let (tracks, origins) = (&self.setup.tracks, &self.setup.origins);
         let objects = &self.settings.objects;
         self.movement.poses(objects, tracks, origins, step)
@@ -149,9 +152,7 @@ impl Course {
     }
 
     fn moved_at(&mut self, step: u64) -> Option<Vec<Pose>> {
-        let objects = &self.settings.objects;
-        let (tracks, origins) = (&self.setup.tracks, &self.setup.origins);
-        let poses = self.movement.poses(objects, tracks, origins, step);
+        let poses = self.poses_at(step);
         if poses == self.poses {
             return None;
         }

@@ -137,7 +137,7 @@ fn the_list_hides_locks_and_renames_objects() {
     lab.point("picture", 0.5);
     lab.press();
     lab.look_at(3);
-    let seen = lab.seen().expect("it is told");
+    let seen = lab.seen().expect("a frame was reported");
     assert_ne!(seen["values"]["picked"], ball.as_str());
     lab.click("objects.alone=0");
     listed(&format!("{ball} ({other})"));
@@ -155,7 +155,7 @@ fn the_list_hides_locks_and_renames_objects() {
     lab.point("picture", 0.5);
     lab.press();
     lab.look_at(3);
-    let seen = lab.seen().expect("it is told");
+    let seen = lab.seen().expect("a frame was reported");
     assert_ne!(seen["values"]["picked"], ball.as_str());
     lab.click("objects.lock=0");
     listed(&format!("{ball} {other}"));
