@@ -1,6 +1,5 @@
 //! Measurements while the lab runs: frames and steps a second, GPU times and memory, collected in [`Facts`].
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use myxo::gpu::{Context, Frames, Span, SpanKind};
@@ -34,6 +33,8 @@ pub struct Clocks {
     /// Mean time from one frame that was presented to the next, seconds; 0 before the first.
     frame_seconds: f64,
     steps: u32,
+    /// The measurements of the times that are frozen, for files.
+    frozen: Option<Lately>,
     /// The figures as they are shown.
     pub facts: Facts,
 }
@@ -52,6 +53,7 @@ impl Clocks {
             steps_began: Instant::now(),
             frame_seconds: 0.0,
             steps: 0,
+            frozen: None,
             facts: Facts {
                 device: format!("{}, {} {}", info.name, info.driver, info.driver_version),
                 has_timestamps: info.has_timestamps(),
@@ -128,12 +130,7 @@ impl Clocks {
                 self.steps_began = Instant::now();
             }
             self.interval_began = Instant::now();
-            if self.read_timers(frames) {
-                let timings = frames.timings();
-                let pace = self.facts.steps_per_second;
-                let lately = Lately::new(ctx, &stage.scene, &stage.simulation, timings, pace);
-                self.facts.times.measured = lately.map(Arc::new);
-            }
+            self.read_timers(frames);
             self.facts.memory = memory(ctx);
         }
     }
@@ -156,13 +153,41 @@ impl Clocks {
     pub fn clear_times(&mut self, frames: &mut Frames) {
         frames.timings_mut().clear();
         self.facts.times = Times::default();
+        self.unfreeze_times();
     }
 
-    /// Are there times of steps?
-    fn read_timers(&mut self, frames: &Frames) -> bool {
+    /// Keeps the times as they are now, until [`Self::unfreeze_times`].
+    pub fn freeze_times(&mut self, ctx: &Context, frames: &Frames, stage: &Stage) {
+        // What is shown is then what files get.
+        self.read_timers(frames);
+        self.frozen = self.measured_now(ctx, frames, stage);
+        self.facts.frozen = Some(self.facts.times.clone());
+    }
+
+    /// Shows the times that come again.
+    pub fn unfreeze_times(&mut self) {
+        self.frozen = None;
+        self.facts.frozen = None;
+    }
+
+    /// The measurements of the times that are shown, for files; none if there are no steps among them.
+    pub fn measured(&self, ctx: &Context, frames: &Frames, stage: &Stage) -> Option<Lately> {
+        match &self.facts.frozen {
+            Some(_) => self.frozen.clone(),
+            None => self.measured_now(ctx, frames, stage),
+        }
+    }
+
+    fn measured_now(&self, ctx: &Context, frames: &Frames, stage: &Stage) -> Option<Lately> {
+        let pace = self.facts.steps_per_second;
+        Lately::new(ctx, &stage.scene, &stage.simulation, frames.timings(), pace)
+    }
+
+    /// Shows the times of steps, if there are any.
+    fn read_timers(&mut self, frames: &Frames) {
         let report = frames.timings().report("step");
         if report.steps == 0 {
-            return false;
+            return;
         }
         let times = &mut self.facts.times;
         times.step_ms = Some(report.step.mean_ms);
@@ -183,7 +208,6 @@ impl Clocks {
                 share: row.share,
             })
             .collect();
-        true
     }
 }
 
@@ -219,27 +243,29 @@ fn memory(ctx: &Context) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lab::on_device::context;
+    use crate::lab::on_device::{SMALL, context, stage};
 
-    #[test]
-    fn times_stay_while_the_simulation_is_held() {
-        let Some(ctx) = context() else { return };
-        let mut frames = Frames::new(&ctx, 2).unwrap();
-        let mut clocks = Clocks::new(&ctx, &mut frames);
-        let span = |name: &str, kind, parent, ms: f64| Span {
+    /// A frame of one kernel.
+    fn frame(kind: SpanKind, ms: f64) -> Vec<Span> {
+        let span = |name: &str, kind, parent| Span {
             name: name.to_owned(),
             kind,
             parent,
             begin_ns: 0.0,
             end_ns: ms * 1e6,
         };
-        let frame = |kind, ms| {
-            vec![
-                span("frame", SpanKind::Frame, None, ms),
-                span("step", kind, Some(0), ms),
-                span("advance", SpanKind::Kernel, Some(1), ms),
-            ]
-        };
+        vec![
+            span("frame", SpanKind::Frame, None),
+            span("step", kind, Some(0)),
+            span("advance", SpanKind::Kernel, Some(1)),
+        ]
+    }
+
+    #[test]
+    fn times_stay_while_the_simulation_is_held() {
+        let Some(ctx) = context() else { return };
+        let mut frames = Frames::new(&ctx, 2).unwrap();
+        let mut clocks = Clocks::new(&ctx, &mut frames);
         for ms in 1..=FRAMES_AVERAGED {
             let timings = frames.timings_mut();
             timings.push(frame(SpanKind::Scope, ms as f64));
@@ -253,5 +279,40 @@ mod tests {
             clocks.read_timers(&frames);
             assert_eq!(clocks.facts.times.kernels, before);
         }
+    }
+
+    #[test]
+    fn frozen_times_are_measured_times_whatever_comes() {
+        let Some(ctx) = context() else { return };
+        let mut frames = Frames::new(&ctx, 2).unwrap();
+        let mut clocks = Clocks::new(&ctx, &mut frames);
+        let stage = stage(&ctx, "cube", &SMALL);
+        let report = |clocks: &Clocks, frames: &Frames| {
+            let measured = clocks.measured(&ctx, frames, &stage);
+            measured.map(|measured| measured.report())
+        };
+        assert_eq!(report(&clocks, &frames), None);
+        frames.timings_mut().push(frame(SpanKind::Scope, 2.0));
+        let first = report(&clocks, &frames);
+        clocks.freeze_times(&ctx, &frames, &stage);
+        assert_eq!(clocks.facts.shown_times().step_ms, Some(2.0));
+        frames.timings_mut().push(frame(SpanKind::Scope, 4.0));
+        clocks.read_timers(&frames);
+        assert_eq!(clocks.facts.shown_times().step_ms, Some(2.0));
+        assert!(first.is_some() && report(&clocks, &frames) == first);
+        clocks.unfreeze_times();
+        assert_eq!(clocks.facts.shown_times().step_ms, Some(3.0));
+        assert_ne!(report(&clocks, &frames), first);
+        // Frozen before there is a step, they stay without one.
+        clocks.clear_times(&mut frames);
+        clocks.freeze_times(&ctx, &frames, &stage);
+        frames.timings_mut().push(frame(SpanKind::Scope, 4.0));
+        clocks.read_timers(&frames);
+        assert_eq!(
+            (report(&clocks, &frames), clocks.facts.shown_times().step_ms),
+            (None, None)
+        );
+        clocks.clear_times(&mut frames);
+        assert!(clocks.facts.frozen.is_none(), "it shows what comes");
     }
 }

@@ -1,13 +1,11 @@
 //! Requests of the interface to the window.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use glam::Vec2;
 use myxo::sim::paint::Brush;
 
 use crate::lab::kept_scenes::KeptScene;
-use crate::measured::lately::Lately;
 
 /// Something that the window must do.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,8 +20,10 @@ pub enum Command {
     Step,
     /// Restart the measurement of times.
     ClearTimes,
-    /// Write these times to files.
-    SaveTimes(Arc<Lately>),
+    /// Keep the times as they are shown, or show those that come again.
+    FreezeTimes(bool),
+    /// Write the times that are shown to files.
+    SaveTimes,
     /// Write the picture to a file.
     Screenshot,
     /// Put the surface point that this pixel of the picture shows in its middle.

@@ -1,6 +1,5 @@
 //! Facts that the interface shows and cannot change.
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use glam::{Affine3A, Vec2, Vec3};
@@ -9,7 +8,6 @@ use myxo::sim::types::Flow;
 
 use crate::lab::history::History;
 use crate::lab::job::Progress;
-use crate::measured::lately::Lately;
 
 /// A scene that is being loaded.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,8 +50,6 @@ pub struct Times {
     pub kernels: Vec<KernelTime>,
     /// Times of each kernel in each of the last frames with steps.
     pub history: History,
-    /// These measurements, for writing to files.
-    pub measured: Option<Arc<Lately>>,
 }
 
 /// A state that was left and can come back.
@@ -82,6 +78,8 @@ pub struct Facts {
     pub frames_per_second: f64,
     /// Recent times of steps and pictures.
     pub times: Times,
+    /// The times that are shown instead of those that come.
+    pub frozen: Option<Times>,
     /// The device's name and driver.
     pub device: String,
     /// Does the device measure GPU times?
@@ -112,6 +110,13 @@ pub struct Facts {
     pub exports: ExportFacts,
     /// How often the window has answered while steps were under way.
     pub answers_within_steps: u64,
+}
+
+impl Facts {
+    /// The times that are shown.
+    pub fn shown_times(&self) -> &Times {
+        self.frozen.as_ref().unwrap_or(&self.times)
+    }
 }
 
 /// The point under the pointer.

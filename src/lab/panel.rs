@@ -20,7 +20,7 @@ use crate::lab::looks::Looks;
 use crate::lab::navigation::Navigation;
 use crate::lab::outliner::Outliner;
 use crate::lab::places::{Marked as _, note_value};
-use crate::lab::profiling::Profiling;
+use crate::lab::profiling;
 use crate::lab::rows::{RowContext, grouped, row};
 use crate::lab::theme;
 use crate::lab::tools::Tools;
@@ -56,7 +56,6 @@ pub struct ParameterPanel {
     pub filter: String,
     /// The keyboard is in the field for it.
     is_searching: bool,
-    profiling: Profiling,
     outliner: Outliner,
 }
 
@@ -70,9 +69,8 @@ impl ParameterPanel {
         leaves
     }
 
-    /// Another scene: times that were kept are not its own.
+    /// Another scene.
     pub fn open_scene(&mut self) {
-        self.profiling = Profiling::default();
         self.outliner = Outliner::default();
     }
 
@@ -157,8 +155,7 @@ impl ParameterPanel {
                 }
                 self.parameter_sections(ui, tools, desk);
                 if is_among(TIMES_WORDS, &self.filter) {
-                    let profiling = &mut self.profiling;
-                    section(ui, "Times", true, looks_for, |ui| profiling.show(ui, desk));
+                    section(ui, "Times", true, looks_for, |ui| profiling::show(ui, desk));
                 }
                 if looks_for && ui.cursor().top() == above {
                     let text = format!("Nothing is called “{}”.", self.filter.trim());

@@ -114,77 +114,65 @@ fn kernel_in_words(name: &str) -> Option<&'static str> {
     found.map(|(_, what)| *what)
 }
 
-/// The section of the panel.
-#[derive(Clone, Debug, Default)]
-pub struct Profiling {
-    /// The times that are shown instead of those that come.
-    frozen: Option<Times>,
+/// The section of the panel: plot, sums, table, and what can be done with them.
+pub fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
+    let facts = desk.facts;
+    if !facts.has_timestamps {
+        let reason = RichText::new("unavailable on this device");
+        ui.label(reason.color(theme::weak(ui)));
+        return;
+    }
+    controls(ui, desk);
+    if facts.times.kernels.is_empty() && facts.frozen.is_none() {
+        let reason = RichText::new("measured while it runs");
+        ui.label(reason.color(theme::weak(ui)));
+        return;
+    }
+    note_value(ui.ctx(), "times.frozen", || {
+        facts.frozen.is_some().to_string()
+    });
+    let times = facts.shown_times();
+    kernel_plot(ui, times);
+    sums(ui, times);
+    table(ui, times);
 }
 
-impl Profiling {
-    /// Plot, sums, table, and what can be done with them.
-    pub fn show(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
-        let facts = desk.facts;
-        if !facts.has_timestamps {
-            let reason = RichText::new("unavailable on this device");
-            ui.label(reason.color(theme::weak(ui)));
-            return;
+fn controls(ui: &mut Ui, desk: &mut Desk<'_>) {
+    let facts = desk.facts;
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let is_frozen = facts.frozen.is_some();
+        let freeze = egui::Button::selectable(is_frozen, "Freeze");
+        let freeze = ui.add(freeze).on_hover_text(
+            "Keeps the times that are shown, to read them at leisure; measuring continues",
+        );
+        if freeze.marked("times.freeze").clicked() {
+            desk.commands.push(Command::FreezeTimes(!is_frozen));
         }
-        self.controls(ui, desk);
-        if facts.times.kernels.is_empty() && self.frozen.is_none() {
-            let reason = RichText::new("measured while it runs");
-            ui.label(reason.color(theme::weak(ui)));
-            return;
+        let clear = ui.button("Clear").on_hover_text("Restarts the measurement");
+        if clear.marked("times.clear").clicked() {
+            desk.commands.push(Command::ClearTimes);
         }
-        note_value(ui.ctx(), "times.frozen", || {
-            self.frozen.is_some().to_string()
-        });
-        let times = self.frozen.as_ref().unwrap_or(&facts.times);
-        kernel_plot(ui, times);
-        sums(ui, times);
-        table(ui, times);
-    }
-
-    fn controls(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
-        ui.horizontal(|ui| {
-            ui.spacing_mut().item_spacing.x = 4.0;
-            let is_frozen = self.frozen.is_some();
-            let freeze = egui::Button::selectable(is_frozen, "Freeze");
-            let freeze = ui.add(freeze).on_hover_text(
-                "Keeps the times that are shown, to read them at leisure; measuring goes on",
-            );
-            if freeze.marked("times.freeze").clicked() {
-                self.frozen = (!is_frozen).then(|| desk.facts.times.clone());
-            }
-            let clear = ui.button("Clear").on_hover_text("Restarts the measurement");
-            if clear.marked("times.clear").clicked() {
-                self.frozen = None;
-                desk.commands.push(Command::ClearTimes);
-            }
-            let copy = ui
-                .button("Copy")
-                .on_hover_text("Puts the table into the clipboard, with tabs between columns");
-            let shown = self.frozen.as_ref().unwrap_or(&desk.facts.times);
-            let measured = shown.measured.clone();
-            let export = ui
-                .add_enabled(measured.is_some(), egui::Button::new("Export"))
-                .on_hover_text(
-                    "Writes the times as myxo profile does: a report, and a trace for ui.perfetto.dev, into the folder for exports",
-                )
-                .on_disabled_hover_text("There are no times yet: they come while it runs");
-            let is_asked_for = export.marked("times.export").clicked();
-            if let Some(measured) = measured.filter(|_| is_asked_for) {
-                desk.commands.push(Command::SaveTimes(measured));
-            }
-            if copy.marked("times.copy").clicked() {
-                let times = self.frozen.as_ref().unwrap_or(&desk.facts.times);
-                ui.ctx()
-                    .copy_text(as_text(&desk.facts.scene, &desk.facts.device, times));
-                desk.notices
-                    .say(ui.ctx(), "The times are in the clipboard", false);
-            }
-        });
-    }
+        let copy = ui
+            .button("Copy")
+            .on_hover_text("Puts the table into the clipboard, with tabs between columns");
+        let times = facts.shown_times();
+        let export = ui
+            .add_enabled(times.step_ms.is_some(), egui::Button::new("Export"))
+            .on_hover_text(
+                "Writes the times as myxo profile does: a report, and a trace for ui.perfetto.dev, into the folder for exports",
+            )
+            .on_disabled_hover_text("There are no times yet: they come while it runs");
+        if export.marked("times.export").clicked() {
+            desk.commands.push(Command::SaveTimes);
+        }
+        if copy.marked("times.copy").clicked() {
+            ui.ctx()
+                .copy_text(as_text(&facts.scene, &facts.device, times));
+            desk.notices
+                .say(ui.ctx(), "The times are in the clipboard", false);
+        }
+    });
 }
 
 /// A line a kind of work.

@@ -9,7 +9,7 @@ use super::report::Report;
 use super::times;
 
 /// Times of the last frames with steps, and what they are of.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Lately {
     report: Report,
     timings: Timings,
@@ -62,12 +62,5 @@ impl Lately {
             source,
         })?;
         Ok(json)
-    }
-}
-
-/// What is measured of one scene at one step is equal.
-impl PartialEq for Lately {
-    fn eq(&self, other: &Self) -> bool {
-        self.report == other.report
     }
 }

@@ -299,7 +299,7 @@ fn at_the_end(command: &Command) -> AtTheEnd {
         )),
         Command::OpenAlone(path) => not_opened(path),
         Command::Screenshot
-        | Command::SaveTimes(_)
+        | Command::SaveTimes
         | Command::Save
         | Command::SaveAs(_)
         | Command::SavePreset(_)

@@ -36,7 +36,14 @@ impl Lab {
             Command::GoBack => self.go_back(),
             Command::Step => self.runner.single_steps += u32::from(self.runner.stage.is_some()),
             Command::ClearTimes => self.clocks.clear_times(&mut self.runner.frames),
-            Command::SaveTimes(times) => self.save_times(context, &times),
+            Command::FreezeTimes(true) => {
+                if let Some(stage) = &self.runner.stage {
+                    let (ctx, frames) = (&self.runner.ctx, &self.runner.frames);
+                    self.clocks.freeze_times(ctx, frames, stage);
+                }
+            }
+            Command::FreezeTimes(false) => self.clocks.unfreeze_times(),
+            Command::SaveTimes => self.save_times(context),
             Command::Screenshot => self.picture(context, picture_size),
             Command::Export(out) => self.obey_export(context, out, picture_size),
             Command::Refocus(pixel) => {

@@ -12,7 +12,6 @@ use crate::lab::names::unnumbered;
 use crate::lab::saving::whole;
 use crate::lab::window::Lab;
 use crate::lab::window::closing::found_again;
-use crate::measured::lately::Lately;
 use myxo::plain_text::Shown as _;
 use myxo::render::output::{Output, Written};
 use myxo::{Error, Result};
@@ -85,10 +84,14 @@ impl Lab {
         Ok(())
     }
 
-    /// Writes times and their trace beside each other.
-    pub(super) fn save_times(&mut self, context: &egui::Context, times: &Lately) {
-        let saved = save_times(&self.export_folder(), times);
-        match saved {
+    /// Writes the times that are shown, and their trace beside them.
+    pub(super) fn save_times(&mut self, context: &egui::Context) {
+        let (ctx, frames) = (&self.runner.ctx, &self.runner.frames);
+        let stage = self.runner.stage.as_ref();
+        let times = stage.and_then(|stage| self.clocks.measured(ctx, frames, stage));
+        let no_times = || Error::Invalid("there are no times yet: they come while it runs".into());
+        let saved = times.ok_or_else(no_times);
+        match saved.and_then(|times| save_times(&self.export_folder(), &times)) {
             Ok(path) => {
                 let path = whole(&path);
                 let text = format!("Saved {}, and a trace beside it", path.shown());

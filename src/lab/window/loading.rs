@@ -183,6 +183,8 @@ impl Lab {
             }
             self.interface.document.file = file;
             self.edits.leave_scene();
+            // Frozen times are not of the new scene.
+            self.clocks.unfreeze_times();
             self.interface.open(scene);
             if origin == Origin::NoFile {
                 self.interface.document.saved(None);

@@ -1,14 +1,11 @@
 //! Undo, looks, the gallery, loading, and numbers that are typed.
 
-use std::sync::Arc;
-
 use myxo::sim::types::Flow;
 
 use super::*;
-use crate::lab::facts::LoadingFacts;
+use crate::lab::facts::{LoadingFacts, Times};
 use crate::lab::job::Progress;
 use crate::lab::tools::Tool;
-use crate::measured::lately::Lately;
 use crate::own_presets::OwnPresets;
 use crate::own_presets::with_preset;
 
@@ -360,21 +357,16 @@ fn times_are_exported_as_they_are_shown() {
         harness.click(place)
     };
     assert!(click(&mut harness, "Export").is_empty(), "there are none");
-    let [first, second] = [(); 2].map(|()| Arc::new(Lately::default()));
-    let exports = |harness: &mut Harness, wanted: &Arc<Lately>| {
-        let commands = click(harness, "Export");
-        let [Command::SaveTimes(times)] = &commands[..] else {
-            panic!("{commands:?}")
-        };
-        assert!(Arc::ptr_eq(times, wanted));
-    };
-    harness.facts.times.measured = Some(Arc::clone(&first));
-    exports(&mut harness, &first);
-    click(&mut harness, "Freeze");
-    harness.facts.times.measured = Some(Arc::clone(&second));
-    exports(&mut harness, &first);
-    click(&mut harness, "Freeze");
-    exports(&mut harness, &second);
+    harness.facts.times.step_ms = Some(2.0);
+    assert_eq!(click(&mut harness, "Export"), [Command::SaveTimes]);
+    assert_eq!(click(&mut harness, "Freeze"), [Command::FreezeTimes(true)]);
+    // What is frozen has times, whatever comes; and none, if it was frozen before there were any.
+    harness.facts.frozen = Some(std::mem::take(&mut harness.facts.times));
+    assert_eq!(click(&mut harness, "Export"), [Command::SaveTimes]);
+    harness.facts.times.step_ms = Some(2.0);
+    harness.facts.frozen = Some(Times::default());
+    assert!(click(&mut harness, "Export").is_empty());
+    assert_eq!(click(&mut harness, "Freeze"), [Command::FreezeTimes(false)]);
 }
 
 #[test]
