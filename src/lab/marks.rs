@@ -6,9 +6,18 @@ use myxo::scene::settings::ObjectSettings;
 /// The marks of one object.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Mark {
+    /// Name and mesh together are which object it is.
     name: String,
+    mesh: String,
     is_hidden: bool,
     is_locked: bool,
+}
+
+impl Mark {
+    /// Is it a mark of this object?
+    fn is_of(&self, object: &ObjectSettings) -> bool {
+        self.name == object.name && self.mesh == object.mesh
+    }
 }
 
 /// One mark for each object that is edited.
@@ -39,20 +48,19 @@ impl RunningMarks {
 }
 
 impl Marks {
-    /// Follows the objects as they are edited. A new object is not marked, and a renamed one keeps its marks.
+    /// Follows the objects as they are edited. A new object is not marked, also where it replaces another one, and a renamed one
+    /// keeps its marks.
     pub fn follow(&mut self, objects: &[ObjectSettings]) {
-        let names = || objects.iter().map(|object| &object.name);
-        if names().eq(self.all.iter().map(|mark| &mark.name)) {
+        let are_as_many = objects.len() == self.all.len();
+        let mut pairs = self.all.iter().zip(objects);
+        if are_as_many && pairs.all(|(mark, object)| mark.is_of(object)) {
             return;
         }
-        let are_as_many = objects.len() == self.all.len();
-        let followed = names().enumerate().map(|(i, name)| {
-            let by_name = self.all.iter().find(|mark| mark.name == *name);
-            let by_place = are_as_many.then(|| &self.all[i]);
-            let by_place = by_place.filter(|mark| !names().any(|name| *name == mark.name));
-            let was = by_name.or(by_place);
+        let followed = objects.iter().enumerate().map(|(i, object)| {
+            let was = self.of(objects, i);
             Mark {
-                name: name.clone(),
+                name: object.name.clone(),
+                mesh: object.mesh.clone(),
                 is_hidden: was.is_some_and(|was| was.is_hidden),
                 is_locked: was.is_some_and(|was| was.is_locked),
             }
@@ -60,13 +68,21 @@ impl Marks {
         self.all = followed.collect();
     }
 
-    /// The marks of objects that run. Until they have the names that are edited, their places count.
+    /// The mark of one of these objects: the one with its name and mesh. An object in the same place with the same mesh, of which
+    /// no mark has the name, was renamed.
+    fn of(&self, objects: &[ObjectSettings], place: usize) -> Option<&Mark> {
+        let object = &objects[place];
+        let by_name = self.all.iter().find(|mark| mark.is_of(object));
+        let was_renamed =
+            |mark: &&Mark| mark.mesh == object.mesh && !objects.iter().any(|one| mark.is_of(one));
+        let are_as_many = objects.len() == self.all.len();
+        let by_place = || self.all.get(place).filter(|_| are_as_many);
+        by_name.or_else(|| by_place().filter(was_renamed))
+    }
+
+    /// The marks of objects that run, which may not have the names yet that are edited.
     pub fn of_running(&self, running: &[ObjectSettings]) -> RunningMarks {
-        let are_as_many = running.len() == self.all.len();
-        let marks = running.iter().enumerate().map(|(i, object)| {
-            let by_name = self.all.iter().find(|mark| mark.name == object.name);
-            by_name.or_else(|| self.all.get(i).filter(|_| are_as_many))
-        });
+        let marks = (0..running.len()).map(|place| self.of(running, place));
         let marks = marks.map(|mark| mark.map_or((false, false), |m| (m.is_hidden, m.is_locked)));
         let (hidden, locked) = marks.unzip();
         RunningMarks { hidden, locked }
@@ -155,6 +171,42 @@ mod tests {
         let fewer = marks.of_running(&objects(&["d", "c"]));
         assert_eq!(fewer.locked, [false, true]);
         assert!(!fewer.is_hidden(7) && !fewer.is_locked(7));
+    }
+
+    #[test]
+    fn marks_do_not_jump_to_other_objects() {
+        let with_mesh = |name: &str, mesh: &str| ObjectSettings {
+            name: name.to_owned(),
+            mesh: mesh.to_owned(),
+            ..ObjectSettings::default()
+        };
+        let [ring, ball, knot] = ["ring", "ball", "knot"].map(|name| with_mesh(name, name));
+        let mut marks = Marks::default();
+        marks.follow(&[ring.clone(), ball.clone()]);
+        marks.hide(1, true);
+        // The other one goes.
+        marks.follow(&[ball.clone()]);
+        assert!(marks.is_hidden(0));
+        marks.follow(&[ring.clone(), ball.clone()]);
+        assert!(!marks.is_hidden(0) && marks.is_hidden(1));
+        // Another object replaces the hidden one: under its own name, under that of the hidden one, and in another order.
+        let of_that_name = with_mesh("ball", "knot");
+        for replaced in [
+            [ring.clone(), knot.clone()],
+            [ring.clone(), of_that_name.clone()],
+            [of_that_name, ring.clone()],
+            [knot, ring.clone()],
+        ] {
+            let mut marks = marks.clone();
+            let running = marks.of_running(&replaced);
+            assert_eq!(running.hidden, [false, false], "until it runs");
+            marks.follow(&replaced);
+            assert!(!marks.any_is_hidden(), "{replaced:?}");
+        }
+        // Two that change names are still the two.
+        let swapped = [with_mesh("ball", "ring"), with_mesh("ring", "ball")];
+        marks.follow(&swapped);
+        assert!(!marks.is_hidden(0) && marks.is_hidden(1));
     }
 
     #[test]
