@@ -297,3 +297,37 @@ pub fn put_look(view: &View, center: Vec3, settings: &mut Settings) {
     settings.camera = view.camera.to_settings(center);
     view.write_to(&mut settings.picture);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::objects::{with_object, without_object};
+
+    /// Would catch: a larger object's factor on the object that stands in its place in the other list.
+    #[test]
+    fn pending_scales_belong_to_the_objects_that_run() {
+        let mut settings = with_object(&Settings::default(), "builtin:cube", 0.5, [1.0, 0.0, 0.0]);
+        settings = with_object(&settings, "builtin:icosphere", 0.5, [0.0, 1.0, 0.0]);
+        for (object, name) in settings.objects.iter_mut().zip(["ring", "box", "ball"]) {
+            object.name = name.to_owned();
+        }
+        let scene = Scene::from_settings("three".to_owned(), settings, ".".into()).unwrap();
+        let mut document = Document::new(&scene);
+        document.edited.objects[2].scale *= 3.0;
+        let factors = |document: &Document| [0, 1, 2, 3].map(|i| document.pending_scale(i));
+        assert_eq!(factors(&document), [1.0; 4], "it waits for a restart");
+        document.begin_renewal();
+        assert_eq!(factors(&document), [1.0, 1.0, 3.0, 1.0]);
+        // The first one goes; the others are in other places of the list.
+        document.edited = without_object(&document.edited, 0);
+        assert_eq!(factors(&document), [1.0, 1.0, 3.0, 1.0]);
+        // Another mesh with the same name is another object, and has no factor.
+        document.edited.objects[1].mesh = "builtin:cube".to_owned();
+        assert_eq!(factors(&document), [1.0; 4]);
+        // What is on its way is given up.
+        document.edited.objects[0].scale *= 2.0;
+        assert_eq!(factors(&document), [1.0, 2.0, 1.0, 1.0]);
+        assert!(document.not_shown());
+        assert_eq!(factors(&document), [1.0; 4]);
+    }
+}

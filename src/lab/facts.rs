@@ -132,8 +132,10 @@ pub struct Under {
     pub texel: [u32; 2],
     /// Which object.
     pub object: usize,
-    /// In world space.
+    /// In world space, where the picture shows it.
     pub position: Vec3,
+    /// In the coordinates of the object that runs.
+    pub in_object: Vec3,
     /// Unit normal of the triangle, turned to the eye.
     pub normal: Vec3,
     /// The trail at the texel, when it has come from the device.
@@ -151,7 +153,7 @@ pub struct PointerFacts {
     pub looked: Option<Vec2>,
     /// Under the pointer, if it was asked for and there is something.
     pub under: Option<Under>,
-    /// World from object, one an object.
+    /// World from object, one an object, as they run.
     pub poses: Vec<Affine3A>,
     /// Origins of coordinates, one an object.
     pub origins: Vec<Origins>,

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::Vec2;
+use glam::{Affine3A, Vec2, Vec3};
 use myxo::gpu::{Context, DeviceKind, Format, Image, Readback, Recorder};
 use myxo::render::exposure::Exposure;
 use myxo::render::pick::{self, Hit};
@@ -231,10 +231,13 @@ impl Stage {
         {
             *adaptation = 0.0;
         }
-        let mut poses = self.simulation.shown_poses();
-        for (pose, factor) in poses.iter_mut().zip(&self.scales) {
-            *pose = pose.scaled(*factor);
-        }
+        let poses = (self
+            .simulation
+            .shown_poses()
+            .into_iter()
+            .zip(self.factors()))
+        .map(|(pose, factor)| pose.scaled(factor))
+        .collect();
         (quality, (view, step, poses, beside))
     }
 
@@ -345,11 +348,23 @@ impl Stage {
         self.forget_picture();
     }
 
-    /// The surface point under a pixel of a picture of `size`.
+    /// How many times as large as it is each object is drawn.
+    fn factors(&self) -> impl Iterator<Item = f32> {
+        self.scales.iter().copied().chain(std::iter::repeat(1.0))
+    }
+
+    /// World from object, one an object, as they are drawn: also those that are drawn larger than they run.
+    pub fn drawn_poses(&self) -> Vec<Affine3A> {
+        let poses = self.simulation.world_from_object().into_iter();
+        let scaled = |(pose, factor)| pose * Affine3A::from_scale(Vec3::splat(factor));
+        poses.zip(self.factors()).map(scaled).collect()
+    }
+
+    /// The surface point under a pixel of a picture of `size`, where the picture shows it.
     pub fn pick(&self, view: &View, pixel: Vec2, size: Vec2) -> Option<Hit> {
         pick::pick_among(
             &self.scene.surface,
-            &self.simulation.world_from_object(),
+            &self.drawn_poses(),
             |object| !self.marks.is_hidden(object),
             &view.camera.ray(pixel, size),
         )
@@ -430,6 +445,7 @@ mod tests {
     use super::*;
     use crate::lab::on_device::{self, SMALL, context, run};
     use myxo::gpu::{Buffer, Domain, Frames};
+    use myxo::sim::paint::{Brush, Dab};
 
     fn trio() -> Option<(Arc<Context>, Stage)> {
         let ctx = context()?;
@@ -598,5 +614,59 @@ mod tests {
             assert!((0..3).all(|i| pictures[i] != pictures[4 + i]));
             assert!(pictures[3] == pictures[7]);
         }
+    }
+
+    /// Would catch: clicks and brushes that meet a larger object where it is before its layout has come.
+    #[test]
+    fn a_larger_object_is_picked_and_painted_where_it_is_drawn() {
+        let Some((ctx, mut stage)) = trio() else {
+            return;
+        };
+        let size = Vec2::new(64.0, 48.0);
+        let view = View::of(&stage.scene, size);
+        let pixels: Vec<Vec2> = (0..48)
+            .flat_map(|y| (0..64).map(move |x| Vec2::new(x as f32, y as f32)))
+            .collect();
+        let hits = |stage: &Stage| -> Vec<Option<Hit>> {
+            let hits = pixels.iter().map(|pixel| stage.pick(&view, *pixel, size));
+            hits.collect()
+        };
+        let count = |hits: &[Option<Hit>]| hits.iter().flatten().count();
+        let before = hits(&stage);
+        stage.scales = vec![1.0, 2.0, 1.0];
+        let drawn = hits(&stage);
+        assert!(count(&drawn) > count(&before), "more pixels show it");
+        // Where only the larger one is, a brush paints the triangle that is picked.
+        let both = pixels.iter().zip(before).zip(drawn);
+        let beside = both
+            .filter_map(|((pixel, before), hit)| Some((pixel, hit?)).filter(|_| before.is_none()));
+        let (pixel, hit) = beside.last().expect("it is larger");
+        let dab = Dab {
+            brush: Brush::Trail { amount: 5.0 },
+            center: hit.position,
+            radius: 0.1 * stage.scene.radius,
+            eye: Some(view.camera.eye()),
+            ring: None,
+            number: 0,
+        };
+        assert_eq!(stage.pick(&view, *pixel, size), Some(hit));
+        let setup = stage.simulation.setup();
+        let texels =
+            (dab.texels_on_scaled(setup, stage.simulation.poses(), &stage.scales)).unwrap();
+        let object = setup.surface.triangles[hit.triangle as usize].object;
+        assert_eq!(object, 1);
+        let strongest = texels.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
+        let strongest = strongest.expect("something is painted");
+        assert!(
+            strongest.object == object && strongest.weight > 0.5,
+            "{strongest:?}"
+        );
+        let mut frames = Frames::new(&ctx, 1).unwrap();
+        let painted = frames.run(|rec| {
+            let scales = stage.scales.clone();
+            stage.simulation.paint_on_scaled(rec, &dab, &scales)
+        });
+        assert_eq!(painted.unwrap().unwrap().count(), texels.len() as u32);
+        assert_eq!(ctx.messages(), [""; 0]);
     }
 }

@@ -20,7 +20,8 @@ pub struct Hit {
     pub distance: f32,
 }
 
-/// The nearest hit of a ray with any object, from either side; `world_from_object` has one pose an object.
+/// The nearest hit of a ray with any object, from either side; `world_from_object` has one pose an object, which may scale it
+/// uniformly.
 ///
 /// Every triangle is tried: a million take a few milliseconds, which is fast enough for clicks.
 #[must_use]
@@ -66,13 +67,7 @@ pub fn pick_bundles(
         let in_object: Vec<(Cone, Vec<Ray>)> = (cones.iter().zip(bundles))
             .map(|(cone, rays)| {
                 let rays = rays.iter().map(|ray| ray.seen_from(pose)).collect();
-                (
-                    Cone {
-                        axis: cone.axis.seen_from(pose),
-                        ..*cone
-                    },
-                    rays,
-                )
+                (cone.seen_from(pose), rays)
             })
             .collect();
         for triangle in range.triangles.0..range.triangles.1 {
@@ -155,6 +150,18 @@ impl Cone {
             axis,
             sin,
             cos: (1.0 - sin * sin).sqrt(),
+        }
+    }
+
+    /// In an object's coordinates, which may be scaled.
+    fn seen_from(&self, pose: &Affine3A) -> Self {
+        let Ray { origin, direction } = self.axis.seen_from(pose);
+        Self {
+            axis: Ray {
+                origin,
+                direction: direction.normalize_or(Vec3::Z),
+            },
+            ..*self
         }
     }
 
@@ -244,7 +251,9 @@ mod tests {
         let poses = [
             turned,
             Affine3A::from_translation(Vec3::new(2.5, 0.2, 0.0)),
-            Affine3A::from_translation(Vec3::new(-1.0, 0.4, -2.0)),
+            // Drawn larger.
+            Affine3A::from_translation(Vec3::new(-1.0, 0.4, -2.0))
+                * Affine3A::from_scale(Vec3::splat(1.8)),
         ];
         let size = Vec2::new(160.0, 120.0);
         // From afar, and so near that triangles are beside the eye and behind it.

@@ -221,10 +221,25 @@ impl Dab {
     /// # Errors
     /// When a number is out of range, or the ball has more texels than one dab may.
     pub fn texels(&self, setup: &Setup, poses: &[Pose]) -> Result<Vec<DabTexel>> {
+        self.texels_on_scaled(setup, poses, &[])
+    }
+
+    /// As [`texels`](Self::texels), where each object is shown `scales` times as large about its own origin: one factor an object,
+    /// greater than 0; 1 for those beyond the end.
+    ///
+    /// # Errors
+    /// As [`texels`](Self::texels).
+    pub fn texels_on_scaled(
+        &self,
+        setup: &Setup,
+        poses: &[Pose],
+        scales: &[f32],
+    ) -> Result<Vec<DabTexel>> {
         self.check()?;
+        let scales = scales.iter().copied().chain(std::iter::repeat(1.0));
         let objects: Vec<InObject> = (0u32..)
-            .zip(poses)
-            .map(|(object, pose)| InObject::new(self, setup, object, pose))
+            .zip(poses.iter().zip(scales))
+            .map(|(object, (pose, scale))| InObject::new(self, setup, object, pose, scale))
             .collect();
         let triangles = (0..setup.surface.triangles.len() as u32).into_par_iter();
         let texels: Vec<DabTexel> = triangles
@@ -428,9 +443,10 @@ impl InRing {
 }
 
 impl InObject {
-    fn new(dab: &Dab, setup: &Setup, object: u32, pose: &Pose) -> Self {
+    fn new(dab: &Dab, setup: &Setup, object: u32, pose: &Pose, scale: f32) -> Self {
         let object_from_world = DAffine3::from(pose).inverse();
-        let to_object = |place: Vec3| object_from_world.transform_point3(place.as_dvec3());
+        let scale = f64::from(scale);
+        let to_object = |place: Vec3| object_from_world.transform_point3(place.as_dvec3()) / scale;
         let (first, end) = setup.surface.objects[object as usize].triangles;
         // Computed only if it is needed.
         let is_open = || {
@@ -439,7 +455,7 @@ impl InObject {
         };
         let ball = |center, radius| InBall {
             center: to_object(center),
-            radius: f64::from(radius),
+            radius: f64::from(radius) / scale,
         };
         let balls = dab.ring.iter().flat_map(|ring| ring.balls).flatten();
         Self {
@@ -452,7 +468,7 @@ impl InObject {
                     normal: turned(ring.normal),
                     axes: ring.axes().map(turned),
                     middle: to_object(dab.center),
-                    radius: f64::from(dab.radius),
+                    radius: f64::from(dab.radius) / scale,
                     looks: Ring::looks().map(Vec2::as_dvec2),
                 }
             }),

@@ -158,9 +158,8 @@ impl Tools {
     fn place_under(&self, under: &Under, desk: &Desk<'_>) -> Option<(String, [f64; 3])> {
         let facts = desk.facts;
         let object = desk.document.running.objects.get(under.object)?;
-        let pose = facts.pointer.poses.get(under.object)?;
         let origins = facts.pointer.origins.get(under.object).copied();
-        let at = pose.inverse().transform_point3(under.position).as_dvec3();
+        let at = under.in_object.as_dvec3();
         let at = origins.unwrap_or_default().to_file(at, object.scale);
         let at = in_decimals(at, facts.pointer.radius / object.scale);
         Some((object.name.clone(), at))
@@ -341,10 +340,10 @@ fn keep_in_range(food: &mut FoodSettings, key: &str) {
 }
 
 /// Positions in world space and drawn sizes of the foods: those of `edited`, which need not be there yet, then the scattered
-/// ones. `running` are the foods that `marks` begin with.
+/// ones. `marks` begin with the foods that run, and `poses` are those that are drawn.
 pub fn placed(
     edited: &Settings,
-    running: &[FoodSettings],
+    running: &Settings,
     marks: &[Mark],
     origins: &[Origins],
     poses: &[Affine3A],
@@ -357,22 +356,22 @@ pub fn placed(
     };
     let by_hand = edited.foods.iter().enumerate().map(|(i, food)| {
         let same = |other: &FoodSettings| (other.at, &other.object) == (food.at, &food.object);
-        let there = match running.get(i) {
+        let there = match running.foods.get(i) {
             Some(other) if same(other) => Some(i),
-            _ => running.iter().position(same),
+            _ => running.foods.iter().position(same),
         };
         if let Some(mark) = there.and_then(|there| marks.get(there)) {
             return at_mark(mark);
         }
         let object = edited.object_of(food).unwrap_or(0);
-        let scale = edited.objects.get(object).map_or(1.0, |o| o.scale);
+        let scale = running.objects.get(object).map_or(1.0, |o| o.scale);
         let origins = origins.get(object).copied().unwrap_or_default();
         let place = origins.from_file(food.at, scale);
         let pose = poses.get(object);
         let place = pose.map_or(place, |pose| pose.transform_point3(place));
         (place, food.size.max(LEAST_SIZE) * radius)
     });
-    let scattered = marks.iter().skip(running.len());
+    let scattered = marks.iter().skip(running.foods.len());
     by_hand.chain(scattered.map(at_mark)).collect()
 }
 
@@ -408,6 +407,9 @@ mod tests {
     fn indices_are_those_of_edited_food_while_food_is_on_its_way() {
         let mut edited = Settings::default();
         edited.objects[0].scale = 2.0;
+        let mut running = edited.clone();
+        // A larger one is on its way, and drawn as large already.
+        edited.objects[0].scale = 3.0;
         let food = |x: f32| FoodSettings {
             at: [x.into(), 0.0, 0.0],
             size: 0.1,
@@ -424,14 +426,14 @@ mod tests {
             pad2: 0,
         };
         let poses = [Affine3A::from_translation(Vec3::Y)];
-        let running = [food(1.0), food(2.0)];
+        running.foods = vec![food(1.0), food(2.0)];
         let marks = [mark(2.1), mark(4.1), mark(7.0)];
         let mut places = |foods: &[FoodSettings]| {
             edited.foods = foods.to_vec();
             placed(&edited, &running, &marks, &[], &poses, 3.0)
         };
         let at = |x: f32, size: f32| (Vec3::new(x, 1.0, 0.0), size);
-        assert_eq!(places(&running), [2.1, 4.1, 7.0].map(|x| at(x, 0.25)));
+        assert_eq!(places(&running.foods), [2.1, 4.1, 7.0].map(|x| at(x, 0.25)));
         // The first is taken away, one is put: scattered ones come after those.
         assert_eq!(
             places(&[food(2.0), food(3.0)]),

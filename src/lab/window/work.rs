@@ -160,7 +160,7 @@ impl Lab {
         let brush = share_of(brush, count);
         let pixels = (1..=count as u32).map(|i| from.lerp(to, i as f32 / count));
         let middles: Vec<Ray> = pixels.map(|pixel| view.camera.ray(pixel, size)).collect();
-        let poses = stage.simulation.world_from_object();
+        let poses = stage.drawn_poses();
         let dabs = dabs_seen(
             &stage.scene.surface,
             &poses,
@@ -197,7 +197,7 @@ impl Lab {
             if let Some(text) = strokes.before(rec, &stage.simulation, dab.brush) {
                 self.interface.notices.say(context, text, false);
             }
-            match stage.simulation.paint(rec, &dab) {
+            match stage.simulation.paint_on_scaled(rec, &dab, &stage.scales) {
                 Ok(painted) => {
                     self.edits.strokes.painted(&painted);
                     if painted.count() > 0 {
@@ -266,7 +266,7 @@ impl Lab {
             * (decay / (1.0 - decay)).max(1.0);
         let size = Vec2::new(size[0] as f32, size[1] as f32);
         let view = &self.interface.document.view;
-        let poses = simulation.world_from_object();
+        let (poses, drawn) = (simulation.world_from_object(), stage.drawn_poses());
         let pixel = self.interface.tools.pointer;
         let hit = pixel.and_then(|pixel| Some((pixel, stage.pick(view, pixel, size)?)));
         if let Some(probe) = &mut self.edits.probe {
@@ -279,7 +279,9 @@ impl Lab {
             let surface = &setup.surface;
             let object = surface.triangles[hit.triangle as usize].object as usize;
             let corners = surface.corners[hit.triangle as usize]
-                .map(|vertex| poses[object].transform_point3(surface.positions[vertex as usize]));
+                .map(|vertex| surface.positions[vertex as usize]);
+            let [a, b, c] = corners;
+            let corners = corners.map(|corner| drawn[object].transform_point3(corner));
             let texel = setup.atlas.texel_of(hit.triangle, hit.u, hit.v);
             // A value read a little beside is better than none.
             let has_bias = simulation.state().bias.is_some();
@@ -291,6 +293,7 @@ impl Lab {
                 texel: [texel % setup.atlas.pitch, texel / setup.atlas.pitch],
                 object,
                 position: hit.position,
+                in_object: a + hit.u * (b - a) + hit.v * (c - a),
                 normal: normal_towards(corners, view.camera.eye()),
                 trail: last.map(|[trail, ..]| trail),
                 distance: last
@@ -304,10 +307,10 @@ impl Lab {
             under,
             foods: placed(
                 &self.interface.document.edited,
-                &settings.foods,
+                settings,
                 &setup.food_set.marks,
                 &setup.origins,
-                &poses,
+                &drawn,
                 setup.radius,
             ),
             poses,

@@ -40,6 +40,47 @@ fn area_under(setup: &Setup, dab: &Dab) -> f64 {
     texels.iter().map(area).sum()
 }
 
+/// Would catch: a ball whose middle is scaled and whose radius is not.
+#[test]
+fn a_dab_on_a_scaled_object_is_one_of_another_size_on_the_object() {
+    let setup = setup(&[("icosphere", [0.5, 0.0, 0.0]), ("cube", [-2.0, 0.0, 0.0])]);
+    let brush = Brush::Trail { amount: 1.0 };
+    let ring = |center: Vec3, radius: f32, eye: Vec3| Dab {
+        eye: Some(eye),
+        ring: Some(Ring {
+            eye,
+            normal: Vec3::Z,
+            balls: [Some(Ball {
+                center: center - 2.0 * radius * Vec3::Z,
+                radius,
+                looks: u32::MAX,
+            }); MOST_DEPTHS],
+        }),
+        ..dab(brush, center, radius)
+    };
+    let origin = DAffine3::from(&setup.poses[0]).translation.as_vec3();
+    let [center, eye] = [0.9, 4.0].map(|z| origin + z * Vec3::Z);
+    let as_it_is = ring(center, 0.25, eye);
+    let twice = |place: Vec3| origin + 2.0 * (place - origin);
+    let as_shown = ring(twice(center), 0.5, twice(eye));
+    let shown = as_shown.texels_on_scaled(&setup, &setup.poses, &[2.0]);
+    let texels = as_it_is.texels(&setup, &setup.poses).unwrap();
+    assert!(texels.len() > 50, "{}", texels.len());
+    let named = |texels: &[DabTexel]| texels.iter().map(|texel| texel.texel).collect::<Vec<_>>();
+    let shown = shown.unwrap();
+    assert_eq!(named(&shown), named(&texels));
+    for (shown, as_it_is) in shown.iter().zip(&texels) {
+        assert!((shown.weight - as_it_is.weight).abs() < 1e-4);
+    }
+    // The other one is as large as it is.
+    let beside = dab(brush, Vec3::new(-2.0, 0.0, 0.0), 1.5);
+    let texels = beside.texels(&setup, &setup.poses).unwrap();
+    let shown = beside
+        .texels_on_scaled(&setup, &setup.poses, &[0.5])
+        .unwrap();
+    assert_eq!(shown, texels);
+}
+
 #[test]
 fn a_dab_has_the_area_of_its_disc_also_over_seams_and_edges() {
     let setup = setup(&[("cube?divisions=6", [0.0; 3])]);

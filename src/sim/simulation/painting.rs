@@ -66,7 +66,21 @@ impl Simulation {
     /// When a number of the dab is out of its range, it has too many texels, or the device has no memory left. Then nothing
     /// is recorded.
     pub fn paint(&mut self, rec: &mut Recorder, dab: &Dab) -> Result<Painted> {
-        let mut texels = dab.texels(self.setup(), self.poses())?;
+        self.paint_on_scaled(rec, dab, &[])
+    }
+
+    /// As [`paint`](Self::paint), where a picture shows each object `scales` times as large about its own origin: one factor an
+    /// object, greater than 0; 1 for those beyond the end. What the dab covers in that picture is painted.
+    ///
+    /// # Errors
+    /// As [`paint`](Self::paint).
+    pub fn paint_on_scaled(
+        &mut self,
+        rec: &mut Recorder,
+        dab: &Dab,
+        scales: &[f32],
+    ) -> Result<Painted> {
+        let mut texels = dab.texels_on_scaled(self.setup(), self.poses(), scales)?;
         texels.retain(|texel| self.spared.get(texel.object as usize) != Some(&true));
         let painted = Painted::of(&texels, self.poses().len());
         if texels.is_empty() {

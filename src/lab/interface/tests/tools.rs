@@ -61,6 +61,7 @@ fn under() -> Under {
         texel: [7, 9],
         object: 0,
         position: Vec3::ZERO,
+        in_object: Vec3::ZERO,
         normal: Vec3::Z,
         trail: Some(1.5),
         distance: None,

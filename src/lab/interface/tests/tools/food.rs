@@ -14,6 +14,7 @@ fn food_is_put_picked_changed_and_taken_away() {
     let click = |harness: &mut Harness, position: Vec3| {
         harness.facts.pointer.under = Some(Under {
             position,
+            in_object: position,
             ..under()
         });
         let pressed = vec![Event::PointerMoved(IN_PICTURE), button(IN_PICTURE, true)];
@@ -122,6 +123,7 @@ fn seen(harness: &mut Harness, events: Vec<Event>, border: f32) -> Vec<Command> 
     pointer.looked = pixel;
     pointer.under = place.map(|position| Under {
         position,
+        in_object: position,
         object: usize::from(position.x > border),
         ..under()
     });
