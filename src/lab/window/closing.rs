@@ -378,7 +378,8 @@ mod tests {
     fn commands_that_write_are_obeyed_at_the_end() {
         let export = Command::Export(ExportRequest::Export(Model::Glb));
         let named = Command::SaveAs("fern.toml".into());
-        for command in [Command::Screenshot, Command::Save, named, export] {
+        let times = Command::SaveTimes;
+        for command in [Command::Screenshot, Command::Save, times, named, export] {
             assert_eq!(at_the_end(&command), AtTheEnd::Writes, "{command:?}");
         }
         let stroke = ToolRequest::Stroke {
