@@ -71,8 +71,8 @@ impl App {
         let Some(mut lab) = self.lab.take() else {
             return;
         };
-        if lab.can_begin_anew(error) {
-            match lab.begin_anew(error, &self.options) {
+        if lab.can_change_device(error) {
+            match lab.change_device(error, &self.options) {
                 Ok(lab) => self.lab = Some(lab),
                 Err(error) => self.error = Some(error),
             }

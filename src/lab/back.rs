@@ -218,7 +218,7 @@ mod tests {
                 std::thread::sleep(Duration::from_millis(2));
             };
             let stage = ready.stage;
-            assert_eq!(stage.resumed.as_deref(), Some("Going on from step 5"));
+            assert_eq!(stage.resumed.as_deref(), Some("Continues from step 5"));
             assert_eq!(stage.simulation.snapshot().unwrap(), state);
         }
         // A state of the same scene that is saved meanwhile is another state.

@@ -12,9 +12,9 @@ use crate::lab::kept_scenes::KeptScene;
 pub enum Command {
     /// Settings changed that the running simulation can take over.
     Apply,
-    /// Begin again at step 0, with the settings as they are edited.
+    /// Restart at step 0, with the settings as they are edited.
     Restart,
-    /// Go on from what had grown before a reset, or in another scene.
+    /// Continue from what had grown before a reset, or in another scene.
     GoBack,
     /// Take one step.
     Step,
@@ -105,7 +105,7 @@ pub enum ToolRequest {
     Renew,
 }
 
-/// Tells objects that were asked for from each other before they have names.
+/// Distinguishes objects that were asked for before they have names.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ticket(pub u64);
 

@@ -418,7 +418,7 @@ impl ExportPanel {
         title(
             ui,
             "Export the state",
-            "Models, data and files to go on from; all but checkpoints as `myxo export` writes them.",
+            "Models, data and files to continue from; all but checkpoints as `myxo export` writes them.",
         );
         ui.horizontal(|ui| {
             for model in Model::ALL {
@@ -469,7 +469,7 @@ fn words(model: Model) -> (&'static str, &'static str) {
         ),
         Model::Checkpoint => (
             "Checkpoint",
-            "Everything, to go on from: opened here, or by `myxo render --resume FILE`",
+            "The whole state, to continue from: opened here, or by `myxo render --resume FILE`",
         ),
     }
 }

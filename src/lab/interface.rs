@@ -114,7 +114,7 @@ impl Interface {
     }
 
     /// Gives the running scene other settings, which it can take over, and another view. This can be undone.
-    pub fn go_on_as(&mut self, scene: &Scene) {
+    pub fn continue_as(&mut self, scene: &Scene) {
         self.document.morph = None;
         self.document.edited = scene.settings.clone();
         self.see_as(scene);

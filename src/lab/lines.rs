@@ -57,11 +57,11 @@ impl App {
         while let Ok(Message::Line(line)) = messages.recv() {
             let moments: Vec<Vec<Event>> =
                 serde_json::from_str(&line).map_err(|error| unknown(&error.to_string()))?;
-            let goes_on = match moments.is_empty() {
+            let continues = match moments.is_empty() {
                 true => self.wait_a_frame(),
                 false => self.take_moments(moments)?,
             };
-            if !goes_on {
+            if !continues {
                 return Ok(());
             }
             self.answer();
@@ -69,7 +69,7 @@ impl App {
         Ok(())
     }
 
-    /// Tells what is seen.
+    /// Writes what is seen.
     fn answer(&self) {
         let Some(lab) = &self.lab else { return };
         let Host::Windowless(host) = &lab.host else {
@@ -137,9 +137,9 @@ impl App {
         let Host::Windowless(host) = &lab.host else {
             return true;
         };
-        let goes_on = lab.runs() || lab.jobs.exports.is_busy() || lab.runner.is_within_slices();
+        let advances = lab.runs() || lab.jobs.exports.is_busy() || lab.runner.is_within_slices();
         let is_due = self.wake.is_some_and(|wake| wake <= lab.host.now());
-        let moves = host.needs_frame || host.has_input() || is_due && !goes_on;
+        let moves = host.needs_frame || host.has_input() || is_due && !advances;
         let most = match host.held.is_empty() {
             true => MOST_FRAMES,
             false => FRAMES_WHILE_HELD,

@@ -279,8 +279,8 @@ mod tests {
         let Ready { stage, .. } = opened(&["trail.decay=0.5"]).unwrap();
         assert_eq!(stage.scene.settings.particles.count, 500);
         assert_eq!(stage.simulation.step(), 3);
-        let resumed = stage.resumed.expect("it goes on");
-        let start = "Going on from step 3; trail.decay = 0.5";
+        let resumed = stage.resumed.expect("it continues");
+        let start = "Continues from step 3; trail.decay = 0.5";
         assert!(resumed.starts_with(start), "{resumed}");
         let error = opened(&["atlas.size=128"]).err().expect("it is another");
         let error = error.to_string();

@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_go_on_and_do_not_add_up() {
+    fn numbers_continue_and_do_not_add_up() {
         for (name, stem) in [
             ("mine_000001", "mine"),
             ("mine", "mine"),

@@ -247,9 +247,9 @@ impl Opening {
                     .show(ui, |ui| {
                         ui.label(RichText::new(name).heading());
                         ui.horizontal(|ui| {
-                            let add = ui.button("Add to the scene").on_hover_text(
-                                "It becomes one more object; what has grown goes on",
-                            );
+                            let add = ui
+                                .button("Add to the scene")
+                                .on_hover_text("It becomes one more object; what has grown stays");
                             if add.marked("mesh.add").clicked() {
                                 command = Some(Command::TakeFile(mesh.clone()));
                             }

@@ -67,7 +67,7 @@ impl Outliner {
                 let eye = ui
                     .add(sign(if is_hidden { "–" } else { "👁" }, !is_hidden))
                     .on_hover_text(
-                        "Hides the object, or shows it. A hidden one goes on being simulated: others meet it all the same. \
+                        "Hides the object, or shows it. A hidden one is still simulated, and others meet it. \
                          Scene files don't have it",
                     );
                 if eye.marked(&format!("objects.eye={object}")).clicked() {

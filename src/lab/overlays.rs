@@ -178,7 +178,7 @@ pub(super) fn show_loading(
     let mut cancel = |ui: &mut egui::Ui, button: egui::Button<'_>| {
         let clicked = ui
             .add_enabled(!is_cancelled, button)
-            .on_hover_text(Action::Back.hint("What runs goes on"))
+            .on_hover_text(Action::Back.hint("The scene that runs stays"))
             .marked("cancel")
             .clicked();
         if clicked {

@@ -367,7 +367,7 @@ fn transport(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
         }
         if ui
             .add(wide("⟲ Reset"))
-            .on_hover_text(Action::Restart.hint("Begin again at step 0"))
+            .on_hover_text(Action::Restart.hint("Restarts at step 0"))
             .marked("reset")
             .clicked()
         {

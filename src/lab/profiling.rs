@@ -66,7 +66,7 @@ const KERNELS: &[(&str, &str)] = &[
     ),
     (
         "unfold",
-        "Where walks that another object covers go on, on that object",
+        "Finds where walks that another object covers continue, on that object",
     ),
     (
         "close_list",

@@ -299,7 +299,7 @@ impl Runner {
 
     /// Can another device take the place of one that was lost with this error? Not where there is no scene yet, nor where a
     /// device was lost a moment before.
-    pub fn can_begin_anew(&self, error: &Error) -> bool {
+    pub fn can_change_device(&self, error: &Error) -> bool {
         let is_first = || match &self.lost {
             None => true,
             Some(lost) => lost.runs_since.is_some_and(|t| t.elapsed() >= RUNS_FOR),
@@ -423,11 +423,11 @@ mod tests {
             last: "no kernel".to_owned(),
         });
         let (mut before, mut clocks) = runner(&ctx);
-        assert!(!before.can_begin_anew(&lost), "there is no scene yet");
+        assert!(!before.can_change_device(&lost), "there is no scene yet");
         before.take_stage(stage(&ctx, "pair", &SMALL), &mut clocks);
         let shown = shown(before.stage.as_ref().unwrap());
-        assert!(before.can_begin_anew(&lost));
-        assert!(!before.can_begin_anew(&Error::Invalid("no".to_owned())));
+        assert!(before.can_change_device(&lost));
+        assert!(!before.can_change_device(&Error::Invalid("no".to_owned())));
         // A state that has hardly grown is kept only to go back.
         assert!(before.keep_grown(shown.clone(), false).unwrap().is_none());
         let kept = before.keep_grown(shown, true).unwrap();
@@ -449,14 +449,14 @@ mod tests {
         let (mut runner, mut clocks) = self::runner(&ctx);
         runner.lost = left;
         assert!(runner.scene().is_some());
-        assert!(!runner.can_begin_anew(&lost), "it does not run yet");
+        assert!(!runner.can_change_device(&lost), "it does not run yet");
         runner.take_stage(stage(&ctx, "pair", &SMALL), &mut clocks);
-        assert!(!runner.can_begin_anew(&lost), "it has run for a moment");
+        assert!(!runner.can_change_device(&lost), "it has run for a moment");
         let since = Instant::now()
             .checked_sub(RUNS_FOR)
             .expect("the machine runs longer");
         runner.lost.as_mut().unwrap().runs_since = Some(since);
-        assert!(runner.can_begin_anew(&lost));
+        assert!(runner.can_change_device(&lost));
         assert_eq!(ctx.messages(), [""; 0]);
     }
 }

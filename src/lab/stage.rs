@@ -36,8 +36,16 @@ const COUNTERS_UNDER_WAY: usize = 4;
 /// Sizes of the picture and of the atlas beside it.
 pub type Sizes = ([u32; 2], Option<[u32; 2]>);
 
-/// The inputs of a picture: the view, the step, the poses, and the size of the atlas beside.
-type Drawn = (View, u64, Vec<Pose>, Option<[u32; 2]>);
+/// The inputs of a picture.
+#[derive(Clone, Debug, PartialEq)]
+struct Drawn {
+    view: View,
+    step: u64,
+    /// One an object.
+    poses: Vec<Pose>,
+    /// The size of the atlas beside it, if that is shown.
+    beside: Option<[u32; 2]>,
+}
 
 /// What an automatic exposure depends on: the step, and the share of the trail that may be clipped.
 type Exposed = (u64, f32);
@@ -114,7 +122,7 @@ impl Stage {
             simulation.restore(snapshot)?;
             let changes = changes.iter().map(|change| format!("; {change}"));
             let changes: String = changes.collect();
-            Ok::<_, Error>(format!("Going on from step {}{changes}", snapshot.step))
+            Ok::<_, Error>(format!("Continues from step {}{changes}", snapshot.step))
         });
         let resumed = resumed.transpose()?;
         let warnings = [simulation.setup().atlas.warning(), prepared.warning()];
@@ -238,12 +246,20 @@ impl Stage {
             .zip(self.factors()))
         .map(|(pose, factor)| pose.scaled(factor))
         .collect();
-        (quality, (view, step, poses, beside))
+        let now = Drawn {
+            view,
+            step,
+            poses,
+            beside,
+        };
+        (quality, now)
     }
 
     /// Records a picture into the canvases that are shown.
     fn record(&mut self, rec: &mut Recorder, now: &Drawn, bands: u32) {
-        let (view, step, poses, _) = now;
+        let Drawn {
+            view, step, poses, ..
+        } = now;
         self.recorded += 1;
         let exposed = match view.exposure {
             Exposure::Auto { clipped_share, .. } => Some((*step, clipped_share)),
@@ -305,8 +321,9 @@ impl Stage {
     /// Does the canvas show what this camera and view last saw?
     pub fn has_drawn(&self, view: &View, (size, beside): Sizes) -> bool {
         let fits = |(_, canvas): &(Quality, Canvas)| canvas.size() == size;
-        let is_of = |(drawn, _, _, drawn_beside): &Drawn| {
-            drawn.camera == view.camera && drawn.show == view.show && *drawn_beside == beside
+        let is_of = |drawn: &Drawn| {
+            let seen = &drawn.view;
+            seen.camera == view.camera && seen.show == view.show && drawn.beside == beside
         };
         self.shown.picture.as_ref().is_some_and(fits) && self.drawn.as_ref().is_some_and(is_of)
     }

@@ -145,7 +145,7 @@ impl Undo {
             return;
         }
         let settings = settings.clone();
-        self.go_on_to(Entry {
+        self.push(Entry {
             state: Edited { settings, look },
             strokes: self.now.strokes,
             preset: None,
@@ -156,7 +156,7 @@ impl Undo {
     /// last, because a look may be changing slowly, and the steps between are no entries.
     pub fn stroke(&mut self) -> u64 {
         self.last_number += 1;
-        self.go_on_to(Entry {
+        self.push(Entry {
             state: self.now.state.clone(),
             strokes: self.last_number,
             preset: self.now.preset.clone(),
@@ -189,7 +189,7 @@ impl Undo {
         self.join();
     }
 
-    fn go_on_to(&mut self, entry: Entry) {
+    fn push(&mut self, entry: Entry) {
         self.lasts = false;
         let before = std::mem::replace(&mut self.now, entry);
         self.past.push(before);

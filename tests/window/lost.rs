@@ -27,7 +27,7 @@ fn lose(lab: &Lab) {
     let notice = seen["state"]["notice"].as_str().unwrap().to_owned();
     for part in [
         "what had grown is gone",
-        "begins anew",
+        "The scene restarts",
         "cube_000001.toml",
         "fewer particles",
     ] {
@@ -52,7 +52,7 @@ fn held_with_gifs() -> Lab {
 }
 
 #[test]
-fn after_a_lost_device_the_scene_begins_anew_as_it_was_set() {
+fn after_a_lost_device_the_scene_restarts_as_it_was_set() {
     if !can_open() {
         return;
     }

@@ -230,7 +230,7 @@ fn checkpoints_come_back() {
         seen["state"]["step"].as_u64() > Some(then + 10)
     });
     lab.key_until("space", "it is held", "playing", false);
-    let part = format!("Going on from step {then}");
+    let part = format!("Continues from step {then}");
     drop_and_hear(&lab, &file, &part);
     lab.wait("it is there", |seen| {
         seen["state"]["scene"] == "cube_000001" && seen["state"]["step"] == then

@@ -492,7 +492,7 @@ fn a_scene_that_cannot_continue_as_pasted_stays_unchanged() {
     settings.camera.distance = 9.0;
     let scene = Scene::from_settings("torus".to_owned(), settings, ".".into()).unwrap();
     let before = interface.clone();
-    interface.go_on_as(&scene);
+    interface.continue_as(&scene);
     assert!(interface.document.edited.trail.decay == 0.5 && interface.document.view != view);
     interface.notices.say(&ctx, "it cannot", true);
     interface.put_back(before);

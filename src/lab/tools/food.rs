@@ -85,22 +85,31 @@ impl Tools {
                 false => FoodDrag::Asks {
                     at: to_pixel(at),
                     waits: egui::Vec2::ZERO,
-                    let_go: None,
+                    released: None,
                 },
             };
         }
-        if let FoodDrag::Asks { at, waits, let_go } = self.food_drag {
+        if let FoodDrag::Asks {
+            at,
+            waits,
+            released,
+        } = self.food_drag
+        {
             let waits = waits + self.drags.first;
-            let let_go = let_go.or(release);
+            let released = released.or(release);
             if facts.pointer.looked != Some(at) {
-                self.food_drag = FoodDrag::Asks { at, waits, let_go };
+                self.food_drag = FoodDrag::Asks {
+                    at,
+                    waits,
+                    released,
+                };
                 self.pointer = Some(at);
                 ui.ctx().request_repaint();
                 return is_drag;
             }
-            self.food_drag = match (food, let_go) {
+            self.food_drag = match (food, released) {
                 (Some(food), None) if is_down => FoodDrag::Holds(food),
-                (Some(food), Some(to)) if is_drag => FoodDrag::LetGo(food, to),
+                (Some(food), Some(to)) if is_drag => FoodDrag::Released(food, to),
                 _ => FoodDrag::None,
             };
             if self.food_drag == FoodDrag::None {
@@ -111,7 +120,7 @@ impl Tools {
             && !is_down
         {
             self.food_drag = match release {
-                Some(to) if is_drag => FoodDrag::LetGo(food, to),
+                Some(to) if is_drag => FoodDrag::Released(food, to),
                 _ => FoodDrag::None,
             };
         }
@@ -120,12 +129,12 @@ impl Tools {
                 ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
                 self.put_food(food, under, desk);
             }
-            FoodDrag::LetGo(food, to) if facts.pointer.looked == Some(to) => {
+            FoodDrag::Released(food, to) if facts.pointer.looked == Some(to) => {
                 self.put_food(food, under, desk);
                 self.food_drag = FoodDrag::None;
                 return true;
             }
-            FoodDrag::LetGo(_, to) => {
+            FoodDrag::Released(_, to) => {
                 self.pointer = Some(to);
                 ui.ctx().request_repaint();
             }

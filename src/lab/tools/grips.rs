@@ -16,12 +16,12 @@ pub enum FoodDrag {
         /// The drag meanwhile, points.
         waits: egui::Vec2,
         /// It has already ended, at this pixel.
-        let_go: Option<Vec2>,
+        released: Option<Vec2>,
     },
     /// It holds this food.
     Holds(usize),
     /// This food is to lie at a pixel of which it is not known yet what lies there.
-    LetGo(usize, Vec2),
+    Released(usize, Vec2),
 }
 
 /// The motion of a handle.

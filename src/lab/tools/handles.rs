@@ -154,7 +154,7 @@ mod tests {
         let moved =
             pose_at(&after, None, time).translation - pose_at(&before, None, time).translation;
         assert!(moved.distance(way) < 1e-6, "{moved}");
-        assert_eq!(after.motion, before.motion, "and goes on moving");
+        assert_eq!(after.motion, before.motion, "and still moves");
     }
 
     #[test]

@@ -24,7 +24,7 @@ impl Lab {
     }
 
     /// Advances the slices under way, and answers if there was input. Returns false if there are none.
-    pub(super) fn go_on(&mut self) -> Result<bool> {
+    pub(super) fn advance_slices(&mut self) -> Result<bool> {
         if !self.runner.is_within_slices() {
             return Ok(false);
         }
@@ -63,7 +63,7 @@ impl Lab {
     }
 
     /// Does what had to wait. If something fails, the rest continues to wait.
-    pub(super) fn do_what_waits(&mut self) -> Result<()> {
+    pub(super) fn run_waiting(&mut self) -> Result<()> {
         let mut all = VecDeque::from(std::mem::take(&mut self.waiting));
         while let Some(next) = all.pop_front() {
             let done = match next {

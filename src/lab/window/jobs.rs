@@ -14,11 +14,11 @@ impl Lab {
         if self.closing {
             self.begin_to_end();
         } else {
-            self.do_what_waits()?;
+            self.run_waiting()?;
             if let Some((loading, result)) = self.jobs.take_loaded() {
                 self.has_loaded(loading, result)?;
                 // At once, for nothing else may come before it.
-                self.do_what_waits()?;
+                self.run_waiting()?;
             }
         }
         if let Some(stage) = &self.runner.stage

@@ -20,14 +20,14 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// Other threads release a lost device as soon as they check it; one that does not within this time has failed.
-const LET_GO_WITHIN: Duration = Duration::from_secs(20);
+const RELEASED_WITHIN: Duration = Duration::from_secs(20);
 /// Advice if a scene is too large for the device.
 const ADVICE: &str = "if it happens again, take fewer particles or a smaller atlas";
 
 impl Lab {
     /// Can the lab continue with another device after this error?
-    pub fn can_begin_anew(&self, error: &Error) -> bool {
-        self.runner.can_begin_anew(error)
+    pub fn can_change_device(&self, error: &Error) -> bool {
+        self.runner.can_change_device(error)
     }
 
     /// The error that ended the lab, with what was kept: the scene's settings, because its state is lost with the device.
@@ -78,7 +78,7 @@ impl Lab {
 
     /// Gives up the lost device, opens another one, and restarts the scene on it. If there is none, everything is kept that can
     /// be, and the error says so.
-    pub fn begin_anew(mut self, error: &Error, options: &LabOptions) -> Result<Self> {
+    pub fn change_device(mut self, error: &Error, options: &LabOptions) -> Result<Self> {
         self.interface.document.end_morph();
         let ended = self.rescue(error);
         self.keep_preferences();
@@ -183,11 +183,11 @@ fn end(mut ctx: Arc<Context>) -> Result<Vec<String>> {
         ctx = match ctx.end() {
             Ok(messages) => return Ok(messages),
             // A thread that exports is about to learn that its state does not come.
-            Err(held) if begun.elapsed() < LET_GO_WITHIN => held,
+            Err(held) if begun.elapsed() < RELEASED_WITHIN => held,
             Err(_) => {
                 return Err(Error::Invalid(format!(
                     "the one that was lost is still in use after {} s: start the program again",
-                    LET_GO_WITHIN.as_secs()
+                    RELEASED_WITHIN.as_secs()
                 )));
             }
         };
@@ -207,7 +207,7 @@ fn notice(error: &Error, was_painted: bool, on: Option<&String>, kept: Option<&P
         format!(", which are kept in {}", path.shown())
     });
     format!(
-        "The device was lost ({why}): what had grown{painted} is gone. The scene begins anew{on} with all its \
+        "The device was lost ({why}): what had grown{painted} is gone. The scene restarts{on} with all its \
          settings{kept}; {ADVICE}"
     )
 }
@@ -227,12 +227,12 @@ mod tests {
         assert_eq!(
             notice(&error, false, None, Some(file)),
             "The device was lost (vkQueueSubmit: the last kernel begun was `walk`, number 3 of 9 in its frame): what had \
-             grown is gone. The scene begins anew with all its settings, which are kept in /tmp/cube_000001.toml; \
+             grown is gone. The scene restarts with all its settings, which are kept in /tmp/cube_000001.toml; \
              if it happens again, take fewer particles or a smaller atlas"
         );
         let other = "llvmpipe".to_owned();
         let text = notice(&error, true, Some(&other), None);
-        let end = "what had grown and was painted is gone. The scene begins anew on llvmpipe with all its settings";
+        let end = "what had grown and was painted is gone. The scene restarts on llvmpipe with all its settings";
         assert!(text.ends_with(&format!("{end}; {ADVICE}")), "{text}");
     }
 }

@@ -208,7 +208,7 @@ impl Lab {
     /// One frame: what has ended on other threads, interface, steps, picture, screen. Says when the next one is due; `None`
     /// waits for an event.
     pub fn frame(&mut self) -> Result<Option<Instant>> {
-        if self.go_on()? {
+        if self.advance_slices()? {
             return Ok(Some(self.host.now()));
         }
         self.stir_places()?;
@@ -357,9 +357,9 @@ impl Lab {
             self.closing |= *pictures == 0;
         }
         // The count pauses while a test prepares something.
-        let goes_on = self.runs() || self.jobs.exports.is_busy();
+        let advances = self.runs() || self.jobs.exports.is_busy();
         let loses_device = &mut self.countdown.loses_device;
-        if let Some(pictures) = loses_device.front_mut().filter(|_| goes_on) {
+        if let Some(pictures) = loses_device.front_mut().filter(|_| advances) {
             *pictures = pictures.saturating_sub(1);
             if *pictures == 0 {
                 loses_device.pop_front();
@@ -384,8 +384,8 @@ impl Lab {
     /// Does the simulation run without single steps? It waits for a load if both would use the same processors.
     pub(super) fn runs(&self) -> bool {
         let waits = self.jobs.loading.is_some() && self.runner.ctx.info().kind == DeviceKind::Cpu;
-        let goes_on = self.interface.document.playing && !self.closing;
-        self.runner.stage.is_some() && goes_on && !waits && !self.jobs.exports.holds()
+        let plays = self.interface.document.playing && !self.closing;
+        self.runner.stage.is_some() && plays && !waits && !self.jobs.exports.holds()
     }
 
     /// The view with the exposure's pace for a frame of this length.

@@ -37,7 +37,7 @@ impl Lab {
         });
         if let Some(scene) = live {
             let before = self.interface.clone();
-            self.interface.go_on_as(&scene);
+            self.interface.continue_as(&scene);
             if self.apply(context) {
                 // It is another scene, and the one before has its file.
                 self.interface.document.file = None;

@@ -233,7 +233,7 @@ fn where_there_is_no_food_a_drag_turns_the_picture() {
 }
 
 #[test]
-fn food_comes_to_where_it_was_let_go_of_also_where_a_frame_takes_long() {
+fn food_comes_to_where_it_was_released_also_where_a_frame_takes_long() {
     let mut harness = with_food();
     let first = harness.interface.document.edited.foods[0].at;
     let camera = harness.interface.document.view.camera;
