@@ -33,7 +33,7 @@ impl Answers {
         is_asked && self.rests_until <= now
     }
 
-    /// Notes an answer that had `begun` then. A long answer leaves as much time to the steps.
+    /// Notes an answer that was begun at this time. The steps then have as much time as it took.
     pub fn given(&mut self, begun: Instant, repaint: Option<Duration>) {
         let took = begun.elapsed();
         *self = Self::begin(false, repaint);

@@ -415,7 +415,7 @@ impl Tools {
     }
 }
 
-/// Some points of the last object at its start.
+/// Some points of the last object at time 0, in the world.
 fn last_points(scene: &Scene) -> Vec<Vec3> {
     let poses = scene.world_from_object_at(0.0);
     let (Some(range), Some(pose)) = (scene.surface.objects.last(), poses.last()) else {

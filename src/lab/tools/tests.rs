@@ -93,7 +93,7 @@ fn particles_that_begin_on_a_removed_object_begin_elsewhere() {
     assert_eq!((left.foods.len(), left.particles.start_food), (2, 1));
     let left = without_object(&settings, 0);
     assert_eq!(left.particles.start_object, "box");
-    // It is the last food.
+    // The particles begin on the one food that is left.
     assert_eq!((left.foods.len(), left.particles.start_food), (1, 0));
     let can_begin = |settings| {
         let scene = Scene::from_settings("left".to_owned(), settings, ".".into());
