@@ -255,7 +255,7 @@ impl Interface {
         if !desk.layout.alone {
             bar = self.tools.show_tools(&ctx, picture, &mut desk);
         }
-        show_help(&ctx, picture, desk.layout);
+        show_help(&ctx, picture, bar, desk.layout);
         self.gallery.show(&ctx, picture, &mut self.looks, &mut desk);
         self.exports.show(&ctx, picture, bar, &mut desk);
         if let Some(loading) = &facts.loading {

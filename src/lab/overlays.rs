@@ -14,11 +14,27 @@ use crate::lab::places::{Marked as _, mark_cross, note_value};
 use crate::lab::rows::grouped;
 use crate::lab::theme;
 
-/// The list of mouse and key controls, under headings.
-fn controls(ui: &mut Ui) {
+/// Between the keys and what they do, points.
+const BETWEEN: f32 = 20.0;
+
+/// The list of mouse and key controls, under headings, at most this wide.
+fn controls(ui: &mut Ui, room: f32) {
+    let font = egui::TextStyle::Monospace.resolve(ui.style());
+    let keys = MOUSE.iter().map(|(keys, _)| *keys);
+    let keys = keys.chain(actions::all().map(|(_, keys, ..)| keys));
+    let widths = keys.map(|keys| {
+        let text = keys.to_owned();
+        let laid_out = ui
+            .painter()
+            .layout_no_wrap(text, font.clone(), theme::weak(ui));
+        laid_out.size().x
+    });
+    let keys_width = widths.fold(0.0, f32::max);
     egui::Grid::new("controls")
         .num_columns(2)
-        .spacing(vec2(20.0, 2.0))
+        .spacing(vec2(BETWEEN, 2.0))
+        // What they do is wrapped where it has not the room.
+        .max_col_width((room - keys_width - BETWEEN).max(keys_width))
         .show(ui, |ui| {
             let line = |ui: &mut Ui, keys: &str, what: &str| {
                 ui.label(RichText::new(keys).monospace().color(theme::accent(ui)));
@@ -91,17 +107,25 @@ pub(super) fn status_line(ui: &mut Ui, document: &Document, facts: &Facts) {
         });
 }
 
-/// The list of controls.
-pub(super) fn show_help(ctx: &egui::Context, picture: Rect, layout: &mut layout::Layout) {
+/// The list of controls, beside the bar of tools if there is one.
+pub(super) fn show_help(
+    ctx: &egui::Context,
+    picture: Rect,
+    bar: Option<Rect>,
+    layout: &mut layout::Layout,
+) {
     if !layout.shows(Card::Help) {
         return;
     }
     let mut open = true;
+    let corner = picture.left_top() + vec2(16.0, 16.0);
+    let right = bar.map_or(picture.right(), |bar| bar.left()) - 8.0;
     let shown = egui::Window::new("Controls")
+        .id("list of controls".into())
         .open(&mut open)
         .collapsible(false)
         .resizable(false)
-        .fixed_pos(picture.left_top() + vec2(16.0, 16.0))
+        .fixed_pos(corner)
         .show(ctx, |ui| {
             // A small window has not room for all of it at once.
             let room = (picture.height() - 84.0).max(80.0);
@@ -114,7 +138,11 @@ pub(super) fn show_help(ctx: &egui::Context, picture: Rect, layout: &mut layout:
                         right: 12,
                         ..egui::Margin::ZERO
                     };
-                    egui::Frame::NONE.inner_margin(margin).show(ui, controls);
+                    // The card's own margin is at both sides.
+                    let left = ui.cursor().left();
+                    let room = right - left - (left - corner.x) - f32::from(margin.right);
+                    let frame = egui::Frame::NONE.inner_margin(margin);
+                    frame.show(ui, |ui| controls(ui, room));
                 });
         });
     mark_cross(shown, "help.close");

@@ -23,6 +23,8 @@ struct Harness {
     interface: Interface,
     facts: Facts,
     time: f64,
+    /// Size of the window, points.
+    screen: egui::Vec2,
     /// Pixels of the screen a point.
     scale: f32,
     /// The shapes that the last frame has painted.
@@ -49,6 +51,7 @@ impl Harness {
             interface: Interface::new(&scene),
             facts: Facts { ..Facts::default() },
             time: 0.0,
+            screen: SCREEN,
             scale: 1.0,
             shapes: Vec::new(),
             cursor: egui::CursorIcon::Default,
@@ -70,7 +73,7 @@ impl Harness {
         };
         let input = RawInput {
             viewports: [(egui::ViewportId::ROOT, screen)].into_iter().collect(),
-            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, SCREEN)),
+            screen_rect: Some(Rect::from_min_size(Pos2::ZERO, self.screen)),
             time: Some(self.time),
             events,
             ..RawInput::default()

@@ -524,6 +524,25 @@ fn a_number_with_a_least_value_can_be_typed() {
     assert_eq!(harness.interface.document.edited.atlas.size, 16);
 }
 
+/// The picture is 336 points narrower than the window.
+#[test]
+fn the_list_of_controls_is_clear_of_the_bar_of_tools() {
+    for width in [1600.0, 1000.0, 960.0, 900.0, 760.0] {
+        let mut harness = Harness::new();
+        harness.screen = vec2(width, 700.0);
+        harness.press(Key::H);
+        (0..30).for_each(|_| drop(harness.frame(vec![])));
+        let [list, bar] = ["list of controls", "tools"].map(|name| {
+            let rect = harness.ctx.memory(|memory| memory.area_rect(name));
+            rect.unwrap_or_else(|| panic!("{name} at {width}"))
+        });
+        let picture = harness.frame(vec![]).picture;
+        assert!(picture.contains_rect(list), "{width}: {list}");
+        assert!(list.right() < bar.left(), "{width}: {list}, {bar}");
+        assert!(list.width() > 300.0, "{width}: {list}");
+    }
+}
+
 #[test]
 fn a_card_over_the_picture_closes_the_others() {
     let mut harness = Harness::new();
