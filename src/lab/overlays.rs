@@ -19,22 +19,29 @@ const BETWEEN: f32 = 20.0;
 
 /// The list of mouse and key controls, under headings, at most this wide.
 fn controls(ui: &mut Ui, room: f32) {
-    let font = egui::TextStyle::Monospace.resolve(ui.style());
-    let keys = MOUSE.iter().map(|(keys, _)| *keys);
-    let keys = keys.chain(actions::all().map(|(_, keys, ..)| keys));
-    let widths = keys.map(|keys| {
-        let text = keys.to_owned();
-        let laid_out = ui
-            .painter()
-            .layout_no_wrap(text, font.clone(), theme::weak(ui));
-        laid_out.size().x
-    });
-    let keys_width = widths.fold(0.0, f32::max);
+    let mouse = MOUSE.iter().map(|(keys, what)| (*keys, (*what).to_owned()));
+    let entries = mouse.chain(actions::all().map(|(_, keys, what, _)| (keys, what)));
+    let (keys, what): (Vec<&str>, Vec<String>) = entries.unzip();
+    let width_of = |texts: Vec<String>, style: egui::TextStyle| {
+        let font = style.resolve(ui.style());
+        let color = theme::weak(ui);
+        let widths = texts.into_iter().map(|text| {
+            let laid_out = ui.painter().layout_no_wrap(text, font.clone(), color);
+            laid_out.size().x
+        });
+        widths.fold(0.0, f32::max).ceil()
+    };
+    let keys = keys.into_iter().map(str::to_owned).collect();
+    let keys_width = width_of(keys, egui::TextStyle::Monospace);
+    // What they do is wrapped where it has not the room.
+    let least = 120.0_f32;
+    let most = (room - keys_width - BETWEEN).max(least);
+    let what_width = width_of(what, egui::TextStyle::Body).min(most);
+    ui.set_width(keys_width + BETWEEN + what_width);
     egui::Grid::new("controls")
         .num_columns(2)
         .spacing(vec2(BETWEEN, 2.0))
-        // What they do is wrapped where it has not the room.
-        .max_col_width((room - keys_width - BETWEEN).max(keys_width))
+        .max_col_width(what_width.max(keys_width))
         .show(ui, |ui| {
             let line = |ui: &mut Ui, keys: &str, what: &str| {
                 ui.label(RichText::new(keys).monospace().color(theme::accent(ui)));
@@ -120,29 +127,31 @@ pub(super) fn show_help(
     let mut open = true;
     let corner = picture.left_top() + vec2(16.0, 16.0);
     let right = bar.map_or(picture.right(), |bar| bar.left()) - 8.0;
+    let edges = egui::Frame::window(&ctx.global_style())
+        .total_margin()
+        .sum();
+    let room = right - corner.x - edges.x;
     let shown = egui::Window::new("Controls")
         .id("list of controls".into())
         .open(&mut open)
         .collapsible(false)
         .resizable(false)
         .fixed_pos(corner)
+        .max_width(room)
         .show(ctx, |ui| {
             // A small window has not room for all of it at once.
-            let room = (picture.height() - 84.0).max(80.0);
+            let height = (picture.height() - 84.0).max(80.0);
             egui::ScrollArea::vertical()
-                .max_height(room)
-                .min_scrolled_height(room)
+                .max_height(height)
+                .min_scrolled_height(height)
                 .show(ui, |ui| {
                     // Room for the bar, which floats over the content.
                     let margin = egui::Margin {
                         right: 12,
                         ..egui::Margin::ZERO
                     };
-                    // The card's own margin is at both sides.
-                    let left = ui.cursor().left();
-                    let room = right - left - (left - corner.x) - f32::from(margin.right);
                     let frame = egui::Frame::NONE.inner_margin(margin);
-                    frame.show(ui, |ui| controls(ui, room));
+                    frame.show(ui, |ui| controls(ui, room - f32::from(margin.right)));
                 });
         });
     mark_cross(shown, "help.close");
