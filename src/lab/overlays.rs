@@ -137,7 +137,7 @@ pub(super) fn show_help(
         .collapsible(false)
         .resizable(false)
         .fixed_pos(corner)
-        .max_width(room)
+        .max_width(right - corner.x)
         .show(ctx, |ui| {
             // A small window has not room for all of it at once.
             let height = (picture.height() - 84.0).max(80.0);

@@ -2,9 +2,8 @@
 
 use myxo::scene::settings::Start;
 
-use crate::program::{Folder, path};
 use crate::tools::SCENE;
-use crate::{Lab, can_open};
+use crate::{Lab, with_scene};
 use myxo::scene::{Overrides, Scene};
 
 impl Lab {
@@ -25,13 +24,10 @@ fn attracts(painted: Option<&str>) -> bool {
 
 #[test]
 fn painted_areas_stay_are_saved_and_are_begun_on() {
-    if !can_open() {
+    let Some((_folder, lab)) = with_scene("pair.toml", SCENE) else {
         return;
-    }
-    let folder = Folder::new();
-    let file = folder.with("pair.toml", SCENE);
-    let lab = Lab::open(&[path(&file)]);
-    lab.key_until("space", "it is held", "playing", false);
+    };
+    lab.hold();
     lab.point("picture", 0.5);
     lab.key("i");
     lab.probed("trail");

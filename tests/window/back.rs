@@ -2,11 +2,6 @@
 
 use crate::{Lab, SMALL, can_open};
 
-fn step(lab: &Lab) -> u64 {
-    let seen = lab.seen().expect("the lab has reported");
-    seen["state"]["step"].as_u64().expect("it is a number")
-}
-
 /// Waits until this scene is at this step, with nothing being loaded.
 #[track_caller]
 fn stands(lab: &Lab, scene: &str, step: u64) {
@@ -36,10 +31,8 @@ fn what_had_grown_comes_back() {
     }
     let lab = Lab::open(&SMALL);
     lab.key("i");
-    lab.wait("it grows", |seen| {
-        seen["state"]["step"].as_u64() > Some(110)
-    });
-    lab.key_until("space", "it is held", "playing", false);
+    lab.grows_beyond(110);
+    lab.hold();
     assert!(lab.seen().expect("the lab has reported")["places"]["back"].is_null());
     let saved = lab.save("cube");
     lab.find("trail.decay");
@@ -48,7 +41,7 @@ fn what_had_grown_comes_back() {
     lab.paint_with("attract");
     lab.probed("painted");
     lab.click("tool=look");
-    let grown = step(&lab);
+    let grown = lab.step();
     let was = probed(&lab);
     assert_ne!(was[1], "null", "something attracts");
 

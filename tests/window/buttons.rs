@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::input::Gesture;
-use crate::{Lab, SMALL, can_open, out, views};
+use crate::{Lab, SMALL, can_open, out, step, views};
 
 #[test]
 fn every_button_and_key_has_its_effect() {
@@ -11,11 +11,10 @@ fn every_button_and_key_has_its_effect() {
         return;
     }
     let lab = Lab::open(&SMALL);
-    let step = |seen: &Value| seen["state"]["step"].as_u64().expect("it is a number");
 
     // Run, hold, step, reset.
     lab.click_until("run", "playing", false);
-    let before = step(&lab.seen().expect("the lab has reported"));
+    let before = lab.step();
     lab.click("step");
     lab.wait("one step", |seen| step(seen) == before + 1);
     lab.key("period");
@@ -24,7 +23,7 @@ fn every_button_and_key_has_its_effect() {
     lab.wait("from the beginning", |seen| step(seen) == 0);
     lab.key_until("space", "it runs", "playing", true);
     lab.wait("the simulation continues", |seen| step(seen) > 3);
-    lab.key_until("space", "it is held", "playing", false);
+    lab.hold();
 
     // What the picture shows.
     for show in ["particles", "atlas", "surface"] {
@@ -147,7 +146,7 @@ fn every_button_and_key_has_its_effect() {
 
     // Commands are found as parameters are.
     lab.find("one step");
-    let before = step(&lab.seen().expect("the lab has reported"));
+    let before = lab.step();
     lab.click("do=take one step");
     lab.wait("a step", |seen| step(seen) == before + 1);
     // The times: frozen, measured anew, copied.

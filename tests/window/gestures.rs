@@ -4,11 +4,7 @@ use myxo::scene::settings::{CameraSettings, Settings};
 use serde_json::Value;
 
 use crate::input::Gesture;
-use crate::{Lab, SMALL, can_open, views};
-
-fn step(seen: &Value) -> u64 {
-    seen["state"]["step"].as_u64().expect("it is a number")
-}
+use crate::{Lab, SMALL, can_open, step, views};
 
 /// The saved settings of the cube.
 struct Saved<'a> {
@@ -55,7 +51,7 @@ fn every_gesture_and_every_other_key_has_its_effect() {
     }
     let lab = Lab::open(&SMALL);
     let saved = Saved { lab: &lab };
-    lab.key_until("space", "it is held", "playing", false);
+    lab.hold();
     let home = saved.camera();
 
     // The camera: panned by the other buttons and by Shift, brought back by keys.
@@ -90,7 +86,7 @@ fn every_gesture_and_every_other_key_has_its_effect() {
     lab.key("Escape");
 
     // Keys that have buttons too, and alternative keys.
-    let before = step(&lab.seen().expect("the lab has reported"));
+    let before = lab.step();
     lab.key("s");
     lab.wait("one step", |seen| step(seen) == before + 1);
     lab.key("r");
@@ -182,7 +178,7 @@ fn a_scene_on_its_way_can_be_given_up() {
     };
     let count = "particles.count";
     for way in ["cancel", "Escape"] {
-        let before = step(&lab.seen().expect("the lab has reported"));
+        let before = lab.step();
         lab.find(count);
         lab.type_until(count, 0.9, "60000000", count, "60000000");
         lab.click("restart");

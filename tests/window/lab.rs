@@ -67,6 +67,22 @@ pub fn can_open() -> bool {
     std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_none() || !crate::program::no_device()
 }
 
+/// A lab without a window that shows the scene of this text, and the folder of its file; none without a device.
+#[track_caller]
+pub fn with_scene(file: &str, text: &str) -> Option<(Folder, Lab)> {
+    can_open().then(|| {
+        let folder = Folder::new();
+        let file = folder.with(file, text);
+        let lab = Lab::open(&[path(&file)]);
+        (folder, lab)
+    })
+}
+
+/// Steps taken, in a report.
+pub fn step(seen: &Value) -> u64 {
+    seen["state"]["step"].as_u64().expect("it is a number")
+}
+
 /// A lab that is about to start, in a folder of its own unless the command has one.
 struct Begun {
     command: Command,
@@ -203,6 +219,24 @@ impl Lab {
         }?;
         worked::met(&seen);
         Some(seen)
+    }
+
+    /// Steps taken.
+    #[track_caller]
+    pub fn step(&self) -> u64 {
+        step(&self.seen().expect("the lab has reported"))
+    }
+
+    /// Pauses the simulation.
+    #[track_caller]
+    pub fn hold(&self) {
+        self.key_until("space", "it is held", "playing", false);
+    }
+
+    /// Waits until more than so many steps are taken.
+    #[track_caller]
+    pub fn grows_beyond(&self, steps: u64) {
+        self.wait("it grows", |seen| step(seen) > steps);
     }
 
     /// Lets a frame pass.

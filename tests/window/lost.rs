@@ -45,7 +45,7 @@ fn lose(lab: &Lab) {
 #[track_caller]
 fn held_with_gifs() -> Lab {
     let lab = Lab::open(&[&[PICTURES], &SMALL[..]].concat());
-    lab.key_until("space", "it is held", "playing", false);
+    lab.hold();
     lab.click_until("out", "out", true);
     lab.click("out.kind=GIF");
     lab

@@ -29,7 +29,7 @@ mod troubles;
 mod views;
 mod worked;
 
-use lab::{Lab, can_open, said};
+use lab::{Lab, can_open, said, step, with_scene};
 
 /// A small scene with one object.
 const SMALL: [&str; 3] = ["cube", "--set=particles.count=3000", "--set=atlas.size=128"];

@@ -6,12 +6,7 @@ use serde_json::Value;
 
 use crate::program::{Folder, path};
 use crate::tools::SCENE;
-use crate::{Lab, can_open, views};
-
-fn step(lab: &Lab) -> u64 {
-    let seen = lab.seen().expect("the lab has reported");
-    seen["state"]["step"].as_u64().expect("it is a number")
-}
+use crate::{Lab, can_open, views, with_scene};
 
 /// Waits until so many objects run and nothing is being loaded; the simulation has not restarted.
 #[track_caller]
@@ -21,7 +16,7 @@ fn there_are(lab: &Lab, count: &str, since: u64) {
             && seen["state"]["loading"] == false
             && seen["state"]["pending"] == false
     });
-    assert_eq!(step(lab), since, "it has not begun anew");
+    assert_eq!(lab.step(), since, "it has not begun anew");
 }
 
 /// Adds one by the menu.
@@ -47,9 +42,9 @@ fn objects_are_duplicated() {
     );
     let file = folder.with("pair.toml", &turning);
     let lab = Lab::open(&[path(&file)]);
-    lab.wait("it grows", |seen| seen["state"]["step"].as_u64() > Some(20));
-    lab.key_until("space", "it is held", "playing", false);
-    let grown = step(&lab);
+    lab.grows_beyond(20);
+    lab.hold();
+    let grown = lab.step();
     there_are(&lab, "2", grown);
     let start = lab.save("pair");
     lab.pick("ball");
@@ -108,15 +103,12 @@ fn objects_are_duplicated() {
 /// The list of objects: each of its controls does what it says, and what runs goes on.
 #[test]
 fn the_list_hides_locks_and_renames_objects() {
-    if !can_open() {
+    let Some((_folder, lab)) = with_scene("pair.toml", SCENE) else {
         return;
-    }
-    let folder = Folder::new();
-    let file = folder.with("pair.toml", SCENE);
-    let lab = Lab::open(&[path(&file)]);
-    lab.wait("it grows", |seen| seen["state"]["step"].as_u64() > Some(20));
-    lab.key_until("space", "it is held", "playing", false);
-    let grown = step(&lab);
+    };
+    lab.grows_beyond(20);
+    lab.hold();
+    let grown = lab.step();
     lab.pick("ball");
     lab.find("outliner");
     let listed = |list: &str| {
@@ -182,15 +174,12 @@ fn the_list_hides_locks_and_renames_objects() {
 /// Takes long: every mesh that can be added is laid out and joins.
 #[test]
 fn objects_are_scaled_added_and_removed() {
-    if !can_open() {
+    let Some((_folder, lab)) = with_scene("pair.toml", SCENE) else {
         return;
-    }
-    let folder = Folder::new();
-    let file = folder.with("pair.toml", SCENE);
-    let lab = Lab::open(&[path(&file)]);
-    lab.wait("it grows", |seen| seen["state"]["step"].as_u64() > Some(20));
-    lab.key_until("space", "it is held", "playing", false);
-    let grown = step(&lab);
+    };
+    lab.grows_beyond(20);
+    lab.hold();
+    let grown = lab.step();
     there_are(&lab, "2", grown);
     let start = lab.save("pair");
 

@@ -348,8 +348,8 @@ fn masks_are_chosen_by_the_dialog() {
     let mask = "object.0.start.mask";
     let word = "object.0.start.place=mask";
     choose("start.", word, mask, &elsewhere, path(&elsewhere));
-    lab.wait("it grows", |seen| seen["state"]["step"].as_u64() > Some(0));
-    lab.key_until("space", "it is held", "playing", false);
+    lab.grows_beyond(0);
+    lab.hold();
     lab.click_until("restart", "step", 0);
     let saved = lab.save("ball");
     assert!(saved.particles.start_mask.ends_with("mask.png"));

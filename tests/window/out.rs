@@ -74,7 +74,7 @@ fn every_export_is_whole() {
         return;
     }
     let lab = Lab::open(&SMALL);
-    lab.wait("it grows", |seen| seen["state"]["step"].as_u64() > Some(30));
+    lab.grows_beyond(30);
     lab.click_until("out", "out", true);
 
     // Pictures.
@@ -132,15 +132,11 @@ fn every_export_is_whole() {
     lab.type_until("out.seconds", 0.5, "0.5", "out.seconds", "0.5");
     lab.type_until("out.film_fps", 0.5, "20", "out.film_fps", "20");
     lab.type_until("out.every", 0.2, "3", "out.every", "3");
-    let step = |seen: &Value| seen["state"]["step"].as_u64().expect("it is a number");
-    lab.key_until("space", "it is held", "playing", false);
-    let before = step(&lab.seen().expect("the lab has reported"));
+    lab.hold();
+    let before = lab.step();
     lab.click("out.film");
     let film = arrived(&lab, "film_000001.gif");
-    assert_eq!(
-        step(&lab.seen().expect("the lab has reported")),
-        before + 9 * 3
-    );
+    assert_eq!(lab.step(), before + 9 * 3);
     let mut options = gif::DecodeOptions::new();
     options.set_color_output(gif::ColorOutput::RGBA);
     let file = std::fs::File::open(film).expect("it is there");
@@ -242,7 +238,7 @@ fn every_export_is_whole() {
     let model = arrived(&lab, "cube_000003.glb");
     let model = gltf::Gltf::open(model).expect("it is a model");
     assert_eq!(colored(&model), 0);
-    let now = step(&lab.seen().expect("the lab has reported"));
+    let now = lab.step();
     let checkpoint = myxo::sim::checkpoint::Checkpoint::read(&lab.folder.file("cube_000001.ckpt"));
     assert_eq!(checkpoint.expect("it is whole").snapshot.step, now);
 

@@ -167,7 +167,7 @@ fn every_parameter_can_be_changed_in_the_panel() {
     let before = Scene::read(&file, &Overrides::default())
         .expect("it is a scene")
         .1;
-    lab.key_until("space", "it is held", "playing", false);
+    lab.hold();
 
     let ball = 1;
     let prefix = format!("object.{ball}.");

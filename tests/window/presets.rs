@@ -215,7 +215,7 @@ fn checkpoints_come_back() {
     let lab = Lab::open(&SMALL);
     lab.find("trail.decay");
     lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
-    lab.key_until("space", "it is held", "playing", false);
+    lab.hold();
     let step = |lab: &Lab| lab.seen().expect("the lab has reported")["state"]["step"].as_u64();
     let then = step(&lab).expect("it has grown");
     lab.click_until("out", "out", true);
@@ -229,7 +229,7 @@ fn checkpoints_come_back() {
     lab.wait("the simulation continues", |seen| {
         seen["state"]["step"].as_u64() > Some(then + 10)
     });
-    lab.key_until("space", "it is held", "playing", false);
+    lab.hold();
     let part = format!("Continues from step {then}");
     drop_and_hear(&lab, &file, &part);
     lab.wait("it is there", |seen| {

@@ -6,8 +6,7 @@ use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings, Show};
 use serde_json::Value;
 
 use crate::input::Gesture;
-use crate::program::{Folder, path};
-use crate::{Lab, can_open};
+use crate::{Lab, step, with_scene};
 
 /// Two objects beside each other; the first is in the middle of the picture.
 pub const SCENE: &str = r#"
@@ -70,18 +69,14 @@ impl Lab {
 
 #[test]
 fn brushes_paint_what_they_touch() {
-    if !can_open() {
+    let Some((_folder, lab)) = with_scene("pair.toml", SCENE) else {
         return;
-    }
-    let folder = Folder::new();
-    let file = folder.with("pair.toml", SCENE);
-    let lab = Lab::open(&[path(&file)]);
-    lab.key_until("space", "it is held", "playing", false);
+    };
+    lab.hold();
     lab.point("picture", 0.5);
     lab.key("i");
     let before = lab.probed("trail");
-    let step = |seen: &Value| seen["state"]["step"].as_u64().expect("it is a number");
-    let held = step(&lab.seen().expect("the lab has reported"));
+    let held = lab.step();
 
     // Trail comes and goes while the simulation is held.
     lab.paint_with("trail");
@@ -91,11 +86,7 @@ fn brushes_paint_what_they_touch() {
     lab.stroke();
     let erased = lab.probed("trail");
     assert!(erased < 0.5 * painted, "{erased}, and {painted} before");
-    assert_eq!(
-        step(&lab.seen().expect("the lab has reported")),
-        held,
-        "it is held"
-    );
+    assert_eq!(lab.step(), held, "it is held");
 
     // Particles come, and deposit in the next step.
     lab.paint_with("particles");
@@ -144,7 +135,7 @@ fn brushes_paint_what_they_touch() {
     lab.wait("it is taken again", |seen| {
         seen["values"]["tool"] == "erase"
     });
-    assert_eq!(step(&lab.seen().expect("the lab has reported")), held + 1);
+    assert_eq!(lab.step(), held + 1);
 
     // The simulation continues from what was painted.
     lab.paint_with("trail");
@@ -180,13 +171,10 @@ fn brushes_paint_what_they_touch() {
 
 #[test]
 fn strokes_that_stay_are_undone_and_redone() {
-    if !can_open() {
+    let Some((_folder, lab)) = with_scene("pair.toml", SCENE) else {
         return;
-    }
-    let folder = Folder::new();
-    let file = folder.with("pair.toml", SCENE);
-    let lab = Lab::open(&[path(&file)]);
-    lab.key_until("space", "it is held", "playing", false);
+    };
+    lab.hold();
     lab.point("picture", 0.5);
     lab.key("i");
     lab.probed("trail");
@@ -261,13 +249,10 @@ fn strokes_that_stay_are_undone_and_redone() {
 
 #[test]
 fn tools_work_in_every_view() {
-    if !can_open() {
+    let Some((_folder, lab)) = with_scene("pair.toml", SCENE) else {
         return;
-    }
-    let folder = Folder::new();
-    let file = folder.with("pair.toml", SCENE);
-    let lab = Lab::open(&[path(&file)]);
-    lab.key_until("space", "it is held", "playing", false);
+    };
+    lab.hold();
     // Taking a brush leaves the probe on.
     lab.key("i");
     lab.click("tool=trail");
@@ -316,12 +301,9 @@ fn rotation(object: &ObjectSettings) -> DQuat {
 
 #[test]
 fn handles_move_and_turn_objects() {
-    if !can_open() {
+    let Some((_folder, lab)) = with_scene("pair.toml", SCENE) else {
         return;
-    }
-    let folder = Folder::new();
-    let file = folder.with("pair.toml", SCENE);
-    let lab = Lab::open(&[path(&file)]);
+    };
     let start = lab.save("pair");
     lab.pick("ball");
 
@@ -383,13 +365,10 @@ fn handles_move_and_turn_objects() {
 
 #[test]
 fn food_is_placed_moved_and_removed() {
-    if !can_open() {
+    let Some((_folder, lab)) = with_scene("pair.toml", SCENE) else {
         return;
-    }
-    let folder = Folder::new();
-    let file = folder.with("pair.toml", SCENE);
-    let lab = Lab::open(&[path(&file)]);
-    lab.key_until("space", "it is held", "playing", false);
+    };
+    lab.hold();
     let foods = |count: &str| {
         let count = count.to_owned();
         lab.wait("foods", |seen| seen["values"]["foods"] == count);

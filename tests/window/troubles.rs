@@ -153,7 +153,7 @@ pub const TAKES_LONG: [&str; 3] = [
 #[track_caller]
 pub fn close_in_the_middle(lab: &Lab, close: impl FnOnce(&Lab)) {
     // Running steps would take longer than the export that is to be interrupted.
-    lab.key_until("space", "it is held", "playing", false);
+    lab.hold();
     lab.click_until("out", "out", true);
     // The card settles its width first.
     lab.wait("it rests", |seen| seen["rests"] == true);
@@ -237,7 +237,7 @@ fn a_window_that_is_closed_finishes_its_picture() {
         return;
     }
     let lab = Lab::open(&SMALL);
-    lab.key_until("space", "it is held", "playing", false);
+    lab.hold();
     lab.click_until("out", "out", true);
     lab.click("out.size=4K");
     lab.perform(Gesture::Keys(&["F12", "ctrl+q"]));
@@ -267,7 +267,7 @@ fn a_window_that_is_closed_lists_what_was_not_loaded() {
     let white = image::GrayImage::from_pixel(16, 16, image::Luma([255]));
     white.save(&mask).expect("it can be written");
     let lab = Lab::open(&[path(&file)]);
-    lab.key_until("space", "it is held", "playing", false);
+    lab.hold();
     lab.pick("ball");
     // Opening a file waits while another process has a lease on it, so this file is not loaded in time.
     let mut leased = leased(&mask);

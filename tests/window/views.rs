@@ -4,8 +4,7 @@ use myxo::scene::settings::{Legend, Show};
 use serde_json::Value;
 
 use crate::input::Gesture;
-use crate::program::{Folder, path};
-use crate::{Lab, SMALL, can_open};
+use crate::{Lab, SMALL, can_open, with_scene};
 
 /// Drags until something has changed.
 #[track_caller]
@@ -64,12 +63,9 @@ position = [1.9, 0, 0]
 
 #[test]
 fn every_view_can_be_chosen_and_is_reported() {
-    if !can_open() {
+    let Some((_folder, lab)) = with_scene("touching.toml", PAIR) else {
         return;
-    }
-    let folder = Folder::new();
-    let file = folder.with("touching.toml", PAIR);
-    let lab = Lab::open(&[path(&file)]);
+    };
     for show in Show::ALL.iter().rev() {
         let word = show.word();
         lab.click_until(&format!("show={word}"), "show", word);
@@ -138,7 +134,7 @@ fn the_light_and_the_camera_can_be_moved() {
         return;
     }
     let lab = Lab::open(&SMALL);
-    lab.key_until("space", "it is held", "playing", false);
+    lab.hold();
     let before = lab.save("cube");
     // A single object has no distances, and a notice says so.
     lab.key("8");

@@ -3,17 +3,12 @@
 use std::process::{Command, Stdio};
 
 use myxo::scene::{Overrides, Scene};
-use serde_json::Value;
 
 use super::can_open_a_window;
 use crate::out::arrived;
 use crate::program::{program, shown_of};
 use crate::troubles::{TAKES_LONG, close_in_the_middle, goes_on, hear, program_with_little_room};
 use crate::{Lab, SMALL, said};
-
-fn step(seen: &Value) -> u64 {
-    seen["state"]["step"].as_u64().expect("it is a number")
-}
 
 #[test]
 fn resizing_hiding_and_other_labs_do_not_harm_the_window() {
@@ -31,7 +26,7 @@ fn resizing_hiding_and_other_labs_do_not_harm_the_window() {
             display.ask(&words.collect::<Vec<_>>());
         });
     };
-    let now = || step(&lab.seen().expect("the lab has reported"));
+    let now = || lab.step();
     // A second lab that ends at once does not disturb it.
     let mut other = program()
         .current_dir(lab.folder.path())
