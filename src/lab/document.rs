@@ -219,6 +219,11 @@ impl Document {
         live
     }
 
+    /// The scene's name, and the folder of its files.
+    pub fn name_and_folder(&self) -> (String, PathBuf) {
+        (self.name.clone(), self.folder.clone())
+    }
+
     /// The names of the objects as they are edited.
     pub fn names(&self) -> Vec<String> {
         let objects = self.edited.objects.iter();

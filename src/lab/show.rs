@@ -43,7 +43,6 @@ impl Seen {
 /// The result of the interface in a frame.
 pub struct Seen {
     pub shown: Shown,
-    pub context: egui::Context,
     pub primitives: Vec<egui::ClippedPrimitive>,
     pub pixels_per_point: f32,
     /// The place of the picture, and of the atlas beside it, if they have a size.

@@ -125,24 +125,24 @@ impl Lab {
     }
 
     /// All particles begin on what attracts, which is taken away for it: a mask of it becomes the scene's start.
-    pub(crate) fn start_on_painted(&mut self, context: &egui::Context) -> Result<()> {
-        let begun = self.begin_on_painted(context);
+    pub(crate) fn start_on_painted(&mut self) -> Result<()> {
+        let begun = self.begin_on_painted();
         match begun {
             Err(error) if is_loss(&error) => Err(error),
             Err(error) => {
-                self.interface.notices.say(context, error.to_string(), true);
+                self.notify(error.to_string(), true);
                 Ok(())
             }
             Ok(()) => Ok(()),
         }
     }
 
-    fn begin_on_painted(&mut self, context: &egui::Context) -> Result<()> {
+    fn begin_on_painted(&mut self) -> Result<()> {
         if self.interface.document.is_pending() {
-            self.interface.notices.say(context, WAITS, false);
+            self.notify(WAITS, false);
             return Ok(());
         }
-        self.paint_now(context)?;
+        self.paint_now()?;
         let folder = self.export_folder();
         let Some(stage) = &mut self.runner.stage else {
             return Ok(());
@@ -155,7 +155,7 @@ impl Lab {
         )?;
         let atlas = &stage.simulation.setup().atlas;
         let Some(texels) = write_mask(name.path(), &bias, atlas)? else {
-            self.interface.notices.say(context, NOTHING_ATTRACTS, false);
+            self.notify(NOTHING_ATTRACTS, false);
             return Ok(());
         };
         let taken = texels.into_iter().map(|texel| Repainted {
@@ -172,7 +172,7 @@ impl Lab {
             object.start.place = ObjectStart::Scene;
         }
         let text = format!("All begin where it attracted: {}", name.path().shown());
-        self.interface.notices.say(context, text, false);
+        self.notify(text, false);
         self.restart();
         Ok(())
     }

@@ -67,10 +67,7 @@ impl Lab {
         let mut all = VecDeque::from(std::mem::take(&mut self.waiting));
         while let Some(next) = all.pop_front() {
             let done = match next {
-                Waiting::Command(command, size) => {
-                    let context = self.host.context().clone();
-                    self.obey(&context, command, size)
-                }
+                Waiting::Command(command, size) => self.obey(command, size),
                 Waiting::File(path) => {
                     self.take_file(path);
                     Ok(())
@@ -132,7 +129,7 @@ impl Lab {
         self.draw(rec, image, &shot)?;
         self.runner.answers.wait_idle()?;
         self.clocks.facts.answers_within_steps += u64::from(!is_new);
-        self.report_places(&seen.context, seen.pixels_per_point, false)?;
+        self.report_places(seen.pixels_per_point, false)?;
         Ok(seen.repaint)
     }
 }

@@ -100,7 +100,6 @@ impl Lab {
                 say(&error.to_string());
             }
         }
-        let context = self.host.context().clone();
         for (end, left) in left {
             match end {
                 AtTheEnd::GivenUp(text) => {
@@ -117,7 +116,7 @@ impl Lab {
                 continue;
             };
             self.interface.notices = Default::default();
-            if let Err(error) = self.obey(&context, command, size) {
+            if let Err(error) = self.obey(command, size) {
                 say(&error.to_string());
             }
             if let Some(text) = self.interface.notices.text() {
@@ -175,10 +174,9 @@ impl Lab {
             job => job.draws(),
         };
         if self.jobs.exports.job.as_ref().is_some_and(needs_state) {
-            let context = self.host.context().clone();
             let mut rec = self.runner.frames.begin()?;
             // Earlier painting is part of it.
-            self.record_tools(&mut rec, &context)?;
+            self.record_tools(&mut rec)?;
             self.record_asked(&mut rec)?;
             self.runner.frames.submit(rec)?;
             self.runner.frames.wait_idle()?;

@@ -22,15 +22,10 @@ use crate::lab::window::{Lab, title};
 
 impl Lab {
     /// Does what the interface asks for.
-    pub(super) fn obey(
-        &mut self,
-        context: &egui::Context,
-        command: Command,
-        picture_size: [u32; 2],
-    ) -> Result<()> {
+    pub(super) fn obey(&mut self, command: Command, picture_size: [u32; 2]) -> Result<()> {
         match command {
             Command::Apply => {
-                self.apply(context);
+                self.apply();
             }
             Command::Restart => self.restart(),
             Command::GoBack => self.go_back(),
@@ -43,9 +38,9 @@ impl Lab {
                 }
             }
             Command::FreezeTimes(false) => self.clocks.unfreeze_times(),
-            Command::SaveTimes => self.save_times(context),
-            Command::Screenshot => self.picture(context, picture_size),
-            Command::Export(out) => self.obey_export(context, out, picture_size),
+            Command::SaveTimes => self.save_times(),
+            Command::Screenshot => self.picture(picture_size),
+            Command::Export(out) => self.obey_export(out, picture_size),
             Command::Refocus(pixel) => {
                 let size = Vec2::new(picture_size[0] as f32, picture_size[1] as f32);
                 let view = &self.interface.document.view;
@@ -63,12 +58,12 @@ impl Lab {
                     navigation.fly_to(hit.position, &document.view);
                 }
             }
-            Command::Copy => self.copy(context),
-            Command::CopyLook => self.copy_look(context),
-            Command::SavePreset(name) => self.save_preset(context, &name),
-            Command::RemovePreset(name) => self.remove_preset(context, &name),
-            Command::Paste(text) if is_preset(&text) => self.take_look(context, "clipboard", &text),
-            Command::Paste(text) => self.paste(context, &text),
+            Command::Copy => self.copy(),
+            Command::CopyLook => self.copy_look(),
+            Command::SavePreset(name) => self.save_preset(&name),
+            Command::RemovePreset(name) => self.remove_preset(&name),
+            Command::Paste(text) if is_preset(&text) => self.take_look("clipboard", &text),
+            Command::Paste(text) => self.paste(&text),
             Command::Open(name) => self.open_file(name.into()),
             Command::OpenWithLook(name) => self.open_with_look(name),
             Command::OpenKept(left) => {
@@ -87,18 +82,18 @@ impl Lab {
                     loading.cancel();
                 }
             }
-            Command::Save => self.save(context),
-            Command::AskWhereToSave => self.ask_where_to_save(context),
+            Command::Save => self.save(),
+            Command::AskWhereToSave => self.ask_where_to_save(),
             Command::AskForFolder => {
                 let folder = self.export_folder();
-                self.interface.opening.choose_folder(context, &folder);
+                (self.interface.opening).choose_folder(self.host.context(), &folder);
             }
-            Command::SaveAs(file) => self.save_as(context, file),
+            Command::SaveAs(file) => self.save_as(file),
             Command::FullScreen => {
                 let fills = !self.host.is_full_screen();
                 self.host.fill_screen(fills);
             }
-            Command::Tool(work) => self.obey_tool(context, work, picture_size)?,
+            Command::Tool(work) => self.obey_tool(work, picture_size)?,
             Command::Quit => {
                 self.ask_to_close();
             }
@@ -107,7 +102,7 @@ impl Lab {
     }
 
     /// Applies the settings that can change while the simulation runs. If this fails, a notice says so and it returns false.
-    pub(super) fn apply(&mut self, context: &egui::Context) -> bool {
+    pub(super) fn apply(&mut self) -> bool {
         let wanted = self.interface.document.live_settings();
         let is_taken = match self.runner.apply(&wanted) {
             Ok(None) => return false,
@@ -116,7 +111,7 @@ impl Lab {
                 true
             }
             Err(error) => {
-                self.interface.notices.say(context, error.to_string(), true);
+                self.notify(error.to_string(), true);
                 false
             }
         };
@@ -139,10 +134,7 @@ impl Lab {
 
     /// Restarts from step 0, with other settings.
     pub(super) fn restart_as(&mut self, settings: Settings) {
-        let (name, folder) = (
-            self.interface.document.name.clone(),
-            self.interface.document.folder.clone(),
-        );
+        let (name, folder) = self.interface.document.name_and_folder();
         let meshes = self.meshes_for(&settings);
         self.load(name.clone(), Origin::Shown, move || {
             Ok(match meshes {
@@ -160,12 +152,12 @@ impl Lab {
         (self.runner.stage.as_ref()).is_some_and(|s| has_areas(s) && (!has_map(s) || has_strokes))
     }
 
-    fn copy(&mut self, context: &egui::Context) {
+    fn copy(&mut self) {
         let (Some(scene), Some(stage)) = (self.scene_text(), &self.runner.stage) else {
             return;
         };
         let as_it_runs = scene.lacking();
-        context.copy_text(scene.text);
+        self.host.context().copy_text(scene.text);
         let has_all = stage.simulation.areas();
         let has_all = has_all.is_ok_and(|bias| bias == stage.simulation.setup().bias);
         let without = if has_all {
@@ -174,11 +166,11 @@ impl Lab {
             ", without the areas that were painted: files of scenes have them (Ctrl S)"
         };
         let text = format!("The scene is in the clipboard{without}{as_it_runs}");
-        self.interface.notices.say(context, text, false);
+        self.notify(text, false);
     }
 
     /// Saves the scene into its file, or if it has none, into a numbered one.
-    fn save(&mut self, context: &egui::Context) {
+    fn save(&mut self) {
         let saved = match self
             .interface
             .document
@@ -186,11 +178,11 @@ impl Lab {
             .clone()
             .filter(|file| file.may_be_replaced)
         {
-            Some(file) => self.save_by(context, |text| write_scene(&file.path, text)),
+            Some(file) => self.save_by(|text| write_scene(&file.path, text)),
             None => {
                 let folder = self.export_folder();
                 let name = unnumbered(&self.interface.document.name).to_owned();
-                self.save_by(context, |text| save_scene(&folder, &name, text))
+                self.save_by(|text| save_scene(&folder, &name, text))
             }
         };
         if let Some(file) = saved {
@@ -198,7 +190,7 @@ impl Lab {
         }
     }
 
-    fn ask_where_to_save(&mut self, context: &egui::Context) {
+    fn ask_where_to_save(&mut self) {
         if self.runner.scene().is_none() {
             return;
         }
@@ -215,15 +207,15 @@ impl Lab {
         );
         let folder = file.and_then(Path::parent).map(Path::to_owned);
         let folder = folder.unwrap_or_else(|| self.export_folder());
-        self.interface.opening.save(context, &folder, name);
+        (self.interface.opening).save(self.host.context(), &folder, name);
     }
 
-    fn save_as(&mut self, context: &egui::Context, file: PathBuf) {
+    fn save_as(&mut self, file: PathBuf) {
         let file = match chosen(file) {
             Ok(file) => file,
-            Err(error) => return self.interface.notices.say(context, error.to_string(), true),
+            Err(error) => return self.notify(error.to_string(), true),
         };
-        if let Some(file) = self.save_by(context, |text| write_scene(&file, text)) {
+        if let Some(file) = self.save_by(|text| write_scene(&file, text)) {
             let name = file.file_stem().unwrap_or(file.as_os_str());
             self.interface.document.name = name.to_string_lossy().into_owned();
             self.is_saved_in(&file);
@@ -245,7 +237,6 @@ impl Lab {
     /// Writes the scene, and says so or why not. Gives where it did.
     fn save_by(
         &mut self,
-        context: &egui::Context,
         write: impl FnOnce(&mut dyn FnMut(&Path) -> Result<String>) -> Result<PathBuf>,
     ) -> Option<PathBuf> {
         self.runner.scene()?;
@@ -263,11 +254,11 @@ impl Lab {
                         .saved(Some(self.interface.document.state_to_save()));
                 }
                 let text = format!("Saved {}{remark}", whole(&path).shown());
-                self.interface.notices.say(context, text, false);
+                self.notify(text, false);
                 Some(path)
             }
             Err(error) => {
-                self.interface.notices.say(context, error.to_string(), true);
+                self.notify(error.to_string(), true);
                 None
             }
         }

@@ -26,14 +26,9 @@ impl Lab {
     }
 
     /// Obeys a request of the interface; an error is shown in a notice.
-    pub(super) fn obey_export(
-        &mut self,
-        context: &egui::Context,
-        out: ExportRequest,
-        picture: [u32; 2],
-    ) {
+    pub(super) fn obey_export(&mut self, out: ExportRequest, picture: [u32; 2]) {
         let done = match out {
-            ExportRequest::Record => self.record(context, picture),
+            ExportRequest::Record => self.record(picture),
             ExportRequest::Film => self.film(picture),
             ExportRequest::Export(model) => self.export(model),
             ExportRequest::Cancel => {
@@ -52,16 +47,16 @@ impl Lab {
             }
         };
         if let Err(error) = done {
-            self.interface.notices.say(context, error.to_string(), true);
+            self.notify(error.to_string(), true);
         }
         self.host.request_redraw();
     }
 
     /// Begins a picture of the size that is chosen.
-    pub(super) fn picture(&mut self, context: &egui::Context, picture: [u32; 2]) {
+    pub(super) fn picture(&mut self, picture: [u32; 2]) {
         let begun = self.begin_picture(picture);
         if let Err(error) = begun {
-            self.interface.notices.say(context, error.to_string(), true);
+            self.notify(error.to_string(), true);
         }
     }
 
@@ -85,7 +80,7 @@ impl Lab {
     }
 
     /// Writes the times that are shown, and their trace beside them.
-    pub(super) fn save_times(&mut self, context: &egui::Context) {
+    pub(super) fn save_times(&mut self) {
         let (ctx, frames) = (&self.runner.ctx, &self.runner.frames);
         let stage = self.runner.stage.as_ref();
         let times = stage.and_then(|stage| self.clocks.measured(ctx, frames, stage));
@@ -95,9 +90,9 @@ impl Lab {
             Ok(path) => {
                 let path = whole(&path);
                 let text = format!("Saved {}, and a trace beside it", path.shown());
-                self.interface.notices.say(context, text, false);
+                self.notify(text, false);
             }
-            Err(error) => self.interface.notices.say(context, error.to_string(), true),
+            Err(error) => self.notify(error.to_string(), true),
         }
     }
 
@@ -112,7 +107,7 @@ impl Lab {
         }
     }
 
-    fn record(&mut self, context: &egui::Context, picture: [u32; 2]) -> Result<()> {
+    fn record(&mut self, picture: [u32; 2]) -> Result<()> {
         if let Some(recording) = &mut self.jobs.exports.recording {
             if !recording.is_ending() {
                 self.runner.frames.wait_idle()?;
@@ -129,9 +124,7 @@ impl Lab {
         let (ctx, format) = (&self.runner.ctx, self.runner.format);
         let recording = Recording::begin(ctx, output, picture, name, fps, format);
         self.jobs.exports.recording = Some(recording);
-        self.interface
-            .notices
-            .say(context, "Recording: F9 ends it", false);
+        self.notify("Recording: F9 ends it", false);
         Ok(())
     }
 
@@ -197,10 +190,10 @@ impl Lab {
 
     /// Records the copy of the state for an export, if one is asked for; an error, such as too little memory, is shown in a
     /// notice.
-    pub(super) fn record_export(&mut self, rec: &mut myxo::gpu::Recorder, context: &egui::Context) {
+    pub(super) fn record_export(&mut self, rec: &mut myxo::gpu::Recorder) {
         if let Err(error) = self.record_asked(rec) {
             self.jobs.exports.job = None;
-            self.interface.notices.say(context, error.to_string(), true);
+            self.notify(error.to_string(), true);
         }
     }
 
@@ -223,8 +216,7 @@ impl Lab {
             Ok(written) => (format!("Saved {}{remarks}", found_again(&written)), false),
             Err(error) => (error.to_string(), true),
         };
-        let context = self.host.context().clone();
-        self.interface.notices.say(&context, text, is_error);
+        self.notify(text, is_error);
     }
 
     /// Copies the picture of this frame, if one is being recorded; `drawn` distinguishes it from others.

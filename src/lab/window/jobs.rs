@@ -56,10 +56,7 @@ impl Lab {
         }
         if let Some((refused, error)) = refused {
             self.interface.food_is_refused(&refused);
-            let context = self.host.context().clone();
-            self.interface
-                .notices
-                .say(&context, error.to_string(), true);
+            self.notify(error.to_string(), true);
         }
         self.host.request_redraw();
         Ok(())
@@ -71,9 +68,8 @@ impl Lab {
             say(&outcome_of(export.path(), &written, export.is_cancelled()));
         }
         if export.is_cancelled() {
-            let context = self.host.context().clone();
             let text = format!("{} was given up", export.facts().name);
-            return self.interface.notices.say(&context, text, false);
+            return self.notify(text, false);
         }
         if let (Export::File(file), Ok(_)) = (export, &written)
             && file.saves.is_some()

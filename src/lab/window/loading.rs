@@ -69,9 +69,8 @@ impl Lab {
             }
             None => return,
         };
-        let context = self.host.context().clone();
         let text = format!("{lost} was on its way, and was given up");
-        self.interface.notices.say(&context, text, false);
+        self.notify(text, false);
     }
 
     /// Shows the scene that was loaded. If it has failed, the running scene continues.
@@ -81,7 +80,6 @@ impl Lab {
             Ok(_) if loading.is_cancelled() => Err(AtlasError::Cancelled.into()),
             result => result.and_then(|ready| self.show(ready, loading.origin)),
         };
-        let context = self.host.context().clone();
         if shown.is_err() {
             self.interface.not_shown();
         }
@@ -92,7 +90,7 @@ impl Lab {
             Ok(()) => {}
             Err(Error::Atlas(AtlasError::Cancelled)) => {
                 let text = format!("{} was not loaded", loading.name);
-                self.interface.notices.say(&context, text, false);
+                self.notify(text, false);
             }
             Err(error) if is_loss(&error) => {
                 // It is cancelled like any load under way then. An object is not requested again, because it may have caused
@@ -103,10 +101,7 @@ impl Lab {
                 }
                 return Err(error);
             }
-            Err(error) => self
-                .interface
-                .notices
-                .say(&context, error.to_string(), true),
+            Err(error) => self.notify(error.to_string(), true),
         }
         Ok(())
     }
@@ -164,10 +159,7 @@ impl Lab {
             }
         }
         if !texts.is_empty() {
-            let context = self.host.context().clone();
-            self.interface
-                .notices
-                .say(&context, texts.join("\n"), is_error);
+            self.notify(texts.join("\n"), is_error);
         }
         self.jobs.food.leave();
         let scene = &stage.scene;
@@ -199,7 +191,7 @@ impl Lab {
         }
         self.moved = self.host.now();
         if self.interface.document.edited != self.interface.document.running {
-            self.apply(&self.host.context().clone());
+            self.apply();
         }
         Ok(())
     }

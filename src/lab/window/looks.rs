@@ -19,15 +19,13 @@ const PICTURE: [u32; 2] = [300, 200];
 
 impl Lab {
     /// Puts the look alone into the clipboard.
-    pub(crate) fn copy_look(&mut self, context: &egui::Context) {
-        context.copy_text(
+    pub(crate) fn copy_look(&mut self) {
+        self.host.context().copy_text(
             self.interface
                 .document
                 .look_text(&self.interface.document.name),
         );
-        self.interface
-            .notices
-            .say(context, "The look is in the clipboard", false);
+        self.notify("The look is in the clipboard", false);
     }
 
     /// Begins to load a scene that comes with the program, with the look that is here.
@@ -45,29 +43,30 @@ impl Lab {
     }
 
     /// Takes over a look that came as text; `name` is what it is called in the gallery, should it be kept.
-    pub(crate) fn take_look(&mut self, context: &egui::Context, name: &str, text: &str) {
+    pub(crate) fn take_look(&mut self, name: &str, text: &str) {
         if self.runner.stage.is_none() {
             let text = "Nothing grows yet that could take the look: wait for the scene";
-            return self.interface.notices.say(context, text, true);
+            return self.notify(text, true);
         }
         let mut commands = Vec::new();
         let facts = &self.clocks.facts;
+        let context = self.host.context();
         let is_read = (self.interface).take_look(context, (name, text), facts, &mut commands);
         // A slow change has no commands yet. A refusal is shown in a notice.
-        if is_read && (commands.is_empty() || self.apply(context)) {
+        if is_read && (commands.is_empty() || self.apply()) {
             // Then it can be kept by one click.
             self.interface.gallery.name = check_name(name).unwrap_or_default().to_owned();
             let text = format!("The look of {name}: keep it in the gallery (G)");
-            self.interface.notices.say(context, text, false);
+            self.notify(text, false);
         }
         self.host.request_redraw();
     }
 
     /// Keeps the look under a name, with a picture of what is seen now.
-    pub(crate) fn save_preset(&mut self, context: &egui::Context, name: &str) {
+    pub(crate) fn save_preset(&mut self, name: &str) {
         match self.try_to_save_preset(name) {
-            Ok(text) => self.interface.notices.say(context, text, false),
-            Err(error) => self.interface.notices.say(context, error.to_string(), true),
+            Ok(text) => self.notify(text, false),
+            Err(error) => self.notify(error.to_string(), true),
         }
         self.interface.gallery.forget_pictures();
     }
@@ -107,16 +106,16 @@ impl Lab {
     }
 
     /// Removes a preset of one's own.
-    pub(crate) fn remove_preset(&mut self, context: &egui::Context, name: &str) {
+    pub(crate) fn remove_preset(&mut self, name: &str) {
         match self.interface.looks.own.remove(name) {
             Ok(()) => {
                 if self.interface.document.preset.as_deref() == Some(name) {
                     self.interface.document.preset = None;
                 }
                 let text = format!("{name} is removed");
-                self.interface.notices.say(context, text, false);
+                self.notify(text, false);
             }
-            Err(error) => self.interface.notices.say(context, error.to_string(), true),
+            Err(error) => self.notify(error.to_string(), true),
         }
         self.interface.gallery.forget_pictures();
     }

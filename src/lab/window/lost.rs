@@ -139,13 +139,12 @@ impl Lab {
         let kept = kept.map(|(_, path)| path.as_path());
         let on = &lab.runner.ctx.info().name;
         let text = notice(error, was_painted, (*on != was_on).then_some(on), kept);
-        let context = lab.host.context().clone();
-        lab.interface.notices.say(&context, text, true);
+        lab.notify(text, true);
         if let (settings, Some(error)) = lab.settings_that_work() {
             lab.interface.document.edited = settings;
             let text =
                 format!("What waited for a restart would not work, and is taken back: {error}");
-            lab.interface.notices.say(&context, text, true);
+            lab.notify(text, true);
         }
         lab.restart();
         Ok(lab)

@@ -235,7 +235,7 @@ impl Lab {
         commands.retain(|command| !self.closing || ends(command));
         let mut commands = commands.into_iter();
         while let Some(command) = commands.next() {
-            if let Err(error) = self.obey(&seen.context, command, size) {
+            if let Err(error) = self.obey(command, size) {
                 // Later commands may still be done with another device.
                 let rest = commands.map(|command| Waiting::Command(command, size));
                 self.waiting.extend(rest);
@@ -276,8 +276,8 @@ impl Lab {
             self.moved = self.host.now();
         }
         let is_moving = self.is_moving();
-        self.record_tools(&mut rec, &seen.context)?;
-        self.record_export(&mut rec, &seen.context);
+        self.record_tools(&mut rec)?;
+        self.record_export(&mut rec);
         // An export may wait for what this frame copies.
         let is_long = task.only_steps && self.runner.pacer.are_long(task.steps);
         let in_slices = is_long && !self.jobs.exports.is_busy();
@@ -320,7 +320,7 @@ impl Lab {
             self.forget_places();
         } else {
             let rests = next.is_none_or(|next| next > self.host.now() + RESTS_FOR);
-            self.report_places(&seen.context, seen.pixels_per_point, rests)?;
+            self.report_places(seen.pixels_per_point, rests)?;
         }
         Ok(next)
     }
@@ -337,7 +337,7 @@ impl Lab {
         }
         let mut rec = self.runner.frames.begin()?;
         self.runner.divide(&mut rec);
-        self.record_tools(&mut rec, &seen.context)?;
+        self.record_tools(&mut rec)?;
         if let Some(stage) = &mut self.runner.stage {
             stage.draw_in_slices(&mut rec, view, seen.sizes(), is_moving)?;
         }
@@ -366,6 +366,11 @@ impl Lab {
                 self.runner.ctx.pretend_lost();
             }
         }
+    }
+
+    /// Shows a notice: for a while or, if it is an error, until it is clicked away.
+    pub(super) fn notify(&mut self, text: impl Into<String>, is_error: bool) {
+        (self.interface.notices).say(self.host.context(), text, is_error);
     }
 
     /// When the next frame is due; `None` waits for an event.

@@ -61,10 +61,7 @@ impl Lab {
         );
         let settings = self.interface.document.live_settings();
         let asked = settings.clone();
-        let (name, folder) = (
-            self.interface.document.name.clone(),
-            self.interface.document.folder.clone(),
-        );
+        let (name, folder) = self.interface.document.name_and_folder();
         let mut from = self.where_they_run(&settings.objects);
         let what = short_name(&mesh).to_owned();
         let again = Command::Tool(ToolRequest::Add(mesh.clone(), ticket));
@@ -161,8 +158,7 @@ impl Lab {
                     "{} was not duplicated: another scene is on its way",
                     object.name
                 );
-                let context = self.host.context().clone();
-                self.interface.notices.say(&context, text, false);
+                self.notify(text, false);
                 let place = place_among(&self.interface.document.edited.objects, &object);
                 self.interface.tools.answer(ticket, place);
             }
@@ -183,10 +179,7 @@ impl Lab {
         // The copy has the meshes in memory, even if their files have changed.
         let mut meshes = stage.scene.meshes.clone();
         meshes.push(meshes[place].clone());
-        let (name, folder) = (
-            self.interface.document.name.clone(),
-            self.interface.document.folder.clone(),
-        );
+        let (name, folder) = self.interface.document.name_and_folder();
         self.load(name.clone(), Origin::Shown, move || {
             Ok(Scene::from_meshes(name, settings, meshes, folder)?)
         });
@@ -214,16 +207,12 @@ impl Lab {
         };
         if settings.objects.len() < 2 {
             let text = format!("{} stays: a scene has at least one object", object.name);
-            let context = self.host.context().clone();
-            self.interface.notices.say(&context, text, false);
+            self.notify(text, false);
             return;
         }
         let settings = without_object(settings, place);
         let from = self.where_they_run(&settings.objects);
-        let (name, folder) = (
-            self.interface.document.name.clone(),
-            self.interface.document.folder.clone(),
-        );
+        let (name, folder) = self.interface.document.name_and_folder();
         self.load(name.clone(), Origin::Shown, move || {
             Ok(Scene::from_settings(name, settings, folder)?)
         });

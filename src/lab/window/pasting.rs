@@ -16,10 +16,10 @@ use crate::lab::window::Lab;
 
 impl Lab {
     /// Takes a scene from text. An error in it is shown in a notice and changes nothing.
-    pub(crate) fn paste(&mut self, context: &egui::Context, text: &str) {
+    pub(crate) fn paste(&mut self, text: &str) {
         let settings = match read_scene(text) {
             Ok(settings) => settings,
-            Err(error) => return self.interface.notices.say(context, error.to_string(), true),
+            Err(error) => return self.notify(error.to_string(), true),
         };
         // A scene on its way cannot be compared with.
         let stage = self
@@ -38,14 +38,14 @@ impl Lab {
         if let Some(scene) = live {
             let before = self.interface.clone();
             self.interface.continue_as(&scene);
-            if self.apply(context) {
+            if self.apply() {
                 // It is another scene, and the one before has its file.
                 self.interface.document.file = None;
                 let text = format!(
                     "{} continues as pasted (R restarts)",
                     self.interface.document.name
                 );
-                self.interface.notices.say(context, text, false);
+                self.notify(text, false);
             } else {
                 self.interface.put_back(before);
                 let wanted = self.interface.document.live_settings();
@@ -55,10 +55,7 @@ impl Lab {
             }
             return;
         }
-        let (name, folder) = (
-            self.interface.document.name.clone(),
-            self.interface.document.folder.clone(),
-        );
+        let (name, folder) = self.interface.document.name_and_folder();
         self.load(name.clone(), Origin::NoFile, move || {
             Ok(Scene::from_settings(name, settings, folder)?)
         });

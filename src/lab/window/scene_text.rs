@@ -132,10 +132,7 @@ impl Lab {
 
     /// Does what a scene needs to begin with these settings, short of the layout of its texture, which may take minutes.
     fn try_to_begin(&self, settings: Settings) -> Result<()> {
-        let (name, folder) = (
-            self.interface.document.name.clone(),
-            self.interface.document.folder.clone(),
-        );
+        let (name, folder) = self.interface.document.name_and_folder();
         let map = settings.areas.map.clone();
         let strength = settings.areas.strength;
         let scene = match self.meshes_for(&settings) {

@@ -15,10 +15,9 @@ impl Lab {
     /// Shows the interface what came in.
     pub(super) fn run_interface(&mut self) -> Result<Seen> {
         let input = self.host.take_input();
-        let context = self.host.context().clone();
         let is_asked = !input.events.is_empty();
         let facts = &self.clocks.facts;
-        let (shown, output) = self.interface.run(&context, input, facts);
+        let (shown, output) = (self.interface).run(self.host.context(), input, facts);
         let repaint = output
             .viewport_output
             .get(&egui::ViewportId::ROOT)
@@ -26,7 +25,10 @@ impl Lab {
         self.host.take_output(output.platform_output, repaint);
         self.gui.update_textures(output.textures_delta)?;
         let primitives = match self.host.draws_interface() {
-            true => context.tessellate(output.shapes, output.pixels_per_point),
+            true => {
+                let context = self.host.context();
+                context.tessellate(output.shapes, output.pixels_per_point)
+            }
             false => Vec::new(),
         };
         let window = self.host.size();
@@ -35,7 +37,6 @@ impl Lab {
             picture: place_of(shown.picture),
             beside: shown.beside.map(place_of).filter(|place| !place.is_empty()),
             shown,
-            context,
             primitives,
             pixels_per_point: output.pixels_per_point,
             repaint,
@@ -95,18 +96,12 @@ impl Lab {
     }
 
     /// Reports to tests what the window shows now.
-    pub(super) fn report_places(
-        &mut self,
-        context: &egui::Context,
-        pixels_per_point: f32,
-        rests: bool,
-    ) -> Result<()> {
+    pub(super) fn report_places(&mut self, pixels_per_point: f32, rests: bool) -> Result<()> {
         let Some(places) = &mut self.places else {
             return Ok(());
         };
-        let state = self
-            .interface
-            .state(&self.clocks.facts, context.text_edit_focused());
+        let is_typing = self.host.context().text_edit_focused();
+        let state = (self.interface).state(&self.clocks.facts, is_typing);
         named(places.write(state, pixels_per_point, rests))
     }
 

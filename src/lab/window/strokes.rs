@@ -8,10 +8,10 @@ use myxo::{Error, Result};
 
 impl Lab {
     /// The button was released: what was painted since the press is one stroke, unless it has changed nothing.
-    pub(crate) fn end_stroke(&mut self, context: &egui::Context) -> Result<()> {
+    pub(crate) fn end_stroke(&mut self) -> Result<()> {
         let pending_ends = &mut self.interface.tools.pending_ends;
         *pending_ends = pending_ends.saturating_sub(1);
-        self.paint_now(context)?;
+        self.paint_now()?;
         let (Some(open), Some(stage)) = (self.edits.strokes.open.take(), &mut self.runner.stage)
         else {
             return Ok(());
@@ -24,7 +24,7 @@ impl Lab {
             Ok(changed) => changed,
             Err(error) => {
                 self.forget_strokes();
-                return self.report_unless_lost(context, CANNOT_UNDO, error);
+                return self.report_unless_lost(CANNOT_UNDO, error);
             }
         };
         let is_first = before.is_empty();
@@ -34,15 +34,14 @@ impl Lab {
             } else {
                 Ok(())
             };
-            return forgotten
-                .or_else(|error| self.report_unless_lost(context, "Empty areas stay", error));
+            return forgotten.or_else(|error| self.report_unless_lost("Empty areas stay", error));
         }
         let is_kept = changed.len() <= MOST_TEXELS;
         let undo = &mut self.interface.document.undo;
         self.edits.strokes.keep(undo, changed, is_first);
         if !is_kept {
             let text = format!("{CANNOT_UNDO}: it has more than {MOST_TEXELS} texels");
-            self.interface.notices.say(context, text, false);
+            self.notify(text, false);
         }
         // The buttons of undo and redo may be others now.
         self.host.request_redraw();
@@ -65,18 +64,18 @@ impl Lab {
     }
 
     /// Paints what the next frame would, and waits for it.
-    pub(crate) fn paint_now(&mut self, context: &egui::Context) -> Result<()> {
+    pub(crate) fn paint_now(&mut self) -> Result<()> {
         if self.edits.has_dabs() {
             let mut rec = self.runner.frames.begin()?;
-            self.record_dabs(&mut rec, context)?;
+            self.record_dabs(&mut rec)?;
             self.runner.frames.submit(rec)?;
         }
         Ok(self.runner.frames.wait_idle()?)
     }
 
     /// Undoes or redoes strokes until this is the last one.
-    pub(crate) fn take_strokes(&mut self, context: &egui::Context, last: u64) -> Result<()> {
-        self.paint_now(context)?;
+    pub(crate) fn take_strokes(&mut self, last: u64) -> Result<()> {
+        self.paint_now()?;
         // An open stroke would count this change as its own.
         self.edits.strokes.open = None;
         let Some(stage) = &mut self.runner.stage else {
@@ -106,27 +105,18 @@ impl Lab {
         self.host.request_redraw();
         match refused {
             None => Ok(()),
-            Some((true, error)) => {
-                self.report_unless_lost(context, "A stroke could not be undone", error)
-            }
-            Some((false, error)) => {
-                self.report_unless_lost(context, "A stroke could not be redone", error)
-            }
+            Some((true, error)) => self.report_unless_lost("A stroke could not be undone", error),
+            Some((false, error)) => self.report_unless_lost("A stroke could not be redone", error),
         }
     }
 
     /// An undo for which there is no memory is no reason to end the lab. With a lost device the whole lab restarts.
-    pub(crate) fn report_unless_lost(
-        &mut self,
-        context: &egui::Context,
-        what: &str,
-        error: Error,
-    ) -> Result<()> {
+    pub(crate) fn report_unless_lost(&mut self, what: &str, error: Error) -> Result<()> {
         if is_loss(&error) {
             return Err(error);
         }
         let text = format!("{what}: {error}");
-        self.interface.notices.say(context, text, true);
+        self.notify(text, true);
         Ok(())
     }
 

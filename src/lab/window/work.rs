@@ -32,12 +32,7 @@ const MOST_DABS: f32 = 6.0;
 const SPACING: f32 = 0.35;
 impl Lab {
     /// Does what a tool asks for.
-    pub(crate) fn obey_tool(
-        &mut self,
-        context: &egui::Context,
-        work: ToolRequest,
-        size: [u32; 2],
-    ) -> Result<()> {
+    pub(crate) fn obey_tool(&mut self, work: ToolRequest, size: [u32; 2]) -> Result<()> {
         match work {
             ToolRequest::Stroke {
                 from,
@@ -45,16 +40,16 @@ impl Lab {
                 brush,
                 radius,
             } => self.stroke([from, to], brush, radius, size),
-            ToolRequest::EndStroke => self.end_stroke(context)?,
+            ToolRequest::EndStroke => self.end_stroke()?,
             ToolRequest::Undo { again } => {
                 let mut commands = Vec::new();
                 self.interface.undo_now(again, &mut commands);
                 for command in commands {
-                    self.obey(context, command, size)?;
+                    self.obey(command, size)?;
                 }
             }
-            ToolRequest::ToStroke(last) => self.take_strokes(context, last)?,
-            ToolRequest::StartOnPainted => self.start_on_painted(context)?,
+            ToolRequest::ToStroke(last) => self.take_strokes(last)?,
+            ToolRequest::StartOnPainted => self.start_on_painted()?,
             // The first would take the place of what is on its way, and the others are about an object that is.
             ToolRequest::Add(..) if self.jobs.loading.is_some() => {
                 self.waiting
@@ -119,8 +114,7 @@ impl Lab {
         if let Some(before) = before {
             let file = path.file_name().unwrap_or(path.as_os_str());
             let text = format!("{} comes after {before}", Path::new(file).shown());
-            let context = self.host.context().clone();
-            self.interface.notices.say(&context, text, false);
+            self.notify(text, false);
         }
         self.take_file(path);
     }
@@ -136,7 +130,7 @@ impl Lab {
             self.add_object(mesh_name(&path), ticket);
         } else if let Some(text) = preset_in(&path) {
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
-            self.take_look(&self.host.context().clone(), &name, &text);
+            self.take_look(&name, &text);
         } else {
             self.open_file(path);
         }
@@ -183,11 +177,7 @@ impl Lab {
     }
 
     /// Records what was painted since it was last called.
-    pub(crate) fn record_dabs(
-        &mut self,
-        rec: &mut Recorder,
-        context: &egui::Context,
-    ) -> Result<()> {
+    pub(crate) fn record_dabs(&mut self, rec: &mut Recorder) -> Result<()> {
         let dabs = std::mem::take(&mut self.edits.dabs);
         let Some(stage) = &mut self.runner.stage else {
             return Ok(());
@@ -195,7 +185,7 @@ impl Lab {
         for dab in dabs {
             let strokes = &mut self.edits.strokes;
             if let Some(text) = strokes.before(rec, &stage.simulation, dab.brush) {
-                self.interface.notices.say(context, text, false);
+                (self.interface.notices).say(self.host.context(), text, false);
             }
             match stage.simulation.paint_on_scaled(rec, &dab, &stage.scales) {
                 Ok(painted) => {
@@ -204,12 +194,14 @@ impl Lab {
                         stage.forget_picture();
                     }
                 }
-                Err(Error::Invalid(problem)) => self.interface.notices.say(context, problem, true),
+                Err(Error::Invalid(problem)) => {
+                    (self.interface.notices).say(self.host.context(), problem, true)
+                }
                 // Nothing was painted, and the scene continues.
                 Err(error) if is_loss(&error) => return Err(error),
                 Err(error) => {
                     let text = format!("nothing was painted: {error}");
-                    self.interface.notices.say(context, text, true);
+                    (self.interface.notices).say(self.host.context(), text, true);
                 }
             }
         }
@@ -217,12 +209,8 @@ impl Lab {
     }
 
     /// Records what was painted since the last frame, and what the probe wants to know.
-    pub(crate) fn record_tools(
-        &mut self,
-        rec: &mut Recorder,
-        context: &egui::Context,
-    ) -> Result<()> {
-        self.record_dabs(rec, context)?;
+    pub(crate) fn record_tools(&mut self, rec: &mut Recorder) -> Result<()> {
+        self.record_dabs(rec)?;
         let Some(stage) = &self.runner.stage else {
             return Ok(());
         };
@@ -235,7 +223,7 @@ impl Lab {
                     Ok(probe) => self.edits.probe = Some(probe),
                     Err(error) => {
                         self.interface.tools.probe = false;
-                        return self.report_unless_lost(context, "there is no probe", error);
+                        return self.report_unless_lost("there is no probe", error);
                     }
                 }
             }
