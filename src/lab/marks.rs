@@ -185,7 +185,7 @@ mod tests {
         marks.follow(&[ring.clone(), ball.clone()]);
         marks.hide(1, true);
         // The other one goes.
-        marks.follow(&[ball.clone()]);
+        marks.follow(std::slice::from_ref(&ball));
         assert!(marks.is_hidden(0));
         marks.follow(&[ring.clone(), ball.clone()]);
         assert!(!marks.is_hidden(0) && marks.is_hidden(1));

@@ -655,9 +655,9 @@ mod tests {
         assert!(count(&drawn) > count(&before), "more pixels show it");
         // Where only the larger one is, a brush paints the triangle that is picked.
         let both = pixels.iter().zip(before).zip(drawn);
-        let beside = both
+        let mut beside = both
             .filter_map(|((pixel, before), hit)| Some((pixel, hit?)).filter(|_| before.is_none()));
-        let (pixel, hit) = beside.last().expect("it is larger");
+        let (pixel, hit) = beside.next_back().expect("it is larger");
         let dab = Dab {
             brush: Brush::Trail { amount: 5.0 },
             center: hit.position,
