@@ -36,7 +36,7 @@
 #include "ring.glsl"
 #include "append.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = 256) in;
 
 // Unused features of a scene cost nothing: they are compiled out, as are the optional terms of sensing.glsl.
 layout(constant_id = 4) const bool BORDER_REFLECTS = true;
@@ -114,8 +114,11 @@ READS(float, 27) scent_texels;  // may be absent
 // The food that is eaten at a texel, counted from 1; 0 for none.
 READS(uint, 28) plates_texels;  // may be absent
 layout(std430, set = 0, binding = 29) buffer Meals { Meal meals[]; };  // may be absent
-// Four texels in two words.
-READS(uvec2, 18) surroundings;
+#ifdef MYXO_CARD
+READS(uint, 18) surroundings;  // two texels in a word
+#else
+READS(uvec2, 18) surroundings;  // four texels in two words
+#endif
 
 #include "sensing.glsl"
 #include "walkers.glsl"
@@ -137,64 +140,69 @@ uint fed_at(uint texel, uint fed) {
     return fed;
 }
 
-void main() {
-    uint i = invocation_index();
-    if (SENSING == SENSORS_WALK_LISTED) {
-        if (i >= walker_count[WALKING]) return;
-        i = load1(walkers, walker_slot(WALKING, i));
-    } else if (SENSING == SENSORS_WALK_NEAR) {
-        if (i >= walker_count[WALKING_NEARBY]) return;
-        i = load1(walkers_near, i);
-    } else if (SENSING == SENSORS_STRAIGHT_LISTED) {
-        if (i >= walker_count[NEARBY]) return;
-        i = load1(walkers, walker_slot(NEARBY, i));
-    } else if (i >= params.particle_count) {
-        return;
-    }
-    Particle particle = particle_of(fetch_paged(particles_before, i));
-    Motion motion = motion_of(fetch_paged(motions_before, i));
-    uint fed = FOOD ? motion.flags >> FED_SHIFT : 0u;
-    uint flags = 0u;
+// A particle on its way through the step.
+Particle particle;
+Motion motion;
+uint fed;
+StripWalk w;
+float pending;
+
+// The slot of an invocation's particle; NONE if it has none.
+uint slot_of(uint i) {
+    if (SENSING == SENSORS_WALK_LISTED) return i < walker_count[WALKING] ? load1(walkers, walker_slot(WALKING, i)) : NONE;
+    if (SENSING == SENSORS_WALK_NEAR) return i < walker_count[WALKING_NEARBY] ? load1(walkers_near, i) : NONE;
+    if (SENSING == SENSORS_STRAIGHT_LISTED) return i < walker_count[NEARBY] ? load1(walkers, walker_slot(NEARBY, i)) : NONE;
+    return i < params.particle_count ? i : NONE;
+}
+
+// The ways of the three sensors straight ahead, texels.
+struct Ways { vec2 left; vec2 middle; vec2 right; };
+
+// The list for a particle that another form takes, or NONE.
+uint list_of(vec2 from, Ways ways) {
+    uint here = around(from);
+    uint on_left = around_end(from, ways.left);
+    uint ahead = around_end(from, ways.middle);
+    uint on_right = around_end(from, ways.right);
+    bool all_clear = is_clear(ways.left, params.outlook_unit, here, on_left)
+        && is_clear(ways.middle, params.outlook_unit, here, ahead)
+        && is_clear(ways.right, params.outlook_unit, here, on_right);
+    bool walks = motion.pending > 0.0 || !all_clear;
+    uint meets = (on_left | ahead | on_right) & COVERED;
+    // The end of the walk is not known yet.
+    bool is_near = ACROSS && ((here & (walks ? IN_SIGHT : NEAR)) | meets) != 0u;
+    return walks ? (is_near ? WALKING_NEARBY : WALKING) : is_near ? NEARBY : NONE;
+}
+
+// Reads a particle, walks what is pending, senses and turns. False if the particle is listed for another form instead.
+bool turns(uint i) {
+    particle = particle_of(fetch_paged(particles_before, i));
+    motion = motion_of(fetch_paged(motions_before, i));
+    fed = FOOD ? motion.flags >> FED_SHIFT : 0u;
     // If no object has its own parameters, all particles read one row.
     own = physarums[OWN_PHYSARUM ? shape_words(particle.triangle).w : 0u];
     own_appetite = fed == 0u ? 1.0 : params.fed_attraction;
 
     vec2 heading = vec2(motion.heading_p, motion.heading_h);
-    vec2 straight = vec2(0.0);
-    vec2 left_way = vec2(0.0);
-    vec2 middle_way = vec2(0.0);
-    vec2 right_way = vec2(0.0);
+    vec2 from = vec2(0.0);
+    Ways ways = Ways(vec2(0.0), vec2(0.0), vec2(0.0));
     bool goes_straight = SENSING == SENSORS_STRAIGHT;
     goes_straight = goes_straight || SENSING == SENSORS_STRAIGHT_LISTED;
     if (goes_straight) {
-        AtlasMap map = atlas_map_of(particle.triangle);
-        straight = atlas_position(map, particle.u, particle.v);
-        mat2 texels_from_frame = texels_from_frame_of(particle.triangle, map);
-        left_way = straight_way(texels_from_frame, left_of(heading));
-        middle_way = straight_way(texels_from_frame, heading);
-        right_way = straight_way(texels_from_frame, right_of(heading));
+        from = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
+        mat2 texels_of_axes = texels_of_frame(particle.triangle);
+        ways.left = straight_way(texels_of_axes, left_of(heading));
+        ways.middle = straight_way(texels_of_axes, heading);
+        ways.right = straight_way(texels_of_axes, right_of(heading));
     }
-    if (SENSING == SENSORS_STRAIGHT) {
-        uint here = around(straight);
-        uint on_left = around_end(straight, left_way);
-        uint ahead = around_end(straight, middle_way);
-        uint on_right = around_end(straight, right_way);
-        bool all_clear = is_clear(left_way, params.outlook_unit, here, on_left)
-            && is_clear(middle_way, params.outlook_unit, here, ahead)
-            && is_clear(right_way, params.outlook_unit, here, on_right);
-        uint meets = (on_left | ahead | on_right) & COVERED;
-        // The end of the walk is not known yet.
-        bool walks = motion.pending > 0.0 || !all_clear;
-        bool is_near = ACROSS && ((here & (walks ? IN_SIGHT : NEAR)) | meets) != 0u;
-        uint list = walks ? (is_near ? WALKING_NEARBY : WALKING) : is_near ? NEARBY : NONE;
-        if (list != NONE) {
-            enlist(list, i);
-            return;
-        }
+    uint list = SENSING == SENSORS_STRAIGHT ? list_of(from, ways) : NONE;
+    if (list != NONE) {
+        enlist(list, i);
+        return false;
     }
 
-    StripWalk w = StripWalk(particle.triangle, particle.u, particle.v, heading, motion.pending, WALK_DONE);
-    float pending = 0.0;
+    w = StripWalk(particle.triangle, particle.u, particle.v, heading, motion.pending, WALK_DONE);
+    pending = 0.0;
     if (!goes_straight && motion.pending > 0.0) {
         walk_strip(w, params.attempts, BORDER_REFLECTS);
         pending = w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
@@ -205,9 +213,9 @@ void main() {
     vec3 value;
     if (goes_straight) {
         // With gravity all sensors walk; only then the triangle is needed.
-        value.x = sensed_at(straight + left_way, NONE, vec2(0.0), from_open);
-        value.y = sensed_at(straight + middle_way, NONE, vec2(0.0), from_open);
-        value.z = sensed_at(straight + right_way, NONE, vec2(0.0), from_open);
+        value.x = sensed_at(from + ways.left, NONE, vec2(0.0), from_open);
+        value.y = sensed_at(from + ways.middle, NONE, vec2(0.0), from_open);
+        value.z = sensed_at(from + ways.right, NONE, vec2(0.0), from_open);
     } else {
         value.x = sensed_by_walking(w, left_of(heading), from_open);
         value.y = sensed_by_walking(w, heading, from_open);
@@ -224,12 +232,13 @@ void main() {
     if ((middle < left || middle < right) && left != right) {
         heading = rotated(heading, own.rotation_cos, left > right ? own.rotation_sin : -own.rotation_sin);
     }
-
     w.heading = heading;
     w.remaining = own.speed;
-    walk_strip(w, params.attempts, BORDER_REFLECTS);
-    precise float left_over = pending + (w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0);
-    pending = left_over;
+    return true;
+}
+
+// Writes a particle that has walked; it eats, deposits, and is selected where it enters another object.
+void arrives(uint i) {
     if (PAINTED) {
         // Particles outside of a no-go area turn round at it. Particles inside may leave.
         vec2 previous = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
@@ -248,6 +257,7 @@ void main() {
     store_paged(particles, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
     vec2 position = walked_position(w);
     uint texel = texel_at(position, params.pitch);
+    uint flags = 0u;
     if (FOOD) {
         fed = fed_at(texel, fed);
         flags |= fed << FED_SHIFT;
@@ -270,6 +280,15 @@ void main() {
             flags |= SELECTED;
         }
     }
-    heading = settled(w.heading);
+    vec2 heading = settled(w.heading);
     store_paged(motions, i, words_of(Motion(heading.x, heading.y, settled(min(pending, own.speed)), flags)));
+}
+
+void main() {
+    uint i = slot_of(invocation_index());
+    if (i == NONE || !turns(i)) return;
+    walk_strip(w, params.attempts, BORDER_REFLECTS);
+    precise float left_over = pending + (w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0);
+    pending = left_over;
+    arrives(i);
 }

@@ -18,6 +18,7 @@ layout(push_constant) uniform Params {
     uint first;       // of the segment: how far behind the ring's beginning
     uint count;       // of its particles
     uint tile_shift;  // log2 of a tile's side, texels
+    uint part_bits;   // log2 of how many parts a tile has along a side
 } params;
 
 PAGED_READS(uvec4, 0) particles;

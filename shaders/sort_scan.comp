@@ -1,7 +1,8 @@
 // sort_scan: turns the number of particles of each bin into the number before it.
-// Reads   bins.
-// Writes  bins.
-// One group, which takes the bins in rounds: each invocation adds up a few side by side, then all add up those before theirs.
+// Reads   bins, sums.
+// Writes  places; bins, which are zero afterwards.
+// One group per stretch of bins: its invocations add up the sums of the stretches before it, then each a run of bins, and then the runs
+// before theirs.
 // Overflow: cannot happen; the sum is that of all particles.
 
 #version 460
@@ -15,36 +16,38 @@ layout(push_constant) uniform Params {
 } params;
 
 layout(std430, set = 0, binding = 0) buffer Bins { uint bins[]; };
+layout(std430, set = 0, binding = 1) readonly buffer Sums { uint sums[]; };
+layout(std430, set = 0, binding = 2) writeonly buffer Places { uint places[]; };
 
-// Bins that an invocation takes in a round.
-const uint RUN = 16u;
+#include "stretch.glsl"
 
-shared uint sums[gl_WorkGroupSize.x];
+shared uint before_stretch;
+shared uint of_runs[gl_WorkGroupSize.x];
 
 void main() {
-    uint me = invocation_index();
-    if (me >= gl_WorkGroupSize.x) return;
-    uint before_round = 0u;
-    for (uint round = 0u; round < params.bin_count; round += RUN * gl_WorkGroupSize.x) {
-        uint first = round + RUN * me;
-        uint counts[RUN];
-        uint sum = 0u;
-        for (uint k = 0u; k < RUN; k += 1u) {
-            counts[k] = first + k < params.bin_count ? bins[first + k] : 0u;
-            sum += counts[k];
+    uint me = gl_LocalInvocationID.x;
+    if (me == 0u) before_stretch = 0u;
+    barrier();
+    uint first = first_bin();
+    uint stretch = first / STRETCH;
+    uint share = 0u;
+    for (uint k = me; k < stretch; k += gl_WorkGroupSize.x) share += sums[k];
+    atomicAdd(before_stretch, share);
+    uint counts[RUN];
+    uint sum = 0u;
+    for (uint k = 0u; k < RUN; k += 1u) {
+        counts[k] = first + k < params.bin_count ? bins[first + k] : 0u;
+        sum += counts[k];
+    }
+    of_runs[me] = sum;
+    barrier();
+    uint before = before_stretch;
+    for (uint i = 0u; i < me; i += 1u) before += of_runs[i];
+    for (uint k = 0u; k < RUN; k += 1u) {
+        if (first + k < params.bin_count) {
+            places[first + k] = before;
+            bins[first + k] = 0u;
         }
-        sums[me] = sum;
-        barrier();
-        uint before = before_round;
-        for (uint i = 0u; i < gl_WorkGroupSize.x; i += 1u) {
-            before += i < me ? sums[i] : 0u;
-            before_round += sums[i];
-        }
-        for (uint k = 0u; k < RUN; k += 1u) {
-            if (first + k < params.bin_count) bins[first + k] = before;
-            before += counts[k];
-        }
-        // The next round's sums overwrite these, which have been read.
-        barrier();
+        before += counts[k];
     }
 }

@@ -1,7 +1,7 @@
 // sort_scatter: puts the particles of a segment back in the order of their bins. Within a bin they come in any order, which nothing depends
 // on.
 // Reads   segment_particles, segment_motions, strips, windows.
-// Writes  particles and motions; bins, by atomic adds.
+// Writes  particles and motions; places, by atomic adds.
 // One invocation per particle of the segment. Bins are numbered object by object, and the segment's number of particles of each object does
 // not change, so that all stay in their windows.
 // Overflow: cannot happen; each slot is taken once.
@@ -20,12 +20,13 @@ layout(push_constant) uniform Params {
     uint first;       // of the segment: how far behind the ring's beginning
     uint count;       // of its particles
     uint tile_shift;  // log2 of a tile's side, texels
+    uint part_bits;   // log2 of how many parts a tile has along a side
 } params;
 
 PAGED_READS(uvec4, 0) segment_particles;  // one an invocation
 PAGED_READS(uvec4, 1) segment_motions;  // one an invocation
 READS(uvec4, 2) strips;
-layout(std430, set = 0, binding = 3) buffer Bins { uint bins[]; };
+layout(std430, set = 0, binding = 3) buffer Places { uint places[]; };
 PAGED_WRITES(uvec4, 4) particles;
 PAGED_WRITES(uvec4, 5) motions;
 layout(std430, set = 0, binding = 6) readonly buffer Windows { Window windows[]; };
@@ -38,7 +39,7 @@ void main() {
     uvec4 particle = fetch_paged(segment_particles, i);
     uvec4 motion = fetch_paged(segment_motions, i);
     uint bin = bin_of(particle);
-    append_to_one_of(bins, bin, place)
+    append_to_one_of(places, bin, place)
     uint slot = slot_of(place);
     store_paged(particles, slot, particle);
     store_paged(motions, slot, motion);

@@ -32,7 +32,7 @@ pub struct TurningTriangle {
     pub edges: [TurningEdge; 3],
     pub shape: Triangle,
     pub map: AtlasMap,
-    pub pad: [f32; 2],
+    pub pad: [f32; 10],
 }
 
 const _: () = assert!(size_of::<TurningTriangle>() == size_of::<StripTriangle>());
@@ -56,7 +56,7 @@ pub fn turning_strips(surface: &Surface, strips: &[StripTriangle]) -> Vec<Turnin
         edges: [0, 1, 2].map(|corner| edge_of(3 * triangle + corner)),
         shape: strip.shape,
         map: strip.map,
-        pad: [0.0; 2],
+        pad: [0.0; 10],
     })
     .collect()
 }

@@ -100,31 +100,29 @@ float sensed_by_walking(StripWalk w, vec2 heading, bool from_open) {
 }
 
 // The way of a sensor in the atlas, texels.
-vec2 straight_way(mat2 texels_from_frame, vec2 heading) {
-    precise vec2 way = own.sensor_offset * (heading.x * texels_from_frame[0] + heading.y * texels_from_frame[1]);
+vec2 straight_way(mat2 texels_of_axes, vec2 heading) {
+    precise vec2 way = own.sensor_offset * (heading.x * texels_of_axes[0] + heading.y * texels_of_axes[1]);
     return way;
 }
 
-// Texels per world unit along the two axes of a triangle's frame.
-mat2 texels_from_frame_of(uint triangle, AtlasMap map) {
-    vec3 shape = uintBitsToFloat(shape_words(triangle).xyz);
-    precise float area = shape.x * shape.z;
-    float by = reciprocal(area);
-    precise vec2 p = map.du * (shape.z * by);
-    precise vec2 h = (shape.x * map.dv - shape.y * map.du) * by;
-    return mat2(p, h);
+uint around_texel(uint texel) {
+#ifdef MYXO_CARD
+    return surroundings_in(fetch1(surroundings, texel >> 1u), texel);
+#else
+    uvec2 words = fetch2(surroundings, texel >> 2u);
+    return surroundings_in((texel & 2u) == 0u ? words.x : words.y, texel);
+#endif
 }
 
 uint around(vec2 position) {
-    uint texel = texel_at(position, params.pitch);
-    uvec2 words = fetch2(surroundings, texel >> 2u);
-    return surroundings_in((texel & 2u) == 0u ? words.x : words.y, texel);
+    return around_texel(texel_at(position, params.pitch));
 }
 
 // The surroundings at the end of a straight path in the atlas.
 uint around_end(vec2 from, vec2 way) {
     precise vec2 to = from + way;
-    return around(vec2(within(to.x, 0.0, params.last_texel), within(to.y, 0.0, params.last_texel)));
+    uvec2 texel = uvec2(within(to.x, 0.0, params.last_texel), within(to.y, 0.0, params.last_texel));
+    return around_texel(texel.y * params.pitch + texel.x);
 }
 
 // Three independent normal numbers (Box and Muller 1958).

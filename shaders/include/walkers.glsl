@@ -22,13 +22,19 @@ void count_group(uint list, uint place) {
 }
 
 void enlist(uint list, uint slot) {
-    append_to_one_of(walker_count, list, place)
-    if (list == WALKING_NEARBY) {
-        store1(walkers_near, place, slot);
+    if (ACROSS) {
+        append_to_one_of(walker_count, list, place)
+        if (list == WALKING_NEARBY) {
+            store1(walkers_near, place, slot);
+        } else {
+            store1(walkers, walker_slot(list, place), slot);
+        }
+        count_group(list, place);
     } else {
-        store1(walkers, walker_slot(list, place), slot);
+        append_to(walker_count[WALKING], place)
+        store1(walkers, place, slot);
+        count_group(WALKING, place);
     }
-    count_group(list, place);
 }
 
 #endif

@@ -40,6 +40,7 @@ const KERNELS: &[(&str, &str)] = &[
         "sort_count",
         "Counts the particles of each tile of the atlas",
     ),
+    ("sort_sums", "Adds up the counts of many tiles at a time"),
     (
         "sort_scan",
         "Sums the counts, so that each tile has its place",

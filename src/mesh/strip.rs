@@ -3,10 +3,11 @@
 //! [`walk`](super::walk) is the reference.
 
 use bytemuck::{Pod, Zeroable};
-use glam::DVec2;
+use glam::{DVec2, Vec2};
 use rayon::prelude::*;
 
 use super::surface::{AtlasMap, NONE, Surface, Triangle};
+use crate::strict::reciprocal;
 
 /// The triangle behind an edge.
 #[repr(C)]
@@ -23,7 +24,8 @@ pub struct StripEdge {
     pub pad: u32,
 }
 
-/// A triangle, the triangles behind its edges, and its place in the atlas: all data of a step, contiguous.
+/// A triangle, the triangles behind its edges, and its place in the atlas: all data of a step, contiguous. 128 bytes, so that none lies
+/// in more cache lines than it has to.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct StripTriangle {
@@ -35,6 +37,10 @@ pub struct StripTriangle {
     pub map: AtlasMap,
     /// The bins of particles on it when they are sorted; zeros until bins are numbered.
     pub bins: TileBins,
+    /// The way in the atlas, in texels, of one world unit along the first axis of its frame, and along the second.
+    pub texels: [Vec2; 2],
+    /// Always 0.
+    pub pad: [u32; 4],
 }
 
 /// Which bin each tile of the atlas has, for the particles of a triangle.
@@ -87,6 +93,8 @@ impl Surface {
                 shape,
                 map,
                 bins: TileBins::default(),
+                texels: texels_of_frame(shape, map),
+                pad: [0; 4],
             })
             .collect()
     }
@@ -103,6 +111,13 @@ impl Surface {
         let (edge, way) = (end - start, third - start);
         DVec2::new(edge.dot(way), edge.perp_dot(way)) / edge.length_squared()
     }
+}
+
+/// Texels per world unit along the two axes of a triangle's frame.
+fn texels_of_frame(shape: Triangle, map: AtlasMap) -> [Vec2; 2] {
+    let Triangle { ab, cp, ch, .. } = shape;
+    let by = reciprocal(ab * ch);
+    [map.du * (ch * by), (ab * map.dv - cp * map.du) * by]
 }
 
 #[cfg(test)]

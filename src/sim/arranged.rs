@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::ground::Ground;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
-use super::sorting::Bins;
+use super::sorting::{Bins, most_parts, part_bits};
 use super::types::{Pose, Window};
 use crate::scene::settings::Strategy;
 
@@ -58,17 +58,21 @@ fn land_all(state: &mut Snapshot, setup: &Setup, poses: &[Pose]) {
 /// Puts particles in the order of their bins, which are numbered object by object.
 fn sort(state: &mut Snapshot, setup: &Setup) {
     let Bins { tile_shift, count } = setup.bins;
-    let bins = state.particles.par_iter();
-    let bins = bins.map(|particle| Bins::of(tile_shift, &setup.strips, particle));
-    let bins: Vec<u32> = bins.collect();
-    let mut places = vec![0_usize; count as usize + 1];
-    bins.iter().for_each(|&bin| places[bin as usize + 1] += 1);
-    for bin in 0..count as usize {
-        places[bin + 1] += places[bin];
+    let tiles = (tile_shift, part_bits(count, false));
+    let parts = state.particles.par_iter();
+    let parts = parts.map(|particle| Bins::part_of(tiles, &setup.strips, particle));
+    let parts: Vec<u32> = parts.collect();
+    let count = most_parts(count) as usize;
+    let mut places = vec![0_usize; count + 1];
+    parts
+        .iter()
+        .for_each(|&part| places[part as usize + 1] += 1);
+    for part in 0..count {
+        places[part + 1] += places[part];
     }
     // One table after the other, because second copies of both take much memory.
-    state.particles = scattered(&state.particles, &bins, places.clone());
-    state.motions = scattered(&state.motions, &bins, places);
+    state.particles = scattered(&state.particles, &parts, places.clone());
+    state.motions = scattered(&state.motions, &parts, places);
 }
 
 /// Elements in the order of their bins, each of which begins at its place.

@@ -12,6 +12,7 @@ use super::food::scent_of;
 use super::roles::Pair;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
+use super::sorting::{most_parts, stretches};
 use super::transfers::{TransferState, area_shares, capacity, object_triangles};
 use super::types::{
     Border, DistanceJob, Flow, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum, Pose,
@@ -110,8 +111,12 @@ pub struct Arrays {
     pub segment_particles: Vec<Particle>,
     /// Their motions.
     pub segment_motions: Vec<Motion>,
-    /// Number of the segment's particles in each bin, then its prefix sum.
+    /// Number of the segment's particles in each part of a bin; zeros between steps.
     pub bins: Vec<u32>,
+    /// The sum of each stretch of these.
+    pub bin_sums: Vec<u32>,
+    /// The place behind the last particle that was put into each part.
+    pub bin_places: Vec<u32>,
     /// One per texel, gutters filled.
     pub trail: Vec<f32>,
     /// The trail of the next step.
@@ -175,7 +180,9 @@ impl Arrays {
             segment_motions: Vec::new(),
             particles: start.particles,
             motions: start.motions,
-            bins: vec![0; setup.bins.count as usize],
+            bins: vec![0; most_parts(setup.bins.count) as usize],
+            bin_sums: vec![0; stretches(most_parts(setup.bins.count)) as usize],
+            bin_places: vec![0; most_parts(setup.bins.count) as usize],
             trail: vec![0.0; texels],
             next_trail: vec![0.0; texels],
             deposits: vec![0; texels],

@@ -10,6 +10,7 @@ use glam::{UVec2, Vec4};
 
 use super::distance::{TILE_CANDIDATES, TILE_SAMPLES};
 use super::raster::Outline;
+use super::sorting::{most_parts, stretches};
 use super::types::{
     Border, DistanceJob, Flow, HalfEdge, ListedTile, Mark, Meal, Motion, ObjectPair, Particle,
     Physarum, Pose, SampleTile, Seam, SurfaceSample, Transfer, Triangle, Vertex, Window,
@@ -253,7 +254,9 @@ table! {
     MOTIONS: Motion = "motions", PAGED 4, |n| n.particles;
     SEGMENT_PARTICLES: Particle = "segment_particles", PAGED 4, |n| n.segment;
     SEGMENT_MOTIONS: Motion = "segment_motions", PAGED 4, |n| n.segment;
-    BINS: u32 = "bins", BLOCK 0, |n| n.bins;
+    BINS: u32 = "bins", BLOCK 0, |n| most_parts(n.bins as u32).into();
+    BIN_SUMS: u32 = "bin_sums", BLOCK 0, |n| stretches(most_parts(n.bins as u32)).into();
+    BIN_PLACES: u32 = "bin_places", BLOCK 0, |n| most_parts(n.bins as u32).into();
     WALKERS: u32 = "walkers", LARGE 1, |n| n.particles;
     WALKERS_NEAR: u32 = "walkers_near", LARGE 1, |n| if n.objects > 1 { n.particles } else { 1 };
     WALKER_COUNT: u32 = "walker_count", BLOCK 0, |_| 3;

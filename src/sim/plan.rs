@@ -24,6 +24,8 @@ pub struct Means {
     pub capacity: u32,
     /// How particles are cut into segments, of which a step sorts one.
     pub segments: Segments,
+    /// log2 of how many parts the bins of particles have along each side.
+    pub part_bits: u32,
 }
 
 impl Means {
@@ -36,6 +38,7 @@ impl Means {
             painted,
             capacity,
             segments: Segments::new(0, 1),
+            part_bits: 0,
         }
     }
 }

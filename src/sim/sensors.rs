@@ -5,8 +5,7 @@ use super::kernels::AdvanceParams;
 use super::surroundings::is_clear;
 use super::types::Particle;
 use crate::mesh::strip::StripTriangle;
-use crate::mesh::surface::Triangle;
-use crate::strict::{dot2, reciprocal, within};
+use crate::strict::{dot2, within};
 
 /// Ends of a particle's three sensors straight ahead, in texels, `offset` away along three headings, and whether all three paths are
 /// clear.
@@ -19,13 +18,13 @@ pub fn straight_ahead(
     particle: &Particle,
     towards: [[f32; 2]; 3],
 ) -> ([[f32; 2]; 3], bool) {
-    let StripTriangle { shape, map, .. } = &strips[particle.triangle as usize];
-    let Triangle { ab, cp, ch, .. } = *shape;
+    let StripTriangle {
+        map,
+        texels: [p, h],
+        ..
+    } = &strips[particle.triangle as usize];
     let from = atlas_position(map, particle.u, particle.v);
-    let by = reciprocal(ab * ch);
-    let p = map.du * (ch * by);
-    let h = (ab * map.dv - cp * map.du) * by;
-    let ways = towards.map(|[x, y]| offset * (x * p + y * h));
+    let ways = towards.map(|[x, y]| offset * (x * *p + y * *h));
     let around = |place| surroundings[texel_at(place, params.pitch) as usize];
     let here = around(from);
     let places = ways.map(|way| [from[0] + way.x, from[1] + way.y]);

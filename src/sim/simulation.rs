@@ -22,7 +22,7 @@ use super::plan::Means;
 use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::snapshot::{Distances, Snapshot};
-use super::sorting::Segments;
+use super::sorting::{self, Segments};
 use super::state::{State, bias_of};
 use super::texel_paths::TexelPaths;
 use super::transfers::{Transfers, capacity};
@@ -337,17 +337,21 @@ impl Simulation {
         self.state.sorting.segments
     }
 
-    /// Divides particles into so many segments: a power of two, up to 16. Results do not depend on it. Without this call there is one
+    /// Divides particles into so many segments, a power of two, up to 16, and bins into parts, 1 << `part_bits` along each side. Results do
+    /// not depend on it. Without this call there is one
     /// segment up to a number of particles, which is larger on a CPU.
     ///
     /// # Panics
     /// If it is another number, or the segments would be so long that there is no room for one.
-    pub fn sort_in(&mut self, segments: u32) {
+    pub fn sort_in(&mut self, segments: u32, part_bits: u32) {
         let particles = self.setup().particles.len() as u32;
         let segments = Segments::new(particles, segments);
         let room = Segments::room(particles);
         assert!(segments.longest() <= room, "room for {room} particles");
+        let most = sorting::part_bits(self.setup().bins.count, false);
+        assert!(part_bits <= most, "room for {most} bits of parts");
         self.state.sorting.segments = segments;
+        self.state.sorting.part_bits = part_bits;
     }
 
     /// All buffers, in their state after the last recorded step.
@@ -422,6 +426,7 @@ fn means(ctx: &Context, course: &Course, state: &State) -> Means {
         painted: state.bias.is_some(),
         capacity: state.transfers.capacity(),
         segments: state.sorting.segments,
+        part_bits: state.sorting.part_bits,
     }
 }
 

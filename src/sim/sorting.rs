@@ -39,6 +39,35 @@ const PARTICLES_A_BIN: usize = 16;
 const FEW_BINS: usize = 1 << 10;
 const MOST_BINS: usize = 1 << 16;
 
+/// On a graphics card each bin is divided into parts, 4 by 4, while there are no more parts than this. Particles whose texels lie in fewer
+/// cache lines are read in fewer pieces there: on an NVIDIA H200 this makes `advance` 8 % faster with 10 million particles at 1024 x 1024,
+/// and 13 % with 100 million at 4096 x 4096; parts of 8 by 8 are no faster. On a CPU it gains nothing.
+const PART_BITS: u32 = 2;
+const MOST_PARTS: u32 = 1 << 20;
+
+/// log2 of how many parts a bin has along each side on a device, if there are so many bins.
+#[must_use]
+pub fn part_bits(bins: u32, on_cpu: bool) -> u32 {
+    let fits = |bits: &u32| bins <= MOST_PARTS >> (2 * bits);
+    let most = if on_cpu { 0 } else { PART_BITS };
+    (0..=most).rev().find(fits).unwrap_or(0)
+}
+
+/// The number of parts of all bins on the device that has the most.
+#[must_use]
+pub fn most_parts(bins: u32) -> u32 {
+    bins << (2 * part_bits(bins, false))
+}
+
+/// Counts of parts that a group of the kernels adds up: 16 for each of 128 invocations.
+pub const STRETCH: u32 = 2048;
+
+/// The number of such stretches.
+#[must_use]
+pub fn stretches(parts: u32) -> u32 {
+    parts.div_ceil(STRETCH)
+}
+
 /// The range of slots that a step sorts, counted from the first slot, or from the ring's beginning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Segment {
@@ -133,7 +162,8 @@ impl Segments {
 
 /// The bins that particles are sorted into. Triangles that are hardly larger than a tile of the atlas, and whose middles lie in the same
 /// tile, share a bin; a larger one has separate bins, one for each tile that it may overlap. Bins are ordered by object, and within an
-/// object so that bins of neighbouring tiles are near each other.
+/// object so that bins of neighbouring tiles are near each other. A bin has [parts](part_bits), by the texel's place in its tile: those of
+/// one row of parts after the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bins {
     /// log2 of a tile's side, texels.
@@ -165,12 +195,19 @@ impl Bins {
         }
     }
 
-    /// The bin of a particle.
+    /// The particle's part of its bin, by the number of all parts.
     #[must_use]
-    pub fn of(tile_shift: u32, strips: &[StripTriangle], particle: &Particle) -> u32 {
+    pub fn part_of(
+        (tile_shift, part_bits): (u32, u32),
+        strips: &[StripTriangle],
+        particle: &Particle,
+    ) -> u32 {
         let StripTriangle { map, bins, .. } = &strips[particle.triangle as usize];
-        let place = atlas_position(map, particle.u, particle.v);
-        bins.of_tile(place.map(|x| x as u32 >> tile_shift))
+        let texel = atlas_position(map, particle.u, particle.v).map(|x| x as u32);
+        let bin = bins.of_tile(texel.map(|x| x >> tile_shift));
+        let mask = (1 << part_bits) - 1;
+        let [x, y] = texel.map(|x| (x >> (tile_shift - part_bits)) & mask);
+        (((bin << part_bits) + y) << part_bits) + x
     }
 }
 

@@ -14,7 +14,7 @@ use super::raster::Raster;
 use super::roles::Pair;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
-use super::sorting::Segments;
+use super::sorting::{Segments, part_bits};
 use super::texture::{PingPong, SpreadTables, Texture};
 use super::transfers::Transfers;
 use super::types::{
@@ -63,10 +63,16 @@ pub struct Sorting {
     pub particles: Store<Particle>,
     /// Their motions.
     pub motions: Store<Motion>,
-    /// Number of the segment's particles in each bin, then its prefix sum.
+    /// Number of the segment's particles in each part of a bin; zeros between steps.
     pub bins: Buffer<u32>,
+    /// The sum of each stretch of these.
+    pub sums: Buffer<u32>,
+    /// The place behind the last particle that was put into each part.
+    pub places: Buffer<u32>,
     /// How particles are divided into segments.
     pub segments: Segments,
+    /// log2 of how many parts a bin has along each side.
+    pub part_bits: u32,
 }
 
 /// Memory for particles and their motions.
@@ -78,11 +84,15 @@ impl Sorting {
             ctx,
             counts: *counts,
         };
+        let on_cpu = ctx.info().kind == DeviceKind::Cpu;
         Ok(Self {
             particles: make.store_of_zeros(&buffers::SEGMENT_PARTICLES)?,
             motions: make.store_of_zeros(&buffers::SEGMENT_MOTIONS)?,
             bins: make.zeros(&buffers::BINS)?,
-            segments: Segments::of(counts.particles as u32, ctx.info().kind == DeviceKind::Cpu),
+            sums: make.zeros(&buffers::BIN_SUMS)?,
+            places: make.zeros(&buffers::BIN_PLACES)?,
+            segments: Segments::of(counts.particles as u32, on_cpu),
+            part_bits: part_bits(counts.bins as u32, on_cpu),
         })
     }
 

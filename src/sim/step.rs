@@ -217,9 +217,9 @@ fn diffuse(s: &mut Step, plan: &Plan<'_>, half: Half) {
 /// Sorts a segment of the particles.
 fn sort(s: &mut Step, plan: &Plan<'_>, segment: Segment) {
     let particles = Threads(segment.count);
-    s.clear(|s| &s.sorting.bins, |a| &mut a.bins);
     s.run(particles, plan.sort_count(segment));
-    s.run(Threads(1), plan.sort_scan());
+    s.run(plan.bin_runs(), plan.sort_sums());
+    s.run(plan.bin_runs(), plan.sort_scan());
     s.run(particles, plan.sort_scatter(segment));
 }
 

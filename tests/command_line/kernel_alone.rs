@@ -189,7 +189,7 @@ fn unknown_kernels_are_answered_with_those_that_exist() {
     let message = failed(&[&["profile"], &TINY[..], &["--kernel", "difuse"]].concat());
     assert_eq!(
         message,
-        "myxo: a step of this scene has no kernel `difuse`, did you mean `diffuse`?: it has advance, walk_sensors, diffuse, sort_count, diffuse_seams, sort_scan, exchange_seams, sort_scatter\n"
+        "myxo: a step of this scene has no kernel `difuse`, did you mean `diffuse`?: it has advance, walk_sensors, sort_count, diffuse, sort_sums, diffuse_seams, sort_scan, exchange_seams, sort_scatter\n"
     );
     // Another scene has this kernel.
     let options = ["--kernel", "transfer_out"];

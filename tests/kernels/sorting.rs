@@ -7,11 +7,14 @@ use myxo::gpu::{Buffer, Pipeline, Texels, Threads};
 use myxo::scene::Scene;
 use myxo::scene::settings::Strategy;
 use myxo::sim::kernels::{
-    SortCount, SortCountArgs, SortScan, SortScanArgs, SortScatter, SortScatterArgs,
+    SortCount, SortCountArgs, SortScan, SortScanArgs, SortScanParams, SortScatter, SortScatterArgs,
+    SortSums, SortSumsArgs, SortSumsParams,
 };
 use myxo::sim::plan::{Means, Plan};
-use myxo::sim::sorting::{Bins, SORT_INTERVAL, Segment, Segments};
-use myxo::sim::twin::sort::{sort_count, sort_scan, sort_scatter};
+use myxo::sim::sorting::{
+    Bins, SORT_INTERVAL, STRETCH, Segment, Segments, most_parts, part_bits, stretches,
+};
+use myxo::sim::twin::sort::{sort_count, sort_scan, sort_scatter, sort_sums};
 use myxo::sim::types::{Motion, Particle, Window};
 use myxo::sim::{Setup, Simulation, Snapshot};
 
@@ -25,16 +28,18 @@ fn trio(count: u32, size: u32, strategy: Strategy) -> Scene {
     })
 }
 
-fn bin_of(setup: &Setup, particle: &Particle) -> u32 {
-    Bins::of(setup.bins.tile_shift, &setup.strips, particle)
+fn bin_of(setup: &Setup, part_bits: u32, particle: &Particle) -> u32 {
+    Bins::part_of((setup.bins.tile_shift, part_bits), &setup.strips, particle)
 }
 
-/// The bins of particles in the order of the ring.
-fn bins_of(setup: &Setup, windows: &[Window], particles: &[Particle]) -> Vec<u32> {
+/// The bins of particles, each as many as it has parts, in the order of the ring.
+fn bins_of(setup: &Setup, bits: u32, windows: &[Window], particles: &[Particle]) -> Vec<u32> {
     let start = windows.first().map_or(0, |window| window.start);
     let ring = particles.len() as u32;
     let slots = (0..ring).map(|i| Window::slot(start, i, ring) as usize);
-    slots.map(|slot| bin_of(setup, &particles[slot])).collect()
+    slots
+        .map(|slot| bin_of(setup, bits, &particles[slot]))
+        .collect()
 }
 
 /// What the kernels work on.
@@ -45,20 +50,24 @@ struct Case {
     motions: Vec<Motion>,
     /// None where objects have none.
     windows: Vec<Window>,
+    /// log2 of the parts of a bin along a side.
+    part_bits: u32,
 }
 
 /// What they leave.
 #[derive(Clone, PartialEq)]
 struct Sorted {
     counted: Vec<u32>,
+    sums: Vec<u32>,
     scanned: Vec<u32>,
+    cleared: Vec<u32>,
     particles: Vec<Particle>,
     motions: Vec<Motion>,
 }
 
 impl Case {
     /// Particles in no order; with windows each object's in its window, of which the first begins in the middle of the ring.
-    fn new(count: u32, size: u32, windows: bool) -> Self {
+    fn new(count: u32, size: u32, windows: bool, part_bits: u32) -> Self {
         let scene = trio(count, size, Strategy::Parallel);
         let setup = Setup::new(&scene).unwrap();
         let object = |p: &Particle| setup.surface.triangles[p.triangle as usize].object;
@@ -92,16 +101,16 @@ impl Case {
             particles,
             motions,
             windows: if windows { rings } else { Vec::new() },
+            part_bits,
         }
     }
 
     fn plan(&self) -> Plan<'_> {
-        Plan::new(
-            &self.scene.settings,
-            &self.setup,
-            0,
-            Means::of_host(false, 1),
-        )
+        let means = Means {
+            part_bits: self.part_bits,
+            ..Means::of_host(false, 1)
+        };
+        Plan::new(&self.scene.settings, &self.setup, 0, means)
     }
 
     fn by_kernels(&self, gpu: &Gpu, segment: Segment) -> Sorted {
@@ -114,7 +123,11 @@ impl Case {
         let strips = buffer("strips", bytemuck::cast_slice(&self.setup.strips));
         let room = vec![0; 4 * segment.count as usize];
         let room = ["segment_particles", "segment_motions"].map(|name| buffer(name, &room));
-        let bins = buffer("bins", &vec![0; self.setup.bins.count as usize]);
+        let most = most_parts(self.setup.bins.count);
+        let zeros = |count: u32| vec![0; count as usize];
+        let bins = buffer("bins", &zeros(most));
+        let sums = buffer("sums", &zeros(stretches(most)));
+        let places = buffer("places", &zeros(most));
         let none = [Window::default()];
         let windows = if self.windows.is_empty() {
             &none[..]
@@ -123,6 +136,7 @@ impl Case {
         };
         let windows = Buffer::from_slice(ctx, "windows", windows).unwrap();
         let count = Pipeline::<SortCount>::new(ctx, &()).unwrap();
+        let add = Pipeline::<SortSums>::new(ctx, &()).unwrap();
         let scan = Pipeline::<SortScan>::new(ctx, &()).unwrap();
         let scatter = Pipeline::<SortScatter>::new(ctx, &()).unwrap();
         let threads = Threads(segment.count);
@@ -140,16 +154,28 @@ impl Case {
         });
         let counted = ctx.download(&bins).unwrap();
         gpu.run(|rec| {
-            let args = SortScanArgs { bins: &bins };
-            rec.dispatch(&scan, Threads(1), args, plan.sort_scan().params);
+            let args = SortSumsArgs {
+                bins: &bins,
+                sums: &sums,
+            };
+            rec.dispatch(&add, plan.bin_runs(), args, plan.sort_sums().params);
         });
-        let scanned = ctx.download(&bins).unwrap();
+        gpu.run(|rec| {
+            let args = SortScanArgs {
+                bins: &bins,
+                sums: &sums,
+                places: &places,
+            };
+            rec.dispatch(&scan, plan.bin_runs(), args, plan.sort_scan().params);
+        });
+        let [sums, scanned, cleared] =
+            [&sums, &places, &bins].map(|buffer| ctx.download(buffer).unwrap());
         gpu.run(|rec| {
             let args = SortScatterArgs {
                 segment_particles: &texels(&room[0]),
                 segment_motions: &texels(&room[1]),
                 strips: &texels(&strips),
-                bins: &bins,
+                places: &places,
                 particles: &texels(&particles),
                 motions: &texels(&motions),
                 windows: &windows,
@@ -159,7 +185,9 @@ impl Case {
         let words = |buffer| ctx.download::<u32>(buffer).unwrap();
         Sorted {
             counted,
+            sums,
             scanned,
+            cleared,
             particles: bytemuck::pod_collect_to_vec(&words(&particles)),
             motions: bytemuck::pod_collect_to_vec(&words(&motions)),
         }
@@ -168,7 +196,10 @@ impl Case {
     fn by_twins(&self, segment: Segment) -> Sorted {
         let plan = self.plan();
         let (strips, windows) = (&self.setup.strips, &self.windows);
-        let mut bins = vec![0; self.setup.bins.count as usize];
+        let most = most_parts(self.setup.bins.count);
+        let mut bins = vec![0; most as usize];
+        let mut sums = vec![0; stretches(most) as usize];
+        let mut places = bins.clone();
         let (mut particles, mut motions) = (self.particles.clone(), self.motions.clone());
         let mut segment_particles = vec![Particle::zeroed(); segment.count as usize];
         let mut segment_motions = vec![Motion::zeroed(); segment.count as usize];
@@ -181,19 +212,22 @@ impl Case {
             (&mut segment_particles, &mut segment_motions),
         );
         let counted = bins.clone();
-        sort_scan(&mut bins);
-        let scanned = bins.clone();
+        sort_sums(&plan.sort_sums().params, &bins, &mut sums);
+        sort_scan(&plan.sort_scan().params, &mut bins, &sums, &mut places);
+        let scanned = places.clone();
         sort_scatter(
             &plan.sort_scatter(segment).params,
             strips,
-            &mut bins,
+            &mut places,
             windows,
             (&segment_particles, &segment_motions),
             (&mut particles, &mut motions),
         );
         Sorted {
             counted,
+            sums,
             scanned,
+            cleared: bins,
             particles,
             motions,
         }
@@ -204,7 +238,7 @@ impl Case {
         let Sorted {
             particles, motions, ..
         } = sorted;
-        let bins = bins_of(&self.setup, &self.windows, particles);
+        let bins = bins_of(&self.setup, self.part_bits, &self.windows, particles);
         let [first, end] = [segment.first, segment.first + segment.count].map(|i| i as usize);
         assert!(bins[first..end].is_sorted(), "bins come in order: {what}");
         let start = self.windows.first().map_or(0, |window| window.start);
@@ -239,8 +273,8 @@ impl Case {
 fn kernels_that_sort_agree_with_their_twins() {
     let Some(gpu) = gpu() else { return };
     for count in awkward_sizes(64).into_iter().filter(|&count| count > 0) {
-        for (size, windows) in [(97, true), (203, false), (128, true)] {
-            let mut case = Case::new(count, size, windows);
+        for (size, windows, part_bits) in [(97, true, 2), (203, false, 1), (128, true, 0)] {
+            let mut case = Case::new(count, size, windows, part_bits);
             for (segments, step) in [(1, 0), (2, 8), (4, 16 + 4), (16, 16 + 15), (16, 0), (4, 12)] {
                 let Some(segment) = Segments::new(count, segments).due(step) else {
                     continue;
@@ -249,7 +283,9 @@ fn kernels_that_sort_agree_with_their_twins() {
                 let sorted = case.by_kernels(&gpu, segment);
                 let by_twins = case.by_twins(segment);
                 assert_eq!(sorted.counted, by_twins.counted, "{what}");
+                assert_eq!(sorted.sums, by_twins.sums, "{what}");
                 assert_eq!(sorted.scanned, by_twins.scanned, "{what}");
+                assert_eq!(sorted.cleared, by_twins.cleared, "{what}");
                 case.check(segment, &sorted, &what);
                 case.check(segment, &by_twins, &what);
                 (case.particles, case.motions) = (sorted.particles, sorted.motions);
@@ -259,22 +295,58 @@ fn kernels_that_sort_agree_with_their_twins() {
     gpu.finish();
 }
 
-/// Catches sums of bins that are lost between the rounds of the group, of which there are several.
+/// Catches sums of bins that are lost between the groups, of which there are more than one has invocations, and bins that are not cleared.
 #[test]
 fn any_number_of_bins_is_added_up() {
     let Some(gpu) = gpu() else { return };
     let ctx = &gpu.ctx;
+    let add = Pipeline::<SortSums>::new(ctx, &()).unwrap();
     let scan = Pipeline::<SortScan>::new(ctx, &()).unwrap();
-    for count in [1, 15, 16, 17, 2047, 2048, 2049, 5000, 65_536] {
-        let mut counts: Vec<u32> = (0..count).map(|i: u32| i * 7919 % 13).collect();
+    for bin_count in [
+        1,
+        15,
+        16,
+        17,
+        STRETCH - 1,
+        STRETCH,
+        STRETCH + 1,
+        5000,
+        1 << 20,
+    ] {
+        let counts: Vec<u32> = (0..bin_count).map(|i: u32| i % 1021 * 7919 % 13).collect();
+        let zeros = |count: u32| vec![0; count as usize];
         let bins = Buffer::from_slice(ctx, "bins", &counts).unwrap();
+        let sums = Buffer::from_slice(ctx, "sums", &zeros(stretches(bin_count))).unwrap();
+        let places = Buffer::from_slice(ctx, "places", &zeros(bin_count)).unwrap();
+        let threads = Threads(bin_count.div_ceil(16));
         gpu.run(|rec| {
-            let args = SortScanArgs { bins: &bins };
-            let params = myxo::sim::kernels::SortScanParams { bin_count: count };
-            rec.dispatch(&scan, Threads(1), args, params);
+            let args = SortSumsArgs {
+                bins: &bins,
+                sums: &sums,
+            };
+            rec.dispatch(&add, threads, args, SortSumsParams { bin_count });
         });
-        sort_scan(&mut counts);
-        assert!(ctx.download(&bins).unwrap() == counts, "{count} bins");
+        gpu.run(|rec| {
+            let args = SortScanArgs {
+                bins: &bins,
+                sums: &sums,
+                places: &places,
+            };
+            rec.dispatch(&scan, threads, args, SortScanParams { bin_count });
+        });
+        let mut before = 0;
+        let expected: Vec<u32> = counts
+            .iter()
+            .map(|count| {
+                before += count;
+                before - count
+            })
+            .collect();
+        assert!(ctx.download(&places).unwrap() == expected, "{bin_count}");
+        assert!(
+            ctx.download(&bins).unwrap() == zeros(bin_count),
+            "{bin_count}"
+        );
     }
     gpu.finish();
 }
@@ -340,9 +412,9 @@ fn segments_of_a_round_share_all_particles() {
 /// most as many rounds as there are half segments.
 #[test]
 fn rounds_of_segments_put_all_in_order() {
-    for (count, windows) in [(1021, false), (1021, true), (199, true)] {
+    for (count, windows, part_bits) in [(1021, false, 0), (1021, true, 2), (199, true, 1)] {
         for segments in [1, 2, 8, 16] {
-            let mut case = Case::new(count, 128, windows);
+            let mut case = Case::new(count, 128, windows, part_bits);
             let segments = Segments::new(count, segments);
             for step in 0..2 * u64::from(segments.count()) * SORT_INTERVAL {
                 if let Some(segment) = segments.due(step) {
@@ -351,7 +423,7 @@ fn rounds_of_segments_put_all_in_order() {
                     (case.particles, case.motions) = (sorted.particles, sorted.motions);
                 }
             }
-            let bins = bins_of(&case.setup, &case.windows, &case.particles);
+            let bins = bins_of(&case.setup, part_bits, &case.windows, &case.particles);
             assert!(bins.is_sorted(), "{count} in {}", segments.count());
         }
     }
@@ -359,7 +431,7 @@ fn rounds_of_segments_put_all_in_order() {
 
 /// Neighbours in memory that lie in ascending bins: their share.
 fn order(setup: &Setup, state: &Snapshot) -> f64 {
-    let bins = bins_of(setup, &state.transfers.windows, &state.particles);
+    let bins = bins_of(setup, 0, &state.transfers.windows, &state.particles);
     let ascending = bins.windows(2).filter(|pair| pair[0] <= pair[1]).count();
     ascending as f64 / (bins.len() - 1) as f64
 }
@@ -410,9 +482,9 @@ fn segments_keep_all_in_order() {
     let mut scene = trio(20_000, 256, Strategy::Parallel);
     scene.settings.physarum.speed = 0.001;
     let mut hashes = Vec::new();
-    for segments in [1, 4, 16] {
+    for (segments, part_bits) in [(1, 0), (4, 1), (16, 2)] {
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
-        simulation.sort_in(segments);
+        simulation.sort_in(segments, part_bits);
         assert_eq!(simulation.segments().count(), segments);
         let mut least = 1.0_f64;
         for step in 0..2 * SORT_INTERVAL + 5 {
@@ -454,8 +526,12 @@ fn bins_are_few_and_those_of_objects_lie_together() {
                     v,
                     id: 0,
                 };
-                let bin = Bins::of(tile_shift, &setup.strips, &particle);
+                let bin = Bins::part_of((tile_shift, 0), &setup.strips, &particle);
                 assert!(bin < count, "{bin} of {count}");
+                for bits in [1, 2] {
+                    let part = Bins::part_of((tile_shift, bits), &setup.strips, &particle);
+                    assert_eq!(part >> (2 * bits), bin, "parts of a bin lie together");
+                }
                 let range = &mut ranges[object];
                 *range = (range.0.min(bin), range.1.max(bin));
             }
@@ -476,4 +552,8 @@ fn bins_are_few_and_those_of_objects_lie_together() {
     );
     let most = Bins::number(&mut setup.strips, 1 << 30);
     assert!(most.count <= 1 << 16);
+    // Only cards sort more finely than by tiles, and no more finely than bins can be added up.
+    assert_eq!([part_bits(5000, true), part_bits(5000, false)], [0, 2]);
+    assert_eq!([most_parts(1 << 16), most_parts(1 << 18)], [1 << 20; 2]);
+    assert_eq!(most_parts((1 << 20) + 1), (1 << 20) + 1);
 }

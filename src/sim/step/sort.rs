@@ -1,17 +1,21 @@
 //! The kernels that sort a segment of the particles: their parameters and bindings. Twins of `shaders/sort_count.comp`,
-//! `shaders/sort_scan.comp` and `shaders/sort_scatter.comp`: the order keeps particles that are near each other in the atlas together.
+//! `shaders/sort_sums.comp`, `shaders/sort_scan.comp` and `shaders/sort_scatter.comp`: the order keeps particles that are near each other in the atlas together.
 
+use crate::gpu::Threads;
 use crate::mesh::strip::StripTriangle;
 use crate::sim::arrays::Arrays;
 use crate::sim::kernels::{
     SortCount, SortCountArgs, SortCountParams, SortScan, SortScanArgs, SortScanParams, SortScatter,
-    SortScatterArgs, SortScatterParams,
+    SortScatterArgs, SortScatterParams, SortSums, SortSumsArgs, SortSumsParams,
 };
 use crate::sim::plan::Plan;
-use crate::sim::sorting::{Bins, Segment};
+use crate::sim::sorting::{Bins, STRETCH, Segment};
 use crate::sim::state::State;
 use crate::sim::types::{Motion, Particle, Window};
 use crate::sim::work::{Call, StepKernel};
+
+/// Bins that an invocation of `sort_sums` and of `sort_scan` takes.
+const RUN: u32 = 16;
 
 impl Plan<'_> {
     /// Counts a segment's particles in bins, and copies them aside.
@@ -25,20 +29,44 @@ impl Plan<'_> {
                 first: segment.first,
                 count: segment.count,
                 tile_shift: self.setup.bins.tile_shift,
+                part_bits: self.means.part_bits,
             },
         }
     }
 
-    /// Adds the counts up.
+    /// Adds the counts of each stretch up.
+    #[must_use]
+    pub fn sort_sums(&self) -> Call<SortSums> {
+        Call {
+            on: (),
+            constants: (),
+            params: SortSumsParams {
+                bin_count: self.parts(),
+            },
+        }
+    }
+
+    /// Adds all counts up.
     #[must_use]
     pub fn sort_scan(&self) -> Call<SortScan> {
         Call {
             on: (),
             constants: (),
             params: SortScanParams {
-                bin_count: self.setup.bins.count,
+                bin_count: self.parts(),
             },
         }
+    }
+
+    /// The number of parts of all bins.
+    fn parts(&self) -> u32 {
+        self.setup.bins.count << (2 * self.means.part_bits)
+    }
+
+    /// Invocations of the kernels that add up bins.
+    #[must_use]
+    pub fn bin_runs(&self) -> Threads {
+        Threads(self.parts().div_ceil(RUN))
     }
 
     /// Puts a segment's particles back in order.
@@ -52,6 +80,7 @@ impl Plan<'_> {
                 first: segment.first,
                 count: segment.count,
                 tile_shift: self.setup.bins.tile_shift,
+                part_bits: self.means.part_bits,
             },
         }
     }
@@ -84,17 +113,34 @@ impl StepKernel for SortCount {
     }
 }
 
+impl StepKernel for SortSums {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> SortSumsArgs<'s> {
+        SortSumsArgs {
+            bins: &s.sorting.bins,
+            sums: &s.sorting.sums,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        sort_sums(&call.params, &a.bins, &mut a.bin_sums);
+    }
+}
+
 impl StepKernel for SortScan {
     type On = ();
 
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> SortScanArgs<'s> {
         SortScanArgs {
             bins: &s.sorting.bins,
+            sums: &s.sorting.sums,
+            places: &s.sorting.places,
         }
     }
 
     fn twin(call: &Call<Self>, a: &mut Arrays) {
-        sort_scan(&mut a.bins[..call.params.bin_count as usize]);
+        sort_scan(&call.params, &mut a.bins, &a.bin_sums, &mut a.bin_places);
     }
 }
 
@@ -106,7 +152,7 @@ impl StepKernel for SortScatter {
             segment_particles: &s.sorting.particles.texels,
             segment_motions: &s.sorting.motions.texels,
             strips: &s.surface.strips,
-            bins: &s.sorting.bins,
+            places: &s.sorting.places,
             particles: &s.particles.texels,
             motions: &s.motions.texels,
             windows: &s.transfers.windows,
@@ -117,7 +163,7 @@ impl StepKernel for SortScatter {
         sort_scatter(
             &call.params,
             &a.setup.strips,
-            &mut a.bins,
+            &mut a.bin_places,
             &a.transfers.windows,
             (&a.segment_particles, &a.segment_motions),
             (&mut a.particles, &mut a.motions),
@@ -140,19 +186,33 @@ pub fn sort_count(
     (particles, motions): (&[Particle], &[Motion]),
     (segment_particles, segment_motions): (&mut [Particle], &mut [Motion]),
 ) {
+    let tiles = (params.tile_shift, params.part_bits);
     for i in 0..params.count {
         let slot = slot_of(windows, params.first + i, params.particle_count);
         segment_particles[i as usize] = particles[slot];
         segment_motions[i as usize] = motions[slot];
-        bins[Bins::of(params.tile_shift, strips, &particles[slot]) as usize] += 1;
+        bins[Bins::part_of(tiles, strips, &particles[slot]) as usize] += 1;
+    }
+}
+
+/// Twin of `shaders/sort_sums.comp`.
+pub fn sort_sums(params: &SortSumsParams, bins: &[u32], sums: &mut [u32]) {
+    let stretches = bins[..params.bin_count as usize].chunks(STRETCH as usize);
+    for (sum, stretch) in sums.iter_mut().zip(stretches) {
+        *sum = stretch.iter().sum();
     }
 }
 
 /// Twin of `shaders/sort_scan.comp`.
-pub fn sort_scan(bins: &mut [u32]) {
-    let mut before = 0;
-    for bin in bins {
-        (*bin, before) = (before, before + *bin);
+pub fn sort_scan(params: &SortScanParams, bins: &mut [u32], sums: &[u32], places: &mut [u32]) {
+    let bins = bins[..params.bin_count as usize].chunks_mut(STRETCH as usize);
+    let stretches = bins.zip(places.chunks_mut(STRETCH as usize));
+    for (number, (bins, places)) in stretches.enumerate() {
+        let mut before = sums[..number].iter().sum();
+        for (bin, place) in bins.iter_mut().zip(places) {
+            *place = before;
+            before += std::mem::take(bin);
+        }
     }
 }
 
@@ -160,16 +220,17 @@ pub fn sort_scan(bins: &mut [u32]) {
 pub fn sort_scatter(
     params: &SortScatterParams,
     strips: &[StripTriangle],
-    bins: &mut [u32],
+    places: &mut [u32],
     windows: &[Window],
     (segment_particles, segment_motions): (&[Particle], &[Motion]),
     (particles, motions): (&mut [Particle], &mut [Motion]),
 ) {
+    let tiles = (params.tile_shift, params.part_bits);
     let segment = segment_particles.iter().zip(segment_motions);
     for (particle, motion) in segment.take(params.count as usize) {
-        let bin = Bins::of(params.tile_shift, strips, particle) as usize;
-        let place = params.first + bins[bin];
-        bins[bin] += 1;
+        let part = Bins::part_of(tiles, strips, particle) as usize;
+        let place = params.first + places[part];
+        places[part] += 1;
         let slot = slot_of(windows, place, params.particle_count);
         particles[slot] = *particle;
         motions[slot] = *motion;

@@ -81,6 +81,7 @@ impl Simulation {
         let capacity = self.arrays.transfers.capacity();
         let means = Means {
             segments: Segments::of(self.arrays.particles.len() as u32, true),
+            part_bits: 0,
             ..Means::of_host(!self.arrays.bias.is_empty(), capacity)
         };
         self.arrays.forms = [0; 4];
