@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ffi::{CStr, c_void};
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use ash::{ext, vk};
 
@@ -69,6 +69,8 @@ pub(crate) struct Instance {
     pub(crate) has_debug_utils: bool,
     /// Was it created here? A borrowed one is not destroyed.
     pub(crate) is_own: bool,
+    /// Is it kept to the end of the process?
+    stays: bool,
     pub(crate) raw: ash::Instance,
     /// Keeps the loader in memory.
     pub(crate) entry: ash::Entry,
@@ -167,6 +169,7 @@ impl Instance {
             messages: Arc::default(),
             has_debug_utils,
             is_own: true,
+            stays: is_first(&entry),
             raw,
             entry,
         };
@@ -183,6 +186,7 @@ impl Instance {
             messages: Arc::default(),
             has_debug_utils,
             is_own: false,
+            stays: true,
             raw,
             entry,
         }
@@ -212,11 +216,18 @@ impl Drop for Instance {
             // SAFETY: created from this instance; used by nothing else.
             unsafe { loader.destroy_debug_utils_messenger(messenger, None) };
         }
-        if self.is_own {
+        if self.is_own && !self.stays {
             // SAFETY: everything that uses the instance holds a reference to it, and this was the last one.
             unsafe { self.raw.destroy_instance(None) };
         }
     }
+}
+
+/// Is this the first instance of the process? That one stays, and the loader with it, so that drivers are loaded only once: after they had
+/// been loaded and unloaded forty times in a process, NVIDIA's (580.159) was no longer found.
+fn is_first(entry: &ash::Entry) -> bool {
+    static FIRST: OnceLock<ash::Entry> = OnceLock::new();
+    FIRST.set(entry.clone()).is_ok()
 }
 
 /// Collects a message. Vulkan calls it from any thread and it must not unwind.
