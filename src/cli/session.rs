@@ -263,7 +263,7 @@ impl Session {
     pub fn begin_measuring(&mut self, steps: usize, traced: bool) -> Result<()> {
         self.forget_times()?;
         self.host_ms = Some(Vec::with_capacity(steps));
-        self.frames.timings_mut().set_window(steps);
+        self.frames.timings_mut().set_capacity(steps);
         if traced {
             self.trace = Some(Tracing::begin(&self.ctx)?);
         }

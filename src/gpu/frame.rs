@@ -232,7 +232,7 @@ impl Frames {
         &self.timings
     }
 
-    /// As [`Frames::timings`], to clear them or to change their window.
+    /// As [`Frames::timings`], to clear them or to change their capacity.
     pub fn timings_mut(&mut self) -> &mut Timings {
         &mut self.timings
     }

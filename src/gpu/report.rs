@@ -52,7 +52,7 @@ pub struct Node {
     pub mean_ms: f64,
 }
 
-/// Statistics over all steps in the window. Empty where the device has no timestamps.
+/// Statistics over all steps that are remembered. Empty where the device has no timestamps.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
     /// Steps that were measured.

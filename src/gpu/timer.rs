@@ -50,11 +50,11 @@ impl Span {
     }
 }
 
-/// Spans of the frames that have finished, oldest first, as many as the window holds.
+/// Spans of the frames that have finished, oldest first, at most the capacity.
 #[derive(Clone, Debug)]
 pub struct Timings {
     frames: VecDeque<Vec<Span>>,
-    window: usize,
+    capacity: usize,
     /// If given, only frames with this scope count; of the others only the newest is kept.
     counted: Option<String>,
 }
@@ -63,7 +63,7 @@ impl Default for Timings {
     fn default() -> Self {
         Self {
             frames: VecDeque::new(),
-            window: 4096,
+            capacity: 4096,
             counted: None,
         }
     }
@@ -71,20 +71,20 @@ impl Default for Timings {
 
 impl Timings {
     /// The number of frames to remember; 4,096 at first.
-    pub fn set_window(&mut self, frames: usize) {
-        self.window = frames.max(1);
+    pub fn set_capacity(&mut self, frames: usize) {
+        self.capacity = frames.max(1);
         self.shrink();
     }
 
-    /// As [`set_window`](Self::set_window), counting frames in which this scope occurs. Of the other frames only the newest is kept,
+    /// As [`set_capacity`](Self::set_capacity), counting frames in which this scope occurs. Of the other frames only the newest is kept,
     /// and only while it is the newest frame, so that they displace no others.
-    pub fn set_window_of(&mut self, scope: &str, frames: usize) {
+    pub fn set_capacity_of(&mut self, scope: &str, frames: usize) {
         self.counted = Some(scope.to_owned());
         if let Some(newest) = self.frames.pop_back() {
             self.frames.retain(|spans| has_scope(spans, scope));
             self.frames.push_back(newest);
         }
-        self.set_window(frames);
+        self.set_capacity(frames);
     }
 
     /// Forgets all frames, as after a warm-up.
@@ -114,12 +114,12 @@ impl Timings {
         }
     }
 
-    /// Puts the frames of an earlier run before these; the window grows to hold all of them.
+    /// Puts the frames of an earlier run before these; the capacity grows to hold all of them.
     pub fn prepend(&mut self, earlier: &Timings) {
         for spans in earlier.frames.iter().rev() {
             self.frames.push_front(spans.clone());
         }
-        self.window = self.window.max(self.frames.len());
+        self.capacity = self.capacity.max(self.frames.len());
     }
 
     fn newest_is_extra(&self) -> bool {
@@ -130,7 +130,7 @@ impl Timings {
     }
 
     fn shrink(&mut self) {
-        let most = self.window + usize::from(self.newest_is_extra());
+        let most = self.capacity + usize::from(self.newest_is_extra());
         while self.frames.len() > most {
             self.frames.pop_front();
         }
@@ -208,15 +208,15 @@ mod tests {
     }
 
     #[test]
-    fn the_window_forgets_the_oldest() {
+    fn the_oldest_frames_are_forgotten() {
         let mut timings = Timings::default();
-        timings.set_window(2);
+        timings.set_capacity(2);
         for ms in [100.0, 1.0, 3.0] {
             timings.push(vec![span("frame", SpanKind::Frame, None, 0.0, ms)]);
         }
         assert_eq!(timings.report("frame").step.mean_ms, 2.0);
         let mut later = Timings::default();
-        later.set_window(1);
+        later.set_capacity(1);
         later.push(vec![span("frame", SpanKind::Frame, None, 0.0, 5.0)]);
         later.prepend(&timings);
         let lengths: Vec<f64> = later.frames().map(|spans| spans[0].ms()).collect();
@@ -236,7 +236,7 @@ mod tests {
         let mut timings = Timings::default();
         timings.push(without(50.0));
         timings.push(with_step(100.0));
-        timings.set_window_of("step", 2);
+        timings.set_capacity_of("step", 2);
         for ms in [1.0, 3.0] {
             timings.push(without(7.0));
             timings.push(with_step(ms));

@@ -43,7 +43,7 @@ impl Clocks {
     /// Begins to count.
     pub fn new(ctx: &Context, frames: &mut Frames) -> Self {
         let timings = frames.timings_mut();
-        timings.set_window_of("step", FRAMES_AVERAGED);
+        timings.set_capacity_of("step", FRAMES_AVERAGED);
         let info = ctx.info();
         Self {
             last_frame: Instant::now(),

@@ -12,9 +12,9 @@ use crate::portable::atan2;
 /// Flips triangles until neighbours agree, and returns which were flipped: their corners 1 and 2 are swapped.
 ///
 /// Triangles that share an edge with no third one are oriented first, breadth first from the lowest number, so that a surface that cannot
-/// be oriented (a Moebius band) is cut along a short line. Then the pieces that meet at edges of three or more triangles are oriented, so
-/// that the first half-edge there gets a twin. In each piece the majority keeps its winding, unless the piece is closed: then it is made to
-/// face outwards, or inwards if it is the wall of a cavity and faced inwards in the file.
+/// be oriented (a Moebius band) is cut along a short line. Then the components that meet at edges of three or more triangles are
+/// oriented, so that the first half-edge there gets a twin. In each component the majority keeps its winding, unless the component is
+/// closed: then it is made to face outwards, or inwards if it is the wall of a cavity and faced inwards in the file.
 pub(crate) fn orient(
     positions: &[Vec3],
     corners: &mut [[u32; 3]],
@@ -22,17 +22,17 @@ pub(crate) fn orient(
     report: &mut MeshReport,
 ) -> Vec<bool> {
     let (mut flipped, part_of, part_count) = flood(corners, groups);
-    let mut pieces = Pieces::new(part_count);
+    let mut components = Components::new(part_count);
     for group in groups.iter().filter(|group| group.len() > 2) {
-        join_at_shared_edge(corners, group, &flipped, &part_of, &mut pieces);
+        join_at_shared_edge(corners, group, &flipped, &part_of, &mut components);
     }
-    let mut piece_of = Vec::with_capacity(corners.len());
+    let mut component_of = Vec::with_capacity(corners.len());
     for (part, flipped) in part_of.iter().zip(&mut flipped) {
-        let (piece, turned) = pieces.find(*part);
-        piece_of.push(piece);
+        let (component, turned) = components.find(*part);
+        component_of.push(component);
         *flipped ^= turned;
     }
-    keep_majority(&piece_of, &mut flipped, part_count);
+    keep_majority(&component_of, &mut flipped, part_count);
     apply(corners, &flipped);
     groups.flip(&flipped);
     report.mended_triangles = flipped.iter().filter(|&&flipped| flipped).count();
@@ -43,12 +43,12 @@ pub(crate) fn orient(
         .filter(|group| group.len() == 2 && twins[group[0].1 as usize] == NONE)
         .count();
 
-    let inside_out = inside_out_pieces(positions, corners, &twins, &piece_of, part_count);
+    let inside_out = inside_out_components(positions, corners, &twins, &component_of, part_count);
     report.turned_parts = inside_out.iter().filter(|&&turned| turned).count();
     if report.turned_parts > 0 {
-        let turned: Vec<bool> = piece_of
+        let turned: Vec<bool> = component_of
             .iter()
-            .map(|&piece| inside_out[piece as usize])
+            .map(|&component| inside_out[component as usize])
             .collect();
         apply(corners, &turned);
         groups.flip(&turned);
@@ -101,27 +101,27 @@ fn join_at_shared_edge(
     group: &[(u64, u32)],
     flipped: &[bool],
     part_of: &[u32],
-    pieces: &mut Pieces,
+    components: &mut Components,
 ) {
     let (_, first) = group[0];
     for &(_, second) in &group[1..] {
         let [one, other] = [first, second].map(|h| h as usize / 3);
         let same_way = ends(corners, first).0 == ends(corners, second).0;
         let differ = same_way ^ flipped[one] ^ flipped[other];
-        if pieces.join(part_of[one], part_of[other], differ) {
+        if components.join(part_of[one], part_of[other], differ) {
             return;
         }
     }
 }
 
-/// Inverts the flips of every piece in which more triangles would be flipped than not.
-fn keep_majority(piece_of: &[u32], flipped: &mut [bool], piece_count: usize) {
-    let mut balance = vec![0_i64; piece_count];
-    for (&piece, &flipped) in piece_of.iter().zip(flipped.iter()) {
-        balance[piece as usize] += if flipped { 1 } else { -1 };
+/// Inverts the flips of every component in which more triangles would be flipped than not.
+fn keep_majority(component_of: &[u32], flipped: &mut [bool], component_count: usize) {
+    let mut balance = vec![0_i64; component_count];
+    for (&component, &flipped) in component_of.iter().zip(flipped.iter()) {
+        balance[component as usize] += if flipped { 1 } else { -1 };
     }
-    for (&piece, flipped) in piece_of.iter().zip(flipped.iter_mut()) {
-        *flipped ^= balance[piece as usize] > 0;
+    for (&component, flipped) in component_of.iter().zip(flipped.iter_mut()) {
+        *flipped ^= balance[component as usize] > 0;
     }
 }
 
@@ -133,38 +133,38 @@ fn apply(corners: &mut [[u32; 3]], flipped: &[bool]) {
     }
 }
 
-/// Which pieces are closed, enclose a negative volume, and are not the wall of a cavity.
-fn inside_out_pieces(
+/// Which components are closed, enclose a negative volume, and are not the wall of a cavity.
+fn inside_out_components(
     positions: &[Vec3],
     corners: &[[u32; 3]],
     twins: &[u32],
-    piece_of: &[u32],
-    piece_count: usize,
+    component_of: &[u32],
+    component_count: usize,
 ) -> Vec<bool> {
-    let mut pieces = vec![Piece::default(); piece_count];
-    for (triangle, &piece) in piece_of.iter().enumerate() {
-        let piece = &mut pieces[piece as usize];
+    let mut components = vec![Component::default(); component_count];
+    for (triangle, &component) in component_of.iter().enumerate() {
+        let component = &mut components[component as usize];
         let points = corners[triangle].map(|vertex| positions[vertex as usize].as_dvec3());
         let halfedges = &twins[3 * triangle..3 * triangle + 3];
-        piece.add(points, halfedges.contains(&NONE));
+        component.add(points, halfedges.contains(&NONE));
     }
-    let mut turned = vec![false; piece_count];
-    if !pieces.iter().any(Piece::is_inside_out) {
+    let mut turned = vec![false; component_count];
+    if !components.iter().any(Component::is_inside_out) {
         return turned;
     }
-    let mut triangles_of = vec![Vec::new(); piece_count];
-    for (triangle, &piece) in piece_of.iter().enumerate() {
-        triangles_of[piece as usize].push(triangle);
+    let mut triangles_of = vec![Vec::new(); component_count];
+    for (triangle, &component) in component_of.iter().enumerate() {
+        triangles_of[component as usize].push(triangle);
     }
-    for (index, piece) in pieces.iter().enumerate() {
-        if !piece.is_inside_out() {
+    for (index, component) in components.iter().enumerate() {
+        if !component.is_inside_out() {
             continue;
         }
-        let shells = (0..piece_count)
-            .filter(|&other| other != index && pieces[other].could_contain(piece))
+        let shells = (0..component_count)
+            .filter(|&other| other != index && components[other].could_contain(component))
             .filter(|&other| {
                 let shell = &triangles_of[other];
-                winding_number(positions, corners, shell, piece.origin).abs() > 0.5
+                winding_number(positions, corners, shell, component.origin).abs() > 0.5
             })
             .count();
         turned[index] = shells.is_multiple_of(2);
@@ -191,9 +191,9 @@ fn winding_number(
     half_angles.sum::<f64>() / (2.0 * std::f64::consts::PI)
 }
 
-/// Volume and box of one piece.
+/// Volume and box of one component.
 #[derive(Clone)]
-struct Piece {
+struct Component {
     /// Its first corner, which volumes are measured from.
     origin: DVec3,
     volume: f64,
@@ -203,7 +203,7 @@ struct Piece {
     open: bool,
 }
 
-impl Default for Piece {
+impl Default for Component {
     fn default() -> Self {
         Self {
             origin: DVec3::ZERO,
@@ -216,7 +216,7 @@ impl Default for Piece {
     }
 }
 
-impl Piece {
+impl Component {
     fn add(&mut self, points: [DVec3; 3], open: bool) {
         if self.triangles == 0 {
             self.origin = points[0];
@@ -244,19 +244,19 @@ impl Piece {
     }
 }
 
-/// Parts that are joined into pieces, each remembering whether it is turned against its piece (union-find with parity).
-struct Pieces {
+/// Parts that are joined into components, each remembering whether it is turned against its component (union-find with parity).
+struct Components {
     parent: Vec<(u32, bool)>,
 }
 
-impl Pieces {
+impl Components {
     fn new(parts: usize) -> Self {
         Self {
             parent: (0..parts as u32).map(|part| (part, false)).collect(),
         }
     }
 
-    /// The piece of a part, and whether the part is turned against it.
+    /// The component of a part, and whether the part is turned against it.
     fn find(&mut self, part: u32) -> (u32, bool) {
         let mut root = part;
         let mut turned = false;

@@ -11,7 +11,7 @@ use glam::{IVec2, Vec2};
 
 use super::super::surface::{AtlasMap, Surface};
 use super::fixed::{Fixed, twice_area};
-use super::raster::{self, Conflict};
+use super::owners::{self, Conflict};
 use super::{AtlasError, AtlasOptions, Control, overlap, surface_area, triangle_area};
 use crate::kept_files::{Hash, KeptFile, LAYOUTS};
 
@@ -95,7 +95,7 @@ impl Placement {
         if let Some((a, b)) = overlap::first(&corners, fixed, control)? {
             return Ok(Some(format!("triangles {a} and {b} lie on each other")));
         }
-        let conflict = raster::conflict(surface, &self.maps, &self.chart, options);
+        let conflict = owners::conflict(surface, &self.maps, &self.chart, options);
         Ok(conflict.map(
             |Conflict {
                  triangles: [a, b], ..

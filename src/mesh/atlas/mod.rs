@@ -30,12 +30,12 @@ mod outline;
 mod outlook;
 mod overlap;
 mod own_uvs;
+mod owners;
 mod packed;
 mod piece;
 mod pieces;
 mod pile;
 mod place;
-mod raster;
 mod rows;
 mod statistics;
 mod table;
@@ -324,15 +324,15 @@ impl Atlas {
                     let flat = charts::flat_charts(surface, control)?;
                     place::place(surface, flat, &options, control)
                 })?;
-                raster::derive(surface, maps, chart, chart_count, &options, control)?
+                owners::derive(surface, maps, chart, chart_count, &options, control)?
             }
             AtlasMethod::Grid => {
-                control.step(raster::DOING, raster::START)?;
+                control.step(owners::DOING, owners::START)?;
                 grid::Grid::new(surface, &options)?.layout(surface)
             }
             AtlasMethod::Mesh => {
                 let (maps, chart, chart_count) = own_uvs::place(surface, &options, control)?;
-                raster::derive(surface, maps, chart, chart_count, &options, control)?
+                owners::derive(surface, maps, chart, chart_count, &options, control)?
             }
         };
         let (seams, ways) = gutter::seams(surface, &layout, pitch_of(options.size), control)?;

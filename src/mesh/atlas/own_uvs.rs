@@ -11,7 +11,7 @@ use super::bitmap::{Bitmap, Shape};
 use super::fixed::Fixed;
 use super::outline::Mask;
 use super::overlap;
-use super::raster::{self, Conflict};
+use super::owners::{self, Conflict};
 use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, triangle_area};
 
 /// Squares of objects consist of whole cells; the texture has at most this many a side.
@@ -149,7 +149,7 @@ impl Islands {
                 larger: 2.0 + gutters + f64::from(missing),
             });
         }
-        raster::conflict(surface, &self.maps, &self.chart, options).map(Trouble::TooNear)
+        owners::conflict(surface, &self.maps, &self.chart, options).map(Trouble::TooNear)
     }
 }
 

@@ -13,7 +13,7 @@ use super::fixed::Fixed;
 use super::flat::FlatChart;
 use super::piece::Piece;
 use super::pile::{Candidate, Pile, Sheet, Spot};
-use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, pieces, raster};
+use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, owners, pieces};
 use crate::rng::{Purpose, random};
 
 /// Cells along a side of the bitmap at the most.
@@ -62,7 +62,7 @@ pub(super) fn place(
     let pieces = pieces::prepared(surface, flat, options, control)?;
     let packer = Packer::new(pieces, options.turn != 0);
     let found = packer.search(sheet, control)?;
-    control.step("packing", raster::START)?;
+    control.step("packing", owners::START)?;
     Ok(packer.placed(surface, sheet.fixed, &found))
 }
 
@@ -232,7 +232,7 @@ impl Packer {
             best = found.into_iter().flatten().last().or(best);
             control.step(
                 "packing",
-                START + (0.4 + 0.2 * rounds as f32) * (raster::START - START),
+                START + (0.4 + 0.2 * rounds as f32) * (owners::START - START),
             )?;
         }
         match best.or_else(|| self.pack(sheet, least, &any)) {

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::super::surface::{NONE, Surface};
 use super::gutter::Affine;
-use super::raster::{self, Conflict};
+use super::owners::{self, Conflict};
 use super::{Atlas, AtlasMethod, AtlasOptions, surface_area};
 use crate::rng::{Purpose, random, unit};
 
@@ -92,7 +92,7 @@ impl Atlas {
             gutter: self.gutter,
             ..AtlasOptions::default()
         };
-        match raster::conflict(surface, &self.maps, &self.chart, &options) {
+        match owners::conflict(surface, &self.maps, &self.chart, &options) {
             Some(Conflict { triangles, .. }) => Err(format!(
                 "the charts of triangles {triangles:?} want the same texel"
             )),

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::*;
-use crate::mesh::atlas::{cache, charts, gutter, place, raster};
+use crate::mesh::atlas::{cache, charts, gutter, owners, place};
 
 /// `cargo test --release --lib atlas::tests::measure -- --ignored --nocapture`, with `SIZE`, `GUTTER`, `MESHES` and
 /// `PICTURES` in the environment.
@@ -33,7 +33,7 @@ fn packing_of_the_built_in_meshes() {
         let packing = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let layout =
-            raster::derive(&surface, maps, chart, chart_count, &options, &control).unwrap();
+            owners::derive(&surface, maps, chart, chart_count, &options, &control).unwrap();
         let deriving = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let (seams, ways) = gutter::seams(&surface, &layout, pitch_of(size), &control).unwrap();
