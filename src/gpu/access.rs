@@ -161,6 +161,31 @@ impl Wait {
     }
 }
 
+/// Records a barrier for everything before it, and for the device's or the host's work after it, or both, as the stages say.
+///
+/// # Safety
+/// `cmd` is being recorded, outside of a pass.
+pub(crate) unsafe fn full_barrier(
+    device: &ash::Device,
+    cmd: vk::CommandBuffer,
+    to: vk::PipelineStageFlags,
+) {
+    let all = vk::PipelineStageFlags::ALL_COMMANDS;
+    let mut access = vk::AccessFlags::empty();
+    if to.contains(all) {
+        access |= vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE;
+    }
+    if to.contains(vk::PipelineStageFlags::HOST) {
+        access |= vk::AccessFlags::HOST_READ;
+    }
+    let barrier = vk::MemoryBarrier::default()
+        .src_access_mask(vk::AccessFlags::MEMORY_WRITE)
+        .dst_access_mask(access);
+    let none = vk::DependencyFlags::empty();
+    // SAFETY: the caller's.
+    unsafe { device.cmd_pipeline_barrier(cmd, all, to, none, &[barrier], &[], &[]) };
+}
+
 /// For every two kinds of access, up to which work they are ordered. All works that are recorded in a context are numbered.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Order {

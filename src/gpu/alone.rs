@@ -9,7 +9,7 @@ use super::buffer::{AnyBuffer, Buffer};
 use super::buffer_core::{BufferCore, Domain};
 use super::error::GpuResult;
 use super::kernel::{BindingAccess, Interface, Resource};
-use super::pages::{Extent, Stretch, stretches};
+use super::pages::{Extent, copy_bytes};
 use super::part::{Alone, Kept, Part};
 use super::recorder::Recorder;
 use super::timer::SpanKind;
@@ -132,13 +132,9 @@ impl Recorder {
     fn copy_all(&self, from: &Extent, to: &Extent, size: u64) {
         let all = vk::PipelineStageFlags::ALL_COMMANDS;
         self.full_barrier(all);
-        for Stretch { from, to, copy } in stretches((from, 0), (to, 0), size) {
-            // SAFETY: both are alive until this frame is over: the original is bound by the dispatch that follows or
-            // would have followed, and what was kept is dropped into the deletion queue. Both have this size.
-            unsafe {
-                self.device().cmd_copy_buffer(self.raw(), from, to, &[copy]);
-            }
-        }
+        // SAFETY: both are alive until this frame is over: the original is bound by the dispatch that follows or
+        // would have followed, and what was kept is dropped into the deletion queue. Both have this size.
+        unsafe { copy_bytes(self.device(), self.raw(), (from, 0), (to, 0), size) };
         self.full_barrier(all);
     }
 }

@@ -8,19 +8,20 @@ use bytemuck::Pod;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
+use super::access::full_barrier;
 use super::allocation::allocate;
 use super::buffer::{AnyBuffer, Buffer};
 use super::buffer_core::Domain;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
-use super::pages::{Extent, Stretch, stretches};
+use super::pages::{Extent, copy_bytes};
 use super::staging::Staging;
 
 /// Bytes that one chunk moves.
 const CHUNK: u64 = 8 << 20;
 
 impl Staging {
-    /// A transfer that still runs keeps what it uses; the next one makes everything anew.
+    /// A transfer that still runs keeps what it uses; the next one makes everything again.
     fn abandon(&mut self, ctx: &Context) {
         let ticket = ctx.deletion_queue.begin();
         ctx.deletion_queue.submitted(ticket);
@@ -34,6 +35,7 @@ impl Staging {
     fn run(&mut self, ctx: &Context, record: impl FnOnce(vk::CommandBuffer)) -> GpuResult<()> {
         const WHAT: &str = "a transfer";
         let device = &ctx.device.raw;
+        let all = vk::PipelineStageFlags::ALL_COMMANDS;
         // SAFETY: for all calls, the handles are this device's, and nothing of them is in use between two runs.
         unsafe {
             if self.pool == vk::CommandPool::null() {
@@ -69,19 +71,9 @@ impl Staging {
                 .begin_command_buffer(cmds[0], &begin)
                 .check("vkBeginCommandBuffer", WHAT)
                 .and_then(|()| {
-                    full_barrier(
-                        device,
-                        cmds[0],
-                        vk::PipelineStageFlags::empty(),
-                        vk::AccessFlags::empty(),
-                    );
+                    full_barrier(device, cmds[0], all);
                     record(cmds[0]);
-                    full_barrier(
-                        device,
-                        cmds[0],
-                        vk::PipelineStageFlags::HOST,
-                        vk::AccessFlags::HOST_READ,
-                    );
+                    full_barrier(device, cmds[0], all | vk::PipelineStageFlags::HOST);
                     device
                         .end_command_buffer(cmds[0])
                         .check("vkEndCommandBuffer", WHAT)
@@ -100,30 +92,6 @@ impl Staging {
             finished
         }
     }
-}
-
-fn full_barrier(
-    device: &ash::Device,
-    cmd: vk::CommandBuffer,
-    more: vk::PipelineStageFlags,
-    access: vk::AccessFlags,
-) {
-    let all = vk::PipelineStageFlags::ALL_COMMANDS;
-    let barrier = vk::MemoryBarrier::default()
-        .src_access_mask(vk::AccessFlags::MEMORY_WRITE)
-        .dst_access_mask(vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE | access);
-    // SAFETY: `cmd` is being recorded.
-    unsafe {
-        device.cmd_pipeline_barrier(
-            cmd,
-            all,
-            all | more,
-            vk::DependencyFlags::empty(),
-            &[barrier],
-            &[],
-            &[],
-        )
-    };
 }
 
 impl<T: Pod> Buffer<T> {
@@ -194,16 +162,7 @@ impl Context {
     /// # Panics
     /// As [`Context::upload`].
     pub fn upload_at<T: Pod>(&self, buffer: &Buffer<T>, start: usize, data: &[T]) -> GpuResult<()> {
-        let fits = start
-            .checked_add(data.len())
-            .is_some_and(|end| end <= buffer.len());
-        assert!(
-            fits,
-            "`{}` has {} elements: {} from {start} on do not fit",
-            buffer.name(),
-            buffer.len(),
-            data.len()
-        );
+        buffer.assert_fits(start, data.len());
         let core = buffer.core();
         core.assert_not_being_recorded();
         core.assert_not_read_by_host("upload");
@@ -221,8 +180,11 @@ impl Context {
                 .expect("staging memory is mapped");
             mapped[..chunk.len()].copy_from_slice(chunk);
             let (source, size) = (Extent::whole(source), chunk.len() as u64);
-            let copies = stretches((&source, 0), (core.extent(), target), size);
-            staging.run(self, |cmd| self.copy_all(cmd, copies))?;
+            // SAFETY: both are alive until the transfer has finished; the bytes lie in them.
+            staging.run(self, |cmd| unsafe {
+                let to = (core.extent(), target);
+                copy_bytes(&self.device.raw, cmd, (&source, 0), to, size);
+            })?;
             target += chunk.len() as u64;
         }
         core.forget_history();
@@ -252,13 +214,7 @@ impl Context {
         buffer: &Buffer<T>,
         range: std::ops::Range<usize>,
     ) -> GpuResult<Vec<T>> {
-        let fits = range.start <= range.end && range.end <= buffer.len();
-        assert!(
-            fits,
-            "`{}` has {} elements, not {range:?}",
-            buffer.name(),
-            buffer.len()
-        );
+        buffer.assert_has(&range);
         let core = buffer.core();
         core.assert_not_being_recorded();
         let mut staging = self.staging.lock().unwrap_or_else(|e| e.into_inner());
@@ -272,8 +228,11 @@ impl Context {
                 MemoryLocation::GpuToCpu,
             )?;
             let (target, size) = (Extent::whole(target), chunk.len() as u64);
-            let copies = stretches((core.extent(), source), (&target, 0), size);
-            staging.run(self, |cmd| self.copy_all(cmd, copies))?;
+            // SAFETY: both are alive until the transfer has finished; the bytes lie in them.
+            staging.run(self, |cmd| unsafe {
+                let from = (core.extent(), source);
+                copy_bytes(&self.device.raw, cmd, from, (&target, 0), size);
+            })?;
             let mapped = staging
                 .download
                 .as_ref()
@@ -300,22 +259,12 @@ impl Context {
             return Ok(());
         }
         let mut staging = self.staging.lock().unwrap_or_else(|e| e.into_inner());
-        staging.run(self, |cmd| {
-            for &page in core.extent().buffers() {
-                // SAFETY: the buffer is alive; its size is a multiple of 4.
-                unsafe { (self.device.raw).cmd_fill_buffer(cmd, page, 0, vk::WHOLE_SIZE, value) };
-            }
+        // SAFETY: the buffer is alive; its size is a multiple of 4.
+        staging.run(self, |cmd| unsafe {
+            core.extent().fill(&self.device.raw, cmd, value);
         })?;
         core.forget_history();
         Ok(())
-    }
-
-    /// Records copies of buffers that are alive, of bytes that lie in them.
-    fn copy_all(&self, cmd: vk::CommandBuffer, copies: impl Iterator<Item = Stretch>) {
-        for Stretch { from, to, copy } in copies {
-            // SAFETY: `cmd` is being recorded; both callers made sure of the rest.
-            unsafe { self.device.raw.cmd_copy_buffer(cmd, from, to, &[copy]) };
-        }
     }
 }
 

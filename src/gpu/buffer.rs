@@ -129,6 +129,30 @@ impl<T> Buffer<T> {
         &self.core.name
     }
 
+    /// So many elements from `start` on lie in it.
+    pub(crate) fn assert_fits(&self, start: usize, count: usize) {
+        let fits = start
+            .checked_add(count)
+            .is_some_and(|end| end <= self.len());
+        assert!(
+            fits,
+            "`{}` has {} elements: {count} from {start} on do not fit",
+            self.name(),
+            self.len()
+        );
+    }
+
+    /// The range lies in it.
+    pub(crate) fn assert_has(&self, range: &std::ops::Range<usize>) {
+        let fits = range.start <= range.end && range.end <= self.len();
+        assert!(
+            fits,
+            "`{}` has {} elements, not {range:?}",
+            self.name(),
+            self.len()
+        );
+    }
+
     /// Does an unfinished frame use it?
     #[must_use]
     pub fn is_in_use(&self) -> bool {

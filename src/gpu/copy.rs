@@ -7,7 +7,7 @@ use super::access::Access;
 use super::buffer::{AnyBuffer, Buffer};
 use super::buffer_core::BufferCore;
 use super::image::{Format, Image, ImageState};
-use super::pages::{Stretch, stretches};
+use super::pages::copy_bytes;
 use super::recorder::Recorder;
 use super::sampled::Sampled;
 use super::timer::SpanKind;
@@ -36,23 +36,8 @@ impl Recorder {
         if self.skips() {
             return;
         }
-        let fits = range.start <= range.end && range.end <= source.len();
-        assert!(
-            fits,
-            "`{}` has {} elements, not {range:?}",
-            source.name(),
-            source.len()
-        );
-        let fits = start
-            .checked_add(range.len())
-            .is_some_and(|end| end <= target.len());
-        assert!(
-            fits,
-            "`{}` has {} elements: {} from {start} on do not fit",
-            target.name(),
-            target.len(),
-            range.len()
-        );
+        source.assert_has(&range);
+        target.assert_fits(start, range.len());
         let (from, to) = (source.core(), target.core());
         assert!(
             from.raw() != to.raw(),
@@ -67,11 +52,9 @@ impl Recorder {
         }
         self.touch("copy", &[reads(from), writes(to)]);
         self.work("copy", SpanKind::Copy, |rec| {
-            for stretch in stretches((from.extent(), source), (to.extent(), target), size) {
-                let Stretch { from, to, copy } = stretch;
-                // SAFETY: both buffers are alive and freed only after this frame; the range lies in both.
-                unsafe { rec.device().cmd_copy_buffer(rec.raw(), from, to, &[copy]) };
-            }
+            let (from, to) = ((from.extent(), source), (to.extent(), target));
+            // SAFETY: both buffers are alive and freed only after this frame; the range lies in both.
+            unsafe { copy_bytes(rec.device(), rec.raw(), from, to, size) };
         });
     }
 
@@ -86,13 +69,8 @@ impl Recorder {
         }
         self.touch("fill", &[writes(core)]);
         self.work("fill", SpanKind::Copy, |rec| {
-            for &page in core.extent().buffers() {
-                // SAFETY: the buffer is alive and freed only after this frame; its size is a multiple of 4.
-                unsafe {
-                    rec.device()
-                        .cmd_fill_buffer(rec.raw(), page, 0, vk::WHOLE_SIZE, value)
-                };
-            }
+            // SAFETY: the buffer is alive and freed only after this frame; its size is a multiple of 4.
+            unsafe { core.extent().fill(rec.device(), rec.raw(), value) };
         });
     }
 
@@ -121,16 +99,7 @@ impl Recorder {
         if self.skips() {
             return;
         }
-        let fits = start
-            .checked_add(data.len())
-            .is_some_and(|end| end <= buffer.len());
-        assert!(
-            fits,
-            "`{}` has {} elements: {} from {start} on do not fit",
-            buffer.name(),
-            buffer.len(),
-            data.len()
-        );
+        buffer.assert_fits(start, data.len());
         assert!(
             size_of_val(data) <= 65_536,
             "{} bytes do not fit a command buffer; use an upload buffer",
@@ -188,12 +157,9 @@ impl Recorder {
         }
         self.transition(source, ImageState::COPY_SOURCE, true);
         self.transition(target, ImageState::COPY_TARGET, true);
-        let layers = vk::ImageSubresourceLayers::default()
-            .aspect_mask(vk::ImageAspectFlags::COLOR)
-            .layer_count(1);
         let region = vk::ImageCopy::default()
-            .src_subresource(layers)
-            .dst_subresource(layers)
+            .src_subresource(colours())
+            .dst_subresource(colours())
             .dst_offset(vk::Offset3D {
                 x: place[0] as i32,
                 y: place[1] as i32,
@@ -233,15 +199,7 @@ impl Recorder {
             return;
         }
         let image = target.image();
-        let [width, height] = image.size();
-        let fits = size_of::<T>() == image.format().pixel_size()
-            && buffer.len() >= width as usize * height as usize;
-        assert!(
-            fits,
-            "`{}` does not have {width} x {height} pixels of {:?}",
-            buffer.name(),
-            image.format()
-        );
+        assert_has_pixels(buffer, image);
         let core = buffer.core();
         self.touch("copy_to_sampled", &[reads(core)]);
         self.transition(image, ImageState::COPY_TARGET, false);
@@ -270,20 +228,12 @@ impl Recorder {
         if self.skips() {
             return;
         }
-        let [width, height] = image.size();
         assert!(
             image.samples() == 1 && image.format() != Format::Depth32,
             "`{}` cannot be copied",
             image.name()
         );
-        let fits = size_of::<T>() == image.format().pixel_size()
-            && buffer.len() >= width as usize * height as usize;
-        assert!(
-            fits,
-            "`{}` does not hold {width} x {height} pixels of {:?}",
-            buffer.name(),
-            image.format()
-        );
+        assert_has_pixels(buffer, image);
         let core = buffer.core();
         self.touch("copy_image", &[writes(core)]);
         self.transition(image, ImageState::COPY_SOURCE, true);
@@ -319,15 +269,30 @@ fn writes(core: &BufferCore) -> Touch<'_> {
     }
 }
 
+/// A buffer that holds an image has an element for each pixel, and elements are as large as pixels.
+fn assert_has_pixels<T: Pod>(buffer: &Buffer<T>, image: &Image) {
+    let [width, height] = image.size();
+    let fits = size_of::<T>() == image.format().pixel_size()
+        && buffer.len() >= width as usize * height as usize;
+    assert!(
+        fits,
+        "`{}` does not have {width} x {height} pixels of {:?}",
+        buffer.name(),
+        image.format()
+    );
+}
+
+fn colours() -> vk::ImageSubresourceLayers {
+    vk::ImageSubresourceLayers::default()
+        .aspect_mask(vk::ImageAspectFlags::COLOR)
+        .layer_count(1)
+}
+
 /// All pixels of an image and as many elements of a buffer.
 fn whole(image: &Image) -> vk::BufferImageCopy {
     let [width, height] = image.size();
     vk::BufferImageCopy::default()
-        .image_subresource(
-            vk::ImageSubresourceLayers::default()
-                .aspect_mask(vk::ImageAspectFlags::COLOR)
-                .layer_count(1),
-        )
+        .image_subresource(colours())
         .image_extent(vk::Extent3D {
             width,
             height,

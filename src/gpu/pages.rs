@@ -25,10 +25,10 @@ pub(crate) struct Extent {
 }
 
 /// A part of a copy that lies in one buffer on either side.
-pub(crate) struct Stretch {
-    pub(crate) from: vk::Buffer,
-    pub(crate) to: vk::Buffer,
-    pub(crate) copy: vk::BufferCopy,
+struct Stretch {
+    from: vk::Buffer,
+    to: vk::Buffer,
+    copy: vk::BufferCopy,
 }
 
 impl Extent {
@@ -61,6 +61,17 @@ impl Extent {
         &self.buffers
     }
 
+    /// Records that all of it is filled with a 32-bit value.
+    ///
+    /// # Safety
+    /// `cmd` is being recorded, outside of a pass; the buffers live until it has finished, and have a multiple of 4 bytes.
+    pub(crate) unsafe fn fill(&self, device: &ash::Device, cmd: vk::CommandBuffer, value: u32) {
+        for &page in &self.buffers {
+            // SAFETY: the caller's.
+            unsafe { device.cmd_fill_buffer(cmd, page, 0, vk::WHOLE_SIZE, value) };
+        }
+    }
+
     /// The buffer that a byte lies in, the offset in it, and the number of bytes from there on.
     fn find(&self, at: u64) -> (vk::Buffer, u64, u64) {
         let offset = at % self.page;
@@ -69,8 +80,25 @@ impl Extent {
     }
 }
 
-/// Cuts a copy of so many bytes, from a byte of one buffer to a byte of another.
-pub(crate) fn stretches(
+/// Records a copy of so many bytes, from a byte of one buffer to a byte of another.
+///
+/// # Safety
+/// `cmd` is being recorded, outside of a pass; the buffers live until it has finished, and the bytes lie in them.
+pub(crate) unsafe fn copy_bytes(
+    device: &ash::Device,
+    cmd: vk::CommandBuffer,
+    from: (&Extent, u64),
+    to: (&Extent, u64),
+    size: u64,
+) {
+    for Stretch { from, to, copy } in stretches(from, to, size) {
+        // SAFETY: the caller's.
+        unsafe { device.cmd_copy_buffer(cmd, from, to, &[copy]) };
+    }
+}
+
+/// Cuts a copy of so many bytes where either side has a new page.
+fn stretches(
     (from, from_at): (&Extent, u64),
     (to, to_at): (&Extent, u64),
     size: u64,

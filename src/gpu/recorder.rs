@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::access::{Recording, Unordered};
+use super::access::{Recording, Unordered, full_barrier};
 use super::context::Context;
 use super::frame_resources::FrameResources;
 use super::listing::Listed;
@@ -160,23 +160,8 @@ impl Recorder {
     }
 
     pub(crate) fn full_barrier(&self, to: vk::PipelineStageFlags) {
-        let host = to.contains(vk::PipelineStageFlags::HOST);
-        let barrier = vk::MemoryBarrier::default()
-            .src_access_mask(vk::AccessFlags::MEMORY_WRITE)
-            .dst_access_mask(if host {
-                vk::AccessFlags::HOST_READ
-            } else {
-                vk::AccessFlags::MEMORY_READ | vk::AccessFlags::MEMORY_WRITE
-            });
-        let (from, none) = (
-            vk::PipelineStageFlags::ALL_COMMANDS,
-            vk::DependencyFlags::empty(),
-        );
-        // SAFETY: the command buffer is being recorded.
-        unsafe {
-            self.device()
-                .cmd_pipeline_barrier(self.raw(), from, to, none, &[barrier], &[], &[])
-        };
+        // SAFETY: the command buffer is being recorded; in a pass there are no full barriers.
+        unsafe { full_barrier(self.device(), self.raw(), to) };
     }
 
     pub(crate) fn begin_span(&mut self, name: &str, kind: SpanKind) {
