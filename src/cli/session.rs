@@ -148,7 +148,7 @@ impl Session {
                 is_as_everywhere = Some(false);
             }
             console::message(&format!(
-                "going on from step {}{}",
+                "continues from step {}{}",
                 simulation.step(),
                 changes
                     .iter()

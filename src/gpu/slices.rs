@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn what_came_between_slices_is_nobodys_time() {
+    fn time_between_slices_is_not_counted() {
         // Queries of a frame 0 and 1, a step 2 and 3, then kernels of 10 ticks each with gaps of 100 and 1000 after them.
         // The counter has eight bits more than it keeps, and wraps on the way.
         let mask = 0xfff;

@@ -12,22 +12,22 @@ use super::timer::{SpanKind, Timings};
 const WHAT: &str = "a slice of a frame";
 
 /// Kernel times are estimated from so many frames.
-const LATELY: usize = 8;
+const RECENT: usize = 8;
 
 impl Recorder {
     /// From now on every kernel ends a slice, and so does every picture or band of one. [`Frames::run_slice`](super::Frames::run_slice) submits slices one by one, and
     /// [`Frames::submit`](super::Frames::submit) submits the rest. Frames submitted in between must not use the buffers of this recording,
     /// and must come from another ring.
     ///
-    /// On devices that are processors, a dispatch of a kernel that has lately taken longer than `longest` is divided into slices of about
+    /// On devices that are processors, a dispatch of a kernel that has recently taken longer than `longest` is divided into slices of about
     /// that time. [`Recorder::dispatch_indirect`] stays whole.
-    pub fn slice(&mut self, longest: Duration, lately: &Timings) {
+    pub fn slice(&mut self, longest: Duration, recent: &Timings) {
         self.slices.is_on = true;
         if !divides(self.ctx()) {
             return;
         }
         let longest_ms = longest.as_secs_f64().max(1e-4) * 1e3;
-        for spans in lately.frames().rev().take(LATELY) {
+        for spans in recent.frames().rev().take(RECENT) {
             for span in spans.iter().filter(|s| s.kind == SpanKind::Kernel) {
                 let parts = (span.ms() / longest_ms).ceil() as u32;
                 if parts > 1 {

@@ -7,7 +7,7 @@ use myxo::gpu::{Context, Frames, Span, SpanKind};
 use crate::lab::facts::{Facts, KernelTime, Times};
 use crate::lab::pacing::Pacer;
 use crate::lab::stage::Stage;
-use crate::measured::lately::Lately;
+use crate::measured::recent::RecentTimes;
 
 /// How often figures change: often enough to follow, seldom enough to read.
 const INTERVAL: Duration = Duration::from_millis(500);
@@ -34,7 +34,7 @@ pub struct Clocks {
     frame_seconds: f64,
     steps: u32,
     /// The measurements of the times that are frozen, for files.
-    frozen: Option<Lately>,
+    frozen: Option<RecentTimes>,
     /// The figures as they are shown.
     pub facts: Facts,
 }
@@ -60,6 +60,15 @@ impl Clocks {
                 ..Facts::default()
             },
         }
+    }
+
+    /// Counts again on another device. The scene is the same, and frozen times stay.
+    pub fn on(self, ctx: &Context, frames: &mut Frames) -> Self {
+        let mut clocks = Self::new(ctx, frames);
+        clocks.frozen = self.frozen;
+        clocks.facts.frozen = self.facts.frozen;
+        clocks.facts.scene = self.facts.scene;
+        clocks
     }
 
     /// A frame begins: how long after the last one?
@@ -171,16 +180,16 @@ impl Clocks {
     }
 
     /// The measurements of the times that are shown, for files; none if there are no steps among them.
-    pub fn measured(&self, ctx: &Context, frames: &Frames, stage: &Stage) -> Option<Lately> {
+    pub fn measured(&self, ctx: &Context, frames: &Frames, stage: &Stage) -> Option<RecentTimes> {
         match &self.facts.frozen {
             Some(_) => self.frozen.clone(),
             None => self.measured_now(ctx, frames, stage),
         }
     }
 
-    fn measured_now(&self, ctx: &Context, frames: &Frames, stage: &Stage) -> Option<Lately> {
+    fn measured_now(&self, ctx: &Context, frames: &Frames, stage: &Stage) -> Option<RecentTimes> {
         let pace = self.facts.steps_per_second;
-        Lately::new(ctx, &stage.scene, &stage.simulation, frames.timings(), pace)
+        RecentTimes::new(ctx, &stage.scene, &stage.simulation, frames.timings(), pace)
     }
 
     /// Shows the times of steps, if there are any.
@@ -300,6 +309,14 @@ mod tests {
         clocks.read_timers(&frames);
         assert_eq!(clocks.facts.shown_times().step_ms, Some(2.0));
         assert!(first.is_some() && report(&clocks, &frames) == first);
+        // Another device has measured nothing yet.
+        let mut frames = Frames::new(&ctx, 2).unwrap();
+        let mut clocks = clocks.on(&ctx, &mut frames);
+        assert_eq!(report(&clocks, &frames), first);
+        for ms in [2.0, 4.0] {
+            frames.timings_mut().push(frame(SpanKind::Scope, ms));
+        }
+        clocks.read_timers(&frames);
         clocks.unfreeze_times();
         assert_eq!(clocks.facts.shown_times().step_ms, Some(3.0));
         assert_ne!(report(&clocks, &frames), first);

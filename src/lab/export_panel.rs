@@ -14,6 +14,7 @@ use crate::lab::desk::Desk;
 use crate::lab::facts::Facts;
 use crate::lab::facts::{Making, Recorded};
 use crate::lab::layout::Card;
+use crate::lab::overlays::progress_bar;
 use crate::lab::places::{Marked as _, mark_cross, note_value};
 use crate::lab::recent::pick;
 use crate::lab::theme;
@@ -344,7 +345,7 @@ impl ExportPanel {
         title(
             ui,
             "Film at a fixed step",
-            "Goes on from here by so many steps a frame, however long each takes; no frame is left out. The camera \
+            "Continues from here by so many steps a frame, however long each takes; no frame is left out. The camera \
              is where it is now, or turns from there; if it shows the whole scene, from as far as that takes.",
         );
         sizes(ui, "out.film_size", &mut out.film_size);
@@ -582,11 +583,7 @@ fn show_making(
                     };
                     ui.label(RichText::new(doing).color(theme::weak(ui)));
                     if let Some(done) = making.done {
-                        ui.add(
-                            egui::ProgressBar::new(done)
-                                .fill(theme::accent(ui))
-                                .desired_height(4.0),
-                        );
+                        ui.add(progress_bar(ui, done));
                     }
                     ui.horizontal(|ui| {
                         let cancel = egui::Button::new("Cancel");

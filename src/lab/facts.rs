@@ -35,7 +35,7 @@ pub struct KernelTime {
     pub share: f64,
 }
 
-/// GPU times of steps and pictures, lately; milliseconds.
+/// Recent GPU times of steps and pictures, milliseconds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Times {
     /// GPU time of a step; `None` if the device has no timestamps.
@@ -72,9 +72,9 @@ pub struct Facts {
     pub step: u64,
     /// Seconds of the objects' motion, if any moves.
     pub seconds: Option<f64>,
-    /// Steps a second, lately.
+    /// Recent steps a second.
     pub steps_per_second: f64,
-    /// Pictures a second, lately.
+    /// Recent pictures a second.
     pub frames_per_second: f64,
     /// Recent times of steps and pictures.
     pub times: Times,

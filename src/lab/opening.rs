@@ -15,6 +15,7 @@ use myxo::scene::settings::Settings;
 
 use crate::lab::actions::Action;
 use crate::lab::command::Command;
+use crate::lab::overlays::centred_card;
 use crate::lab::places::Marked as _;
 use crate::lab::saving::whole;
 use crate::lab::saving::{MESHES, ends_so, is_mesh};
@@ -237,34 +238,26 @@ impl Opening {
             .to_string_lossy();
         let mut command = None;
         let mut gives_up = ctx.input(|input| input.key_pressed(egui::Key::Escape));
-        let shown = egui::Area::new("mesh".into())
-            .order(egui::Order::Foreground)
-            .pivot(Align2::CENTER_CENTER)
-            .fixed_pos(picture.center())
-            .show(ctx, |ui| {
-                egui::Frame::popup(ui.style())
-                    .inner_margin(16.0)
-                    .show(ui, |ui| {
-                        ui.label(RichText::new(name).heading());
-                        ui.horizontal(|ui| {
-                            let add = ui
-                                .button("Add to the scene")
-                                .on_hover_text("It becomes one more object; what has grown stays");
-                            if add.marked("mesh.add").clicked() {
-                                command = Some(Command::TakeFile(mesh.clone()));
-                            }
-                            let alone = ui
-                                .button("Open alone")
-                                .on_hover_text("A new scene with this mesh as its only object");
-                            if alone.marked("mesh.alone").clicked() {
-                                command = Some(Command::OpenAlone(mesh.clone()));
-                            }
-                            gives_up |= ui.button("Cancel").marked("mesh.cancel").clicked();
-                        });
-                    });
+        let layer = centred_card(ctx, "mesh", picture, |ui| {
+            ui.label(RichText::new(name).heading());
+            ui.horizontal(|ui| {
+                let add = ui
+                    .button("Add to the scene")
+                    .on_hover_text("It becomes one more object; what has grown stays");
+                if add.marked("mesh.add").clicked() {
+                    command = Some(Command::TakeFile(mesh.clone()));
+                }
+                let alone = ui
+                    .button("Open alone")
+                    .on_hover_text("A new scene with this mesh as its only object");
+                if alone.marked("mesh.alone").clicked() {
+                    command = Some(Command::OpenAlone(mesh.clone()));
+                }
+                gives_up |= ui.button("Cancel").marked("mesh.cancel").clicked();
             });
+        });
         // Nothing else is pressed meanwhile.
-        ctx.memory_mut(|memory| memory.set_modal_layer(shown.response.layer_id));
+        ctx.memory_mut(|memory| memory.set_modal_layer(layer));
         if gives_up || command.is_some() {
             self.mesh = None;
         }

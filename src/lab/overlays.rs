@@ -1,6 +1,6 @@
 //! Overlays of the picture: the line of facts, the list of controls, short messages.
 
-use egui::{Align, Align2, Layout, Rect, RichText, Ui, vec2};
+use egui::{Align, Align2, LayerId, Layout, Rect, RichText, Ui, vec2};
 
 use crate::lab::actions::Action;
 use crate::lab::actions::{self, Group, MOUSE};
@@ -160,36 +160,49 @@ pub(super) fn show_help(
     }
 }
 
+/// A card in the middle of the picture, over everything else. Gives its layer.
+pub(super) fn centred_card(
+    ctx: &egui::Context,
+    id: &'static str,
+    picture: Rect,
+    contents: impl FnOnce(&mut Ui),
+) -> LayerId {
+    let area = egui::Area::new(id.into())
+        .order(egui::Order::Foreground)
+        .pivot(Align2::CENTER_CENTER)
+        .fixed_pos(picture.center());
+    let shown = area.show(ctx, |ui| {
+        let frame = egui::Frame::popup(ui.style()).inner_margin(16.0);
+        frame.show(ui, contents);
+    });
+    shown.response.layer_id
+}
+
+/// A thin bar of what is done, 0 to 1.
+pub(super) fn progress_bar(ui: &Ui, done: f32) -> egui::ProgressBar {
+    egui::ProgressBar::new(done)
+        .fill(theme::accent(ui))
+        .desired_height(4.0)
+}
+
 /// A card over the picture of a window that is to close: what it finishes before that.
 pub(super) fn show_ending(ctx: &egui::Context, picture: Rect, out: &ExportFacts) {
     let making = out.making.as_ref();
     let name = making.map_or("the recording", |making| making.name.as_str());
-    egui::Area::new("ending".into())
-        .order(egui::Order::Foreground)
-        .pivot(Align2::CENTER_CENTER)
-        .fixed_pos(picture.center())
-        .show(ctx, |ui| {
-            egui::Frame::popup(ui.style())
-                .inner_margin(16.0)
-                .show(ui, |ui| {
-                    ui.set_width(300.0_f32.min(picture.width() - 64.0));
-                    ui.label(RichText::new(format!("Finishing {name}")).heading());
-                    let doing = making.map_or("writing", |making| making.doing.as_str());
-                    ui.label(RichText::new(doing).color(theme::weak(ui)));
-                    ui.add(
-                        egui::ProgressBar::new(making.and_then(|m| m.done).unwrap_or(1.0))
-                            .animate(true)
-                            .fill(theme::accent(ui))
-                            .desired_height(4.0),
-                    );
-                    ui.add_space(4.0);
-                    ui.label(if making.is_some() {
-                        "Then the window closes. Closed once more, it gives that up."
-                    } else {
-                        "Then the window closes."
-                    });
-                });
+    centred_card(ctx, "ending", picture, |ui| {
+        ui.set_width(300.0_f32.min(picture.width() - 64.0));
+        ui.label(RichText::new(format!("Finishing {name}")).heading());
+        let doing = making.map_or("writing", |making| making.doing.as_str());
+        ui.label(RichText::new(doing).color(theme::weak(ui)));
+        let done = making.and_then(|making| making.done).unwrap_or(1.0);
+        ui.add(progress_bar(ui, done).animate(true));
+        ui.add_space(4.0);
+        ui.label(if making.is_some() {
+            "Then the window closes. Closed once more, it gives that up."
+        } else {
+            "Then the window closes."
         });
+    });
     note_value(ctx, "ending", || name.to_owned());
 }
 
@@ -207,11 +220,6 @@ pub(super) fn show_loading(
         is_cancelled,
     } = loading.progress;
     let doing = if is_cancelled { "ending" } else { doing };
-    let bar = |ui: &egui::Ui| {
-        egui::ProgressBar::new(done)
-            .fill(theme::accent(ui))
-            .desired_height(4.0)
-    };
     let mut cancel = |ui: &mut egui::Ui, button: egui::Button<'_>| {
         let clicked = ui
             .add_enabled(!is_cancelled, button)
@@ -234,7 +242,7 @@ pub(super) fn show_loading(
         if loading.is_shown {
             frame.show(ui, |ui| {
                 ui.horizontal(|ui| {
-                    ui.add(bar(ui).desired_width(90.0));
+                    ui.add(progress_bar(ui, done).desired_width(90.0));
                     ui.label(RichText::new(doing).color(theme::weak(ui)));
                     let cross = RichText::new("×").size(16.0);
                     cancel(ui, egui::Button::new(cross).frame(false));
@@ -246,7 +254,7 @@ pub(super) fn show_loading(
             ui.set_width(300.0_f32.min(picture.width() - 64.0));
             ui.label(RichText::new(&loading.name).heading());
             ui.label(RichText::new(doing).color(theme::weak(ui)));
-            ui.add(bar(ui));
+            ui.add(progress_bar(ui, done));
             ui.add_space(4.0);
             cancel(ui, egui::Button::new("Cancel"));
         });

@@ -556,7 +556,7 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
         let text = format!("{} transfers", count_text(arrived.into()));
         ui.label(RichText::new(text).monospace().color(theme::weak(ui)))
             .on_hover_text(format!(
-                "Particles that have changed objects so far. {} went on from where their walk met the other object; the \
+                "Particles that have changed objects so far. {} continued from where their walk met the other object; the \
                  others went to its nearest point, or turned round at a no-go area.",
                 count_text(crossed.into())
             ));

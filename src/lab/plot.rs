@@ -83,7 +83,7 @@ pub fn kernel_plot(ui: &mut Ui, times: &Times) {
         }
     });
     ui.label(
-        egui::RichText::new("milliseconds a step, lately, kernel upon kernel")
+        egui::RichText::new("recent milliseconds a step, kernel upon kernel")
             .small()
             .color(theme::weak(ui)),
     );

@@ -3,8 +3,8 @@
 
 pub mod counters;
 pub mod host;
-pub mod lately;
 pub mod measures;
+pub mod recent;
 pub mod report;
 pub mod settings;
 pub mod table;

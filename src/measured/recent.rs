@@ -10,12 +10,12 @@ use super::times;
 
 /// Times of the last frames with steps, and what they are of.
 #[derive(Clone, Debug)]
-pub struct Lately {
+pub struct RecentTimes {
     report: Report,
     timings: Timings,
 }
 
-impl Lately {
+impl RecentTimes {
     /// Of what the timers have now; `None` if they have no steps.
     pub fn new(
         ctx: &Context,
@@ -47,7 +47,7 @@ impl Lately {
         })
     }
 
-    /// The report, as `myxo profile --report` writes it. It has neither a state hash nor counters: the state has gone on.
+    /// The report, as `myxo profile --report` writes it. It has neither a state hash nor counters: the state has changed since.
     pub fn report(&self) -> String {
         self.report.clone().on_this_host().to_json()
     }

@@ -99,7 +99,7 @@ mod tests {
         assert!(settings["radius"].as_f64() > Some(0.0), "as measured");
     }
 
-    /// Catches recorded reports of scenes that have changed since; `make bench` measures them anew.
+    /// Catches recorded reports of scenes that have changed since; `make bench` measures them again.
     #[test]
     fn recorded_reports_are_of_the_scenes_as_they_are() {
         let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/results");

@@ -29,7 +29,7 @@ impl Strategy {
 
     /// Do particles that go into another object restart anywhere on their own?
     #[must_use]
-    pub fn begins_anew(self) -> bool {
+    pub fn respawns(self) -> bool {
         self == Self::Respawn
     }
 

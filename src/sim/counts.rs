@@ -35,7 +35,7 @@ impl Counts {
                 1
             },
             transfers: capacity(settings, setup).into(),
-            respawn: if settings.strategy().begins_anew() {
+            respawn: if settings.strategy().respawns() {
                 (triangles, objects)
             } else {
                 (1, 1)

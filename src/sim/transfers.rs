@@ -319,7 +319,7 @@ impl Transfers {
             windows
         };
         let flux: &[u32] = if flux.is_empty() { &[0] } else { flux };
-        let respawns = settings.strategy().begins_anew();
+        let respawns = settings.strategy().respawns();
         let (shares, ranges) = if respawns {
             (
                 area_shares(&setup.surface),

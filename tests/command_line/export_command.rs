@@ -70,10 +70,10 @@ fn a_run_and_its_checkpoint_export_the_same() {
     let (resumed, messages) = own(&[]);
     assert_eq!(resumed["settings"], whole["settings"]);
     assert_eq!(resumed["state_hash"], whole["state_hash"]);
-    assert!(messages.contains("going on from step 15\n"), "{messages}");
+    assert!(messages.contains("continues from step 15\n"), "{messages}");
     let (resumed, messages) = own(&["--set", "trail.decay=0.5"]);
     assert_eq!(resumed["settings"]["trail"]["decay"], 0.5);
-    let says = "going on from step 15; trail.decay = 0.5, which was 0.93\n";
+    let says = "continues from step 15; trail.decay = 0.5, which was 0.93\n";
     assert!(messages.contains(says), "{messages}");
     let picture = folder.file("x.png");
     let resume = ["--resume", path(&state), "--out", path(&picture)];

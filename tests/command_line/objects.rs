@@ -82,7 +82,7 @@ fn too_many_objects_are_refused_with_the_most_that_fit() {
     );
 }
 
-/// Takes long: many scenes, each laid out anew and run by the program with the validation layers on.
+/// Takes long: many scenes, each laid out again and run by the program with the validation layers on.
 #[test]
 fn odd_scenes_run_and_lose_no_particle() {
     if no_device() {

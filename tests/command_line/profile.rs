@@ -187,7 +187,7 @@ fn check_statistics(report: &Value) {
 }
 
 #[test]
-fn repetitions_begin_anew_and_count_together() {
+fn repetitions_restart_and_count_together() {
     if no_device() {
         return;
     }

@@ -512,7 +512,7 @@ fn states_that_cannot_be_resumed_are_refused() {
         "camera.azimuth=1",
     ]));
     assert!(
-        messages.contains("going on from step 3; trail.decay = 0.5, which was 0.93\n"),
+        messages.contains("continues from step 3; trail.decay = 0.5, which was 0.93\n"),
         "{messages}"
     );
     let message = failed(&with(&["--set", "particles.count=1999", "--seed", "8"]));

@@ -229,7 +229,7 @@ fn hidden_objects_are_not_drawn_and_run_on() {
         );
         stage.renderer.hide(&[]);
         assert_eq!(stage.picture(show), all, "{word}");
-        // What moves goes on from where it is.
+        // What moves continues from where it is.
         stage.renderer.hide(&[true, true]);
         stage.picture(show);
         stage.step();

@@ -439,7 +439,7 @@ fn long_runs() {
     let info = ctx.info();
     let head = format!(
         "# Strategies\n\n\
-         `make long` makes this file anew, or parts of it (`MYXO_PARTS=crowd,full make long`). {} particles; atlas {} for the\n\
+         `make long` makes this file again, or parts of it (`MYXO_PARTS=crowd,full make long`). {} particles; atlas {} for the\n\
          hashes, {} for the population. `scattered`, `sequential`, `parallel` and `direct` must end in the same hash, and so must\n\
          all runs of one strategy.\n",
         LONG.particles, LONG.atlas, LONGEST.atlas

@@ -230,7 +230,7 @@ fn a_resumed_run_keeps_what_was_kept() {
     let mut settings = scene.settings.clone();
     for step in 17..27 {
         if step == 22 {
-            // All are taken anew, with the poses that they were taken with.
+            // All are taken again, with the poses that they were taken with.
             settings.distance.reach = 0.12;
             through.apply(&settings).unwrap();
             resumed.apply(&settings).unwrap();

@@ -149,7 +149,7 @@ fn every_button_and_key_has_its_effect() {
     let before = lab.step();
     lab.click("do=take one step");
     lab.wait("a step", |seen| step(seen) == before + 1);
-    // The times: frozen, measured anew, copied.
+    // The times: frozen, measured again, copied.
     lab.find("kernels");
     for frozen in ["true", "false"] {
         lab.click("times.freeze");

@@ -16,7 +16,7 @@ fn there_are(lab: &Lab, count: &str, since: u64) {
             && seen["state"]["loading"] == false
             && seen["state"]["pending"] == false
     });
-    assert_eq!(lab.step(), since, "it has not begun anew");
+    assert_eq!(lab.step(), since, "it has not restarted");
 }
 
 /// Adds one by the menu.
@@ -100,7 +100,7 @@ fn objects_are_duplicated() {
     lab.quit();
 }
 
-/// The list of objects: each of its controls does what it says, and what runs goes on.
+/// The list of objects: each of its controls does what it says, and the simulation continues.
 #[test]
 fn the_list_hides_locks_and_renames_objects() {
     let Some((_folder, lab)) = with_scene("pair.toml", SCENE) else {

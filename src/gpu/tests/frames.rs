@@ -487,8 +487,8 @@ fn kernels_that_take_long_are_several_slices() {
         return;
     };
     let bump = Pipeline::<Bump>::new(&ctx, &()).unwrap();
-    let mut lately = Timings::default();
-    lately.push(vec![
+    let mut recent = Timings::default();
+    recent.push(vec![
         kernel_span("bump", 1.0),
         kernel_span("bump", 2.5),
         kernel_span("other", 40.0),
@@ -500,7 +500,7 @@ fn kernels_that_take_long_are_several_slices() {
         let values = Buffer::<u32>::zeroed(&ctx, "values", count as usize).unwrap();
         for round in 1..=2 {
             let mut rec = frames.begin().unwrap();
-            rec.slice(Duration::from_millis(1), &lately);
+            rec.slice(Duration::from_millis(1), &recent);
             let params = BumpParams { count, amount: 1 };
             let args = BumpArgs { values: &values };
             rec.scope("step", |rec| {
@@ -548,11 +548,11 @@ fn dispatches_that_only_the_device_counts_are_divided_too() {
             };
             let args = SizeUpArgs { groups: &groups };
             rec.dispatch(&size_up, Threads(1), args, params);
-            let mut lately = Timings::default();
+            let mut recent = Timings::default();
             if slices > 1 {
-                lately.push(vec![kernel_span("bump", 29.0)]);
+                recent.push(vec![kernel_span("bump", 29.0)]);
             }
-            rec.slice(Duration::from_millis(10), &lately);
+            rec.slice(Duration::from_millis(10), &recent);
             let params = BumpParams { count, amount: 1 };
             let args = BumpArgs { values: &values };
             rec.dispatch_at_most(&bump, Threads(MOST), (&groups, 0), args, params);

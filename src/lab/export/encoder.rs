@@ -342,7 +342,7 @@ mod tests {
             if let Some(result) = encoder.take() {
                 break result.unwrap_err();
             }
-            assert!(begun.elapsed() < Duration::from_secs(60), "it goes on");
+            assert!(begun.elapsed() < Duration::from_secs(60), "it still runs");
             thread::sleep(Duration::from_millis(5));
         };
         std::fs::remove_file(folder.path()).unwrap();

@@ -7,10 +7,10 @@ use myxo::whole_file::WholeFile;
 use myxo::{Error, Result};
 
 use crate::lab::names::Reserved;
-use crate::measured::lately::Lately;
+use crate::measured::recent::RecentTimes;
 
 /// Writes `times_000001.json` and `times_000001.trace.json`, or the next number that is free. Gives the first one's path.
-pub fn save_times(folder: &Path, times: &Lately) -> Result<PathBuf> {
+pub fn save_times(folder: &Path, times: &RecentTimes) -> Result<PathBuf> {
     let mut taken = Vec::new();
     let (name, trace) = loop {
         let name = Reserved::next(folder, "times", "json")?;
@@ -66,7 +66,7 @@ mod tests {
         let scene = Scene::load(Path::new("cube"), &overrides).unwrap();
         let simulation = Simulation::new(&ctx, &scene).unwrap();
         let mut timings = Timings::default();
-        assert!(Lately::new(&ctx, &scene, &simulation, &timings, 0.0).is_none());
+        assert!(RecentTimes::new(&ctx, &scene, &simulation, &timings, 0.0).is_none());
         let span = |name: &str, kind, parent, begin_ms: f64, end_ms: f64| Span {
             name: name.to_owned(),
             kind,
@@ -88,10 +88,10 @@ mod tests {
                 ),
             ]);
         }
-        let lately = Lately::new(&ctx, &scene, &simulation, &timings, 50.0).unwrap();
+        let recent = RecentTimes::new(&ctx, &scene, &simulation, &timings, 50.0).unwrap();
 
         let folder = tempfile::tempdir().unwrap();
-        let path = save_times(folder.path(), &lately).unwrap();
+        let path = save_times(folder.path(), &recent).unwrap();
         assert_eq!(path, folder.path().join("times_000001.json"));
         let report = Report::read(&path).unwrap();
         assert_eq!((report.scene.as_str(), report.particles), ("cube", 500));
@@ -132,7 +132,7 @@ mod tests {
         // A trace whose report is gone is kept.
         let old = folder.path().join("times_000002.trace.json");
         std::fs::write(&old, "old").unwrap();
-        let path = save_times(folder.path(), &lately).unwrap();
+        let path = save_times(folder.path(), &recent).unwrap();
         assert_eq!(path, folder.path().join("times_000003.json"));
         assert_eq!(std::fs::read_to_string(old).unwrap(), "old");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 5);

@@ -328,7 +328,7 @@ fn rounded(value: f32, step: f32) -> f32 {
     (value / step).round() * step
 }
 
-/// Tells tests where a handle is.
+/// Notes for tests where a handle is.
 fn mark(ui: &Ui, name: &str, at: Pos2) {
     let rect = Rect::from_center_size(at, vec2(4.0, 4.0));
     let id = ui.id().with(name);

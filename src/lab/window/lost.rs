@@ -1,6 +1,5 @@
 //! Recovery of the window from a lost device: the scene is kept, another device is opened, and the scene restarts on it.
 
-use crate::lab::clocks::Clocks;
 use crate::lab::lost::*;
 use crate::lab::names::unnumbered;
 use crate::lab::options::LabOptions;
@@ -118,9 +117,7 @@ impl Lab {
         } = screen;
         self.host
             .set_max_texture_side(ctx.info().max_image_side as usize);
-        let scene = self.clocks.facts.scene;
-        let mut clocks = Clocks::new(&ctx, &mut frames);
-        clocks.facts.scene = scene;
+        let clocks = self.clocks.on(&ctx, &mut frames);
         let mut runner = Runner::new(ctx, format, [frames, answers], options.validation);
         runner.lost = lost;
         let mut lab = Self {

@@ -236,7 +236,7 @@ impl Lab {
         Ok(())
     }
 
-    /// Tells the interface what lies under the pointer and where objects are.
+    /// Gives the interface what lies under the pointer and where objects are.
     pub(crate) fn look_under_pointer(&mut self, size: [u32; 2]) {
         self.follow_marks();
         let Some(stage) = &self.runner.stage else {

@@ -190,9 +190,9 @@ fn what_stays_is_not_measured_again_and_keeps_what_is_left() {
     // A food with another amount is another food.
     assert_eq!(food_set.kept(&before.food_set, &[10, 20]), [20, 7, 51]);
     // The result equals that of measuring all of them.
-    let anew = FoodSet::new(surface, atlas, food_set.places.clone(), None, &control).unwrap();
-    assert!(anew.scented == food_set.scented && anew.falloffs == food_set.falloffs);
-    assert!(anew.plates == food_set.plates);
+    let again = FoodSet::new(surface, atlas, food_set.places.clone(), None, &control).unwrap();
+    assert!(again.scented == food_set.scented && again.falloffs == food_set.falloffs);
+    assert!(again.plates == food_set.plates);
 }
 
 /// When objects are added and removed, the food of the others keeps its remaining amount.

@@ -187,7 +187,7 @@ pub fn gone_on(bytes: &[u8]) -> bool {
     for _ in 0..2 {
         simulation.step();
         let state = simulation.snapshot();
-        state.validate(setup).expect("steps can go on from here");
+        state.validate(setup).expect("steps can continue from here");
     }
     true
 }

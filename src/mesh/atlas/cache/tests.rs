@@ -129,7 +129,7 @@ fn whole_files_of_something_else_are_none() {
 /// Catches a layout with a right checksum that no packing would make: with it, particles of two places would share texels without a
 /// warning.
 #[test]
-fn whole_layouts_that_are_wrong_are_made_anew() {
+fn whole_layouts_that_are_wrong_are_made_again() {
     let cube = surface("cube");
     let made = |change: fn(&mut Placement)| {
         let folder = tempfile::tempdir().unwrap();
