@@ -31,11 +31,7 @@ fn write_all(bytes: &[u8]) -> Result<()> {
     stdout
         .write_all(bytes)
         .and_then(|()| stdout.flush())
-        .map_err(|source| Error::Io {
-            action: "write to",
-            path: STDOUT.into(),
-            source,
-        })
+        .map_err(Error::io("write to", STDOUT))
 }
 
 /// Writes a line to the terminal. Failures, such as a closed terminal, are ignored.

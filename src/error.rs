@@ -35,6 +35,21 @@ pub enum Error {
     Invalid(String),
 }
 
+impl Error {
+    /// What makes an error of the system's: the operation on this file or folder that failed. For `map_err`.
+    pub fn io(
+        action: &'static str,
+        path: impl Into<std::path::PathBuf>,
+    ) -> impl Fn(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::Io {
+            action,
+            path: path.clone(),
+            source,
+        }
+    }
+}
+
 /// The library's result.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 

@@ -1,16 +1,15 @@
 //! Presets of one's own: files in the user's folder for data, each with a small picture beside it.
 
-use std::io::{Read as _, Write as _};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use image::RgbaImage;
 use myxo::plain_text::Shown as _;
-use myxo::scene::SceneError;
-use myxo::scene::builtin;
 use myxo::scene::file::Reader;
 use myxo::scene::presets::is_preset;
 use myxo::scene::settings::Settings;
-use myxo::whole_file::WholeFile;
+use myxo::scene::{SceneError, builtin};
+use myxo::whole_file::write_whole;
 use myxo::{Error, Result};
 
 /// The largest preset file, bytes.
@@ -89,7 +88,7 @@ impl OwnPresets {
         let encoded = picture.write_with_encoder(encoder);
         let encoded = encoded.map_err(std::io::Error::other).map(|()| bytes);
         let file = path.with_extension("png");
-        let bytes = encoded.map_err(|source| unwritable(&file, source))?;
+        let bytes = encoded.map_err(Error::io("write", &file))?;
         write(&file, &bytes)?;
         self.read_again();
         Ok(path)
@@ -99,11 +98,7 @@ impl OwnPresets {
     pub fn remove(&mut self, name: &str) -> Result<()> {
         if let (Some(path), Some(_)) = (self.path(name), self.find(name)) {
             let removed = std::fs::remove_file(&path);
-            removed.map_err(|source| Error::Io {
-                action: "remove",
-                path: path.clone(),
-                source,
-            })?;
+            removed.map_err(Error::io("remove", &path))?;
             // It may have no picture.
             let _ = std::fs::remove_file(path.with_extension("png"));
         }
@@ -210,20 +205,7 @@ fn files(folder: &Path) -> Vec<Own> {
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    let written = WholeFile::create(path).and_then(|mut file| {
-        file.write_all(bytes)?;
-        file.finish()
-    });
-    written.map_err(|source| unwritable(path, source))?;
-    Ok(())
-}
-
-fn unwritable(path: &Path, source: std::io::Error) -> Error {
-    Error::Io {
-        action: "write",
-        path: path.to_owned(),
-        source,
-    }
+    write_whole(path, bytes).map_err(Error::io("write", path))
 }
 
 #[cfg(test)]

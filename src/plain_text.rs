@@ -130,6 +130,20 @@ fn replaced(
     Cow::Owned(plain)
 }
 
+/// 1234567 as `1,234,567`, without a fraction.
+#[must_use]
+pub fn with_commas(value: f64) -> String {
+    let digits = format!("{:.0}", value.abs());
+    let mut text = String::from(if value < 0.0 { "-" } else { "" });
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

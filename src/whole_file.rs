@@ -102,6 +102,17 @@ enum Place {
     Special(File),
 }
 
+/// Writes a file at once.
+///
+/// # Errors
+/// As [`WholeFile::create`] and [`WholeFile::finish`]; when the disk is full.
+pub fn write_whole(path: &Path, content: impl AsRef<[u8]>) -> io::Result<()> {
+    let mut file = WholeFile::create(path)?;
+    file.write_all(content.as_ref())?;
+    file.finish()?;
+    Ok(())
+}
+
 impl WholeFile {
     /// Begins the file; its folder is created if it is missing.
     ///

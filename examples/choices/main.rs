@@ -17,12 +17,11 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 // What the build generates names `crate::gpu`.
-use myxo::gpu;
 use myxo::gpu::{Context, ContextOptions, Format, Frames, Timings};
 use myxo::scene::settings::Start;
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::{Setup, Simulation};
-use myxo::{Error, Result};
+use myxo::{Error, Result, gpu};
 use serde_json::{Value, json};
 
 use bars::Bar;

@@ -26,15 +26,10 @@ enum Target {
 impl Sink {
     /// Opens it; creates a file's folder if it is missing.
     pub fn create(path: &Path) -> Result<Self> {
-        let unwritable = |source| Error::Io {
-            action: "write",
-            path: path.to_owned(),
-            source,
-        };
         let target = if path.as_os_str() == "-" {
             Target::Stdout
         } else {
-            Target::Whole(WholeFile::create(path).map_err(unwritable)?)
+            Target::Whole(WholeFile::create(path).map_err(Error::io("write", path))?)
         };
         Ok(Self {
             path: path.to_owned(),
@@ -59,31 +54,19 @@ impl Sink {
                 .write_all(content)
                 .and_then(|()| file.finish().map(|_| ())),
         };
-        written.map_err(|source| Error::Io {
-            action: "write",
-            path: self.path,
-            source,
-        })
+        written.map_err(Error::io("write", self.path))
     }
 }
 
 /// Makes sure that `path` is a file that can be opened for reading.
 pub fn check_readable(path: &Path) -> Result<()> {
-    let opened = regular_file::open(path).map_err(|source| Error::Io {
-        action: "read",
-        path: path.to_owned(),
-        source,
-    });
+    let opened = regular_file::open(path).map_err(Error::io("read", path));
     opened.map(|_| ())
 }
 
 /// Makes sure that `path` can be written later, and leaves nothing there.
 pub fn check_writable(path: &Path) -> Result<()> {
-    WholeFile::check(path).map_err(|source| Error::Io {
-        action: "write",
-        path: path.to_owned(),
-        source,
-    })
+    WholeFile::check(path).map_err(Error::io("write", path))
 }
 
 /// Refuses outputs that are the same file, even under different names.

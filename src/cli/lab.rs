@@ -9,10 +9,9 @@ use myxo::scene::Scene;
 use myxo::scene::builtin::DEFAULT_SCENE;
 use myxo::sim::checkpoint::Checkpoint;
 
-use super::interrupt;
 use super::options::{DeviceOptions, SceneOptions, Size};
 use super::progress::atlas_cache;
-use super::{Command, Outcome};
+use super::{Command, Outcome, interrupt};
 use crate::lab::{self, LabOptions, Opened, Preferences, SceneFile, kept_name};
 
 /// Open a window: look, play, turn parameters

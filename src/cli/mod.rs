@@ -175,11 +175,7 @@ fn print_clap_message(error: &clap::Error) -> ExitCode {
     };
     match printed {
         Err(source) if !error.use_stderr() && source.kind() != std::io::ErrorKind::BrokenPipe => {
-            let error = Error::Io {
-                action: "write to",
-                path: console::STDOUT.into(),
-                source,
-            };
+            let error = Error::io("write to", console::STDOUT)(source);
             console::message(&format!("myxo: {error}"));
             Outcome::Failed.exit_code()
         }

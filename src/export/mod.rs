@@ -293,7 +293,7 @@ impl ExportFile {
             ))
         })?;
         Ok(Self {
-            file: WholeFile::create(path).map_err(failure(path))?,
+            file: WholeFile::create(path).map_err(Error::io("write", path))?,
             format,
         })
     }
@@ -358,12 +358,12 @@ impl ExportFile {
             }
             Ok(out.into_inner()?.into_inner())
         };
-        let file = hidden().map_err(failure(&path))?;
+        let file = hidden().map_err(Error::io("write", &path))?;
         // The scene gets its name only after the files that it names exist.
         if is_scene && write_areas(&map, bias, atlas)?.is_some() {
             files.push(map);
         }
-        file.finish().map_err(failure(&path))?;
+        file.finish().map_err(Error::io("write", &path))?;
         Ok(Written { files, frames: 1 })
     }
 }
@@ -386,18 +386,9 @@ pub fn write_checkpoint(export: Export<'_>, path: &Path, watch: &Watch) -> Resul
         file.into_inner().finish()?;
         Ok(())
     };
-    whole().map_err(failure(path))?;
+    whole().map_err(Error::io("write", path))?;
     Ok(Written {
         files: vec![path.to_owned()],
         frames: 1,
     })
-}
-
-fn failure(path: &Path) -> impl FnOnce(io::Error) -> Error {
-    let path = path.to_owned();
-    move |source| Error::Io {
-        action: "write",
-        path,
-        source,
-    }
 }

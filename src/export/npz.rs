@@ -52,8 +52,7 @@ use rayon::prelude::*;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use super::Export;
-use super::corners;
+use super::{Export, corners};
 use crate::mesh::surface::NONE;
 use crate::mesh::walk::{Frame, SurfacePoint};
 use crate::scene::motion::double;

@@ -1,9 +1,9 @@
 //! The driver's report on compiled kernels, if it gives one (`VK_KHR_pipeline_executable_properties`):
 //! registers, spills, occupancy. Each driver has its own names and numbers.
 
-use std::ffi::CStr;
-
 use ash::{khr, vk};
+
+use super::info::text;
 
 /// A kernel as a driver has compiled it.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,8 +90,4 @@ fn value(statistic: &vk::PipelineExecutableStatisticKHR<'_>) -> f64 {
             _ => value.f64,
         }
     }
-}
-
-fn text(name: Result<&CStr, std::ffi::FromBytesUntilNulError>) -> String {
-    name.map_or(String::new(), |n| n.to_string_lossy().into_owned())
 }

@@ -356,7 +356,7 @@ pub(crate) fn choose(devices: Vec<DeviceInfo>, asked: Option<&str>) -> GpuResult
     }
 }
 
-fn text(name: Result<&CStr, std::ffi::FromBytesUntilNulError>) -> String {
+pub(super) fn text(name: Result<&CStr, std::ffi::FromBytesUntilNulError>) -> String {
     name.map_or(String::new(), |n| n.to_string_lossy().into_owned())
 }
 

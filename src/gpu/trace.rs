@@ -67,12 +67,6 @@ impl Trace {
         });
     }
 
-    /// The host's spans in the order of their beginnings.
-    #[must_use]
-    pub fn host_spans(&self) -> &[HostSpan] {
-        &self.host
-    }
-
     /// Writes the host's spans and those of the frames in `timings`. Without a calibration the device's clock is
     /// shifted so that its first frame begins with the trace, which only shows lengths.
     ///

@@ -2,9 +2,10 @@
 
 use egui::{Button, Response, RichText, Ui};
 
+use myxo::plain_text::with_commas;
+
 use crate::lab::facts::Before;
 use crate::lab::places::Marked as _;
-use crate::lab::rows::grouped;
 
 /// A button with the step's number takes so much room, points.
 const HAS_ROOM: f32 = 96.0;
@@ -42,7 +43,7 @@ impl Before {
     }
 
     fn at(&self) -> String {
-        format!("step {}", grouped(self.step as f64))
+        format!("step {}", with_commas(self.step as f64))
     }
 }
 

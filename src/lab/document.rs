@@ -5,12 +5,10 @@ use std::path::PathBuf;
 
 use glam::{Vec2, Vec3};
 use myxo::render::exposure::Exposure;
-use myxo::render::view;
-use myxo::render::{Camera, View};
-use myxo::scene::Scene;
+use myxo::render::{Camera, View, view};
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
-use myxo::scene::presets;
 use myxo::scene::settings::{Settings, Show};
+use myxo::scene::{Scene, presets};
 
 use crate::lab::marks::Marks;
 use crate::lab::presets::Morph;

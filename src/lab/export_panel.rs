@@ -8,11 +8,9 @@ use myxo::plain_text::Shown as _;
 use serde::{Deserialize, Serialize};
 
 use crate::lab::actions::Action;
-use crate::lab::command::Command;
-use crate::lab::command::{ExportRequest, Model};
+use crate::lab::command::{Command, ExportRequest, Model};
 use crate::lab::desk::Desk;
-use crate::lab::facts::Facts;
-use crate::lab::facts::{Making, Recorded};
+use crate::lab::facts::{Facts, Making, Recorded};
 use crate::lab::layout::Card;
 use crate::lab::overlays::progress_bar;
 use crate::lab::places::{Marked as _, mark_cross, note_value};

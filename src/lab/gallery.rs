@@ -16,8 +16,7 @@ use crate::lab::opening::{EVERYTHING, open_hint};
 use crate::lab::places::{Marked as _, mark_cross, note_value};
 use crate::lab::recent::Recent;
 use crate::lab::theme;
-use crate::own_presets::check_name;
-use crate::own_presets::summary;
+use crate::own_presets::{check_name, summary};
 
 /// The least width of a small picture, points.
 const LEAST: f32 = 150.0;

@@ -1,14 +1,13 @@
 //! Scenes that were left with changes that no file has: the last few of them, in the user's folder for data.
 
-use std::fs;
-use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
+use std::{fs, io};
 
 use image::RgbaImage;
 use image::codecs::png::PngEncoder;
 use myxo::sim::areas::map_beside;
-use myxo::whole_file::WholeFile;
+use myxo::whole_file::write_whole;
 use myxo::{Error, Result};
 
 use crate::lab::saving::{name_in, save_scene};
@@ -83,17 +82,9 @@ impl KeptScenes {
         let file = picture_beside(file);
         let mut bytes = Vec::new();
         let encoded = picture.write_with_encoder(PngEncoder::new(&mut bytes));
-        let written = encoded.map_err(io::Error::other).and_then(|()| {
-            let mut whole = WholeFile::create(&file)?;
-            whole.write_all(&bytes)?;
-            whole.finish()
-        });
-        written.map_err(|source| Error::Io {
-            action: "write",
-            path: file,
-            source,
-        })?;
-        Ok(())
+        let encoded = encoded.map_err(io::Error::other);
+        let written = encoded.and_then(|()| write_whole(&file, &bytes));
+        written.map_err(Error::io("write", file))
     }
 
     /// The scene is shown again, so it is no longer the next one to be removed.

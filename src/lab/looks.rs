@@ -7,9 +7,7 @@ use crate::lab::command::Command;
 use crate::lab::desk::Desk;
 use crate::lab::document::Document;
 use crate::lab::presets::{Morph, by_chance, neighbour};
-use crate::own_presets::OwnPresets;
-use crate::own_presets::summary;
-use crate::own_presets::with_preset;
+use crate::own_presets::{OwnPresets, summary, with_preset};
 
 /// The clock by which looks change: wall time, or the time of the film that is being made, so that a change lasts as long in
 /// the film as in the window.

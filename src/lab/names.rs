@@ -19,16 +19,8 @@ impl Reserved {
     /// `stem_000001.ending` in the folder, which is made if it does not exist, or the next number that is free; without an
     /// ending a folder's name.
     pub fn next(folder: &Path, stem: &str, ending: &str) -> Result<Self> {
-        let failure = |path: &Path| {
-            let path = path.to_owned();
-            move |source| Error::Io {
-                action: "write",
-                path,
-                source,
-            }
-        };
         if !folder.as_os_str().is_empty() {
-            fs::create_dir_all(folder).map_err(failure(folder))?;
+            fs::create_dir_all(folder).map_err(Error::io("write", folder))?;
         }
         let dot = if ending.is_empty() { "" } else { "." };
         for number in 1.. {
@@ -43,7 +35,7 @@ impl Reserved {
             match File::create_new(&mark) {
                 Ok(_) => {}
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => continue,
-                Err(error) => return Err(failure(&path)(error)),
+                Err(error) => return Err(Error::io("write", path)(error)),
             }
             let reserved = Self { path, mark };
             // The previous owner of the mark may have written the file just now.

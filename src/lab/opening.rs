@@ -17,8 +17,7 @@ use crate::lab::actions::Action;
 use crate::lab::command::Command;
 use crate::lab::overlays::centred_card;
 use crate::lab::places::Marked as _;
-use crate::lab::saving::whole;
-use crate::lab::saving::{MESHES, ends_so, is_mesh};
+use crate::lab::saving::{MESHES, ends_so, is_mesh, whole};
 use crate::lab::theme;
 
 /// The hint of a control that opens the dialog.

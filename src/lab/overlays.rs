@@ -2,16 +2,15 @@
 
 use egui::{Align, Align2, LayerId, Layout, Rect, RichText, Ui, vec2};
 
-use crate::lab::actions::Action;
-use crate::lab::actions::{self, Group, MOUSE};
+use myxo::plain_text::with_commas;
+
+use crate::lab::actions::{self, Action, Group, MOUSE};
 use crate::lab::command::Command;
 use crate::lab::document::Document;
-use crate::lab::facts::ExportFacts;
-use crate::lab::facts::{Facts, LoadingFacts};
+use crate::lab::facts::{ExportFacts, Facts, LoadingFacts};
 use crate::lab::job::Progress;
 use crate::lab::layout::{self, Card};
 use crate::lab::places::{Marked as _, mark_cross, note_value};
-use crate::lab::rows::grouped;
 use crate::lab::theme;
 
 /// Between the keys and what they do, points.
@@ -96,11 +95,14 @@ pub(super) fn status_line(ui: &mut Ui, document: &Document, facts: &Facts) {
                     ui,
                     format!(
                         "{} particles",
-                        grouped(f64::from(document.running.particles.count))
+                        with_commas(f64::from(document.running.particles.count))
                     ),
                 );
-                fact(ui, format!("{} triangles", grouped(facts.triangles as f64)));
-                fact(ui, format!("{} texels", grouped(facts.texels as f64)));
+                fact(
+                    ui,
+                    format!("{} triangles", with_commas(facts.triangles as f64)),
+                );
+                fact(ui, format!("{} texels", with_commas(facts.texels as f64)));
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                     fact(ui, format!("{} MiB", facts.memory >> 20));
                     ui.add(

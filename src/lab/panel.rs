@@ -3,6 +3,7 @@
 use std::sync::LazyLock;
 
 use egui::{Align, Layout, RichText, ScrollArea, Ui, vec2};
+use myxo::plain_text::with_commas;
 use myxo::scene::builtin::PRESETS;
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS, why_idle, why_object_idle};
 use myxo::scene::settings::{ObjectSettings, Part, Settings, Show};
@@ -12,21 +13,19 @@ use myxo::sim::types::Flow;
 use crate::lab::actions::{self, Action};
 use crate::lab::command::Command;
 use crate::lab::desk::Desk;
-use crate::lab::facts::Check;
-use crate::lab::facts::Facts;
+use crate::lab::facts::{Check, Facts};
 use crate::lab::foods::food_sections;
 use crate::lab::layout::Card;
 use crate::lab::looks::Looks;
 use crate::lab::navigation::Navigation;
 use crate::lab::outliner::Outliner;
 use crate::lab::places::{Marked as _, note_value};
-use crate::lab::profiling;
-use crate::lab::rows::{RowContext, grouped, row};
-use crate::lab::theme;
+use crate::lab::rows::{RowContext, row};
 use crate::lab::tools::Tools;
 use crate::lab::view_rows::{CAMERA_ROWS, COLOR_ROWS, DETAIL_ROWS, LIGHT_ROWS, found, view_rows};
 use crate::lab::views::{camera_section, light_section, views_list};
 use crate::lab::widgets::{parse_number, reader, section, section_with};
+use crate::lab::{profiling, theme};
 use crate::own_presets::summary;
 
 /// Search words of the sections' contents that are no rows of parameters.
@@ -395,7 +394,7 @@ fn transport(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
         }
     });
     ui.horizontal(|ui| {
-        ui.label(RichText::new(format!("step {}", grouped(facts.step as f64))).monospace());
+        ui.label(RichText::new(format!("step {}", with_commas(facts.step as f64))).monospace());
         let speed = if desk.document.playing {
             format!("{:.1} steps/s", facts.steps_per_second)
         } else {
@@ -534,7 +533,7 @@ fn picture_section(ui: &mut Ui, desk: &mut Desk<'_>) {
     if has_points && facts.particles_drawn < desk.document.running.particles.count {
         let text = format!(
             "{} are drawn while it runs",
-            grouped(f64::from(facts.particles_drawn))
+            with_commas(f64::from(facts.particles_drawn))
         );
         ui.label(RichText::new(text).small().color(theme::weak(ui)))
             .on_hover_text(
@@ -567,7 +566,7 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
     if refused > 0 {
         let refused = count_text(refused.into());
         let advice = if buffer_size < most_wanted {
-            let wanted = grouped(most_wanted.into());
+            let wanted = with_commas(most_wanted.into());
             format!("raise its size to {wanted}")
         } else {
             "it is large enough now".to_owned()
@@ -577,8 +576,8 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
             .on_hover_text(format!(
                 "They stayed on their objects, by chance and the same ones in every run. The transfer buffer has room for {} that \
                  change in a step, and {} would have done so far.",
-                grouped(buffer_size.into()),
-                grouped(most_wanted.into())
+                with_commas(buffer_size.into()),
+                with_commas(most_wanted.into())
             ));
     }
 }
@@ -588,7 +587,7 @@ fn invariants(ui: &mut Ui, check: &Check) {
     let cost = format!(
         "The last check was of step {} and took {:.0} ms, in which nothing else happened. Particles are counted, windows \
          and places are looked at.",
-        grouped(check.step as f64),
+        with_commas(check.step as f64),
         1e3 * check.took.as_secs_f64()
     );
     match &check.problem {

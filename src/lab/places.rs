@@ -1,12 +1,11 @@
 //! Places of controls in the window, for tests that move a real pointer: `myxo lab --places FILE` keeps a file of them.
 
 use std::collections::BTreeMap;
-use std::io::Write as _;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use egui::{Id, Rect, Response};
-use myxo::whole_file::WholeFile;
+use myxo::whole_file::write_whole;
 use serde::Serialize;
 
 /// Places and values that were named in a frame.
@@ -118,9 +117,7 @@ impl Places {
 
     fn put(&mut self, text: String) -> std::io::Result<()> {
         if let Some(file) = &self.file {
-            let mut file = WholeFile::create(file)?;
-            file.write_all(text.as_bytes())?;
-            file.finish()?;
+            write_whole(file, &text)?;
         }
         self.last = text;
         Ok(())

@@ -1,11 +1,10 @@
 //! Preferences kept between sessions: the look of the interface, the size of the window, the recent files and the choices in
 //! Export.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use myxo::plain_text::Shown as _;
-use myxo::whole_file::WholeFile;
+use myxo::whole_file::write_whole;
 use serde::{Deserialize, Serialize};
 
 use crate::lab::export_panel::ExportPanel;
@@ -85,11 +84,7 @@ impl Preferences {
 
     /// Writes a file, whole or not at all; of two windows that end at the same time, one prevails.
     pub fn write(&self, file: &Path) -> std::io::Result<()> {
-        let mut whole = WholeFile::create(file)?;
-        let text = toml::to_string(self).expect("plain values");
-        whole.write_all(text.as_bytes())?;
-        whole.finish()?;
-        Ok(())
+        write_whole(file, toml::to_string(self).expect("plain values"))
     }
 
     /// The preferences that another window has kept since this one opened, except those that were changed in this one.

@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use egui::{
     Align, Id, Label, Layout, RichText, Sense, Slider, SliderClamping, Ui, UiBuilder, vec2,
 };
+use myxo::plain_text::with_commas;
 use myxo::scene::parameters::{Effect, Kind, Number, Parameter, Scale};
 use myxo::scene::settings::{ObjectSettings, PhysarumSettings};
 
@@ -346,7 +347,7 @@ fn slider<T>(
             .smallest_positive(smallest_positive(low, high));
     }
     if number.integer && high > 10_000.0 {
-        slider = slider.custom_formatter(|value, _| grouped(value));
+        slider = slider.custom_formatter(|value, _| with_commas(value));
     }
     let parse = if number.integer {
         parse_whole
@@ -364,19 +365,6 @@ fn slider<T>(
 /// The end of a logarithmic slider that begins at 0: four decades below its other end.
 fn smallest_positive(low: f64, high: f64) -> f64 {
     if low > 0.0 { low } else { high * 1e-4 }
-}
-
-/// 1234567 as `1,234,567`.
-pub fn grouped(value: f64) -> String {
-    let digits = format!("{:.0}", value.abs());
-    let mut text = String::from(if value < 0.0 { "-" } else { "" });
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 fn explain<T>(
@@ -424,8 +412,8 @@ mod tests {
 
     #[test]
     fn large_numbers_are_written_with_commas() {
-        assert_eq!(grouped(500_000.0), "500,000");
-        assert_eq!(grouped(999.0), "999");
-        assert_eq!(grouped(-1_234_567.0), "-1,234,567");
+        assert_eq!(with_commas(500_000.0), "500,000");
+        assert_eq!(with_commas(999.0), "999");
+        assert_eq!(with_commas(-1_234_567.0), "-1,234,567");
     }
 }

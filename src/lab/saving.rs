@@ -1,10 +1,9 @@
 //! Scene files that the lab writes: numbered and never over another, or by a name that the user chose.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use myxo::plain_text::Shown as _;
-use myxo::whole_file::WholeFile;
+use myxo::whole_file::write_whole;
 use myxo::{Error, Result};
 
 use crate::lab::names::Reserved;
@@ -62,16 +61,7 @@ pub fn save_scene(
 
 /// Saves a scene's text into this file, in the place of one that is there.
 pub fn write_scene(path: &Path, text: impl FnOnce(&Path) -> Result<String>) -> Result<PathBuf> {
-    let text = text(path)?;
-    let written = WholeFile::create(path).and_then(|mut file| {
-        file.write_all(text.as_bytes())?;
-        file.finish()
-    });
-    written.map_err(|source| Error::Io {
-        action: "write",
-        path: path.to_owned(),
-        source,
-    })?;
+    write_whole(path, text(path)?).map_err(Error::io("write", path))?;
     Ok(path.to_owned())
 }
 

@@ -9,8 +9,7 @@ use myxo::scene::parameters::{Kind, PARAMETERS, Parameter, why_idle};
 use myxo::scene::settings::Settings;
 
 use crate::lab::desk::Desk;
-use crate::lab::document::Document;
-use crate::lab::document::put_look;
+use crate::lab::document::{Document, put_look};
 use crate::lab::places::Marked as _;
 use crate::lab::rows::{RowContext, editor, row_with, within};
 use crate::lab::widgets::{color_map_picker, parse_number, wide_slider};

@@ -3,8 +3,7 @@
 use egui::{Align, Color32, Layout, Pos2, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
 use glam::{Vec2, Vec3};
 use myxo::render::camera::Side;
-use myxo::render::colormap::above;
-use myxo::render::colormap::srgb_from_linear;
+use myxo::render::colormap::{above, srgb_from_linear};
 use myxo::render::exposure::tone;
 use myxo::render::hues::{hue_light, object_light};
 use myxo::render::view::Light;

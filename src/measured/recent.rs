@@ -56,11 +56,7 @@ impl RecentTimes {
     pub fn trace(&self) -> Result<Vec<u8>> {
         let mut json = Vec::new();
         let written = Trace::new().write(&mut json, &self.timings, None);
-        written.map_err(|source| Error::Io {
-            action: "write",
-            path: "the trace".into(),
-            source,
-        })?;
+        written.map_err(Error::io("write", "the trace"))?;
         Ok(json)
     }
 }

@@ -483,11 +483,7 @@ impl Report {
 
     /// Reads a report that `--report` or `--json` has written.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = regular_file::read(path, LARGEST).map_err(|source| Error::Io {
-            action: "read",
-            path: path.to_owned(),
-            source,
-        })?;
+        let text = regular_file::read(path, LARGEST).map_err(Error::io("read", path))?;
         serde_json::from_slice(&text).map_err(|error| {
             let is_of_two = serde_json::from_slice::<Value>(&text)
                 .is_ok_and(|json| json["first"].is_object() && json["second"].is_object());

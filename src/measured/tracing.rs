@@ -58,11 +58,7 @@ impl Tracing {
         let mut json = Vec::new();
         self.trace
             .write(&mut json, timings, calibration.as_ref())
-            .map_err(|source| Error::Io {
-                action: "write",
-                path: "the trace".into(),
-                source,
-            })?;
+            .map_err(Error::io("write", "the trace"))?;
         Ok((json, agreement))
     }
 }

@@ -5,6 +5,7 @@ use std::fmt;
 
 use super::edges::{next, previous};
 use super::surface::NONE;
+use crate::plain_text::with_commas;
 
 /// The most names of a kind that a report lists.
 const MOST_NAMES: usize = 8;
@@ -291,20 +292,11 @@ impl fmt::Display for MeshReport {
 
 /// A count with its noun.
 pub(crate) fn counted(count: usize, one: &str, many: &str) -> String {
-    format!("{} {}", grouped(count), if count == 1 { one } else { many })
-}
-
-/// A count with commas between the thousands.
-pub(crate) fn grouped(count: usize) -> String {
-    let digits = count.to_string();
-    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
-    for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
+    format!(
+        "{} {}",
+        with_commas(count as f64),
+        if count == 1 { one } else { many }
+    )
 }
 
 fn count_parts(twins: &[u32]) -> usize {

@@ -5,10 +5,9 @@ use glam::{DVec3, Vec2, Vec3};
 use super::edges::EdgeGroups;
 use super::error::MeshProblem;
 use super::orient::orient;
-use super::origin;
 use super::polygon::triangulate;
 use super::weld::weld;
-use super::{Mesh, MeshReport};
+use super::{Mesh, MeshReport, origin};
 
 /// More triangles than this have no room in the largest texture that a device may offer, with a few texels each.
 pub(crate) const MOST_TRIANGLES: usize = 1 << 26;

@@ -4,12 +4,11 @@
 use bytemuck::allocation::pod_collect_to_vec;
 use glam::{Vec3, Vec4};
 
-use super::backs;
-use super::charts;
 use super::hues::object_light;
 use super::normals::{CREASE_ANGLE, corner_normals, pack_normal};
 use super::occlusion::{self, MOST_PLACES, openness};
 use super::shared_vertices::{Corners, SharedVertex, share};
+use super::{backs, charts};
 use crate::mesh::atlas::{AtlasError, Control};
 use crate::scene::parameters::grouped;
 use crate::sim::Setup;

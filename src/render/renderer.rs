@@ -38,11 +38,10 @@ use crate::sim::kernels::{
     DrawOrder, Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs,
     TrailHistogramConstants, TrailHistogramParams,
 };
-use crate::sim::memory;
 use crate::sim::texel_paths::TexelPaths;
 use crate::sim::texture::Texture;
 use crate::sim::types::Pose;
-use crate::sim::{Setup, State};
+use crate::sim::{Setup, State, memory};
 use fields::Field;
 use sides::Sides;
 use surface::Lighting;

@@ -6,8 +6,7 @@ use super::problems::Problems;
 use super::suggest::nearest;
 use super::{builtin, parameters};
 use crate::mesh::MeshError;
-use crate::plain_text::Shown as _;
-use crate::plain_text::quoted;
+use crate::plain_text::{Shown as _, quoted};
 
 /// Why a scene could not be loaded.
 #[derive(Debug, thiserror::Error)]
@@ -113,6 +112,15 @@ pub enum SceneError {
 }
 
 impl SceneError {
+    /// Refuses a scene that has problems.
+    pub(super) fn unless_empty(scene: &str, problems: Problems) -> Result<(), Self> {
+        if problems.is_empty() {
+            return Ok(());
+        }
+        let scene = PathBuf::from(scene);
+        Err(Self::Problems { scene, problems })
+    }
+
     pub(super) fn unknown_scene(scene: &Path) -> Self {
         let name = scene.to_string_lossy().into_owned();
         let names: Vec<_> = builtin::SCENES.iter().map(|scene| scene.name).collect();

@@ -1,7 +1,5 @@
 //! Checks of food and markers besides the ranges of their keys.
 
-use std::path::PathBuf;
-
 use super::error::SceneError;
 use super::problems::{Problem, listed};
 use super::settings::{MOST_FOODS, Settings, Start};
@@ -20,17 +18,7 @@ pub(super) fn name(settings: &mut Settings) {
 pub(super) fn check(scene: &str, settings: &Settings) -> Result<(), SceneError> {
     let mut messages = problems(settings);
     messages.extend(start_problem(settings));
-    if messages.is_empty() {
-        return Ok(());
-    }
-    let problem = |message| Problem {
-        place: String::new(),
-        message,
-    };
-    Err(SceneError::Problems {
-        scene: PathBuf::from(scene),
-        problems: messages.into_iter().map(problem).collect(),
-    })
+    SceneError::unless_empty(scene, messages.into_iter().map(Problem::from).collect())
 }
 
 /// All violations, one sentence each. The start is checked only if particles are about to begin.

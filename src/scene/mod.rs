@@ -444,13 +444,7 @@ fn name_objects(objects: &mut [ObjectSettings], meshes: &[Mesh]) {
 fn check_ranges(scene: &str, settings: &Settings) -> Result<(), SceneError> {
     let problems = parameters::out_of_range(settings).into_iter();
     let problems: Problems = problems.map(Problem::from).collect();
-    if problems.is_empty() {
-        return Ok(());
-    }
-    Err(SceneError::Problems {
-        scene: PathBuf::from(scene),
-        problems,
-    })
+    SceneError::unless_empty(scene, problems)
 }
 
 /// The largest ratio of length to width of a triangle: in thinner ones, directions have no digits in single precision.
@@ -507,13 +501,7 @@ fn check_distance_to(scene: &str, objects: &[ObjectSettings]) -> Result<(), Scen
             });
         }
     }
-    if problems.is_empty() {
-        return Ok(());
-    }
-    Err(SceneError::Problems {
-        scene: PathBuf::from(scene),
-        problems,
-    })
+    SceneError::unless_empty(scene, problems)
 }
 
 fn poses(
@@ -590,19 +578,13 @@ fn tracks(
         match RigidTrack::open(&object.mesh, folder) {
             Ok(track) => tracks[i] = Some(track),
             // By its index, because not every object has a name yet.
-            Err(source) => problems.push(Problem {
-                place: String::new(),
-                message: format!("object.{i}.motion.model: {source}"),
-            }),
+            Err(source) => {
+                problems.push(Problem::from(format!("object.{i}.motion.model: {source}")))
+            }
         }
     }
-    if problems.is_empty() {
-        return Ok(tracks);
-    }
-    Err(SceneError::Problems {
-        scene: PathBuf::from(scene),
-        problems,
-    })
+    SceneError::unless_empty(scene, problems)?;
+    Ok(tracks)
 }
 
 /// The centre of the box round everything, and the distance from it to the vertex farthest away, in the world.

@@ -10,6 +10,7 @@ mod table;
 
 use super::keyframes;
 use super::settings::{PhysarumSettings, Settings};
+use crate::plain_text::with_commas;
 
 pub use food::FOOD_PARAMETERS;
 pub use idle::{why_idle, why_object_idle};
@@ -366,13 +367,5 @@ pub fn grouped(value: f64) -> String {
     if value.fract() != 0.0 || value.abs() < 10_000.0 {
         return format!("{value}");
     }
-    let digits = format!("{:.0}", value.abs());
-    let mut text = String::from(if value < 0.0 { "-" } else { "" });
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
+    with_commas(value)
 }

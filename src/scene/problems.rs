@@ -34,10 +34,15 @@ impl From<OutOfRange> for Problem {
             value,
             allowed,
         } = out;
-        Self {
-            place: String::new(),
-            message: format!("{key} = {value} is out of range: {allowed}"),
-        }
+        Self::from(format!("{key} = {value} is out of range: {allowed}"))
+    }
+}
+
+/// A problem without a particular place.
+impl From<String> for Problem {
+    fn from(message: String) -> Self {
+        let place = String::new();
+        Self { place, message }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Checks of starts beyond the ranges of their keys.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::BUILTIN;
 use super::error::SceneError;
@@ -61,15 +61,5 @@ pub(super) fn check(scene: &str, settings: &Settings) -> Result<(), SceneError> 
             ));
         }
     }
-    if messages.is_empty() {
-        return Ok(());
-    }
-    let problem = |message| Problem {
-        place: String::new(),
-        message,
-    };
-    Err(SceneError::Problems {
-        scene: PathBuf::from(scene),
-        problems: messages.into_iter().map(problem).collect(),
-    })
+    SceneError::unless_empty(scene, messages.into_iter().map(Problem::from).collect())
 }

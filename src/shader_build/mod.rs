@@ -14,10 +14,9 @@ pub mod reflect;
 pub mod source;
 pub mod strict;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
+use std::{fs, thread};
 
 use kept::{Kept, Modules};
 use model::{Shader, Stage};

@@ -23,7 +23,7 @@ use crate::scene::BUILTIN;
 use crate::scene::builtin::MAPS;
 use crate::scene::settings::AreaSettings;
 use crate::strict::settled;
-use crate::whole_file::WholeFile;
+use crate::whole_file::write_whole;
 
 /// The bias of texels that no particle may enter.
 pub const NO_GO: f32 = -1e9;
@@ -247,18 +247,10 @@ fn write_png(
     path: &Path,
     write: impl FnOnce(&mut std::io::Cursor<Vec<u8>>) -> image::ImageResult<()>,
 ) -> Result<()> {
-    let io = |source| Error::Io {
-        action: "write",
-        path: path.to_owned(),
-        source,
-    };
+    let io = Error::io("write", path);
     let mut bytes = std::io::Cursor::new(Vec::new());
     write(&mut bytes).map_err(|error| io(std::io::Error::other(error)))?;
-    let written = WholeFile::create(path).and_then(|mut file| {
-        std::io::Write::write_all(&mut file, bytes.get_ref())?;
-        file.finish()
-    });
-    written.map(|_| ()).map_err(io)
+    write_whole(path, bytes.get_ref()).map_err(io)
 }
 
 #[cfg(test)]

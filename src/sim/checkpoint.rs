@@ -139,14 +139,10 @@ impl Checkpoint {
     /// # Errors
     /// When the folder cannot be written to or the disk is full; the file that was there before stays.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let error = |source| Error::Io {
-            action: "write",
-            path: path.to_owned(),
-            source,
-        };
-        let mut file = WholeFile::create(path).map_err(error)?;
-        self.write_to(&mut file).map_err(error)?;
-        file.finish().map_err(error)?;
+        let error = Error::io("write", path);
+        let mut file = WholeFile::create(path).map_err(&error)?;
+        self.write_to(&mut file).map_err(&error)?;
+        file.finish().map_err(&error)?;
         Ok(())
     }
 
@@ -210,11 +206,7 @@ impl Checkpoint {
     /// # Errors
     /// When it is no checkpoint, of another version, cut short, or damaged.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = read_like(path, MAGIC).map_err(|source| Error::Io {
-            action: "read",
-            path: path.to_owned(),
-            source,
-        })?;
+        let bytes = read_like(path, MAGIC).map_err(Error::io("read", path))?;
         Self::from_bytes(&bytes).map_err(|problem| {
             Error::Invalid(format!("cannot resume from {}: {problem}", path.shown()))
         })

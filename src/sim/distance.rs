@@ -84,12 +84,6 @@ impl DistanceSetup {
         trees.map(|tree| tree.first_node).collect()
     }
 
-    /// How many hints the tiles of all objects have, with `hint_count` of each.
-    #[must_use]
-    pub fn hints_len(&self) -> usize {
-        self.tiles_len() * self.hint_count() as usize
-    }
-
     /// How many tiles the jobs of one update may have.
     #[must_use]
     pub fn tiles_len(&self) -> usize {
@@ -98,12 +92,6 @@ impl DistanceSetup {
             .map(|(first, end)| (end - first).next_multiple_of(GROUP))
             .sum();
         (threads / TILE_SAMPLES) as usize
-    }
-
-    /// How many samples these tiles have room for.
-    #[must_use]
-    pub fn samples_in_tiles(&self) -> usize {
-        self.tiles_len() * TILE_SAMPLES as usize
     }
 
     /// How many margins the tiles of all objects have, with `hint_count` of each.

@@ -3,9 +3,3 @@
 
 /// Loop rounds that every invocation has. lavapipe has 65,535; the rest is for other loops of a kernel than those that are counted.
 pub const ROUNDS: u32 = 60_000;
-
-/// The number of dispatches for so many rounds, if each continues where the one before has stopped.
-#[must_use]
-pub fn dispatches_of(rounds: u64) -> u32 {
-    rounds.div_ceil(ROUNDS.into()) as u32
-}

@@ -1,14 +1,13 @@
 //! The device memory that a scene takes, and whether the device supports its buffers. Messages use the terms of the scene file.
 //! The check needs only settings and meshes, so it runs before anything takes time; that of the seams needs the atlas.
 
-use super::brute;
 use super::buffers::{Counts, bytes};
 use super::counts::texel_count;
 use super::distance::{GROUP, TILE_CANDIDATES, TILE_SAMPLES};
-use super::raster;
 use super::setup::Setup;
 use super::texel_paths::TexelPaths;
 use super::types::{ObjectPair, Particle, Seam, SurfaceSample, Vertex};
+use super::{brute, raster};
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceInfo, Tables, most_in_pages};
 use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod, MAX_SIZE, PackedEntries, PackedRow};

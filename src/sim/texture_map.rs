@@ -23,11 +23,7 @@ const OTHER_PARTS: u64 = 16 << 20;
 /// Reads a PNG file. `what` is its name in messages, such as `start mask`; `atlas_size` is that of the scene.
 pub(super) fn read(path: &Path, what: &str, atlas_size: u32) -> Result<DynamicImage> {
     let bytes = regular_file::read(path, most_bytes(most_side(atlas_size)));
-    let bytes = bytes.map_err(|source| Error::Io {
-        action: "read",
-        path: path.to_owned(),
-        source,
-    })?;
+    let bytes = bytes.map_err(Error::io("read", path))?;
     decode(path, what, &bytes, atlas_size)
 }
 

@@ -42,9 +42,7 @@ pub struct Motion {
 impl Motion {
     /// The flag of particles that are selected to leave their object in the present step.
     pub const SELECTED: u32 = 1;
-    /// The bits of the number of steps for which it stays fed.
-    pub const FED: u32 = 0xffff_0000;
-    /// Position of the lowest of these bits.
+    /// Position of the lowest bit of the number of steps for which it stays fed.
     pub const FED_SHIFT: u32 = 16;
 
     /// The number of steps for which the particle stays fed.

@@ -6,14 +6,13 @@
 use crate::common::{Gpu, gpu, scene, set_up};
 use myxo::mesh::surface::NONE;
 use myxo::scene::settings::Sensing;
-use myxo::sim::Simulation;
-use myxo::sim::Snapshot;
 use myxo::sim::behaviour::physarums;
 use myxo::sim::field::{atlas_position, trail_at};
 use myxo::sim::network::{Network, THRESHOLD};
 use myxo::sim::plan::{Means, Plan};
 use myxo::sim::step::advance::Form;
 use myxo::sim::twin::{AdvanceInputs, straight_places};
+use myxo::sim::{Simulation, Snapshot};
 
 /// How much is grown.
 struct Size {

@@ -14,11 +14,10 @@ use myxo::{Error, Result};
 
 use super::suite::{Case, Point};
 use crate::cli::host::Watch;
-use crate::cli::interrupt;
 use crate::cli::options::DeviceOptions;
 use crate::cli::progress::{Progress, atlas_cache};
 use crate::cli::report::{Bandwidth, Repetition, Times, widen};
-use crate::cli::times;
+use crate::cli::{interrupt, times};
 use crate::room::{self, Free, LARGE};
 
 /// Frames that the host may be ahead of the device.

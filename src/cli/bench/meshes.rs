@@ -58,11 +58,7 @@ impl Model {
     /// Times all three once, with a file in this folder.
     pub fn run(&mut self, folder: &Path) -> Result<()> {
         let file = folder.join(format!("{}.obj", self.len()));
-        std::fs::write(&file, obj(&self.mesh)).map_err(|source| Error::Io {
-            action: "write",
-            path: file.clone(),
-            source,
-        })?;
+        std::fs::write(&file, obj(&self.mesh)).map_err(Error::io("write", &file))?;
         let options = AtlasOptions {
             size: 1024,
             ..atlas_options(&Default::default())

@@ -381,11 +381,8 @@ fn method(work: &Work, runs: u32, budget: &Budget) -> String {
 
 /// Measures the suite on the host. Results from before Ctrl-C are kept.
 fn meshes(extent: &Extent, runs: u32, watch: &mut Watch) -> Result<(Vec<Point>, Result<()>)> {
-    let folder = tempfile::tempdir().map_err(|source| Error::Io {
-        action: "create a folder in",
-        path: std::env::temp_dir(),
-        source,
-    })?;
+    let folder =
+        tempfile::tempdir().map_err(Error::io("create a folder in", std::env::temp_dir()))?;
     let mut models = meshes::models(extent)?;
     let count = models.len() as u64 * u64::from(runs);
     let mut progress = Progress::counting(count, "mesh", "cases");

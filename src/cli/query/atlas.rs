@@ -7,9 +7,8 @@ use std::path::PathBuf;
 use clap::Args;
 use glam::DVec2;
 use myxo::Result;
-use myxo::mesh::Mesh;
-use myxo::mesh::atlas;
 use myxo::mesh::surface::Surface;
+use myxo::mesh::{Mesh, atlas};
 use myxo::scene::settings::{AtlasMethod, Settings};
 
 use super::{open_mesh, options_of};

@@ -20,7 +20,7 @@ use myxo::sim::memory;
 use myxo::{Error, Result};
 
 use super::table::{Row, Table};
-use super::{open_mesh, options_of};
+use super::{check_messages, open_mesh, options_of};
 use crate::cli::files::{Sink, check_unread};
 use crate::cli::options::DeviceOptions;
 use crate::cli::progress::{Progress, SettingUp, atlas_cache};
@@ -129,13 +129,7 @@ impl Command for Diffuse {
             return Ok(Outcome::Interrupted);
         }
         let values = diffusion.values()?;
-        let messages = ctx.take_messages();
-        if !messages.is_empty() {
-            return Err(Error::Invalid(format!(
-                "Vulkan's validation complains: {}",
-                messages.join("\n")
-            )));
-        }
+        check_messages(&ctx)?;
         let left = trail.unit * mass(&atlas, &values);
         console::message(&format!(
             "{atlas}\ndeposited {}, and {} after {} steps",

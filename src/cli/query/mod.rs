@@ -61,14 +61,20 @@ fn with_device<T>(
         ..ContextOptions::default()
     })?;
     let answer = ask(&ctx)?;
-    let messages = ctx.take_messages();
-    if !messages.is_empty() {
-        return Err(Error::Invalid(format!(
-            "Vulkan's validation complains: {}",
-            messages.join("\n")
-        )));
-    }
+    check_messages(&ctx)?;
     Ok(answer)
+}
+
+/// Fails with the messages of the validation layers, if there are any.
+fn check_messages(ctx: &Context) -> Result<()> {
+    let messages = ctx.take_messages();
+    if messages.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Invalid(format!(
+        "Vulkan's validation complains: {}",
+        messages.join("\n")
+    )))
 }
 
 /// The mesh moved so that the middle of its box is the origin, and that middle. Far from the origin no digits are lost then.

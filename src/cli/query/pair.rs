@@ -105,11 +105,7 @@ impl PlacedMesh {
 
 impl File {
     fn read(path: &Path) -> Result<Self> {
-        let text = regular_file::read_text(path).map_err(|source| Error::Io {
-            action: "read",
-            path: path.to_owned(),
-            source,
-        })?;
+        let text = regular_file::read_text(path).map_err(Error::io("read", path))?;
         serde_json::from_str(&text)
             .map_err(|error| Error::Invalid(format!("{}: {error}", path.shown())))
     }

@@ -44,11 +44,7 @@ impl Table {
         } else {
             regular_file::read(path, LARGEST).map(|content| bytes = content)
         }
-        .map_err(|source| Error::Io {
-            action: "read",
-            path: place.clone(),
-            source,
-        })?;
+        .map_err(Error::io("read", &place))?;
         Self::parse(&place.shown(), &bytes, names)
     }
 

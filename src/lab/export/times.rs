@@ -1,9 +1,8 @@
 //! GPU times as files: the report and the trace that `myxo profile` writes.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use myxo::whole_file::WholeFile;
+use myxo::whole_file::write_whole;
 use myxo::{Error, Result};
 
 use crate::lab::names::Reserved;
@@ -21,22 +20,10 @@ pub fn save_times(folder: &Path, times: &RecentTimes) -> Result<PathBuf> {
         // Held until a free number is found, so that it is not tried again.
         taken.push(name);
     };
-    write(&trace, &times.trace()?)?;
-    write(name.path(), times.report().as_bytes())?;
-    Ok(name.path().to_owned())
-}
-
-fn write(path: &Path, content: &[u8]) -> Result<()> {
-    let written = WholeFile::create(path).and_then(|mut file| {
-        file.write_all(content)?;
-        file.finish()
-    });
-    written.map_err(|source| Error::Io {
-        action: "write",
-        path: path.to_owned(),
-        source,
-    })?;
-    Ok(())
+    let report = name.path();
+    write_whole(&trace, times.trace()?).map_err(Error::io("write", &trace))?;
+    write_whole(report, times.report()).map_err(Error::io("write", report))?;
+    Ok(report.to_owned())
 }
 
 #[cfg(test)]

@@ -13,8 +13,7 @@ use myxo::scene::Scene;
 use myxo::scene::settings::{ColorMap, Part, Strategy};
 
 use super::*;
-use crate::lab::facts::Check;
-use crate::lab::facts::KernelTime;
+use crate::lab::facts::{Check, KernelTime};
 use glam::Vec3;
 use myxo::scene::parameters::PARAMETERS;
 

@@ -3,16 +3,13 @@
 use egui::{Align2, Rect, RichText, Slider, Ui, vec2};
 use myxo::mesh::builtin::BUILTINS;
 
-use crate::lab::actions::Action;
-use crate::lab::actions::PICK_FIRST;
-use crate::lab::command::Command;
-use crate::lab::command::ToolRequest;
+use crate::lab::actions::{Action, PICK_FIRST};
+use crate::lab::command::{Command, ToolRequest};
 use crate::lab::desk::Desk;
 use crate::lab::opening::{ONLY_MESHES, OPEN_MESH};
 use crate::lab::places::{Marked as _, note_value};
 use crate::lab::theme;
-use crate::lab::tools::Tools;
-use crate::lab::tools::{RADII, Tool};
+use crate::lab::tools::{RADII, Tool, Tools};
 use crate::lab::widgets::{hint_beside, parse_number, reader};
 
 /// Width of the bar's contents, points.

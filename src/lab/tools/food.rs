@@ -15,9 +15,8 @@ use crate::lab::document::Document;
 use crate::lab::facts::Under;
 use crate::lab::places::{Marked as _, note_value};
 use crate::lab::theme;
-use crate::lab::tools::Held;
-use crate::lab::tools::Tools;
 use crate::lab::tools::grips::FoodDrag;
+use crate::lab::tools::{Held, Tools};
 use crate::lab::widgets::{parse_number, reader};
 
 /// A click picks food that is so far from it for its size.

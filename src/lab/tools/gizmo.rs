@@ -6,18 +6,16 @@ use glam::{Vec2, Vec3};
 use myxo::render::Camera;
 use myxo::scene::settings::ObjectSettings;
 
-use crate::lab::command::Command;
-use crate::lab::command::ToolRequest;
+use crate::lab::command::{Command, ToolRequest};
 use crate::lab::desk::Desk;
 use crate::lab::facts::PointerFacts;
 use crate::lab::places::{Marked as _, are_asked_for, note_value};
 use crate::lab::theme;
-use crate::lab::tools::Held;
-use crate::lab::tools::Tools;
 use crate::lab::tools::grips::{Grab, Handle};
 use crate::lab::tools::handles::{
     along_axis, angle_round, keep_in_place, length_of_pixel, on_plane, shift, turn,
 };
+use crate::lab::tools::{Held, Tools};
 
 /// Points from the middle to the end of an arrow.
 const ARROW: f32 = 84.0;

@@ -19,8 +19,7 @@ use myxo::scene::Scene;
 use myxo::scene::settings::FoodSettings;
 use myxo::sim::paint::Brush;
 
-use crate::lab::command::Command;
-use crate::lab::command::{Ticket, ToolRequest};
+use crate::lab::command::{Command, Ticket, ToolRequest};
 use crate::lab::desk::Desk;
 use crate::lab::document::Document;
 use crate::lab::navigation::Drags;

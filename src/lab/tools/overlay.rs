@@ -5,16 +5,15 @@ use std::time::Duration;
 use egui::{Pos2, Rect, RichText, Stroke, Ui, vec2};
 use glam::Vec3;
 
+use myxo::plain_text::with_commas;
 use myxo::sim::paint::NO_GO_BELOW;
 
 use crate::lab::desk::Desk;
 use crate::lab::facts::Under;
 use crate::lab::places::note_value;
-use crate::lab::rows::grouped;
 use crate::lab::theme;
-use crate::lab::tools::Tool;
-use crate::lab::tools::Tools;
 use crate::lab::tools::gizmo::Screen;
+use crate::lab::tools::{Tool, Tools};
 
 const PARTS: u32 = 64;
 /// How often the probe looks again while nothing else happens.
@@ -158,7 +157,7 @@ impl Tools {
         };
         let mut lines = vec![
             ("object", name.unwrap_or_default()),
-            ("triangle", grouped(f64::from(under.triangle))),
+            ("triangle", with_commas(f64::from(under.triangle))),
             ("uv", format!("{:.3}  {:.3}", under.uv[0], under.uv[1])),
             ("texel", format!("{}  {}", under.texel[0], under.texel[1])),
             ("trail", number(under.trail)),

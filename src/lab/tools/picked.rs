@@ -3,9 +3,7 @@
 use glam::Affine3A;
 
 use crate::lab::actions::PICK_FIRST;
-use crate::lab::command::Command;
-use crate::lab::command::ToolRequest;
-use crate::lab::command::{Ticket, Which};
+use crate::lab::command::{Command, Ticket, ToolRequest, Which};
 use crate::lab::desk::Desk;
 use crate::lab::tools::{Tool, Tools};
 

@@ -1,8 +1,9 @@
 //! Scenes with an object more or less, and the effects of brushes.
 
 use super::*;
-use crate::lab::objects::{begin_on_food_that_is, remove_food};
-use crate::lab::objects::{with_copy, with_object, without_object};
+use crate::lab::objects::{
+    begin_on_food_that_is, remove_food, with_copy, with_object, without_object,
+};
 use crate::lab::saving::is_mesh;
 use myxo::scene::motion::pose_at;
 use myxo::scene::settings::{ObjectSettings, Settings, Start};

@@ -8,9 +8,7 @@ use myxo::render::output::{OutputError, Written};
 use myxo::{Error, Result};
 
 use crate::console;
-use crate::lab::command::Command;
-use crate::lab::command::ExportRequest;
-use crate::lab::command::ToolRequest;
+use crate::lab::command::{Command, ExportRequest, ToolRequest};
 use crate::lab::export::Exports;
 use crate::lab::export::making::Export;
 use crate::lab::loading::Origin;

@@ -15,8 +15,7 @@ use crate::lab::interface::Interface;
 use crate::lab::kept_scenes::KeptScenes;
 use crate::lab::loading::{Opened, Origin};
 use crate::lab::names::unnumbered;
-use crate::lab::saving::kept_name;
-use crate::lab::saving::{SceneFile, chosen, save_scene, whole, write_scene};
+use crate::lab::saving::{SceneFile, chosen, kept_name, save_scene, whole, write_scene};
 use crate::lab::stage::Stage;
 use crate::lab::window::{Lab, title};
 

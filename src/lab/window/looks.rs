@@ -11,8 +11,7 @@ use myxo::{Error, Result};
 use crate::lab::export::{Shot, scaled};
 use crate::lab::loading::Origin;
 use crate::lab::window::Lab;
-use crate::own_presets::check_name;
-use crate::own_presets::with_preset;
+use crate::own_presets::{check_name, with_preset};
 
 /// Size of the small picture of a preset or of a scene that is left, pixels.
 const PICTURE: [u32; 2] = [300, 200];

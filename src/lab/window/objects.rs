@@ -7,13 +7,11 @@ use myxo::scene::settings::{ObjectSettings, ParticleSettings, Settings};
 use super::super::objects::{
     beside, places_of, short_name, way_beside, with_copy, with_object, without_object,
 };
-use crate::lab::command::Command;
-use crate::lab::command::{Ticket, ToolRequest, Which};
+use crate::lab::command::{Command, Ticket, ToolRequest, Which};
 use crate::lab::edits::Coming;
 use crate::lab::loading::Origin;
 use crate::lab::objects::NEW_OBJECT;
-use crate::lab::renewal::place_among;
-use crate::lab::renewal::renewed;
+use crate::lab::renewal::{place_among, renewed};
 use crate::lab::waiting::Waiting;
 use crate::lab::window::Lab;
 

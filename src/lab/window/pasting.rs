@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 
 use myxo::Result;
 use myxo::scene::file::Reader;
-use myxo::scene::foods;
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{ObjectSettings, Settings};
-use myxo::scene::{Scene, SceneError};
+use myxo::scene::{Scene, SceneError, foods};
 
 use crate::lab::loading::Origin;
 use crate::lab::saving::whole;

@@ -12,8 +12,7 @@ use myxo::{Error, Result};
 use std::path::{Path, PathBuf};
 
 use super::super::edits::Probe;
-use crate::lab::command::Command;
-use crate::lab::command::ToolRequest;
+use crate::lab::command::{Command, ToolRequest};
 use crate::lab::facts::{PointerFacts, Under};
 use crate::lab::loading::Origin;
 use crate::lab::lost::is_loss;

@@ -10,9 +10,8 @@ use super::super::surface::{AtlasMap, NONE, Surface};
 use super::bitmap::{Bitmap, Shape};
 use super::fixed::Fixed;
 use super::outline::Mask;
-use super::overlap;
 use super::owners::{self, Conflict};
-use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, triangle_area};
+use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, overlap, triangle_area};
 
 /// Squares of objects consist of whole cells; the texture has at most this many a side.
 const SQUARE_CELLS: u32 = 256;

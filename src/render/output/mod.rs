@@ -3,11 +3,10 @@
 //! **Invariant:** no half-written file ever has a final name. A file is written under a temporary name in its own folder and renamed when
 //! it is whole; unfinished files are removed.
 
-use std::fmt;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
+use std::{fmt, io};
 
 use image::RgbaImage;
 

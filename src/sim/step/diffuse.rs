@@ -4,8 +4,7 @@ use rayon::prelude::*;
 
 use crate::mesh::atlas::BLOCK_ROWS;
 use crate::sim::arrays::Arrays;
-use crate::sim::kernels::{Diffuse, DiffuseArgs};
-use crate::sim::kernels::{DiffuseConstants, DiffuseParams};
+use crate::sim::kernels::{Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams};
 use crate::sim::plan::Plan;
 use crate::sim::spread::{Half, rate_of, spreading};
 use crate::sim::state::State;

@@ -2,8 +2,9 @@
 
 use crate::mesh::atlas::{ExchangeEntry, ExchangeRow};
 use crate::sim::arrays::Arrays;
-use crate::sim::kernels::DiffuseSeamsParams;
-use crate::sim::kernels::{DiffuseSeams, DiffuseSeamsArgs, DiffuseSeamsConstants};
+use crate::sim::kernels::{
+    DiffuseSeams, DiffuseSeamsArgs, DiffuseSeamsConstants, DiffuseSeamsParams,
+};
 use crate::sim::plan::Plan;
 use crate::sim::spread::{Half, rate_of, spreading};
 use crate::sim::state::State;

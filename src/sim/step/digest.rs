@@ -2,8 +2,7 @@
 
 use crate::gpu::Kernel as _;
 use crate::sim::arrays::Arrays;
-use crate::sim::kernels::DigestParams;
-use crate::sim::kernels::{Digest, DigestArgs, Scent};
+use crate::sim::kernels::{Digest, DigestArgs, DigestParams, Scent};
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::types::Meal;

@@ -4,8 +4,9 @@ use super::distance::{DistanceInputs, candidate_distance, found_by, place_in_oth
 use crate::mesh::surface::NONE;
 use crate::mesh::trees::nearest::{is_nearer, nearest_on_face};
 use crate::sim::arrays::Arrays;
-use crate::sim::kernels::{DistanceBrute, DistanceBruteArgs};
-use crate::sim::kernels::{DistanceBruteConstants, DistanceBruteParams};
+use crate::sim::kernels::{
+    DistanceBrute, DistanceBruteArgs, DistanceBruteConstants, DistanceBruteParams,
+};
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::work::{Call, StepKernel};

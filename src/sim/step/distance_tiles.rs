@@ -12,11 +12,11 @@ use crate::mesh::trees::search::{UNLIMITED, is_in_box, nearest_on, slack_of};
 use crate::mesh::trees::sides::is_outside;
 use crate::mesh::trees::{Face, Node};
 use crate::scene::settings::SignRule;
-use crate::sim::arrays::Arrays;
-use crate::sim::arrays::TileLooks;
+use crate::sim::arrays::{Arrays, TileLooks};
 use crate::sim::distance::{TILE_CANDIDATES, TILE_SAMPLES};
-use crate::sim::kernels::{DistanceTiles, DistanceTilesArgs};
-use crate::sim::kernels::{DistanceTilesConstants, DistanceTilesParams};
+use crate::sim::kernels::{
+    DistanceTiles, DistanceTilesArgs, DistanceTilesConstants, DistanceTilesParams,
+};
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::types::{ListedTile, ObjectPair, SampleTile};

@@ -1,11 +1,9 @@
 //! `respawn`: its parameters and bindings. Twin of `shaders/respawn.comp`.
 
 use crate::mesh::surface::Triangle;
-use crate::rng::seed_word;
-use crate::rng::{Purpose, random, unit};
+use crate::rng::{Purpose, random, seed_word, unit};
 use crate::sim::arrays::Arrays;
-use crate::sim::kernels::RespawnParams;
-use crate::sim::kernels::{Respawn, RespawnArgs};
+use crate::sim::kernels::{Respawn, RespawnArgs, RespawnParams};
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::types::{Flow, Motion, Particle};

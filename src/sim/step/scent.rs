@@ -4,8 +4,7 @@ use glam::UVec2;
 
 use crate::sim::arrays::Arrays;
 use crate::sim::food::{FoodSet, scent_at};
-use crate::sim::kernels::ScentParams;
-use crate::sim::kernels::{Scent, ScentArgs, ScentConstants};
+use crate::sim::kernels::{Scent, ScentArgs, ScentConstants, ScentParams};
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::types::Meal;

@@ -7,9 +7,9 @@ use crate::sim::arrays::Arrays;
 use crate::sim::crossing::Terrain;
 use crate::sim::field::{atlas_position, texel_at};
 use crate::sim::ground::{Flight, Ground};
-use crate::sim::kernels::{TransferIn, TransferInArgs, TransferOut, TransferOutArgs};
 use crate::sim::kernels::{
-    TransferInConstants, TransferInParams, TransferOutConstants, TransferOutParams,
+    TransferIn, TransferInArgs, TransferInConstants, TransferInParams, TransferOut,
+    TransferOutArgs, TransferOutConstants, TransferOutParams,
 };
 use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::plan::Plan;

@@ -111,11 +111,6 @@ impl Simulation {
         &self.course.settings
     }
 
-    /// The settings, to be changed. A change of the strategy takes effect after [`Simulation::restore`].
-    pub fn settings_mut(&mut self) -> &mut Settings {
-        &mut self.course.settings
-    }
-
     /// The number of particles that each of [`super::FORMS_OF_ADVANCE`] processed in the last step; zeros if all sensors walk.
     #[must_use]
     pub fn forms(&self) -> [usize; 4] {

@@ -6,8 +6,7 @@ use super::*;
 use crate::lab::facts::{LoadingFacts, Times};
 use crate::lab::job::Progress;
 use crate::lab::tools::Tool;
-use crate::own_presets::OwnPresets;
-use crate::own_presets::with_preset;
+use crate::own_presets::{OwnPresets, with_preset};
 
 #[test]
 fn changes_are_undone_and_redone_by_keys() {

@@ -1,8 +1,7 @@
 //! A screen that is twice as dense: what is pressed and painted is where it is shown.
 
 use super::*;
-use crate::lab::command::ExportRequest;
-use crate::lab::command::ToolRequest;
+use crate::lab::command::{ExportRequest, ToolRequest};
 use crate::lab::place::Place;
 use crate::lab::tools::Tool;
 
