@@ -174,7 +174,7 @@ impl Profile {
         let kernels = session.kernels();
         let driver = compiled::driver(session.ctx.info());
         let Some(mut all) = session.ctx.compiled() else {
-            return Err(Error::Invalid(compiled::says_nothing(&driver)));
+            return Err(Error::Invalid(compiled::no_statistics(&driver)));
         };
         all.retain(|one| kernels.iter().any(|(kernel, _)| kernel == one.kernel));
         console::print(if self.json {

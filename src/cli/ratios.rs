@@ -115,7 +115,7 @@ pub fn doubts_text(a: &Report, b: &Report) -> String {
     if let Some((first, second)) = speeds_apart(a, b) {
         let _ = writeln!(
             text,
-            "warning: the device was not as fast both times: copies got through {first:.1} GB/s in the first and \
+            "warning: the device was not as fast both times: copies reached {first:.1} GB/s in the first and \
              {second:.1} in the second; at such times measure both in turn, by `myxo profile --against`"
         );
     }
@@ -281,9 +281,9 @@ mod tests {
             text.contains("warmup     differs   unknown -> 50\n"),
             "{text}"
         );
-        let hour = "copies got through 36.0 GB/s in the first and 19.0 in the second";
+        let hour = "copies reached 36.0 GB/s in the first and 19.0 in the second";
         assert!(
-            !doubts_text(&a, &b).contains("copies got through"),
+            !doubts_text(&a, &b).contains("copies reached"),
             "within 15 %"
         );
         let slow = Report {
@@ -294,7 +294,7 @@ mod tests {
         assert!(text.contains(hour) && text.contains("--against"), "{text}");
         assert!(doubts_text(&slow, &a).contains("19.0 GB/s in the first and 36.0"));
         assert!(
-            !doubts_text(&a, &older).contains("copies got through"),
+            !doubts_text(&a, &older).contains("copies reached"),
             "not known"
         );
     }

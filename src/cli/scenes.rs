@@ -64,7 +64,7 @@ fn names() -> String {
         let _ = writeln!(text, "Presets of your own (--preset):");
         for own in own.all() {
             let _ = match &own.problem {
-                Some(problem) => writeln!(text, "  {:<10} cannot be taken: {problem}", own.name),
+                Some(problem) => writeln!(text, "  {:<10} cannot be used: {problem}", own.name),
                 None => writeln!(text, "  {:<10} {}", own.name, summary(&own.text)),
             };
         }

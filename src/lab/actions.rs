@@ -18,7 +18,7 @@ pub enum Action {
     Pause,
     /// Takes one step, and holds.
     SingleStep,
-    /// Begins again at step 0.
+    /// Restarts at step 0.
     Restart,
     /// Shows this view.
     Show(Show),
@@ -34,7 +34,7 @@ pub enum Action {
     NextPreset,
     /// The look of the preset before.
     PreviousPreset,
-    /// A look by chance.
+    /// A random look.
     ByChance,
     /// Brings the camera to where the scene's file puts it.
     Home,
@@ -198,22 +198,18 @@ struct Row {
     what: &'static str,
 }
 
-const fn row(
-    action: Action,
-    group: Group,
-    held: Modifiers,
-    keys: &'static [Key],
-    written: &'static str,
-    what: &'static str,
-) -> Row {
-    Row {
-        action,
-        group,
-        held,
-        keys,
-        written,
-        what,
-    }
+/// Rows, one a line: the action, its group, the held modifiers, the keys, how they are written, and the description.
+macro_rules! rows {
+    ($($action:ident, $group:ident, $held:ident, [$($key:ident),*], $written:literal, $what:literal;)*) => {
+        &[$(Row {
+            action: Action::$action,
+            group: Group::$group,
+            held: $held,
+            keys: &[$(Key::$key),*],
+            written: $written,
+            what: $what,
+        }),*]
+    };
 }
 
 const NONE: Modifiers = Modifiers::NONE;
@@ -222,296 +218,44 @@ const CTRL_SHIFT: Modifiers = CTRL.plus(Modifiers::SHIFT);
 
 /// Every action but the views, which have a table of their own ([`Show::key`]). Of actions that share a key, the first that
 /// fits the held modifiers counts.
-const ROWS: &[Row] = &[
-    row(
-        Action::Pause,
-        Group::Run,
-        NONE,
-        &[Key::Space],
-        "Space",
-        "run or pause the simulation",
-    ),
-    row(
-        Action::SingleStep,
-        Group::Run,
-        NONE,
-        &[Key::S, Key::Period],
-        "S  .",
-        "take one step",
-    ),
-    row(
-        Action::Restart,
-        Group::Run,
-        NONE,
-        &[Key::R],
-        "R",
-        "reset: restart from step 0",
-    ),
-    row(
-        Action::Split,
-        Group::View,
-        NONE,
-        &[Key::U],
-        "U",
-        "show the atlas beside the picture",
-    ),
-    row(
-        Action::Fly,
-        Group::Camera,
-        NONE,
-        &[Key::V],
-        "V",
-        "fly: W A S D, E up, Q down",
-    ),
-    row(
-        Action::NextCharts,
-        Group::View,
-        NONE,
-        &[Key::X],
-        "X",
-        "show charts: none, under the trail, alone",
-    ),
-    row(
-        Action::NextColors,
-        Group::Looks,
-        NONE,
-        &[Key::C],
-        "C",
-        "next colour map",
-    ),
-    row(
-        Action::NextPreset,
-        Group::Looks,
-        NONE,
-        &[Key::CloseBracket],
-        "]",
-        "next preset",
-    ),
-    row(
-        Action::PreviousPreset,
-        Group::Looks,
-        NONE,
-        &[Key::OpenBracket],
-        "[",
-        "previous preset",
-    ),
-    row(
-        Action::ByChance,
-        Group::Looks,
-        NONE,
-        &[Key::D],
-        "D",
-        "a random look",
-    ),
-    row(
-        Action::Home,
-        Group::Camera,
-        NONE,
-        &[Key::Home],
-        "Home",
-        "home: the camera as the scene's file has it",
-    ),
-    row(
-        Action::Fit,
-        Group::Camera,
-        NONE,
-        &[Key::F],
-        "F",
-        "fit the selected object or the scene into the picture",
-    ),
-    row(
-        Action::Screenshot,
-        Group::Files,
-        NONE,
-        &[Key::F12],
-        "F12",
-        "save a screenshot",
-    ),
-    row(
-        Action::Record,
-        Group::Files,
-        NONE,
-        &[Key::F9],
-        "F9",
-        "start or stop recording the window",
-    ),
-    row(
-        Action::Export,
-        Group::Files,
-        CTRL,
-        &[Key::E],
-        "Ctrl E",
-        "export pictures, films, models, data",
-    ),
-    row(
-        Action::Open,
-        Group::Files,
-        CTRL,
-        &[Key::O],
-        "Ctrl O",
-        "open a scene, preset, mesh or checkpoint",
-    ),
-    row(
-        Action::SaveAs,
-        Group::Files,
-        CTRL_SHIFT,
-        &[Key::S],
-        "Ctrl Shift S",
-        "save the scene under a new name",
-    ),
-    row(
-        Action::Save,
-        Group::Files,
-        CTRL,
-        &[Key::S],
-        "Ctrl S",
-        "save the scene in its file",
-    ),
-    row(
-        Action::Redo,
-        Group::Files,
-        CTRL_SHIFT,
-        &[Key::Z],
-        "Ctrl Shift Z",
-        "redo",
-    ),
-    row(
-        Action::Redo,
-        Group::Files,
-        CTRL,
-        &[Key::Y],
-        "Ctrl Y",
-        "redo by another key",
-    ),
-    row(
-        Action::Undo,
-        Group::Files,
-        CTRL,
-        &[Key::Z],
-        "Ctrl Z",
-        "undo",
-    ),
-    row(
-        Action::Gallery,
-        Group::Looks,
-        NONE,
-        &[Key::G],
-        "G",
-        "gallery: scenes and presets",
-    ),
-    row(
-        Action::Panel,
-        Group::Window,
-        NONE,
-        &[Key::P],
-        "P",
-        "hide or show the panel",
-    ),
-    row(
-        Action::PictureAlone,
-        Group::Window,
-        NONE,
-        &[Key::F10],
-        "F10",
-        "show the picture alone",
-    ),
-    row(
-        Action::FullScreen,
-        Group::Window,
-        NONE,
-        &[Key::F11],
-        "F11",
-        "full screen",
-    ),
-    row(
-        Action::Theme,
-        Group::Window,
-        NONE,
-        &[Key::T],
-        "T",
-        "light or dark interface",
-    ),
-    row(
-        Action::Brush,
-        Group::Scene,
-        NONE,
-        &[Key::B],
-        "B",
-        "take the brush used last, or none",
-    ),
-    row(
-        Action::Food,
-        Group::Scene,
-        NONE,
-        &[Key::O],
-        "O",
-        "take the food tool, or none",
-    ),
-    row(
-        Action::Probe,
-        Group::Scene,
-        NONE,
-        &[Key::I],
-        "I",
-        "show what lies under the pointer",
-    ),
-    row(
-        Action::Duplicate,
-        Group::Scene,
-        CTRL,
-        &[Key::D],
-        "Ctrl D",
-        "duplicate the selected object",
-    ),
-    row(
-        Action::Remove,
-        Group::Scene,
-        NONE,
-        &[Key::Delete],
-        "Delete",
-        "remove the selected object or food",
-    ),
-    row(
-        Action::ShowAll,
-        Group::Scene,
-        CTRL_SHIFT,
-        &[Key::H],
-        "Ctrl Shift H",
-        "show all hidden objects",
-    ),
-    row(
-        Action::Hide,
-        Group::Scene,
-        CTRL,
-        &[Key::H],
-        "Ctrl H",
-        "hide the selected object in the picture",
-    ),
-    row(
-        Action::Help,
-        Group::Window,
-        NONE,
-        &[Key::H, Key::F1],
-        "H, F1",
-        "help: keys and mouse",
-    ),
-    row(
-        Action::Back,
-        Group::Window,
-        NONE,
-        &[Key::Escape],
-        "Esc",
-        "back: leave what lies on top",
-    ),
-    row(
-        Action::Quit,
-        Group::Window,
-        CTRL,
-        &[Key::Q],
-        "Ctrl Q",
-        "quit: close the window",
-    ),
-];
+const ROWS: &[Row] = rows! {
+    Pause,          Run,    NONE,       [Space],        "Space",        "run or pause the simulation";
+    SingleStep,     Run,    NONE,       [S, Period],    "S  .",         "take one step";
+    Restart,        Run,    NONE,       [R],            "R",            "reset: restart from step 0";
+    Split,          View,   NONE,       [U],            "U",            "show the atlas beside the picture";
+    Fly,            Camera, NONE,       [V],            "V",            "fly: W A S D, E up, Q down";
+    NextCharts,     View,   NONE,       [X],            "X",            "show charts: none, under the trail, alone";
+    NextColors,     Looks,  NONE,       [C],            "C",            "next colour map";
+    NextPreset,     Looks,  NONE,       [CloseBracket], "]",            "next preset";
+    PreviousPreset, Looks,  NONE,       [OpenBracket],  "[",            "previous preset";
+    ByChance,       Looks,  NONE,       [D],            "D",            "a random look";
+    Home,           Camera, NONE,       [Home],         "Home",         "home: the camera as the scene's file has it";
+    Fit,            Camera, NONE,       [F],            "F",            "fit the selected object or the scene into the picture";
+    Screenshot,     Files,  NONE,       [F12],          "F12",          "save a screenshot";
+    Record,         Files,  NONE,       [F9],           "F9",           "start or stop recording the window";
+    Export,         Files,  CTRL,       [E],            "Ctrl E",       "export pictures, films, models, data";
+    Open,           Files,  CTRL,       [O],            "Ctrl O",       "open a scene, preset, mesh or checkpoint";
+    SaveAs,         Files,  CTRL_SHIFT, [S],            "Ctrl Shift S", "save the scene under a new name";
+    Save,           Files,  CTRL,       [S],            "Ctrl S",       "save the scene in its file";
+    Redo,           Files,  CTRL_SHIFT, [Z],            "Ctrl Shift Z", "redo";
+    Redo,           Files,  CTRL,       [Y],            "Ctrl Y",       "redo by another key";
+    Undo,           Files,  CTRL,       [Z],            "Ctrl Z",       "undo";
+    Gallery,        Looks,  NONE,       [G],            "G",            "gallery: scenes and presets";
+    Panel,          Window, NONE,       [P],            "P",            "hide or show the panel";
+    PictureAlone,   Window, NONE,       [F10],          "F10",          "show the picture alone";
+    FullScreen,     Window, NONE,       [F11],          "F11",          "full screen";
+    Theme,          Window, NONE,       [T],            "T",            "light or dark interface";
+    Brush,          Scene,  NONE,       [B],            "B",            "take the brush used last, or none";
+    Food,           Scene,  NONE,       [O],            "O",            "take the food tool, or none";
+    Probe,          Scene,  NONE,       [I],            "I",            "show what lies under the pointer";
+    Duplicate,      Scene,  CTRL,       [D],            "Ctrl D",       "duplicate the selected object";
+    Remove,         Scene,  NONE,       [Delete],       "Delete",       "remove the selected object or food";
+    ShowAll,        Scene,  CTRL_SHIFT, [H],            "Ctrl Shift H", "show all hidden objects";
+    Hide,           Scene,  CTRL,       [H],            "Ctrl H",       "hide the selected object in the picture";
+    Help,           Window, NONE,       [H, F1],        "H, F1",        "help: keys and mouse";
+    Back,           Window, NONE,       [Escape],       "Esc",          "back: leave what lies on top";
+    Quit,           Window, CTRL,       [Q],            "Ctrl Q",       "quit: close the window";
+};
 
 /// Every action, its keys as they are written, what it does, and what it has to do with.
 pub fn all() -> impl Iterator<Item = (Action, &'static str, String, Group)> {

@@ -59,32 +59,32 @@ impl Mesh {
         let mut parameters = Parameters::parse(name, query, most)?;
         let mesh = match name {
             "cube" => {
-                let divisions = parameters.count("divisions", 1, 1, 1024)?;
+                let divisions = parameters.number("divisions", 1, 1, 1024)?;
                 parameters.limit(12 * u64::from(divisions).pow(2))?;
                 cube(divisions)
             }
             "torus" => {
-                let major = parameters.count("major", 144, 3, 8192)?;
-                let minor = parameters.count("minor", 96, 3, 8192)?;
-                let tube = parameters.length("tube", 0.4, 0.001, 0.999)?;
+                let major = parameters.number("major", 144, 3, 8192)?;
+                let minor = parameters.number("minor", 96, 3, 8192)?;
+                let tube = parameters.number("tube", 0.4, 0.001, 0.999)?;
                 parameters.limit(2 * u64::from(major) * u64::from(minor))?;
                 torus(major, minor, tube)
             }
             "icosphere" => {
-                let subdivisions = parameters.count("subdivisions", 5, 0, 10)?;
+                let subdivisions = parameters.number("subdivisions", 5, 0, 10)?;
                 parameters.limit(20 * 4_u64.pow(subdivisions))?;
                 icosphere(subdivisions)
             }
             "plane" => {
-                let columns = parameters.count("columns", 64, 1, 4096)?;
-                let rows = parameters.count("rows", 64, 1, 4096)?;
+                let columns = parameters.number("columns", 64, 1, 4096)?;
+                let rows = parameters.number("rows", 64, 1, 4096)?;
                 parameters.limit(2 * u64::from(columns) * u64::from(rows))?;
                 plane(columns, rows)
             }
             "capsule" => {
-                let segments = parameters.count("segments", 96, 3, 4096)?;
-                let rings = parameters.count("rings", 24, 1, 2048)?;
-                let length = parameters.length("length", 1.0, 0.001, 1000.0)?;
+                let segments = parameters.number("segments", 96, 3, 4096)?;
+                let rings = parameters.number("rings", 24, 1, 2048)?;
+                let length = parameters.number("length", 1.0, 0.001, 1000.0)?;
                 parameters.limit(4 * u64::from(segments) * u64::from(rings))?;
                 capsule(segments, rings, length)
             }
@@ -92,11 +92,11 @@ impl Mesh {
                 let is_ring = name == "ring_gear";
                 let [teeth, radius] = if is_ring { [60.0, 2.5] } else { [24.0, 1.0] };
                 let wheel = Gear {
-                    teeth: parameters.count("teeth", teeth as u32, 9, 1024)?,
-                    radius: parameters.length("radius", radius, 0.001, 1000.0)?,
-                    thickness: parameters.length("thickness", 0.3, 0.001, 1000.0)?,
-                    bore: parameters.length("bore", 0.3, 0.001, 1000.0)?,
-                    play: parameters.length("play", 0.02, 0.0, 0.2)?,
+                    teeth: parameters.number("teeth", teeth as u32, 9, 1024)?,
+                    radius: parameters.number("radius", radius, 0.001, 1000.0)?,
+                    thickness: parameters.number("thickness", 0.3, 0.001, 1000.0)?,
+                    bore: parameters.number("bore", 0.3, 0.001, 1000.0)?,
+                    play: parameters.number("play", 0.02, 0.0, 0.2)?,
                     is_ring,
                 };
                 wheel.check().map_err(|problem| MeshError::Parameter {
@@ -176,26 +176,6 @@ impl<'a> Parameters<'a> {
                 problem: format!("`{name}={text}` is not a number from {least} to {most}"),
             }),
         }
-    }
-
-    fn count(
-        &mut self,
-        name: &'static str,
-        default: u32,
-        least: u32,
-        most: u32,
-    ) -> Result<u32, MeshError> {
-        self.number(name, default, least, most)
-    }
-
-    fn length(
-        &mut self,
-        name: &'static str,
-        default: f64,
-        least: f64,
-        most: f64,
-    ) -> Result<f64, MeshError> {
-        self.number(name, default, least, most)
     }
 
     /// Refuses so many triangles before any is made.

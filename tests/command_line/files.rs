@@ -283,7 +283,7 @@ fn presets_come_from_files_and_from_the_users_folder() {
     for part in [
         "Presets of your own",
         "fern       Mine, all mine.",
-        "torn       cannot be taken",
+        "torn       cannot be used",
     ] {
         assert!(list.contains(part), "{part}: {list}");
     }

@@ -87,9 +87,9 @@ pub fn driver(device: &DeviceInfo) -> String {
 }
 
 /// Why there is no such list.
-pub fn says_nothing(driver: &str) -> String {
+pub fn no_statistics(driver: &str) -> String {
     format!(
-        "{driver} says nothing of the kernels that it compiles (VK_KHR_pipeline_executable_properties is missing): choose another \
+        "{driver} gives no statistics of the kernels that it compiles (VK_KHR_pipeline_executable_properties is missing): choose another \
          device with --device; `myxo info` lists them"
     )
 }

@@ -72,7 +72,7 @@ fn check_messages(ctx: &Context) -> Result<()> {
         return Ok(());
     }
     Err(Error::Invalid(format!(
-        "Vulkan's validation complains: {}",
+        "the validation layers report: {}",
         messages.join("\n")
     )))
 }

@@ -160,7 +160,7 @@ impl Question<'_> {
                 Some(reason) => Err(reason),
                 None => match ends.next().expect("the engine answers every query") {
                     end if end.status == WalkStatus::OutOfAttempts => {
-                        Err("the walk turns round a vertex and gets no further".to_owned())
+                        Err("the walk turns round a vertex and does not continue".to_owned())
                     }
                     end => Ok(end),
                 },
