@@ -90,6 +90,13 @@ pub struct MeshReport {
     pub incomplete_uvs: bool,
 }
 
+/// Fields with their meaning, for one and for several.
+macro_rules! counts {
+    ($report:ident: $($field:ident: $one:literal, $many:literal;)*) => {
+        [$(($report.$field, $one, $many)),*]
+    };
+}
+
 impl MeshReport {
     /// Measures the topology of welded triangles.
     pub(crate) fn measure(&mut self, corners: &[[u32; 3]], twins: &[u32], vertices: usize) {
@@ -144,118 +151,44 @@ impl MeshReport {
     #[must_use]
     pub fn oddities(&self) -> Vec<String> {
         let mut list = Vec::new();
-        let mut note = |count: usize, one: &str, many: &str| {
+        let counts = counts! { self:
+            repeated_corners: "triangle with a corner twice, dropped", "triangles with a corner twice, dropped";
+            too_small: "triangle too small for single precision in a model of this size, its shape changed: is a vertex far from the others?",
+                "triangles too small for single precision in a model of this size, their shapes changed: is a vertex far from the others?";
+            without_area: "triangle without area, dropped", "triangles without area, dropped";
+            duplicates: "triangle that is there already, dropped", "triangles that are there already, dropped";
+            stitched_vertices: "border vertex that coincides with another one within rounding error, made one with it",
+                "border vertices that coincide with others within rounding error, made one with these";
+            open_seams: "border edge that coincides with another one within rounding error, not joined",
+                "border edges that coincide with others within rounding error, not joined";
+            non_manifold_edges: "edge with three or more triangles: two are joined, the others end there",
+                "edges with three or more triangles: two are joined at each, the others end there";
+            mended_triangles: "triangle wound against its neighbours, flipped", "triangles wound against their neighbours, flipped";
+            turned_parts: "closed part that faced inwards, turned", "closed parts that faced inwards, turned";
+            cut_edges: "edge whose two sides cannot agree (the surface is one-sided), cut",
+                "edges whose two sides cannot agree (the surface is one-sided), cut";
+            pinched_vertices: "vertex where the surface only touches itself", "vertices where the surface only touches itself";
+            unreferenced_vertices: "vertex that no triangle uses, ignored", "vertices that no triangle uses, ignored";
+            unreferenced_non_finite: "of the unused vertices is not finite", "of the unused vertices are not finite";
+            crossed_polygons: "polygon that crosses itself or is far from flat: its triangles may overlap",
+                "polygons that cross themselves or are far from flat: their triangles may overlap";
+            lines: "line, ignored", "lines, ignored";
+            points: "point, ignored", "points, ignored";
+            free_form_lines: "line of curves or free-form surfaces, ignored", "lines of curves or free-form surfaces, ignored";
+            longer_rows: "line with more values than the PLY header names, the rest ignored",
+                "lines with more values than the PLY header names, the rest ignored";
+            trailing_bytes: "byte behind the last triangle, ignored", "bytes behind the last triangle, ignored";
+            repeated_nodes: "node of the scene graph that is reached again, taken once",
+                "nodes of the scene graph that are reached again, taken once";
+            hidden_meshes: "mesh that the file hides, left out", "meshes that the file hides, left out";
+            incomplete_triangles: "triangle that lacks corners, ignored", "triangles that lack corners, ignored";
+            without_positions: "part of a mesh without positions, ignored", "parts of meshes without positions, ignored";
+        };
+        for (count, one, many) in counts {
             if count > 0 {
                 list.push(counted(count, one, many));
             }
-        };
-        note(
-            self.repeated_corners,
-            "triangle with a corner twice, dropped",
-            "triangles with a corner twice, dropped",
-        );
-        note(
-            self.too_small,
-            "triangle too small for single precision in a model of this size, its shape changed: is a vertex far from the others?",
-            "triangles too small for single precision in a model of this size, their shapes changed: is a vertex far from the others?",
-        );
-        note(
-            self.without_area,
-            "triangle without area, dropped",
-            "triangles without area, dropped",
-        );
-        note(
-            self.duplicates,
-            "triangle that is there already, dropped",
-            "triangles that are there already, dropped",
-        );
-        note(
-            self.stitched_vertices,
-            "border vertex that coincides with another one within rounding error, made one with it",
-            "border vertices that coincide with others within rounding error, made one with these",
-        );
-        note(
-            self.open_seams,
-            "border edge that coincides with another one within rounding error, not joined",
-            "border edges that coincide with others within rounding error, not joined",
-        );
-        note(
-            self.non_manifold_edges,
-            "edge with three or more triangles: two are joined, the others end there",
-            "edges with three or more triangles: two are joined at each, the others end there",
-        );
-        note(
-            self.mended_triangles,
-            "triangle wound against its neighbours, flipped",
-            "triangles wound against their neighbours, flipped",
-        );
-        note(
-            self.turned_parts,
-            "closed part that faced inwards, turned",
-            "closed parts that faced inwards, turned",
-        );
-        note(
-            self.cut_edges,
-            "edge whose two sides cannot agree (the surface is one-sided), cut",
-            "edges whose two sides cannot agree (the surface is one-sided), cut",
-        );
-        note(
-            self.pinched_vertices,
-            "vertex where the surface only touches itself",
-            "vertices where the surface only touches itself",
-        );
-        note(
-            self.unreferenced_vertices,
-            "vertex that no triangle uses, ignored",
-            "vertices that no triangle uses, ignored",
-        );
-        note(
-            self.unreferenced_non_finite,
-            "of the unused vertices is not finite",
-            "of the unused vertices are not finite",
-        );
-        note(
-            self.crossed_polygons,
-            "polygon that crosses itself or is far from flat: its triangles may overlap",
-            "polygons that cross themselves or are far from flat: their triangles may overlap",
-        );
-        note(self.lines, "line, ignored", "lines, ignored");
-        note(self.points, "point, ignored", "points, ignored");
-        note(
-            self.free_form_lines,
-            "line of curves or free-form surfaces, ignored",
-            "lines of curves or free-form surfaces, ignored",
-        );
-        note(
-            self.longer_rows,
-            "line with more values than the PLY header names, the rest ignored",
-            "lines with more values than the PLY header names, the rest ignored",
-        );
-        note(
-            self.trailing_bytes,
-            "byte behind the last triangle, ignored",
-            "bytes behind the last triangle, ignored",
-        );
-        note(
-            self.repeated_nodes,
-            "node of the scene graph that is reached again, taken once",
-            "nodes of the scene graph that are reached again, taken once",
-        );
-        note(
-            self.hidden_meshes,
-            "mesh that the file hides, left out",
-            "meshes that the file hides, left out",
-        );
-        note(
-            self.incomplete_triangles,
-            "triangle that lacks corners, ignored",
-            "triangles that lack corners, ignored",
-        );
-        note(
-            self.without_positions,
-            "part of a mesh without positions, ignored",
-            "parts of meshes without positions, ignored",
-        );
+        }
         for name in self.unapplied_extensions.iter().take(MOST_NAMES) {
             list.push(format!("the extension {name} is not applied"));
         }

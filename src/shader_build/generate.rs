@@ -25,15 +25,13 @@ pub fn kernels(shaders: &[Shader], shared: &[Struct]) -> Result<String, String> 
             sources: vec![shader],
         };
         interface.write(&mut out, "comp")?;
-        put(
+        put!(
             &mut out,
-            format_args!(
-                "impl crate::gpu::Kernel for {kernel} {{\n    \
+            "impl crate::gpu::Kernel for {kernel} {{\n    \
                  const SPIRV: crate::gpu::Module = {};\n    \
                  const GROUP_SIZE: u32 = {};\n}}\n\n",
-                module(shader),
-                shader.group_size,
-            ),
+            module(shader),
+            shader.group_size
         );
     }
     let mut structs: Vec<&Struct> = shared.iter().collect();
@@ -71,15 +69,13 @@ pub fn draws(shaders: &[Shader]) -> Result<String, String> {
             sources: vec![vertex, fragment],
         };
         interface.write(&mut out, "vert")?;
-        put(
+        put!(
             &mut out,
-            format_args!(
-                "impl crate::gpu::Draw for {handle} {{\n    \
+            "impl crate::gpu::Draw for {handle} {{\n    \
                  const VERTEX: crate::gpu::Module = {};\n    \
                  const FRAGMENT: crate::gpu::Module = {};\n}}\n\n",
-                module(vertex),
-                module(fragment),
-            ),
+            module(vertex),
+            module(fragment)
         );
         out += &assertions(vertex.structs.iter().chain(&fragment.structs).collect());
     }
@@ -171,12 +167,12 @@ pub fn assertions(mut structs: Vec<&Struct>) -> String {
     let mut out = String::new();
     for layout in structs {
         let ty = struct_path(&layout.name);
-        put(
+        put!(
             &mut out,
-            format_args!(
-                "const _: () = assert!(size_of::<{ty}>() == {}, \"{}: the shaders' struct has {} bytes, the Rust struct has not\");\n",
-                layout.size, layout.name, layout.size
-            ),
+            "const _: () = assert!(size_of::<{ty}>() == {}, \"{}: the shaders' struct has {} bytes, the Rust struct has not\");\n",
+            layout.size,
+            layout.name,
+            layout.size
         );
         for Field {
             name,
@@ -184,17 +180,15 @@ pub fn assertions(mut structs: Vec<&Struct>) -> String {
             ty: field,
         } in &layout.fields
         {
-            put(
+            put!(
                 &mut out,
-                format_args!(
-                    "const _: () = assert!(core::mem::offset_of!({ty}, {name}) == {offset}, \"{}.{name}: at byte {offset} in the shaders, elsewhere in the Rust struct\");\n",
-                    layout.name
-                ),
+                "const _: () = assert!(core::mem::offset_of!({ty}, {name}) == {offset}, \"{}.{name}: at byte {offset} in the shaders, elsewhere in the Rust struct\");\n",
+                layout.name
             );
             if let Ok(field) = rust_type(field) {
-                put(
+                put!(
                     &mut out,
-                    format_args!("const _: fn(&{ty}) -> &{field} = |s| &s.{name};\n"),
+                    "const _: fn(&{ty}) -> &{field} = |s| &s.{name};\n"
                 );
             }
         }

@@ -1,9 +1,15 @@
 //! Writes the common parts of kernels and draws: the handle, and the structs of its arguments, parameters and constants.
 
-use std::fmt::Write;
-
 use super::arguments::{Argument, argument_of, arguments, resource};
 use super::model::{Access, Binding, Constant, Field, Resource, Shader, Struct, Ty};
+
+/// Appends formatted text to a `String`.
+macro_rules! put {
+    ($out:expr, $($text:tt)+) => {
+        std::fmt::Write::write_fmt($out, format_args!($($text)+)).expect("a String takes everything")
+    };
+}
+pub(super) use put;
 
 /// The common parts of a kernel and a draw.
 pub struct Interface<'a> {
@@ -20,38 +26,33 @@ impl Interface<'_> {
     /// The handle with its arguments, parameters and constants.
     pub fn write(&self, out: &mut String, ending: &str) -> Result<(), String> {
         let base = camel_case(self.stem);
-        put(
+        put!(
             out,
-            format_args!(
-                "/// The handle of `{}.{ending}`:\n///\n/// ```text\n",
-                self.stem
-            ),
+            "/// The handle of `{}.{ending}`:\n///\n/// ```text\n",
+            self.stem
         );
         for line in &self.sources[0].header {
-            put(out, format_args!("/// {line}\n"));
+            put!(out, "/// {line}\n");
         }
-        put(
+        put!(
             out,
-            format_args!(
-                "/// ```\n#[derive(Clone, Copy, Debug)]\npub struct {};\n\n",
-                self.handle
-            ),
+            "/// ```\n#[derive(Clone, Copy, Debug)]\npub struct {};\n\n",
+            self.handle
         );
         let arguments =
             arguments(self.bindings, &self.sources).map_err(|e| format!("{}: {e}", self.stem))?;
         let args = self.write_args(out, &base, &arguments);
         let params = self.write_params(out, &base)?;
         let constants = self.write_constants(out, &base)?;
-        put(
+        put!(
             out,
-            format_args!(
-                "impl crate::gpu::Interface for {} {{\n    const NAME: &'static str = \"{}\";\n",
-                self.handle, self.stem
-            ),
+            "impl crate::gpu::Interface for {} {{\n    const NAME: &'static str = \"{}\";\n",
+            self.handle,
+            self.stem
         );
-        put(
+        put!(
             out,
-            format_args!("    const BINDINGS: &'static [crate::gpu::Binding] = &[\n"),
+            "    const BINDINGS: &'static [crate::gpu::Binding] = &[\n"
         );
         for binding in self.bindings {
             let kind = match binding.resource {
@@ -60,39 +61,33 @@ impl Interface<'_> {
                 Resource::StorageTexels(_, n) => format!("StorageTexels {{ components: {n} }}"),
                 Resource::Sampled => "Sampled".to_owned(),
             };
-            put(
+            put!(
                 out,
-                format_args!(
-                    "        crate::gpu::Binding {{ number: {}, name: \"{}\", argument: \"{}\", access: crate::gpu::BindingAccess::{:?}, kind: crate::gpu::BindingKind::{kind}, is_paged: {}, each: {}, element: {} }},\n",
-                    binding.number,
-                    binding.name,
-                    argument_of(binding),
-                    binding.access,
-                    binding.is_paged,
-                    self.each(binding)?,
-                    element_size(binding)?
-                ),
+                "        crate::gpu::Binding {{ number: {}, name: \"{}\", argument: \"{}\", access: crate::gpu::BindingAccess::{:?}, kind: crate::gpu::BindingKind::{kind}, is_paged: {}, each: {}, element: {} }},\n",
+                binding.number,
+                binding.name,
+                argument_of(binding),
+                binding.access,
+                binding.is_paged,
+                self.each(binding)?,
+                element_size(binding)?
             );
         }
         let debug = self.debug_binding;
-        put(
+        put!(
             out,
-            format_args!("    ];\n    const DEBUG_BINDING: Option<u32> = {debug:?};\n"),
+            "    ];\n    const DEBUG_BINDING: Option<u32> = {debug:?};\n"
         );
-        put(
+        put!(
             out,
-            format_args!(
-                "    type Args<'a> = {args};\n    type Params = {params};\n    type Constants = {constants};\n"
-            ),
+            "    type Args<'a> = {args};\n    type Params = {params};\n    type Constants = {constants};\n"
         );
-        put(
+        put!(
             out,
-            format_args!(
-                "    fn resources<'a>(args: &Self::Args<'a>) -> Vec<crate::gpu::Resource<'a>> {{\n"
-            ),
+            "    fn resources<'a>(args: &Self::Args<'a>) -> Vec<crate::gpu::Resource<'a>> {{\n"
         );
         if self.bindings.is_empty() {
-            put(out, format_args!("        let () = args;\n"));
+            put!(out, "        let () = args;\n");
         }
         let list: Result<Vec<String>, String> = self
             .bindings
@@ -103,10 +98,7 @@ impl Interface<'_> {
                 resource(binding, of.is_some_and(|one| one.may_be_absent))
             })
             .collect();
-        put(
-            out,
-            format_args!("        vec![{}]\n    }}\n}}\n\n", list?.join(", ")),
-        );
+        put!(out, "        vec![{}]\n    }}\n}}\n\n", list?.join(", "));
         Ok(())
     }
 
@@ -137,12 +129,10 @@ impl Interface<'_> {
         if arguments.is_empty() {
             return "()".to_owned();
         }
-        put(
+        put!(
             out,
-            format_args!(
-                "/// What `{}` reads and writes.\n#[derive(Clone, Copy)]\npub struct {base}Args<'a> {{\n",
-                self.stem
-            ),
+            "/// What `{}` reads and writes.\n#[derive(Clone, Copy)]\npub struct {base}Args<'a> {{\n",
+            self.stem
         );
         for argument in arguments {
             let what = match argument.access {
@@ -157,15 +147,13 @@ impl Interface<'_> {
             } else {
                 format!("&'a {}", argument.ty)
             };
-            put(
+            put!(
                 out,
-                format_args!(
-                    "    /// {what}{remark}.\n    pub {}: {ty},\n",
-                    argument.name
-                ),
+                "    /// {what}{remark}.\n    pub {}: {ty},\n",
+                argument.name
             );
         }
-        put(out, format_args!("}}\n\n"));
+        put!(out, "}}\n\n");
         format!("{base}Args<'a>")
     }
 
@@ -173,43 +161,35 @@ impl Interface<'_> {
         let Some(params) = self.params else {
             return Ok("()".to_owned());
         };
-        put(
+        put!(
             out,
-            format_args!(
-                "/// The push constants of `{}`.\n#[derive(Clone, Copy, Debug, Default, PartialEq)]\npub struct {base}Params {{\n",
-                self.stem
-            ),
+            "/// The push constants of `{}`.\n#[derive(Clone, Copy, Debug, Default, PartialEq)]\npub struct {base}Params {{\n",
+            self.stem
         );
         for Field { name, ty, .. } in &params.fields {
             let remark = self
                 .remark(name)
                 .unwrap_or_else(|| format!("`{name}` in the shader."));
-            put(
+            put!(
                 out,
-                format_args!("    /// {remark}\n    pub {name}: {},\n", rust_type(ty)?),
+                "    /// {remark}\n    pub {name}: {},\n",
+                rust_type(ty)?
             );
         }
-        put(
+        put!(
             out,
-            format_args!(
-                "}}\n\nimpl crate::gpu::Params for {base}Params {{\n    const SIZE: usize = {};\n",
-                params.size
-            ),
+            "}}\n\nimpl crate::gpu::Params for {base}Params {{\n    const SIZE: usize = {};\n",
+            params.size
         );
-        put(
-            out,
-            format_args!("    fn write(&self, bytes: &mut [u8]) {{\n"),
-        );
+        put!(out, "    fn write(&self, bytes: &mut [u8]) {{\n");
         for Field { name, offset, ty } in &params.fields {
             let rust = rust_type(ty)?;
-            put(
+            put!(
                 out,
-                format_args!(
-                    "        bytes[{offset}..{offset} + size_of::<{rust}>()].copy_from_slice(bytemuck::bytes_of(&self.{name}));\n"
-                ),
+                "        bytes[{offset}..{offset} + size_of::<{rust}>()].copy_from_slice(bytemuck::bytes_of(&self.{name}));\n"
             );
         }
-        put(out, format_args!("    }}\n}}\n\n"));
+        put!(out, "    }}\n}}\n\n");
         Ok(format!("{base}Params"))
     }
 
@@ -217,21 +197,19 @@ impl Interface<'_> {
         if self.constants.is_empty() {
             return Ok("()".to_owned());
         }
-        put(
+        put!(
             out,
-            format_args!(
-                "/// The specialization constants of `{}`.\n#[derive(Clone, Copy, Debug, PartialEq)]\npub struct {base}Constants {{\n",
-                self.stem
-            ),
+            "/// The specialization constants of `{}`.\n#[derive(Clone, Copy, Debug, PartialEq)]\npub struct {base}Constants {{\n",
+            self.stem
         );
         let (paths, own): (Vec<_>, Vec<_>) = self
             .constants
             .iter()
             .partition(|c| path_of(&c.name).is_some());
         if !paths.is_empty() {
-            put(
+            put!(
                 out,
-                format_args!("    /// How it gets at single texels.\n    pub paths: {PATHS},\n"),
+                "    /// How it gets at single texels.\n    pub paths: {PATHS},\n"
             );
         }
         for constant in &own {
@@ -239,25 +217,18 @@ impl Interface<'_> {
             let remark = self
                 .remark(&constant.name)
                 .unwrap_or_else(|| format!("`{}` in the shader.", constant.name));
-            put(
+            put!(
                 out,
-                format_args!(
-                    "    /// {remark}\n    pub {name}: {},\n",
-                    rust_type(&constant.ty)?
-                ),
+                "    /// {remark}\n    pub {name}: {},\n",
+                rust_type(&constant.ty)?
             );
         }
-        put(
+        put!(
             out,
-            format_args!(
-                "}}\n\nimpl Default for {base}Constants {{\n    fn default() -> Self {{\n        Self {{\n"
-            ),
+            "}}\n\nimpl Default for {base}Constants {{\n    fn default() -> Self {{\n        Self {{\n"
         );
         if !paths.is_empty() {
-            put(
-                out,
-                format_args!("            paths: {PATHS}::default(),\n"),
-            );
+            put!(out, "            paths: {PATHS}::default(),\n");
         }
         for constant in &own {
             let value = match constant.ty {
@@ -266,20 +237,19 @@ impl Interface<'_> {
                 Ty::F32 => format!("f32::from_bits({})", constant.default),
                 _ => format!("{}", constant.default),
             };
-            put(
+            put!(
                 out,
-                format_args!("            {}: {value},\n", snake_case(&constant.name)),
+                "            {}: {value},\n",
+                snake_case(&constant.name)
             );
         }
-        put(
+        put!(
             out,
-            format_args!(
-                "        }}\n    }}\n}}\n\nimpl crate::gpu::Constants for {base}Constants {{\n"
-            ),
+            "        }}\n    }}\n}}\n\nimpl crate::gpu::Constants for {base}Constants {{\n"
         );
-        put(
+        put!(
             out,
-            format_args!("    fn values(&self) -> Vec<(u32, [u8; 4])> {{\n        vec![\n"),
+            "    fn values(&self) -> Vec<(u32, [u8; 4])> {{\n        vec![\n"
         );
         for constant in self.constants {
             let name = path_of(&constant.name).map_or_else(
@@ -290,12 +260,9 @@ impl Interface<'_> {
                 Ty::Bool => format!("u32::from(self.{name}).to_ne_bytes()"),
                 _ => format!("self.{name}.to_ne_bytes()"),
             };
-            put(
-                out,
-                format_args!("            ({}, {bytes}),\n", constant.id),
-            );
+            put!(out, "            ({}, {bytes}),\n", constant.id);
         }
-        put(out, format_args!("        ]\n    }}\n}}\n\n"));
+        put!(out, "        ]\n    }}\n}}\n\n");
         Ok(format!("{base}Constants"))
     }
 }
@@ -359,8 +326,4 @@ fn path_of(constant: &str) -> Option<&'static str> {
 /// Constants are written in capitals in shaders; fields are not.
 fn snake_case(name: &str) -> String {
     name.to_lowercase()
-}
-
-pub fn put(out: &mut String, text: std::fmt::Arguments<'_>) {
-    out.write_fmt(text).expect("a String takes everything");
 }
