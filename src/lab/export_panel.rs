@@ -14,7 +14,7 @@ use crate::lab::facts::{Facts, Making, Recorded};
 use crate::lab::layout::Card;
 use crate::lab::overlays::progress_bar;
 use crate::lab::places::{Marked as _, mark_cross, note_value};
-use crate::lab::recent::pick;
+use crate::lab::recent::merged;
 use crate::lab::theme;
 use crate::lab::widgets::{parse_number, parse_whole, reader};
 
@@ -159,25 +159,9 @@ impl ExportPanel {
 
     /// The choices that another window has kept since this one opened, except those that were changed in this one.
     pub fn over(&self, opened: &Self, kept: &Self) -> Self {
-        Self {
-            folder: pick(&self.folder, &opened.folder, &kept.folder),
-            size: pick(&self.size, &opened.size, &kept.size),
-            film_size: pick(&self.film_size, &opened.film_size, &kept.film_size),
-            custom: pick(&self.custom, &opened.custom, &kept.custom),
-            transparent: pick(&self.transparent, &opened.transparent, &kept.transparent),
-            film_transparent: pick(
-                &self.film_transparent,
-                &opened.film_transparent,
-                &kept.film_transparent,
-            ),
-            kind: pick(&self.kind, &opened.kind, &kept.kind),
-            fps: pick(&self.fps, &opened.fps, &kept.fps),
-            film_fps: pick(&self.film_fps, &opened.film_fps, &kept.film_fps),
-            seconds: pick(&self.seconds, &opened.seconds, &kept.seconds),
-            every: pick(&self.every, &opened.every, &kept.every),
-            turns: pick(&self.turns, &opened.turns, &kept.turns),
-            colors: pick(&self.colors, &opened.colors, &kept.colors),
-        }
+        merged! { self, opened, kept: [
+            folder, size, film_size, custom, transparent, film_transparent, kind, fps, film_fps, seconds, every, turns, colors
+        ] }
     }
 
     /// The choices to keep: those that the card allows.

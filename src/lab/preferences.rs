@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::lab::export_panel::ExportPanel;
 use crate::lab::layout::{PANEL_WIDTH, PANEL_WIDTHS};
-use crate::lab::recent::{Recent, pick};
+use crate::lab::recent::{Recent, merged};
 
 /// Kept in `lab.toml` in the user's folder for settings. Entries that are missing or unreadable have their defaults.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -89,12 +89,7 @@ impl Preferences {
 
     /// The preferences that another window has kept since this one opened, except those that were changed in this one.
     pub fn over(&self, opened: &Self, kept: &Self) -> Self {
-        Self {
-            light: pick(&self.light, &opened.light, &kept.light),
-            panel: pick(&self.panel, &opened.panel, &kept.panel),
-            panel_width: pick(&self.panel_width, &opened.panel_width, &kept.panel_width),
-            zoom: pick(&self.zoom, &opened.zoom, &kept.zoom),
-            size: pick(&self.size, &opened.size, &kept.size),
+        merged! { self, opened, kept: [light, panel, panel_width, zoom, size]
             recent: self.recent.over(&opened.recent, &kept.recent),
             out: self.out.over(&opened.out, &kept.out),
         }

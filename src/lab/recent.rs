@@ -72,10 +72,17 @@ impl Recent {
     }
 }
 
-/// The present value if it was changed since this window opened; otherwise the kept one.
-pub fn pick<T: PartialEq + Clone>(now: &T, opened: &T, kept: &T) -> T {
-    if now == opened { kept } else { now }.clone()
+/// A struct with these fields, each as it is now if it was changed since this window opened, and otherwise the kept one; further fields follow
+/// as in other structs.
+macro_rules! merged {
+    ($now:ident, $opened:ident, $kept:ident: [$($field:ident),*] $($others:tt)*) => {
+        Self {
+            $($field: if $now.$field == $opened.$field { &$kept.$field } else { &$now.$field }.clone(),)*
+            $($others)*
+        }
+    };
 }
+pub(super) use merged;
 
 #[cfg(test)]
 mod tests {
