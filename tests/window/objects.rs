@@ -16,7 +16,7 @@ fn there_are(lab: &Lab, count: &str, since: u64) {
             && seen["state"]["loading"] == false
             && seen["state"]["pending"] == false
     });
-    assert_eq!(lab.step(), since, "it has not begun anew");
+    assert_eq!(lab.step(), since, "it has not restarted");
 }
 
 /// Adds one by the menu.

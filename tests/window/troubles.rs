@@ -331,7 +331,7 @@ fn a_window_of_any_size_goes_on_and_its_last_object_stays() {
         let before = step(&lab);
         lab.perform(Gesture::Resize(width, height));
         lab.look_at(3);
-        assert!(step(&lab) >= before, "it has not begun anew");
+        assert!(step(&lab) >= before, "it has not restarted");
     }
     goes_on(&lab);
     lab.key_until("space", "it answers", "playing", false);

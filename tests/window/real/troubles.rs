@@ -55,7 +55,7 @@ fn resizing_hiding_and_other_labs_do_not_harm_the_window() {
         ask(&["windowmap", "--sync", "window"]);
         lab.display(|display, _| display.hold_again());
         goes_on(&lab);
-        assert!(now() > before, "it has not begun anew");
+        assert!(now() > before, "it has not restarted");
     }
     lab.key_until("space", "it answers", "playing", false);
     lab.key_until("space", "it continues", "playing", true);
