@@ -10,7 +10,7 @@
 #include "ring.glsl"
 #include "strip_table.glsl"
 
-// The part of a bin, by the number of all parts; for sorting each is a bin.
+// The particle's part of its bin, numbered through all bins. For the kernels that sort each part is a bin.
 uint bin_of(uvec4 particle) {
     AtlasMap map = atlas_map_of(particle.x);
     uvec2 bins_of_tiles = tile_bins_of(particle.x);

@@ -31,6 +31,7 @@ void enlist(uint list, uint slot) {
         }
         count_group(list, place);
     } else {
+        // Without other objects there is only one list.
         append_to(walker_count[WALKING], place)
         store1(walkers, place, slot);
         count_group(WALKING, place);

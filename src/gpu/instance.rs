@@ -69,7 +69,7 @@ pub(crate) struct Instance {
     pub(crate) has_debug_utils: bool,
     /// Was it created here? A borrowed one is not destroyed.
     pub(crate) is_own: bool,
-    /// Is it kept to the end of the process?
+    /// Is it the first one of the process, which is kept to the end?
     stays: bool,
     pub(crate) raw: ash::Instance,
     /// Keeps the loader in memory.
@@ -186,7 +186,7 @@ impl Instance {
             messages: Arc::default(),
             has_debug_utils,
             is_own: false,
-            stays: true,
+            stays: false,
             raw,
             entry,
         }

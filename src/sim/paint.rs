@@ -228,7 +228,7 @@ impl Dab {
     /// greater than 0; 1 for those beyond the end.
     ///
     /// # Errors
-    /// As [`texels`](Self::texels).
+    /// As [`texels`](Self::texels), and when a factor is out of its range.
     pub fn texels_on_scaled(
         &self,
         setup: &Setup,
@@ -236,6 +236,14 @@ impl Dab {
         scales: &[f32],
     ) -> Result<Vec<DabTexel>> {
         self.check()?;
+        if let Some(scale) = scales
+            .iter()
+            .find(|scale| !scale.is_normal() || **scale < 0.0)
+        {
+            return Err(Error::Invalid(format!(
+                "an object cannot be painted {scale} times as large: choose a factor greater than 0"
+            )));
+        }
         let scales = scales.iter().copied().chain(std::iter::repeat(1.0));
         let objects: Vec<InObject> = (0u32..)
             .zip(poses.iter().zip(scales))

@@ -335,12 +335,18 @@ impl Simulation {
         self.state.sorting.segments
     }
 
-    /// Divides particles into so many segments, a power of two, up to 16, and bins into parts, 1 << `part_bits` along each side. Results do
-    /// not depend on it. Without this call there is one
-    /// segment up to a number of particles, which is larger on a CPU.
+    /// log2 of how many parts the bins of particles have along each side.
+    #[must_use]
+    pub fn part_bits(&self) -> u32 {
+        self.state.sorting.part_bits
+    }
+
+    /// Sorts in another way, from the next step on; results do not depend on it. Particles are divided into `segments`, a power of two, up
+    /// to 16: without this call one, or more with many particles. Bins are divided into `1 << part_bits` parts along each side, up to 4:
+    /// without this call one on a CPU, and 4 on other devices.
     ///
     /// # Panics
-    /// If it is another number, or the segments would be so long that there is no room for one.
+    /// If one is another number, or there is no room for so long a segment or for so many parts.
     pub fn sort_in(&mut self, segments: u32, part_bits: u32) {
         let particles = self.setup().particles.len() as u32;
         let segments = Segments::new(particles, segments);
@@ -409,7 +415,9 @@ impl Simulation {
         let food = self.restored_food(&snapshot.food)?;
         self.take_bias(bias_of(&self.ctx, &snapshot.bias)?)?;
         self.state.food = food;
+        // Parts of a step may have left counts behind.
         self.ctx.fill(&self.state.deposits.front, 0)?;
+        self.ctx.fill(&self.state.sorting.bins, 0)?;
         self.state.near.reach = 0.0;
         self.course = course;
         self.upload_poses()?;

@@ -4,7 +4,7 @@
 
 use std::fmt::{self, Debug};
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Pod;
 
 use super::arrays::Arrays;
 use super::pipelines::{Pipelines, Value};
@@ -188,15 +188,6 @@ impl Step {
         on_device: fn(&State) -> &Buffer<T>,
     ) {
         self.add(Reset { values, on_device });
-    }
-
-    /// Fills a list with zeros.
-    pub fn clear<T: Pod + Send + Sync>(
-        &mut self,
-        on_device: fn(&State) -> &Buffer<T>,
-        on_host: fn(&mut Arrays) -> &mut Vec<T>,
-    ) {
-        self.add(Clear { on_device, on_host });
     }
 
     /// Runs kernels that may overlap, although they write to the same buffers; `reason` says why no order matters.
@@ -402,27 +393,6 @@ impl<T: Pod + Debug + Send + Sync, const N: usize> Work for Reset<T, N> {
     }
 
     fn on_host(&self, _a: &mut Arrays) {}
-}
-
-struct Clear<T> {
-    on_device: fn(&State) -> &Buffer<T>,
-    on_host: fn(&mut Arrays) -> &mut Vec<T>,
-}
-
-impl<T> Debug for Clear<T> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Clear")
-    }
-}
-
-impl<T: Pod + Zeroable + Send + Sync> Work for Clear<T> {
-    fn on_device(&self, rec: &mut Recorder, _made: &Pipelines, s: &mut State) {
-        rec.fill((self.on_device)(s), 0);
-    }
-
-    fn on_host(&self, a: &mut Arrays) {
-        (self.on_host)(a).fill(T::zeroed());
-    }
 }
 
 #[derive(Debug)]

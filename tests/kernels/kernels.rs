@@ -3,6 +3,7 @@
 use crate::bits::assert_same_bits;
 use crate::common::{Gpu, awkward_sizes, gpu, scene};
 use glam::DVec2;
+use myxo::gpu::Kernel as _;
 use myxo::gpu::{Buffer, Context, Domain, Pipeline, Texels, Threads};
 use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{SurfacePoint, WalkQuery};
@@ -10,7 +11,9 @@ use myxo::mesh::{Mesh, suite};
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::settings::{Border, Sensing, Settings};
 use myxo::sim::behaviour::physarums;
-use myxo::sim::kernels::{WalkQueries, WalkQueriesArgs, WalkQueriesConstants, WalkQueriesParams};
+use myxo::sim::kernels::{
+    Advance, WalkQueries, WalkQueriesArgs, WalkQueriesConstants, WalkQueriesParams,
+};
 use myxo::sim::plan::{Means, Plan};
 use myxo::sim::queries::walker_of;
 use myxo::sim::step::advance::Form;
@@ -210,7 +213,8 @@ fn advance_agrees_with_its_twin() {
 #[test]
 fn steps_agree_at_awkward_sizes() {
     let Some(gpu) = gpu() else { return };
-    for count in awkward_sizes(64).into_iter().filter(|&count| count > 0) {
+    let groups = [awkward_sizes(64), awkward_sizes(Advance::GROUP_SIZE)].concat();
+    for count in groups.into_iter().filter(|&count| count > 0) {
         for size in [64, 97, 203] {
             let scene = scene("builtin:cube", |s| {
                 s.particles.count = count;

@@ -14,7 +14,7 @@ use myxo::sim::plan::{Means, Plan};
 use myxo::sim::sorting::{
     Bins, SORT_INTERVAL, STRETCH, Segment, Segments, most_parts, part_bits, stretches,
 };
-use myxo::sim::twin::sort::{sort_count, sort_scan, sort_scatter, sort_sums};
+use myxo::sim::twin::sort::{RUN, sort_count, sort_scan, sort_scatter, sort_sums};
 use myxo::sim::types::{Motion, Particle, Window};
 use myxo::sim::{Setup, Simulation, Snapshot};
 
@@ -32,7 +32,7 @@ fn bin_of(setup: &Setup, part_bits: u32, particle: &Particle) -> u32 {
     Bins::part_of((setup.bins.tile_shift, part_bits), &setup.strips, particle)
 }
 
-/// The bins of particles, each as many as it has parts, in the order of the ring.
+/// The parts of bins that particles lie in, in the order of the ring.
 fn bins_of(setup: &Setup, bits: u32, windows: &[Window], particles: &[Particle]) -> Vec<u32> {
     let start = windows.first().map_or(0, |window| window.start);
     let ring = particles.len() as u32;
@@ -295,7 +295,7 @@ fn kernels_that_sort_agree_with_their_twins() {
     gpu.finish();
 }
 
-/// Catches sums of bins that are lost between the groups, of which there are more than one has invocations, and bins that are not cleared.
+/// Catches sums of bins that are lost between the groups, of which there are more than a group has invocations, and bins that are not cleared.
 #[test]
 fn any_number_of_bins_is_added_up() {
     let Some(gpu) = gpu() else { return };
@@ -318,7 +318,7 @@ fn any_number_of_bins_is_added_up() {
         let bins = Buffer::from_slice(ctx, "bins", &counts).unwrap();
         let sums = Buffer::from_slice(ctx, "sums", &zeros(stretches(bin_count))).unwrap();
         let places = Buffer::from_slice(ctx, "places", &zeros(bin_count)).unwrap();
-        let threads = Threads(bin_count.div_ceil(16));
+        let threads = Threads(bin_count.div_ceil(RUN));
         gpu.run(|rec| {
             let args = SortSumsArgs {
                 bins: &bins,
@@ -430,8 +430,8 @@ fn rounds_of_segments_put_all_in_order() {
 }
 
 /// Neighbours in memory that lie in ascending bins: their share.
-fn order(setup: &Setup, state: &Snapshot) -> f64 {
-    let bins = bins_of(setup, 0, &state.transfers.windows, &state.particles);
+fn order(setup: &Setup, part_bits: u32, state: &Snapshot) -> f64 {
+    let bins = bins_of(setup, part_bits, &state.transfers.windows, &state.particles);
     let ascending = bins.windows(2).filter(|pair| pair[0] <= pair[1]).count();
     ascending as f64 / (bins.len() - 1) as f64
 }
@@ -450,7 +450,11 @@ fn steps_sort_every_so_often() {
     ] {
         let scene = trio(2000, 128, strategy);
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
-        let at_start = order(simulation.setup(), &simulation.snapshot().unwrap());
+        let at_start = order(
+            simulation.setup(),
+            simulation.part_bits(),
+            &simulation.snapshot().unwrap(),
+        );
         if strategy == Strategy::Scattered {
             let state = simulation.snapshot().unwrap();
             assert!((0..).zip(&state.particles).all(|(slot, p)| p.id == slot));
@@ -463,7 +467,7 @@ fn steps_sort_every_so_often() {
             gpu.run(|rec| simulation.record_step(rec));
             let state = simulation.snapshot().unwrap();
             state.validate(simulation.setup()).unwrap();
-            runs.push(order(simulation.setup(), &state));
+            runs.push(order(simulation.setup(), simulation.part_bits(), &state));
         }
         let share = |step: u64| runs[step as usize];
         for sorted in [0, SORT_INTERVAL] {
@@ -493,7 +497,7 @@ fn segments_keep_all_in_order() {
             if step == SORT_INTERVAL + 3 {
                 simulation.restore(&state).unwrap();
             }
-            least = least.min(order(simulation.setup(), &state));
+            least = least.min(order(simulation.setup(), part_bits, &state));
         }
         // In no order it would be half.
         assert!(least > 0.8, "{least} in {segments}");

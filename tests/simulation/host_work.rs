@@ -52,15 +52,15 @@ fn a_step_of_one_object_is_one_submit_of_few_commands() {
     };
     // Particles are sorted in some of them.
     let sorted = Commands {
-        kernels: 8,
+        kernels: 9,
         draws: 0,
-        copies: 3,
+        copies: 2,
         barriers: 8,
     };
     assert_eq!(objects, 1);
     assert_eq!(commands[5], usual);
     let most = most(&commands);
-    assert_eq!(most, sorted, "of a step with three kernels more");
+    assert_eq!(most, sorted, "of a step with four kernels more");
     // The first step waits for nothing that came before.
     let is_either = |step: &Commands| {
         let like = if step.kernels == 5 { usual } else { sorted };
@@ -90,7 +90,7 @@ fn a_step_of_many_objects_is_one_submit_too() {
         assert_eq!(most.draws, 0);
     };
     // After the first of these steps particles are sorted.
-    bounds(commands[0], 3);
+    bounds(commands[0], 4);
     bounds(most(&commands[1..]), 0);
     gpu.finish();
 }

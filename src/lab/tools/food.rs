@@ -14,6 +14,7 @@ use crate::lab::desk::Desk;
 use crate::lab::document::Document;
 use crate::lab::facts::Under;
 use crate::lab::places::{Marked as _, note_value};
+use crate::lab::renewal::place_among;
 use crate::lab::theme;
 use crate::lab::tools::grips::FoodDrag;
 use crate::lab::tools::{Held, Tools};
@@ -371,7 +372,11 @@ pub fn placed(
         if let Some(mark) = there.and_then(|there| marks.get(there)) {
             return at_mark(mark);
         }
-        let object = edited.object_of(food).unwrap_or(0);
+        // An object that is being added has no place yet, and no pose.
+        let object = edited.objects.get(edited.object_of(food).unwrap_or(0));
+        let object = object
+            .and_then(|object| place_among(&running.objects, object))
+            .unwrap_or(usize::MAX);
         let scale = running.objects.get(object).map_or(1.0, |o| o.scale);
         let origins = origins.get(object).copied().unwrap_or_default();
         let place = origins.from_file(food.at, scale);

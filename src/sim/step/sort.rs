@@ -1,7 +1,7 @@
 //! The kernels that sort a segment of the particles: their parameters and bindings. Twins of `shaders/sort_count.comp`,
 //! `shaders/sort_sums.comp`, `shaders/sort_scan.comp` and `shaders/sort_scatter.comp`: the order keeps particles that are near each other in the atlas together.
 
-use crate::gpu::Threads;
+use crate::gpu::{Kernel as _, Threads};
 use crate::mesh::strip::StripTriangle;
 use crate::sim::arrays::Arrays;
 use crate::sim::kernels::{
@@ -14,8 +14,12 @@ use crate::sim::state::State;
 use crate::sim::types::{Motion, Particle, Window};
 use crate::sim::work::{Call, StepKernel};
 
-/// Bins that an invocation of `sort_sums` and of `sort_scan` takes.
-const RUN: u32 = 16;
+/// Parts of bins that an invocation of `sort_sums` and of `sort_scan` takes.
+pub const RUN: u32 = 16;
+
+// A group takes a stretch.
+const _: () = assert!(STRETCH == RUN * SortSums::GROUP_SIZE);
+const _: () = assert!(STRETCH == RUN * SortScan::GROUP_SIZE);
 
 impl Plan<'_> {
     /// Counts a segment's particles in bins, and copies them aside.

@@ -230,6 +230,7 @@ impl Simulation {
         arrays.trail.clone_from(&snapshot.trail);
         arrays.previous_deposits.clone_from(&snapshot.deposits);
         arrays.deposits.fill(0);
+        arrays.bins.fill(0);
         arrays.bias.clone_from(&snapshot.bias);
         arrays.serve(Some(&snapshot.food.remaining));
     }
