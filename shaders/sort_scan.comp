@@ -26,10 +26,11 @@ shared uint of_runs[gl_WorkGroupSize.x];
 
 void main() {
     uint me = gl_LocalInvocationID.x;
-    if (me == 0u) before_stretch = 0u;
-    barrier();
     uint first = first_bin();
     uint stretch = first / STRETCH;
+    if (stretch * STRETCH >= params.bin_count) return;
+    if (me == 0u) before_stretch = 0u;
+    barrier();
     uint share = 0u;
     for (uint k = me; k < stretch; k += gl_WorkGroupSize.x) share += sums[k];
     atomicAdd(before_stretch, share);

@@ -23,12 +23,14 @@ shared uint sum;
 
 void main() {
     uint me = gl_LocalInvocationID.x;
+    uint first = first_bin();
+    uint stretch = first / STRETCH;
+    if (stretch * STRETCH >= params.bin_count) return;
     if (me == 0u) sum = 0u;
     barrier();
-    uint first = first_bin();
     uint mine = 0u;
     for (uint k = 0u; k < RUN; k += 1u) mine += first + k < params.bin_count ? bins[first + k] : 0u;
     atomicAdd(sum, mine);
     barrier();
-    if (me == 0u && first < params.bin_count) sums[first / STRETCH] = sum;
+    if (me == 0u) sums[stretch] = sum;
 }
