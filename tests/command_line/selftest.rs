@@ -215,7 +215,7 @@ fn the_processor_alone_needs_no_device_and_makes_the_table() {
         let lines = table.lines().filter(|line| line.starts_with("plane\t"));
         lines.map(str::to_owned).collect()
     };
-    assert_eq!(own(&table).len(), 4, "{table}");
+    assert_eq!(own(&table).len(), 6, "{table}");
     assert_eq!(own(&table), own(kept));
 }
 

@@ -293,7 +293,7 @@ fn particles_in_pages_end_in_the_same_bits() {
         };
         let limits = Limits {
             storage_buffer_range: 512 << 10,
-            texel_buffer_elements: 8192,
+            texel_buffer_elements: 9000,
         };
         let Some(gpu) = gpu_by_card_forms_within(Some(limits)) else {
             return;

@@ -121,6 +121,37 @@ fn on_a_card_particles_are_limited_by_the_lists_of_them() {
     assert!(message.contains(part), "{message}");
 }
 
+/// Catches a refusal that names another table than the one that is too large.
+#[test]
+fn meshes_are_refused_by_the_table_that_is_too_large() {
+    let scene = scene("builtin:torus", 10, 64);
+    let limits = [
+        (
+            1 << 16,
+            1 << 27,
+            "one buffer holds 1 MiB (maxStorageBufferRange)",
+        ),
+        (
+            1 << 30,
+            1 << 16,
+            "one view shows 1 MiB (maxTexelBufferElements)",
+        ),
+    ];
+    for (range, elements, part) in limits {
+        let device = DeviceInfo {
+            max_texel_buffer_elements: elements,
+            ..device(range)
+        };
+        let message = refusal(&device, &scene);
+        assert!(message.contains(part), "{message}");
+        let most = most_triangles(&device);
+        assert!(
+            message.contains(&format!("use at most {}", number(most))),
+            "{message}"
+        );
+    }
+}
+
 /// Several objects may have nearly the texture that one has: samples are blocks of 16 bytes per texel.
 #[test]
 fn on_a_card_several_objects_have_as_large_a_texture_as_one() {
