@@ -36,7 +36,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// What makes an error of the system's: the operation on this file or folder that failed. For `map_err`.
+    /// For `map_err`: makes an error of the system's an [`Error::Io`] with this action and this path.
     pub fn io(
         action: &'static str,
         path: impl Into<std::path::PathBuf>,

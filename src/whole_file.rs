@@ -102,7 +102,7 @@ enum Place {
     Special(File),
 }
 
-/// Writes a file at once.
+/// Writes a file whole or not at all.
 ///
 /// # Errors
 /// As [`WholeFile::create`] and [`WholeFile::finish`]; when the disk is full.

@@ -86,8 +86,8 @@ const PAINTED_IN: u32 = STEPS / 2 + 1;
 /// These scenes have a painted run as well.
 const PAINTED: &[&str] = &["cube", "trio"];
 
-/// Runs with features that built-in scenes do not use: a scene, the run's name, and what is set. Groups of kernels have 64 invocations,
-/// those of `advance` 256: there are particles for less than one, for one, and for one more, in textures as small as they may be. No run is by `raster`, whose
+/// Runs with features that built-in scenes do not use: a scene, the run's name, and what is set. Most kernels have groups of 64
+/// invocations, `advance` of 256: there are particles for less than one, for one, and for one more, in textures as small as they may be. No run is by `raster`, whose
 /// distances are as the device draws them; so `distance_merge` is the one kernel of a step that none has.
 const EXTRA: &[(&str, &str, &[&str])] = &[
     (

@@ -161,7 +161,7 @@ impl Wait {
     }
 }
 
-/// Records a barrier for everything before it, and for the device's or the host's work after it, or both, as the stages say.
+/// Orders all work before it against later work of the device (`ALL_COMMANDS`), of the host (`HOST`), or of both.
 ///
 /// # Safety
 /// `cmd` is being recorded, outside of a pass.
@@ -178,6 +178,7 @@ pub(crate) unsafe fn full_barrier(
     if to.contains(vk::PipelineStageFlags::HOST) {
         access |= vk::AccessFlags::HOST_READ;
     }
+    debug_assert!(!access.is_empty(), "it is for neither");
     let barrier = vk::MemoryBarrier::default()
         .src_access_mask(vk::AccessFlags::MEMORY_WRITE)
         .dst_access_mask(access);

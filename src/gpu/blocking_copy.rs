@@ -21,7 +21,7 @@ use super::staging::Staging;
 const CHUNK: u64 = 8 << 20;
 
 impl Staging {
-    /// A transfer that still runs keeps what it uses; the next one makes everything again.
+    /// A transfer that still runs keeps what it uses; the next one creates its own.
     fn abandon(&mut self, ctx: &Context) {
         let ticket = ctx.deletion_queue.begin();
         ctx.deletion_queue.submitted(ticket);

@@ -129,7 +129,7 @@ impl<T> Buffer<T> {
         &self.core.name
     }
 
-    /// So many elements from `start` on lie in it.
+    /// Panics unless so many elements from `start` on lie in it.
     pub(crate) fn assert_fits(&self, start: usize, count: usize) {
         let fits = start
             .checked_add(count)
@@ -142,7 +142,7 @@ impl<T> Buffer<T> {
         );
     }
 
-    /// The range lies in it.
+    /// Panics unless the range lies in it.
     pub(crate) fn assert_has(&self, range: &std::ops::Range<usize>) {
         let fits = range.start <= range.end && range.end <= self.len();
         assert!(

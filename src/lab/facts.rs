@@ -72,9 +72,9 @@ pub struct Facts {
     pub step: u64,
     /// Seconds of the objects' motion, if any moves.
     pub seconds: Option<f64>,
-    /// Recent steps a second.
+    /// Steps a second, of the last interval.
     pub steps_per_second: f64,
-    /// Recent pictures a second.
+    /// Pictures a second, of the last interval.
     pub frames_per_second: f64,
     /// Recent times of steps and pictures.
     pub times: Times,

@@ -83,7 +83,7 @@ pub fn kernel_plot(ui: &mut Ui, times: &Times) {
         }
     });
     ui.label(
-        egui::RichText::new("recent milliseconds a step, kernel upon kernel")
+        egui::RichText::new("milliseconds a step in recent frames, kernels stacked")
             .small()
             .color(theme::weak(ui)),
     );

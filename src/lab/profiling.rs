@@ -38,7 +38,7 @@ const KERNELS: &[(&str, &str)] = &[
     ),
     (
         "sort_count",
-        "Counts the particles of each tile of the atlas, on a card of each part of a tile",
+        "Counts the particles in each tile of the atlas, on a graphics card in each sixteenth of a tile",
     ),
     ("sort_sums", "Adds up the counts of many tiles at a time"),
     (

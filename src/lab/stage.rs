@@ -570,7 +570,7 @@ mod tests {
         }
         let after = settle(&mut stage, &mut frames, &mut view);
         assert!((after / before - 1.0).abs() < 0.02, "{after}, not {before}");
-        // A trail that was painted or erased is exposed for again.
+        // After a trail was painted or erased, the exposure is set again.
         stage.forget_picture();
         assert_eq!(stage.settled, None);
         assert_eq!(ctx.messages(), [""; 0]);

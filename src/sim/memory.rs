@@ -186,19 +186,25 @@ fn side_of(texels: u64) -> u64 {
 pub fn most_triangles(device: &DeviceInfo) -> u64 {
     let bytes = largest_buffer(device).0;
     // The table that is a storage block, and the largest that is read as texels of 16 bytes.
-    (bytes / CORNERS).min(viewed_bytes(device) / STRIP)
+    (bytes / CORNERS).min(viewed_bytes(device).0 / STRIP)
 }
 
 /// How many bytes pictures reach of a buffer that they read as texels of 16 bytes: through a view, on every device.
-fn viewed_bytes(device: &DeviceInfo) -> u64 {
-    (16 * u64::from(device.max_texel_buffer_elements)).min(device.max_memory_allocation_size)
+fn viewed_bytes(device: &DeviceInfo) -> (u64, &'static str) {
+    let view = 16 * u64::from(device.max_texel_buffer_elements);
+    let allocation = device.max_memory_allocation_size;
+    if allocation < view {
+        (allocation, ALLOCATION)
+    } else {
+        (view, TEXEL_ELEMENTS)
+    }
 }
 
 /// How many bytes kernels reach of a buffer that they alone read as texels of 16 bytes.
 fn quad_bytes(device: &DeviceInfo) -> u64 {
     let bytes = match device.reads_blocks {
         true => device.max_storage_buffer_range,
-        false => viewed_bytes(device),
+        false => viewed_bytes(device).0,
     };
     bytes.min(device.max_memory_allocation_size)
 }
@@ -253,22 +259,22 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
     if triangles > most {
         // Either table may be the one that is too large.
         let corners = triangles * CORNERS;
-        let (takes, room) = if corners > largest_buffer(device).0 {
-            (corners, holds.clone())
+        let (table, takes, room) = if corners > largest_buffer(device).0 {
+            ("corners", corners, holds.clone())
         } else {
-            let views = human(viewed_bytes(device));
-            let room = format!("one view shows {views} ({TEXEL_ELEMENTS})");
-            (triangles * STRIP, room)
+            let (bytes, limit) = viewed_bytes(device);
+            let room = format!("one view shows {} ({limit})", human(bytes));
+            ("edges and shapes", triangles * STRIP, room)
         };
         problems.push(format!(
-            "the meshes have {} triangles, a table of which takes {}, and {room}: use at most {}",
+            "the meshes have {} triangles, whose {table} take {}, and {room}: use at most {}",
             number(triangles),
             human(takes),
             number(most)
         ));
     }
     let vertices = scene.surface.positions.len() as u64 * VERTEX;
-    let limit = largest_buffer(device).0.min(viewed_bytes(device));
+    let limit = largest_buffer(device).0.min(viewed_bytes(device).0);
     if vertices > limit && triangles <= most {
         problems.push(format!(
             "the meshes have {} vertices, which take {}, and {holds}: use at most {}",

@@ -10,8 +10,8 @@ use myxo::sim::buffers::{Counts, TABLE};
 use myxo::sim::raster::RasterLayout;
 use myxo::sim::{Setup, Simulation, memory};
 
-/// Bytes by the names of what lies in the device's memory. What is made again while it lives, such as lists of frames, counts as
-/// well.
+/// Bytes by the names of what lies in the device's memory. Buffers that are recreated during its life, such as lists of frames,
+/// count as well.
 fn taken(ctx: &Context) -> BTreeMap<String, u64> {
     let mut taken = BTreeMap::new();
     let allocator = ctx.allocator();

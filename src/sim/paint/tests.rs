@@ -79,6 +79,14 @@ fn a_dab_on_a_scaled_object_is_one_of_another_size_on_the_object() {
         .texels_on_scaled(&setup, &setup.poses, &[0.5])
         .unwrap();
     assert_eq!(shown, texels);
+    for factor in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        let error = as_shown.texels_on_scaled(&setup, &setup.poses, &[factor]);
+        let message = error.expect_err("it is no size").to_string();
+        assert!(
+            message.contains("choose a factor greater than 0"),
+            "{message}"
+        );
+    }
 }
 
 #[test]

@@ -73,7 +73,7 @@ impl Simulation {
     /// object, greater than 0; 1 for those beyond the end. What the dab covers in that picture is painted.
     ///
     /// # Errors
-    /// As [`paint`](Self::paint).
+    /// As [`paint`](Self::paint), and when a factor is out of its range.
     pub fn paint_on_scaled(
         &mut self,
         rec: &mut Recorder,
