@@ -114,6 +114,7 @@ READS(float, 27) scent_texels;  // may be absent
 // The food that is eaten at a texel, counted from 1; 0 for none.
 READS(uint, 28) plates_texels;  // may be absent
 layout(std430, set = 0, binding = 29) buffer Meals { Meal meals[]; };  // may be absent
+// Single words take less work to unpack; a view of a texel buffer has too few elements for them in the largest textures.
 #ifdef MYXO_CARD
 READS(uint, 18) surroundings;  // two texels in a word
 #else

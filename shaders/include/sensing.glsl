@@ -121,6 +121,7 @@ uint around(vec2 position) {
 // The surroundings at the end of a straight path in the atlas.
 uint around_end(vec2 from, vec2 way) {
     precise vec2 to = from + way;
+    // No negative number and no NaN is left, so whole() would check again.
     uvec2 texel = uvec2(within(to.x, 0.0, params.last_texel), within(to.y, 0.0, params.last_texel));
     return around_texel(texel.y * params.pitch + texel.x);
 }
