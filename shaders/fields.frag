@@ -146,7 +146,7 @@ void main() {
     vec3 to_eye = normalize(params.eye - position);
     float open = 1.0 - params.occlusion * (1.0 - open_share);
     vec3 light = shown * (diffuse_light(n, params.key_direction, open) + 0.25)
-        + 0.5 * open * specular_light(n, to_eye, params.key_direction);
+        + 0.5 * open * specular_light(n, to_eye, params.key_direction, 0.0);
     light = mix(light, vec3(1.0, 0.95, 0.80), bright);
     color = vec4(dithered(light, gl_FragCoord.xy), 1.0);
 }

@@ -18,7 +18,7 @@ void main() {
     vec3 n = normalize(normal);
     vec3 to_eye = normalize(params.eye - position);
     vec3 light = params.lamp * (albedo * diffuse_light(n, params.key_direction, 1.0)
-            + specular_light(n, to_eye, params.key_direction))
+            + specular_light(n, to_eye, params.key_direction, 0.5))
         + params.glow * albedo;
-    color = vec4(dithered(light, gl_FragCoord.xy), 1.0);
+    color = exposed(light, gl_FragCoord.xy);
 }

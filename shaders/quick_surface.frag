@@ -51,19 +51,23 @@ float clear_around(vec2 at) {
 }
 
 void main() {
-    // Four places of the pixel on a rotated grid, so that fine trails do not sparkle; nearer to the middle where another chart begins
-    // beside this one.
+    // Four places of the pixel on a rotated grid, so that fine trails do not sparkle, and farther apart where a texel is larger than a
+    // pixel, because heights between texels have no slope of their own; nearer to the middle where another chart begins beside this one.
     vec2 across = dFdx(texel);
     vec2 down = dFdy(texel);
     vec2 steep = 0.125 * across + 0.375 * down;
     vec2 flat_way = 0.375 * across - 0.125 * down;
-    float farthest = sqrt(max(dot(steep, steep), dot(flat_way, flat_way)));
-    float kept = min(1.0, clear_around(texel) / max(farthest, 1e-9));
-    steep *= kept;
-    flat_way *= kept;
-    float value = 0.25 * (trail_at(texel + steep) + trail_at(texel - steep)
-        + trail_at(texel + flat_way) + trail_at(texel - flat_way));
+    float farthest = max(sqrt(max(dot(steep, steep), dot(flat_way, flat_way))), 1e-9);
+    float reach = max(1.0, min(LEAST_REACH / farthest, MOST_REACH));
+    reach *= min(1.0, clear_around(texel) / (reach * farthest));
+    steep *= reach;
+    flat_way *= reach;
+    vec4 values = vec4(trail_at(texel + steep), trail_at(texel - steep), trail_at(texel + flat_way), trail_at(texel - flat_way));
+    float value = 0.25 * (values.x + values.y + values.z + values.w);
+    vec3 n = normalize(normal);
+    float slope = params.relief * height_slope(value, brightest[0]);
+    n = raised(n, slope * changes_of(values.x - values.y, values.z - values.w, max(reach, 0.25)));
     float open = open_share;
     if (OTHERS) open *= open_beside_others(texel);
-    color = lit(value, BARE, normalize(normal), open);
+    color = lit(value, BARE, normalize(normal), n, open);
 }

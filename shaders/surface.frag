@@ -99,32 +99,34 @@ vec3 bent(vec3 n, float value, vec2 uv_x, vec2 uv_y, bool is_far) {
 }
 
 void main() {
-    // A pixel that covers several texels takes four taps on a rotated grid, so that fine trails do not sparkle.
+    // Four places of the pixel on a rotated grid, so that fine trails do not sparkle, and farther apart where a texel is larger than a
+    // pixel, because heights between texels have no slope of their own.
     vec2 uv_x = dFdx(uv);
     vec2 uv_y = dFdy(uv);
     vec2 texels_x = uv_x.x * atlas_axes.xy + uv_x.y * atlas_axes.zw;
     vec2 texels_y = uv_y.x * atlas_axes.xy + uv_y.y * atlas_axes.zw;
-    bool is_far = max(dot(texels_x, texels_x), dot(texels_y, texels_y)) > 1.5;
-    float value;
-    if (is_far) {
-        value = 0.25 * (trail_at(texel_at(uv + 0.125 * uv_x + 0.375 * uv_y))
-            + trail_at(texel_at(uv - 0.125 * uv_x - 0.375 * uv_y))
-            + trail_at(texel_at(uv + 0.375 * uv_x - 0.125 * uv_y))
-            + trail_at(texel_at(uv - 0.375 * uv_x + 0.125 * uv_y)));
-    } else {
-        value = trail_at(texel_at(uv));
-    }
+    float farthest = max(0.4 * sqrt(max(dot(texels_x, texels_x), dot(texels_y, texels_y))), 1e-9);
+    float reach = max(1.0, min(LEAST_REACH / farthest, MOST_REACH));
+    vec2 steep = reach * (0.125 * uv_x + 0.375 * uv_y);
+    vec2 level = reach * (0.375 * uv_x - 0.125 * uv_y);
+    vec4 values = vec4(trail_at(texel_at(uv + steep)), trail_at(texel_at(uv - steep)),
+        trail_at(texel_at(uv + level)), trail_at(texel_at(uv - level)));
+    float value = 0.25 * (values.x + values.y + values.z + values.w);
 
     vec3 n = normalize(normal);
     vec3 bare = BARE;
     if (EXTRAS) {
         if (params.relief > 0.0) {
+            bool is_far = max(dot(texels_x, texels_x), dot(texels_y, texels_y)) > 1.5;
             n = bent(n, value, uv_x, uv_y, is_far);
             bare = CLAY;
         }
         bare = mix(bare, chart_light(), params.chart_share);
+    } else {
+        float slope = params.relief * height_slope(value, brightest[0]);
+        n = raised(n, slope * changes_of(values.x - values.y, values.z - values.w, reach));
     }
     float open = open_share;
     if (OTHERS) open *= open_beside_others(texel_at(uv));
-    color = lit(value, bare, n, open);
+    color = lit(value, bare, normalize(normal), n, open);
 }

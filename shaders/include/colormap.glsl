@@ -14,11 +14,23 @@ float tone(float trail, float brightest) {
     return min((1.0 + shoulder) * x / (x + shoulder), 1.0);
 }
 
+// The same of trail that may be more than that, up to 1.45.
+float tone_of_any(float trail, float brightest) {
+    const float shoulder = 0.45;
+    float x = max(trail, 0.0) / brightest;
+    return (1.0 + shoulder) * x / (x + shoulder);
+}
+
 // The slope of the same, by the trail. It is not cut off at the brightest value, so the brightest trail is not flat.
 float tone_slope(float trail, float brightest) {
     const float shoulder = 0.45;
     float x = max(trail, 0.0) / brightest + shoulder;
     return (1.0 + shoulder) * shoulder / (x * x * brightest);
+}
+
+// The slope of the square of the tone: the height of veins, which stand up from a surface that is level where there is little trail.
+float height_slope(float trail, float brightest) {
+    return 2.0 * min(tone_of_any(trail, brightest), 1.0) * tone_slope(trail, brightest);
 }
 
 // The colour of a brightness, between the two nearest entries of the table, and its opacity.

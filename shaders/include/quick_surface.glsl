@@ -13,6 +13,8 @@ layout(push_constant) uniform Params {
     uint pitch;          // texels from one row of the atlas to the next
     float lamp;          // the share of all light from outside
     float occlusion;     // how much darker places that see little of the sky are, 0 to 1
+    float relief;        // height of the brightest trail for the lighting, world units
+    float wetness;       // how much the surface reflects, 0 to 1
     float reach;         // largest known distance to other objects, world units; 0 without other objects
 } params;
 

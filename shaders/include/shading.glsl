@@ -7,15 +7,19 @@
 #include "types.glsl"
 
 // The material under the trail: dark, neutral, a little cool.
-const vec3 BARE = vec3(0.021, 0.022, 0.025);
+const vec3 BARE = vec3(0.014, 0.015, 0.017);
 // The material in the relief view, which must be light for shadows to be seen.
 const vec3 CLAY = vec3(0.135, 0.128, 0.120);
 
-// Three lights: a warm key from beside the camera, a dome that is brighter above, and a cool rim from behind.
-const vec3 KEY = vec3(1.00, 0.96, 0.90) * 0.80;
-const vec3 DOME_ABOVE = vec3(0.30, 0.33, 0.38);
-const vec3 DOME_BELOW = vec3(0.09, 0.085, 0.08);
-const vec3 RIM = vec3(0.36, 0.42, 0.52);
+// How far from the middle of a pixel its trail is read at least, texels, and at most, against a pixel of its own size.
+const float LEAST_REACH = 0.55;
+const float MOST_REACH = 8.0;
+
+// A warm key from beside the camera, a dome that is bright and cool above and dark and warm below, and a cool rim from behind.
+const vec3 KEY = vec3(1.00, 0.89, 0.74) * 1.00;
+const vec3 DOME_ABOVE = vec3(0.27, 0.32, 0.40);
+const vec3 DOME_BELOW = vec3(0.085, 0.075, 0.068);
+const vec3 RIM = vec3(0.34, 0.50, 0.80);
 
 // sRGB to linear light.
 vec3 light_of(vec3 seen) {
@@ -72,18 +76,46 @@ vec3 hue_light(float turn) {
         -0.0041960863 * lms.x - 0.7034186147 * lms.y + 1.7076147010 * lms.z), 0.0, 1.0);
 }
 
-// The light of a damp skin: a soft highlight of the key, and the rim light at grazing angles.
-// The highlight is Blinn and Phong's, normalized, with Schlick's Fresnel term for water (0.02).
-vec3 specular_light(vec3 normal, vec3 to_eye, vec3 key_direction) {
-    const float sharpness = 60.0;
-    vec3 halfway = normalize(key_direction + to_eye);
-    float lobe = pow(max(dot(normal, halfway), 0.0), sharpness) * (sharpness + 8.0) / 8.0;
-    float facing = clamp(dot(normal, to_eye), 0.0, 1.0);
-    float grazing = (1.0 - facing) * (1.0 - facing);
-    grazing *= grazing;
-    float fresnel = 0.02 + 0.98 * grazing * (1.0 - facing);
-    float key = max(dot(normal, key_direction), 0.0);
-    return KEY * (0.02 * lobe * key) + RIM * (fresnel * (0.45 + 0.55 * normal.y) * 0.5);
+// Where the rim light comes from: behind the objects, opposite to the key, and above.
+vec3 rim_direction(vec3 key_direction) {
+    return normalize(vec3(-key_direction.x, 0.55, -key_direction.z));
+}
+
+// The light of the room that a mirror sees in a direction: a studio with a large warm softbox at the key, a tall cool one behind, and a
+// ceiling that is lighter than the floor. It is the environment map, as a function.
+vec3 room_light(vec3 direction, vec3 key_direction) {
+    float beside = dot(direction, key_direction);
+    float softbox = smoothstep(0.78, 0.95, beside) * (0.55 + 0.45 * smoothstep(0.85, 1.0, beside));
+    float strip = smoothstep(0.55, 0.90, dot(direction, rim_direction(key_direction)));
+    float up = 0.5 + 0.5 * direction.y;
+    return 2.6 * softbox * KEY + 1.3 * strip * RIM + mix(0.25 * DOME_BELOW, 0.8 * DOME_ABOVE, up * up);
+}
+
+// From 0 where a surface is seen from above to 1 where it is seen along itself (Schlick, 1994).
+float grazing_share(vec3 normal, vec3 to_eye) {
+    float away = 1.0 - clamp(dot(normal, to_eye), 0.0, 1.0);
+    float squared = away * away;
+    return squared * squared * away;
+}
+
+// What a skin of water reflects, from dry (0) to wet (1), by Schlick's Fresnel term. Dry skin reflects a blurred room, which is the dome.
+vec3 specular_light(vec3 normal, vec3 to_eye, vec3 key_direction, float wet) {
+    float fresnel = mix(0.015, 0.045, wet) + 0.75 * grazing_share(normal, to_eye);
+    vec3 mirrored = reflect(-to_eye, normal);
+    vec3 blurred = mix(DOME_BELOW, DOME_ABOVE, 0.5 + 0.5 * mirrored.y) + 0.5 * RIM * max(dot(normal, rim_direction(key_direction)), 0.0);
+    return fresnel * mix(blurred, room_light(mirrored, key_direction), 0.35 + 0.65 * wet);
+}
+
+// The film curve: light up to 0.6 stays as it is, more is pressed below 1, and what is far too bright turns white, as on film. The shoulder
+// keeps slope and hue at its beginning (after the Khronos PBR Neutral tone mapper, 2024).
+vec3 film(vec3 light) {
+    const float straight = 0.6;
+    float most = max(light.x, max(light.y, light.z));
+    float over = max(most - straight, 0.0) / (1.0 - straight);
+    float pressed = most > straight ? straight + (1.0 - straight) * over / (1.0 + over) : most;
+    vec3 hue = light * (pressed / max(most, 1e-6));
+    float white = 1.0 - 1.0 / (0.30 * max(most - pressed, 0.0) + 1.0);
+    return mix(hue, vec3(pressed), white);
 }
 
 // Half a step of an 8-bit image of noise, which keeps smooth gradients from showing bands.
@@ -93,6 +125,13 @@ vec3 dithered(vec3 color, vec2 pixel) {
     float noise = fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715)))) - 0.5;
     vec3 root = max(sqrt(max(color, vec3(0.0))) + noise * (1.0 / 255.0), vec3(0.0));
     return root * root;
+}
+
+// A lit pixel, through the film curve. Light that is not a number, or without end, is not shown: its pixel is black, and the alpha marks
+// it, so that it is counted.
+vec4 exposed(vec3 light, vec2 pixel) {
+    bool is_light = all(lessThan(abs(light), vec3(1e30)));
+    return is_light ? vec4(dithered(film(light), pixel), 1.0) : vec4(0.0);
 }
 
 #endif

@@ -15,6 +15,7 @@ layout(push_constant) uniform Params {
     float relief;        // height of the brightest trail for the lighting, world units; 0 for a smooth surface
     float lamp;          // the share of all light from outside
     float occlusion;     // how much darker places that see little of the sky are, 0 to 1
+    float wetness;       // how much the surface reflects, 0 to 1
     float reach;         // largest known distance to other objects, world units; 0 without other objects
 } params;
 

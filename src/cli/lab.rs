@@ -18,12 +18,12 @@ use crate::lab::{self, LabOptions, Opened, Preferences, SceneFile, kept_name};
 #[derive(Clone, Debug, Default, Args)]
 #[command(after_help = "\
 Examples:
-  myxo lab                              the scene torus
+  myxo lab                              the scene oats
   myxo lab cube --preset cells
   myxo lab fish.glb --set particles.count=2_000_000
   myxo lab --resume fish_000001.ckpt    continues where the file was written")]
 pub struct Lab {
-    /// A built-in name, a .toml file or a model; without one the torus, with a look that lasts
+    /// A built-in name, a .toml file or a model; without one `oats`, where slime mold gathers round food
     scene: Option<PathBuf>,
     /// Continues from the state in this file, with its own scene if none is named
     #[arg(long, value_name = "FILE")]

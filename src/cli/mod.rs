@@ -36,7 +36,7 @@ use myxo::{Error, Result, signals};
 
 /// Physarum on the surfaces of 3D objects.
 ///
-/// Without a subcommand, `myxo` opens the lab with the scene `torus`.
+/// Without a subcommand, `myxo` opens the lab with the scene `oats`.
 #[derive(Debug, Parser)]
 #[command(name = "myxo", version, max_term_width = 100, after_help = AFTER_HELP)]
 struct Cli {

@@ -8,7 +8,9 @@ use image::RgbaImage;
 use myxo::gpu::GpuError;
 use myxo::plain_text::{Shown as _, escaped};
 use myxo::render::exposure::Exposure;
+use myxo::render::lens::{self, Mean};
 use myxo::render::offscreen::{self, Offscreen};
+use myxo::render::pick;
 use myxo::render::renderer::Renderer;
 use myxo::render::view::{self, View};
 use myxo::scene::Scene;
@@ -26,6 +28,8 @@ use crate::console;
 
 /// The most turns of the camera.
 const MOST_TURNS: f32 = 1000.0;
+/// The widest lens, scene radii.
+const WIDEST_LENS: f32 = 1.0;
 
 /// Run a scene without a window and write pictures
 ///
@@ -39,6 +43,7 @@ Examples:
   myxo render trio --steps 900 --from 300 --out trio.gif
   myxo render suzanne --steps 900 --from 300 --turns 1 --out suzanne.mp4
   myxo render torus --size 3840x2160 --transparent --out torus_4k.png
+  myxo render crowd --steps 600 --aperture 0.15 --out crowd.png
   myxo render fish.glb --steps 600 --out 'frames/fish_%05d.png' --size 1920x1080
   myxo render trio --steps 900 --view relief --split --out relief.png
   myxo render torus --preset cells --set picture.color_map=viridis --out cells.png
@@ -77,6 +82,10 @@ pub struct Render {
     /// Lets the camera go round the scene so many times in a sequence or film; below 0 the other way round
     #[arg(long, value_name = "N", default_value_t = 0.0, value_parser = turns, allow_negative_numbers = true)]
     turns: f32,
+    /// Diameter of the camera's lens, in scene radii: what is nearer or farther than the middle of the picture is out of focus. Each
+    /// picture is drawn 32 times
+    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = aperture)]
+    aperture: f32,
     /// Pictures a second in a film
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=240))]
     fps: u32,
@@ -179,6 +188,11 @@ impl Render {
                 "--turns cannot turn the view {word}, which is flat: omit it, or choose another --view"
             )));
         }
+        if self.aperture > 0.0 && show.is_flat() {
+            return Err(Error::Invalid(format!(
+                "--aperture has no effect on the view {word}, which is flat: omit it, or choose another --view"
+            )));
+        }
         if self.split && (show.is_flat() || self.size.width < 2) {
             return Err(Error::Invalid(format!(
                 "--split cannot show the view {word} beside the texture: choose another --view, and a --size 2 pixels wide at least"
@@ -198,6 +212,7 @@ impl Render {
         let pictures = (self.steps - self.from).div_ceil(self.every);
         camera.pictures = pictures.max(1);
         camera.turns = self.turns;
+        camera.lens = self.aperture * session.scene.radius;
         let mut filmed = None;
         let mut done = 0;
         while done < self.steps && !interrupt::requested() {
@@ -217,6 +232,16 @@ impl Render {
         let picture = camera.take(session)?;
         outputs.last_frame(&picture, filmed == Some(done), &session.progress);
         Ok(done == self.steps)
+    }
+}
+
+/// Reads the diameter of a lens.
+fn aperture(text: &str) -> Result<f32, String> {
+    let aperture: f32 = text.parse().map_err(|_| "it is no number".to_owned())?;
+    if (0.0..=WIDEST_LENS).contains(&aperture) {
+        Ok(aperture)
+    } else {
+        Err(format!("it must be from 0 to {WIDEST_LENS}"))
     }
 }
 
@@ -257,6 +282,8 @@ struct Photographer {
     pictures: u32,
     /// How often the camera goes round meanwhile.
     turns: f32,
+    /// Diameter of the lens, world units; 0 for all in focus.
+    lens: f32,
     /// Pictures in a row: the exposure follows the trail slowly, so that films do not flicker.
     film: bool,
     taken: u32,
@@ -276,6 +303,7 @@ impl Photographer {
             view: View::of(&session.scene, glam::UVec2::from_array(size).as_vec2()),
             pictures: 1,
             turns: 0.0,
+            lens: 0.0,
             film,
             taken: 0,
         })
@@ -290,14 +318,57 @@ impl Photographer {
 
     /// A picture of the state after the last step.
     fn take(&mut self, session: &mut Session) -> Result<RgbaImage> {
-        let mut rec = session.frames.begin()?;
         let mut view = self.view;
         // The last picture of a film is taken again for outputs of the last frame.
         let number = self.taken.min(self.pictures - 1);
         view.camera = (view.camera).turned(self.turns * number as f32 / self.pictures as f32);
+        let mut picture = if self.lens > 0.0 && !view.show.is_flat() {
+            self.through_lens(session, view)?
+        } else {
+            self.draw(session, view)?;
+            self.offscreen.image()
+        };
+        self.taken += 1;
+        if let (true, Exposure::Auto { adaptation, .. }) = (self.film, &mut self.view.exposure) {
+            *adaptation = (1.0 / (self.taken as f32 + 1.0)).max(SLOWEST_ADAPTATION);
+        }
+        if self.view.is_transparent {
+            offscreen::unmultiply(&mut picture);
+        }
+        Ok(match &self.beside {
+            Some(beside) => side_by_side(&picture, &beside.image()),
+            None => picture,
+        })
+    }
+
+    /// The mean of pictures from all over the lens.
+    fn through_lens(&mut self, session: &mut Session, mut view: View) -> Result<RgbaImage> {
+        let size = self.offscreen.canvas().size();
+        let middle = 0.5 * glam::UVec2::from_array(size).as_vec2();
+        let poses = session.simulation.world_from_object();
+        let ray = view.camera.ray(middle, 2.0 * middle);
+        let hit = pick::pick(&session.scene.surface, &poses, &ray);
+        let focus = hit.map_or(view.camera.distance, |hit| {
+            (view.camera.eye() - hit.position).dot(view.camera.backward())
+        });
+        let mut mean = Mean::new(size);
+        for camera in lens::cameras(&view.camera, self.lens, focus) {
+            view.camera = camera;
+            self.draw(session, view)?;
+            mean.add(&self.offscreen.image());
+            if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
+                *adaptation = 0.0;
+            }
+        }
+        Ok(mean.picture())
+    }
+
+    /// Draws a picture, and the texture beside it, and waits for them.
+    fn draw(&mut self, session: &mut Session, view: View) -> Result<()> {
+        let mut rec = session.frames.begin()?;
         let atlas = View {
             show: Show::Atlas,
-            ..self.view
+            ..view
         };
         let mut pictures = vec![(view, self.offscreen.canvas())];
         pictures.extend(self.beside.iter().map(|beside| (atlas, beside.canvas())));
@@ -309,18 +380,7 @@ impl Photographer {
         }
         session.frames.submit(rec)?;
         session.frames.wait_idle()?;
-        self.taken += 1;
-        if let (true, Exposure::Auto { adaptation, .. }) = (self.film, &mut self.view.exposure) {
-            *adaptation = (1.0 / (self.taken as f32 + 1.0)).max(SLOWEST_ADAPTATION);
-        }
-        let mut picture = self.offscreen.image();
-        if self.view.is_transparent {
-            offscreen::unmultiply(&mut picture);
-        }
-        Ok(match &self.beside {
-            Some(beside) => side_by_side(&picture, &beside.image()),
-            None => picture,
-        })
+        Ok(())
     }
 }
 

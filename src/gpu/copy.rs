@@ -199,24 +199,9 @@ impl Recorder {
             return;
         }
         let image = target.image();
-        assert_has_pixels(buffer, image);
-        let core = buffer.core();
-        self.touch("copy_to_sampled", &[reads(core)]);
-        self.transition(image, ImageState::COPY_TARGET, false);
-        let region = whole(image);
-        self.work("copy_to_sampled", SpanKind::Copy, |rec| {
-            let layout = ImageState::COPY_TARGET.layout;
-            // SAFETY: image and buffer are alive and freed only after this frame; the region lies in both.
-            unsafe {
-                rec.device().cmd_copy_buffer_to_image(
-                    rec.raw(),
-                    core.whole(),
-                    image.raw(),
-                    layout,
-                    &[region],
-                );
-            }
-        });
+        let [width, _] = image.size();
+        assert_has_pixels(buffer, image, width);
+        self.fill_image("copy_to_sampled", buffer.core(), image, width);
         self.transition(image, ImageState::SAMPLED, true);
     }
 
@@ -225,19 +210,23 @@ impl Recorder {
     /// # Panics
     /// If an element is not as large as a pixel, the buffer is too short, or the image has several samples or depth.
     pub fn copy_image<T: Pod>(&mut self, image: &Image, buffer: &Buffer<T>) {
+        self.copy_image_in_rows(image, buffer, image.size()[0]);
+    }
+
+    /// As [`copy_image`](Self::copy_image), with rows that begin `pitch` elements apart.
+    ///
+    /// # Panics
+    /// As [`copy_image`](Self::copy_image), and if rows overlap.
+    pub fn copy_image_in_rows<T: Pod>(&mut self, image: &Image, buffer: &Buffer<T>, pitch: u32) {
         if self.skips() {
             return;
         }
-        assert!(
-            image.samples() == 1 && image.format() != Format::Depth32,
-            "`{}` cannot be copied",
-            image.name()
-        );
-        assert_has_pixels(buffer, image);
+        assert_is_plain(image);
+        assert_has_pixels(buffer, image, pitch);
         let core = buffer.core();
         self.touch("copy_image", &[writes(core)]);
         self.transition(image, ImageState::COPY_SOURCE, true);
-        let region = whole(image);
+        let region = whole(image).buffer_row_length(pitch);
         self.work("copy_image", SpanKind::Copy, |rec| {
             let layout = ImageState::COPY_SOURCE.layout;
             // SAFETY: image and buffer are alive and freed only after this frame; the region lies in both.
@@ -247,6 +236,38 @@ impl Recorder {
                     image.raw(),
                     layout,
                     core.whole(),
+                    &[region],
+                );
+            }
+        });
+    }
+
+    /// Fills an image with the elements of a buffer, in rows that begin `pitch` elements apart.
+    ///
+    /// # Panics
+    /// As [`copy_image_in_rows`](Self::copy_image_in_rows).
+    pub fn copy_to_image<T: Pod>(&mut self, buffer: &Buffer<T>, image: &Image, pitch: u32) {
+        if self.skips() {
+            return;
+        }
+        assert_is_plain(image);
+        assert_has_pixels(buffer, image, pitch);
+        self.fill_image("copy_to_image", buffer.core(), image, pitch);
+    }
+
+    fn fill_image(&mut self, name: &'static str, core: &BufferCore, image: &Image, pitch: u32) {
+        self.touch(name, &[reads(core)]);
+        self.transition(image, ImageState::COPY_TARGET, false);
+        let region = whole(image).buffer_row_length(pitch);
+        self.work(name, SpanKind::Copy, |rec| {
+            let layout = ImageState::COPY_TARGET.layout;
+            // SAFETY: image and buffer are alive and freed only after this frame; the region lies in both.
+            unsafe {
+                rec.device().cmd_copy_buffer_to_image(
+                    rec.raw(),
+                    core.whole(),
+                    image.raw(),
+                    layout,
                     &[region],
                 );
             }
@@ -270,15 +291,25 @@ fn writes(core: &BufferCore) -> Touch<'_> {
 }
 
 /// A buffer that holds an image has an element for each pixel, and elements are as large as pixels.
-fn assert_has_pixels<T: Pod>(buffer: &Buffer<T>, image: &Image) {
+fn assert_has_pixels<T: Pod>(buffer: &Buffer<T>, image: &Image, pitch: u32) {
     let [width, height] = image.size();
     let fits = size_of::<T>() == image.format().pixel_size()
-        && buffer.len() >= width as usize * height as usize;
+        && pitch >= width
+        && buffer.len() >= pitch as usize * (height as usize - 1) + width as usize;
     assert!(
         fits,
-        "`{}` does not have {width} x {height} pixels of {:?}",
+        "`{}` does not have {width} x {height} pixels of {:?}, in rows of {pitch}",
         buffer.name(),
         image.format()
+    );
+}
+
+/// Only images with one sample and no depth are copied to buffers and from them.
+fn assert_is_plain(image: &Image) {
+    assert!(
+        image.samples() == 1 && image.format() != Format::Depth32,
+        "`{}` cannot be copied",
+        image.name()
     );
 }
 

@@ -10,6 +10,7 @@ use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{Settings, Show};
 use myxo::scene::{Scene, presets};
 
+use crate::lab::fitting::Room;
 use crate::lab::marks::Marks;
 use crate::lab::presets::Morph;
 use crate::lab::renewal::{are_built_alike, place_among, take_back, with_changes_since};
@@ -50,7 +51,7 @@ pub struct Document {
     /// The points that a fit brings into the picture: the scene's centre and every vertex.
     pub outline: (Vec3, Vec<Vec3>),
     /// The camera of the last fit and its picture's size. As long as the camera is that one, it keeps fitting.
-    pub fitted: Option<(Camera, Vec2)>,
+    pub fitted: Option<(Camera, Room)>,
     /// The scene's own camera.
     pub home: Camera,
 }
@@ -117,7 +118,7 @@ impl Document {
         self.home = camera;
         // Only the first frame has the size of the picture.
         let is_free = scene.settings.camera.distance <= 0.0;
-        self.fitted = is_free.then_some((camera, Vec2::ZERO));
+        self.fitted = is_free.then_some((camera, Room::default()));
     }
 
     /// The scene runs from step 0, with its settings. Changes made while it was being loaded are kept as edits.
@@ -128,6 +129,8 @@ impl Document {
         self.edited = since.unwrap_or_else(|| self.running.clone());
         self.renews = false;
         self.outline = (scene.center, view::points(scene).collect());
+        let points = self.outline.1.iter().copied();
+        self.view.ground = view::Ground::under(points, scene.center, scene.radius);
     }
 
     /// The scene on its way is not shown. Returns true if it would have changed objects: then the running objects are edited

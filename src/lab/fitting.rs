@@ -2,9 +2,18 @@
 
 use glam::{Vec2, Vec3};
 use myxo::render::Camera;
-use myxo::render::view::AtlasWindow;
+use myxo::render::view::{AtlasWindow, margins};
 
 use crate::lab::document::Document;
+
+/// Where pictures show the scene: the size of the picture, and what is over it at the right, points.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Room {
+    /// Of the picture, points.
+    pub size: Vec2,
+    /// Covered by the bar of tools.
+    pub right: f32,
+}
 
 impl Document {
     /// Looks at the whole scene, or at the whole atlas.
@@ -27,7 +36,7 @@ impl Document {
 
     /// Fits the scene into the picture from the present direction, and keeps it fitted.
     pub(super) fn refit(&mut self) {
-        self.fitted = Some((self.view.camera, Vec2::ZERO));
+        self.fitted = Some((self.view.camera, Room::default()));
     }
 
     /// Another field of view fits from elsewhere.
@@ -46,14 +55,15 @@ impl Document {
     }
 
     /// Looks at these places from the present direction.
-    pub(super) fn frame(&mut self, places: Vec<Vec3>, size: Vec2) {
+    pub(super) fn frame(&mut self, places: Vec<Vec3>, room: Room) {
         if places.is_empty() {
             return;
         }
         let low = places.iter().copied().fold(Vec3::MAX, Vec3::min);
         let high = places.iter().copied().fold(Vec3::MIN, Vec3::max);
         self.view.camera.target = low.midpoint(high);
-        self.view.camera.fit_points(places, size);
+        let margins = margins(room.size, room.right);
+        (self.view.camera).fit_centered(places, room.size, margins);
     }
 
     /// Is the camera where the last fit has put it?
@@ -61,25 +71,27 @@ impl Document {
         { self.fitted }.is_some_and(|(fitted, _)| fitted == self.view.camera)
     }
 
-    /// Fits the scene into a picture of another size, if the camera still is where the last fit has put it. An object that
-    /// has come, with these vertices, is brought into the picture in any case.
-    pub(super) fn keep_fitting(&mut self, size: Vec2, newcomer: Vec<Vec3>, is_flying: bool) {
+    /// Fits the scene into another room, if the camera still is where the last fit has put it. An object that has come, with
+    /// these vertices, is brought into the picture in any case.
+    pub(super) fn keep_fitting(&mut self, room: Room, newcomer: Vec<Vec3>, is_flying: bool) {
         if self.is_fitted() && !newcomer.is_empty() {
             self.view.camera.target = self.outline.0;
             self.refit();
         } else if !is_flying {
             let mut wide = self.view.camera;
-            wide.fit_points(newcomer, size);
+            wide.fit_points(newcomer, room.size);
             let distance = &mut self.view.camera.distance;
             *distance = distance.max(wide.distance);
         }
-        let camera = &mut self.view.camera;
-        if self
-            .fitted
-            .is_some_and(|(fitted, fitted_size)| fitted == *camera && fitted_size != size)
-        {
-            camera.fit_points(self.outline.1.iter().copied(), size);
-            self.fitted = Some((*camera, size));
+        if (self.fitted).is_some_and(|(fitted, last)| fitted == self.view.camera && last != room) {
+            let points = self.outline.1.iter().copied();
+            let camera = &mut self.view.camera;
+            // A scene that says where to look is fitted about that place.
+            match self.loaded.camera.target == [0.0; 3] {
+                true => camera.fit_centered(points, room.size, margins(room.size, room.right)),
+                false => camera.fit_points(points, room.size),
+            }
+            self.fitted = Some((*camera, room));
         }
     }
 }

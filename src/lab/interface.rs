@@ -8,6 +8,7 @@ use egui::{Rect, Sense, Ui};
 use glam::Vec2;
 use myxo::scene::Scene;
 
+use crate::lab::fitting::Room;
 use crate::lab::actions::{Action, FLAT, pressed};
 use crate::lab::command::{Command, ExportRequest, ToolRequest};
 use crate::lab::desk::{Desk, desk};
@@ -57,6 +58,8 @@ pub struct Interface {
     pub notices: Notices,
     /// Is the key held?
     shift: bool,
+    /// Where the bar of tools was in the last frame.
+    bar: Option<egui::Rect>,
 }
 
 /// The result of one frame of the interface.
@@ -87,6 +90,7 @@ impl Interface {
             exports: ExportPanel::default(),
             notices: Notices::default(),
             shift: false,
+            bar: None,
         };
         interface.open(scene);
         interface
@@ -217,7 +221,11 @@ impl Interface {
         let whole = ui.available_rect_before_wrap();
         let (picture, beside) = desk.layout.parts(&ctx, whole, desk.document.view.show);
         let size = Vec2::new(picture.width(), picture.height());
-        self.keep_in_picture(size);
+        // Where the bar of tools was in the last frame.
+        let bar = self.bar.filter(|bar| bar.intersects(picture));
+        let right = bar.map_or(0.0, |bar| picture.right() - bar.left());
+        let room = Room { size, right };
+        self.keep_in_picture(room);
         let mut desk = desk!(self, facts, &mut actions, &mut commands);
         let response = ui
             .allocate_rect(picture, Sense::click_and_drag())
@@ -248,6 +256,7 @@ impl Interface {
         if !desk.layout.alone {
             bar = self.tools.show_tools(&ctx, picture, &mut desk);
         }
+        self.bar = bar;
         show_help(&ctx, picture, bar, desk.layout);
         self.gallery.show(&ctx, picture, &mut self.looks, &mut desk);
         self.exports.show(&ctx, picture, bar, &mut desk);
@@ -277,7 +286,7 @@ impl Interface {
         }
         if next > 0 {
             // Their changes of the camera are in the picture of this frame.
-            self.keep_in_picture(size);
+            self.keep_in_picture(room);
         }
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
         if !is_busy && !self.tools.holds_food() {
@@ -292,12 +301,12 @@ impl Interface {
     }
 
     /// Turns the camera to what it is to show, in a picture of this size.
-    fn keep_in_picture(&mut self, size: Vec2) {
+    fn keep_in_picture(&mut self, room: Room) {
         let newcomer = std::mem::take(&mut self.tools.newcomer);
         let is_flying = self.navigation.is_flying();
-        self.document.keep_fitting(size, newcomer, is_flying);
+        self.document.keep_fitting(room, newcomer, is_flying);
         let framed = std::mem::take(&mut self.tools.framed);
-        self.document.frame(framed, size);
+        self.document.frame(framed, room);
     }
 
     /// Performs the action of a key, a button or the search; its commands are done in the same frame.

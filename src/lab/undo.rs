@@ -21,7 +21,10 @@ struct Look {
     charts: f32,
     light: Light,
     occlusion: f32,
+    bloom: f32,
+    wetness: f32,
     background: Vec3,
+    shows_ground: bool,
     shows_food: bool,
     shows_areas: bool,
     /// Degrees.
@@ -38,7 +41,10 @@ impl Look {
             charts: view.charts,
             light: view.light,
             occlusion: view.occlusion,
+            bloom: view.bloom,
+            wetness: view.wetness,
             background: view.background,
+            shows_ground: view.shows_ground,
             shows_food: view.shows_food,
             shows_areas: view.shows_areas,
             field_of_view: view.camera.vertical_fov.to_degrees(),
@@ -53,7 +59,10 @@ impl Look {
         view.charts = self.charts;
         view.light = self.light;
         view.occlusion = self.occlusion;
+        view.bloom = self.bloom;
+        view.wetness = self.wetness;
         view.background = self.background;
+        view.shows_ground = self.shows_ground;
         view.shows_food = self.shows_food;
         view.shows_areas = self.shows_areas;
         if view.camera.vertical_fov.to_degrees() != self.field_of_view {

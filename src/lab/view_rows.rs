@@ -24,6 +24,7 @@ pub(super) const DETAIL_ROWS: &[&str] = &[
     "picture.food",
     "picture.areas",
     "picture.background",
+    "picture.ground",
 ];
 /// Rows of the section Camera.
 pub(super) const CAMERA_ROWS: &[&str] = &[
@@ -38,6 +39,8 @@ pub(super) const LIGHT_ROWS: &[&str] = &[
     "picture.light_azimuth",
     "picture.light_elevation",
     "picture.occlusion",
+    "picture.bloom",
+    "picture.wetness",
 ];
 
 /// The parameter that a row shows.
@@ -68,6 +71,7 @@ impl Document {
         put_look(&self.view, self.outline.0, &mut seen);
         if self.is_fitted() {
             seen.camera.distance = 0.0;
+            seen.camera.target = self.loaded.camera.target;
         }
         seen
     }
@@ -79,6 +83,7 @@ impl Document {
         loaded.camera = self.home.to_settings(self.outline.0);
         if fits {
             loaded.camera.distance = 0.0;
+            loaded.camera.target = self.loaded.camera.target;
         }
         loaded
     }
@@ -213,6 +218,7 @@ fn color(ui: &mut Ui, value: &mut [f32; 3]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use crate::lab::fitting::Room;
     use super::*;
     use myxo::scene::Scene;
 
@@ -249,7 +255,11 @@ mod tests {
         for distance in [0.0, 3.0, 3.281_736_4] {
             let mut document = document(distance);
             for size in [[800.0, 600.0], [300.0, 900.0]] {
-                document.keep_fitting(size.into(), Vec::new(), false);
+                let room = Room {
+                    size: size.into(),
+                    right: 100.0,
+                };
+                document.keep_fitting(room, Vec::new(), false);
                 let (seen, loaded) = (document.as_seen(), document.as_loaded());
                 assert_eq!((seen.camera, seen.picture), (loaded.camera, loaded.picture));
             }

@@ -134,6 +134,41 @@ impl Camera {
         }
     }
 
+    /// Moves the camera without turning it, so that these points fill the middle of a picture of `size` pixels, less the `margins` of it on
+    /// the left, above, on the right and below, in pixels.
+    pub fn fit_centered(
+        &mut self,
+        points: impl IntoIterator<Item = Vec3>,
+        size: Vec2,
+        margins: [f32; 4],
+    ) {
+        let half = (0.5 * self.vertical_fov).tan();
+        let half = Vec2::new(half * aspect_ratio(size), half);
+        let [left, above, right, below] = margins;
+        // Of the free part, the middle and half the size, as slopes from the axis of view; with what fit_points leaves free, too.
+        let free = (size - Vec2::new(left + right, above + below)).max(0.2 * size);
+        let middle = half * Vec2::new(left - right, below - above) / size;
+        let extent = half * free / size / POINT_MARGIN;
+        let (high, low) = (middle + extent, middle - extent);
+        let (right, up, backward) = (self.right(), self.up(), self.backward());
+        // A point at (x, y, z) from the target is in the free part of a camera that is moved by `a` and stands `d` away if its slope
+        // (x - a) / (d - z) is from `low` to `high`: if a is at least the greatest x + high z, less high d, and at most the least
+        // x + low z, less low d.
+        let none = (Vec2::NEG_INFINITY, Vec2::INFINITY);
+        let (most, least) = points.into_iter().fold(none, |(most, least), point| {
+            let from_target = point - self.target;
+            let place = Vec2::new(from_target.dot(right), from_target.dot(up));
+            let z = from_target.dot(backward);
+            (most.max(place + high * z), least.min(place + low * z))
+        });
+        let distance = ((most - least) / (high - low)).max_element();
+        if distance > 0.0 && distance.is_finite() {
+            let moved = 0.5 * ((most - high * distance) + (least - low * distance));
+            self.target += moved.x * right + moved.y * up;
+            self.distance = distance;
+        }
+    }
+
     /// As [`fit_points`](Self::fit_points), for all directions on a turn about the target: at the distance that the widest view needs.
     pub fn fit_all_round(&mut self, points: impl IntoIterator<Item = Vec3>, size: Vec2) {
         let points: Vec<Vec3> = points.into_iter().collect();

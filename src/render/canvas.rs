@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::develop::Darkroom;
 use crate::gpu::{Context, Format, GpuError, Image};
 
 /// Samples a pixel, where the device has them.
@@ -14,6 +15,8 @@ pub struct Canvas {
     /// One sample a pixel, if `color` has more.
     pub(super) resolved: Option<Image>,
     pub(super) depth: Image,
+    /// Takes what was drawn, and gives the finished picture; none if the device has no buffers of so many pixels.
+    pub(super) darkroom: Option<Darkroom>,
 }
 
 impl Canvas {
@@ -40,7 +43,13 @@ impl Canvas {
             1 => None,
             _ => Some(Image::new(ctx, "picture.resolved", size, format, 1)?),
         };
+        let darkroom = match Darkroom::new(ctx, size, format, samples == 1) {
+            Ok(darkroom) => Some(darkroom),
+            Err(GpuError::Unsupported { .. }) => None,
+            Err(error) => return Err(error),
+        };
         Ok(Self {
+            darkroom,
             color: Image::new(ctx, "picture.color", size, format, samples)?,
             depth: Image::new(ctx, "picture.depth", size, Format::Depth32, samples)?,
             resolved,
@@ -56,7 +65,21 @@ impl Canvas {
     /// The finished picture, one sample a pixel.
     #[must_use]
     pub fn image(&self) -> &Image {
+        match &self.darkroom {
+            Some(darkroom) => &darkroom.image,
+            None => self.drawn(),
+        }
+    }
+
+    /// What was drawn, before its development.
+    pub(super) fn drawn(&self) -> &Image {
         self.resolved.as_ref().unwrap_or(&self.color)
+    }
+
+    /// Can pictures of this size bloom on the device?
+    #[must_use]
+    pub fn is_developed(&self) -> bool {
+        self.darkroom.is_some()
     }
 }
 

@@ -59,6 +59,21 @@ impl ColorMap {
         }
     }
 
+    /// The background that goes with the map, in linear light: dark, and of a hue that the bright trail stands out from.
+    #[must_use]
+    pub fn background(self) -> Vec3 {
+        linear_from_hex(match self {
+            Self::Myxo => 0x1b2429,
+            Self::Viridis => 0x221b33,
+            Self::Magma => 0x1b1726,
+            Self::Inferno => 0x1f1724,
+            Self::Plasma => 0x1a1733,
+            Self::Ice => 0x15202e,
+            Self::Moss => 0x1a231f,
+            Self::Grayscale => 0x1e1f22,
+        })
+    }
+
     /// The colour for a value between 0 and 1 (clamped), in linear light.
     #[must_use]
     pub fn color(self, value: f32) -> Vec3 {

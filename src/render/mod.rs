@@ -5,11 +5,13 @@ pub mod camera;
 mod canvas;
 pub mod charts;
 pub mod colormap;
+pub mod develop;
 pub mod draw_order;
 pub mod exposure;
 #[cfg(feature = "app")]
 pub mod gui;
 pub mod hues;
+pub mod lens;
 pub mod normals;
 pub mod occlusion;
 pub mod offscreen;

@@ -6,6 +6,7 @@
 
 mod fields;
 mod foods;
+pub mod ground;
 mod painted;
 mod particles;
 mod sides;
@@ -19,6 +20,7 @@ use glam::{Vec2, Vec3, Vec4};
 use super::camera::Camera;
 pub use super::canvas::{Canvas, Quality};
 use super::colormap;
+use super::develop::{Developer, Development};
 use super::exposure::{self, Exposure};
 use super::prepared::Prepared;
 use super::shared_vertices::SharedVertices;
@@ -30,7 +32,7 @@ use crate::gpu::{
 };
 use crate::scene::settings::{ColorMap, Part};
 use crate::sim::draws::{
-    AtlasViewArgs, AtlasViewConstants, AtlasViewDraw, AtlasViewParams, BackgroundDraw,
+    AtlasViewArgs, AtlasViewConstants, AtlasViewDraw, AtlasViewParams, BackgroundArgs, BackgroundDraw,
     BackgroundParams, FieldsConstants, FieldsDraw, FoodsDraw, PaintedDraw, ParticlesDraw,
     QuickSurfaceConstants, QuickSurfaceDraw, SurfaceConstants, SurfaceDraw,
 };
@@ -43,6 +45,7 @@ use crate::sim::texture::Texture;
 use crate::sim::types::Pose;
 use crate::sim::{Setup, State, memory};
 use fields::Field;
+use ground::Shadow;
 use sides::Sides;
 use surface::Lighting;
 
@@ -129,6 +132,8 @@ pub struct Renderer {
     draw_order: Pipeline<DrawOrder>,
     trail_histogram: Pipeline<TrailHistogram>,
     expose: Pipeline<Expose>,
+    developer: Developer,
+    shadow: Shadow,
     shared: Option<SharedVertices>,
     /// Packed, one for each corner of each triangle.
     normals: Buffer<u32>,
@@ -233,6 +238,8 @@ impl Renderer {
             draw_order: Pipeline::over(ctx, &(), DrawOrder::NAME, tables)?,
             trail_histogram: Pipeline::new(ctx, &TrailHistogramConstants { paths })?,
             expose: Pipeline::new(ctx, &())?,
+            developer: Developer::new(ctx)?,
+            shadow: Shadow::new(ctx)?,
             normals: Buffer::from_slice(ctx, "normals", normals)?,
             openness: Buffer::from_slice(ctx, "openness", openness)?,
             object_colors: Buffer::from_slice(ctx, "object_colors", object_colors)?,
@@ -325,6 +332,7 @@ impl Renderer {
                 return;
             };
             self.prepare(rec, state, first);
+            self.prepare_ground(rec, state, first);
             rec.make_visible(Access::Vertex, &self.read(state));
             for (view, canvas, rows) in pictures {
                 self.draw_one(rec, state, view, canvas, rows.clone());
@@ -345,6 +353,7 @@ impl Renderer {
             &self.brightest,
             &self.colors,
             &state.objects.poses,
+            self.shadow.buffer(),
         ];
         // Painting between steps writes it.
         if let Some(bias) = &state.bias {
@@ -372,6 +381,7 @@ impl Renderer {
             clear: Some([0.0, 0.0, 0.0, f32::from(!view.is_transparent)]),
         };
         let [width, height] = canvas.size();
+        let is_whole = rows.end == height;
         let size = Vec2::new(width as f32, height as f32);
         let samples = canvas.color.samples();
         let pipelines = self.pipelines.iter().find(|set| set.samples == samples);
@@ -408,13 +418,22 @@ impl Renderer {
             // Painted areas and food are shown in every view of the surface.
             self.draw_painted(pass, &shot);
             Self::draw_foods(pass, &shot);
-            Self::draw_background(pass, &shot);
+            self.draw_background(pass, &shot);
             if has_points {
                 self.draw_particles(pass, &shot);
             }
         });
         if hides {
             rec.update_long(&state.objects.poses, &state.objects.recorded);
+        }
+        if let Some(darkroom) = canvas.darkroom.as_ref().filter(|_| is_whole) {
+            let is_lit = field.is_none() && !view.show.is_flat();
+            let how = Development {
+                bloom: shot.lighting.bloom(view.bloom),
+                is_opaque: is_lit && !view.is_transparent,
+                smooths: !view.show.is_flat(),
+            };
+            self.developer.record(rec, canvas.drawn(), darkroom, how);
         }
     }
 
@@ -488,17 +507,52 @@ impl Renderer {
         self.is_first = false;
     }
 
+    /// The shadow on the ground, if this view shows it.
+    fn prepare_ground(&mut self, rec: &mut Recorder, state: &State, view: &View) {
+        let Some(ground) = view.ground_seen() else {
+            return;
+        };
+        let hides = self.hidden.contains(&true);
+        let poses = match hides {
+            true => self.poses_seen(state, view),
+            false => state.objects.recorded.clone(),
+        };
+        if hides {
+            rec.update_long(&state.objects.poses, &poses);
+        }
+        self.cast_shadow(rec, state, ground, poses);
+        if hides {
+            rec.update_long(&state.objects.poses, &state.objects.recorded);
+        }
+    }
+
     /// Drawn after the surface, so that it fills only uncovered pixels.
-    fn draw_background(pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
+    fn draw_background(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {
         let (view, size) = (shot.view, shot.size);
         if view.is_transparent {
             return;
         }
+        let camera = &view.camera;
+        let aspect = size.x / size.y;
+        let half = (0.5 * camera.vertical_fov).tan();
+        let ground = view.ground_seen();
+        let middle = ground.as_ref().map_or(Vec3::ZERO, ground::middle);
         let params = BackgroundParams {
             color: shot.lighting.background * view.background_light(),
-            aspect: size.x / size.y,
+            aspect,
+            eye: camera.eye(),
+            ground: middle.y,
+            right: half * aspect * camera.right(),
+            extent: ground.as_ref().map_or(0.0, Shadow::extent),
+            up: half * camera.up(),
+            middle_x: middle.x,
+            ahead: -camera.backward(),
+            middle_z: middle.z,
         };
-        pass.draw(&shot.pipelines.background, 3, 1, (), params);
+        let args = BackgroundArgs {
+            shadow: &self.shadow.cells,
+        };
+        pass.draw(&shot.pipelines.background, 3, 1, args, params);
     }
 
     fn draw_atlas(&self, pass: &mut PassRecorder<'_>, shot: &Shot<'_>) {

@@ -6,7 +6,33 @@ use super::camera::{Camera, MAX_PITCH};
 use super::colormap::linear_from_srgb;
 use super::exposure::Exposure;
 use crate::scene::Scene;
-use crate::scene::settings::{CameraSettings, ColorMap, Drawn, PictureSettings, Show};
+use crate::scene::settings::{
+    CameraSettings, ColorMap, Drawn, PictureSettings, Show, USUAL_BACKGROUND,
+};
+
+/// A level ground under a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ground {
+    /// World units, along the scene's up axis.
+    pub height: f32,
+    /// The middle of the scene.
+    pub middle: Vec3,
+    /// About half of the scene's width, world units.
+    pub radius: f32,
+}
+
+impl Ground {
+    /// The ground that touches the lowest of some points from below; none without points.
+    #[must_use]
+    pub fn under(points: impl Iterator<Item = Vec3>, middle: Vec3, radius: f32) -> Option<Self> {
+        let height = points.map(|point| point.y).fold(f32::INFINITY, f32::min);
+        height.is_finite().then_some(Self {
+            height,
+            middle,
+            radius,
+        })
+    }
+}
 
 /// Everything that a picture depends on besides the simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +63,14 @@ pub struct View {
     pub light: Light,
     /// The strength of ambient occlusion, 0 to 1.
     pub occlusion: f32,
+    /// How strongly bright trail shines beyond its edges, 0 to 2.
+    pub bloom: f32,
+    /// How wet the surface is, 0 to 1: its reflections, and the height of the trail.
+    pub wetness: f32,
+    /// The ground, if the scene has objects.
+    pub ground: Option<Ground>,
+    /// Is the ground drawn?
+    pub shows_ground: bool,
     /// Are food and markers drawn?
     pub shows_food: bool,
     /// Are painted areas drawn?
@@ -104,7 +138,10 @@ impl View {
         let mut camera =
             Camera::from_settings(&scene.settings.camera, scene.center, scene.radius, size);
         if scene.settings.camera.distance <= 0.0 {
-            camera.fit_points(points(scene), size);
+            match scene.settings.camera.target == [0.0; 3] {
+                true => camera.fit_centered(points(scene), size, margins(size, 0.0)),
+                false => camera.fit_points(points(scene), size),
+            }
         }
         let mut view = Self {
             camera,
@@ -123,6 +160,10 @@ impl View {
                 elevation: 0.0,
             },
             occlusion: 0.0,
+            bloom: 0.0,
+            wetness: 0.0,
+            ground: Ground::under(points(scene), scene.center, scene.radius),
+            shows_ground: true,
             shows_food: true,
             shows_areas: true,
         };
@@ -147,8 +188,17 @@ impl View {
             elevation: picture.light_elevation,
         };
         self.occlusion = picture.occlusion;
+        self.bloom = picture.bloom;
+        self.wetness = picture.wetness;
+        self.shows_ground = picture.ground == Drawn::Shown;
         self.shows_food = picture.food == Drawn::Shown;
         self.shows_areas = picture.areas == Drawn::Shown;
+    }
+
+    /// The ground, if pictures show it.
+    pub(super) fn ground_seen(&self) -> Option<Ground> {
+        let is_shown = self.shows_ground && !self.is_transparent && !self.show.is_flat();
+        self.ground.filter(|_| is_shown)
     }
 
     /// The share of the charts' colours below the trail.
@@ -171,11 +221,14 @@ impl View {
         picture.light_azimuth = self.light.azimuth;
         picture.light_elevation = self.light.elevation;
         picture.occlusion = self.occlusion;
+        picture.bloom = self.bloom;
+        picture.wetness = self.wetness;
         picture.background = self.background.to_array();
         let drawn = |is_shown| match is_shown {
             true => Drawn::Shown,
             false => Drawn::Hidden,
         };
+        picture.ground = drawn(self.shows_ground);
         picture.food = drawn(self.shows_food);
         picture.areas = drawn(self.shows_areas);
         picture.brightest = match self.exposure {
@@ -184,11 +237,21 @@ impl View {
         };
     }
 
-    /// The background as light.
+    /// The background as light. The usual one stands for the one that goes with the colour map.
     #[must_use]
     pub fn background_light(&self) -> Vec3 {
+        if self.background.to_array() == USUAL_BACKGROUND {
+            return self.color_map.background();
+        }
         Vec3::from_array(self.background.to_array().map(linear_from_srgb))
     }
+}
+
+/// What a picture leaves free round a scene, pixels: on the left, above, on the right, where so many pixels are covered, and below, where
+/// its shadow is.
+#[must_use]
+pub fn margins(size: Vec2, right: f32) -> [f32; 4] {
+    [0.0, 0.02 * size.y, right, 0.07 * size.y]
 }
 
 /// Every vertex of a scene, in world space, and the places of some vertices of moving objects in the first minute.

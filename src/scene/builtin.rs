@@ -32,7 +32,7 @@ macro_rules! texts {
 }
 
 /// The scene that opens when none is named.
-pub const DEFAULT_SCENE: &str = "torus";
+pub const DEFAULT_SCENE: &str = "oats";
 
 /// Every built-in scene. `cube` and `torus` are the reference cases for comparisons.
 pub static SCENES: &[Builtin] = texts!("scenes": "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears", "oats", "crowd", "maze");

@@ -278,6 +278,9 @@ impl Default for CameraSettings {
     }
 }
 
+/// The background of pictures unless a scene sets another: the one that goes with the colour map.
+pub const USUAL_BACKGROUND: [f32; 3] = [0.055, 0.06, 0.075];
+
 /// `[picture]`
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PictureSettings {
@@ -299,6 +302,12 @@ pub struct PictureSettings {
     pub light_elevation: f32,
     /// The strength of ambient occlusion, 0 to 1.
     pub occlusion: f32,
+    /// How strongly bright trail shines beyond its edges, 0 to 2.
+    pub bloom: f32,
+    /// How wet the surface is, 0 to 1.
+    pub wetness: f32,
+    /// Is the ground under the objects drawn?
+    pub ground: Drawn,
     /// Are food and markers drawn?
     pub food: Drawn,
     /// Are the areas drawn that were painted to attract, to repel or as no-go?
@@ -319,9 +328,12 @@ impl Default for PictureSettings {
             light_azimuth: -40.0,
             light_elevation: 41.0,
             occlusion: 0.7,
+            bloom: 1.0,
+            wetness: 0.7,
+            ground: Drawn::Shown,
             food: Drawn::Shown,
             areas: Drawn::Shown,
-            background: [0.055, 0.06, 0.075],
+            background: USUAL_BACKGROUND,
         }
     }
 }

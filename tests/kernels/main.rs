@@ -13,6 +13,7 @@ mod arithmetic;
 mod bits;
 mod choices;
 mod crossing;
+mod developing;
 mod distances;
 mod kernels;
 mod landing;

@@ -1,7 +1,9 @@
 //! The lit surface with the trail on it.
 
+use super::fields::Field;
 use super::{Renderer, Shot};
 use crate::gpu::PassRecorder;
+use crate::render::develop::Bloom;
 use crate::scene::settings::{Part, Show};
 use crate::sim::draws::{QuickSurfaceArgs, QuickSurfaceParams, SurfaceArgs, SurfaceParams};
 
@@ -18,6 +20,10 @@ pub(super) struct Lighting {
     pub food_glow: f32,
     /// Height of the brightest trail as a relief, scene radii.
     relief: f32,
+    /// Height of the brightest trail on a wet surface, scene radii.
+    height: f32,
+    /// Light that blooms, if any does, and how much for each unit of the view's bloom.
+    bloom: Option<Bloom>,
 }
 
 impl Lighting {
@@ -27,7 +33,22 @@ impl Lighting {
         glow: 0.34,
         food_glow: 0.0,
         relief: 0.0,
+        height: 0.014,
+        bloom: Some(Bloom {
+            threshold: 0.30,
+            slope: 1.6,
+            strength: 0.24,
+        }),
     };
+
+    /// The bloom of a view with this lighting.
+    pub(super) fn bloom(&self, share: f32) -> Option<Bloom> {
+        let bloom = self.bloom.filter(|_| share > 0.0)?;
+        Some(Bloom {
+            strength: bloom.strength * share,
+            ..bloom
+        })
+    }
 
     pub(super) fn of(show: Show) -> Self {
         match show {
@@ -36,12 +57,21 @@ impl Lighting {
                 background: 0.25,
                 glow: 1.25,
                 food_glow: 0.22,
+                bloom: Some(Bloom {
+                    threshold: 0.02,
+                    slope: 2.5,
+                    strength: 0.9,
+                }),
                 ..Self::USUAL
             },
             Show::Relief => Self {
                 // Shading must be visible on it.
                 glow: 0.05,
                 relief: 0.03,
+                ..Self::USUAL
+            },
+            show if show.is_flat() || Field::of(show).is_some() => Self {
+                bloom: None,
                 ..Self::USUAL
             },
             _ => Self::USUAL,
@@ -63,11 +93,15 @@ impl Renderer {
             _ => (view.trail_over_charts(), view.charts_under_trail()),
         };
         let Lighting { lamp, glow, .. } = shot.lighting;
-        let relief = shot.lighting.relief * self.shape.radius;
+        let is_plain = shot.lighting.relief == 0.0 && chart_share == 0.0;
+        let height = match is_plain {
+            true => shot.lighting.height * view.wetness,
+            false => shot.lighting.relief,
+        };
+        let relief = height * self.shape.radius;
         let (clip_from_world, eye) = (camera.clip_from_world(size), camera.eye());
         let key_direction = view.light.direction(camera);
         let pipelines = shot.pipelines;
-        let is_plain = relief == 0.0 && chart_share == 0.0;
         if let (true, Some(surface), Some(shared)) =
             (is_plain, &pipelines.quick_surface, &self.shared)
         {
@@ -93,6 +127,8 @@ impl Renderer {
                     pitch: self.shape.pitch,
                     lamp,
                     occlusion: view.occlusion,
+                    relief,
+                    wetness: view.wetness,
                     reach: state.near.reach,
                 },
             );
@@ -132,6 +168,7 @@ impl Renderer {
                 relief,
                 lamp,
                 occlusion: view.occlusion,
+                wetness: view.wetness,
                 reach: state.near.reach,
             },
         );

@@ -65,7 +65,7 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
         }
         "picture.brightest" => because(!settings.picture.show.has(Part::Trail), &NO_TRAIL),
         "picture.darkest" => because(!settings.picture.show.has(Part::Scale), &NO_SCALE),
-        "picture.background" => because(
+        "picture.background" | "picture.ground" => because(
             settings.picture.show.is_flat(),
             "The atlas has a ground of its own.",
         ),
@@ -76,7 +76,8 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             settings.picture.show.is_flat(),
             "The atlas is flat, and seen without a camera.",
         ),
-        "picture.light_azimuth" | "picture.light_elevation" | "picture.occlusion" => because(
+        "picture.light_azimuth" | "picture.light_elevation" | "picture.occlusion"
+        | "picture.bloom" | "picture.wetness" => because(
             settings.picture.show.is_flat(),
             "The atlas is flat, and has no light.",
         ),
