@@ -115,6 +115,8 @@ impl Clocks {
         self.facts.particles_drawn = stage.particles_drawn;
         self.facts.brightest = stage.brightest;
         self.facts.flow = stage.flow;
+        self.facts.flaws = stage.flaws;
+        self.facts.is_plain = stage.is_plain;
         if let Some(spans) = frames.timings().frames().last() {
             self.facts.times.history.push(spans);
             // Of frames without steps only the newest is kept, so the mean runs along.

@@ -90,6 +90,10 @@ pub struct Facts {
     pub particles_drawn: u32,
     /// The trail that has the brightest colour, once there is a picture.
     pub brightest: Option<f32>,
+    /// Pixels whose light was not a number.
+    pub flaws: u32,
+    /// Are pictures drawn plainly, because the device is slow?
+    pub is_plain: bool,
     /// Transfers between objects.
     pub flow: Flow,
     /// The result of the last check of the invariants, if they are checked.

@@ -79,7 +79,7 @@ pub(super) fn status_line(ui: &mut Ui, document: &Document, facts: &Facts) {
         .show(ui, |ui| {
             ui.horizontal(|ui| {
                 let fact = |ui: &mut Ui, text: String| {
-                    ui.label(RichText::new(text).small().color(theme::weak(ui)));
+                    ui.label(RichText::new(text).small().color(theme::weak(ui)))
                 };
                 fact(ui, format!("{:.0} fps", facts.frames_per_second));
                 fact(
@@ -103,6 +103,15 @@ pub(super) fn status_line(ui: &mut Ui, document: &Document, facts: &Facts) {
                     format!("{} triangles", with_commas(facts.triangles as f64)),
                 );
                 fact(ui, format!("{} texels", with_commas(facts.texels as f64)));
+                if facts.is_plain {
+                    let hint = "Pictures take long on this device: while something moves they have no bloom, and edges are jagged. A smaller window helps.";
+                    fact(ui, "plain pictures".to_owned()).on_hover_text(hint);
+                }
+                if facts.flaws > 0 {
+                    let hint = "Pixels whose light was not a number, or without end, because the trail was. They are black.";
+                    let text = format!("{} flawed pixels", with_commas(f64::from(facts.flaws)));
+                    fact(ui, text).on_hover_text(hint);
+                }
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                     fact(ui, format!("{} MiB", facts.memory >> 20));
                     ui.add(

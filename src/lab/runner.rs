@@ -213,10 +213,11 @@ impl Runner {
 
     /// So many steps have been submitted. Was something checked that is to be shown?
     pub fn have_stepped(&mut self, steps: u32, clocks: &mut Clocks) -> Result<bool> {
-        let Some(stage) = &self.stage else {
+        let Some(stage) = &mut self.stage else {
             return Ok(false);
         };
         clocks.submitted(steps, &self.ctx, &self.frames, stage, &mut self.pacer);
+        stage.follow_times(clocks.facts.times.draw_ms);
         let Some(checks) = &mut self.checks else {
             return Ok(false);
         };

@@ -24,6 +24,11 @@ const PARTICLES_ON_CPU: u32 = 60_000;
 /// While something is made that needs the device, the window's picture may be so old.
 const SHOWN_FOR: Duration = Duration::from_millis(500);
 
+/// If pictures take longer than this, in milliseconds, those of moving things are drawn plainly, and fully again once plain ones take less
+/// than the other.
+const PLAIN_ABOVE: f64 = 80.0;
+const FULL_BELOW: f64 = 35.0;
+
 /// Bands of a picture that is drawn in slices. More would be quicker each, and slower together: each goes over all triangles.
 const BANDS: u32 = 3;
 
@@ -105,6 +110,11 @@ pub struct Stage {
     counters: Readback<Flow>,
     /// Transfers between objects, as of some frames ago.
     pub flow: Flow,
+    flaw_counter: Readback<u32>,
+    /// Pixels so far whose light was not a number, as of some frames ago.
+    pub flaws: u32,
+    /// Are pictures drawn plainly while something moves, because they take long?
+    pub is_plain: bool,
 }
 
 impl Stage {
@@ -153,6 +163,9 @@ impl Stage {
             recorded: 0,
             counters: Readback::new(ctx, "flow", 1, COUNTERS_UNDER_WAY)?,
             flow: Flow::default(),
+            flaw_counter: Readback::new(ctx, "flaws", 1, COUNTERS_UNDER_WAY)?,
+            flaws: 0,
+            is_plain: false,
         })
     }
 
@@ -229,6 +242,7 @@ impl Stage {
         };
         if is_quick {
             view.most_particles = PARTICLES_ON_CPU;
+            view.is_plain = self.is_plain;
         }
         let step = self.simulation.step();
         if let Exposure::Auto {
@@ -287,6 +301,7 @@ impl Stage {
             self.simulation.record_shown_poses(rec, &true_poses);
         }
         (self.renderer).record_brightest(rec, &mut self.exposure, self.recorded);
+        (self.flaw_counter).record(rec, self.renderer.flaws(), self.recorded);
         if self.simulation.settings().strategy() != Strategy::None {
             let transfers = &self.simulation.state().transfers;
             transfers.record_readback(rec, &mut self.counters, *step);
@@ -304,9 +319,18 @@ impl Stage {
                 self.settled = self.exposed;
             }
         }
+        while let Some((_, flaws)) = self.flaw_counter.poll() {
+            self.flaws = flaws[0];
+        }
         while let Some((_, counters)) = self.counters.poll() {
             self.flow = counters[0];
         }
+    }
+
+    /// Pictures take so long now, in milliseconds: on a slow device their quality falls before their rate does.
+    pub fn follow_times(&mut self, draw_ms: Option<f64>) {
+        let limit = if self.is_plain { FULL_BELOW } else { PLAIN_ABOVE };
+        self.is_plain = draw_ms.is_some_and(|ms| ms > limit);
     }
 
     /// The contents of the canvas have changed between steps.

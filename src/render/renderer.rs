@@ -429,9 +429,9 @@ impl Renderer {
         if let Some(darkroom) = canvas.darkroom.as_ref().filter(|_| is_whole) {
             let is_lit = field.is_none() && !view.show.is_flat();
             let how = Development {
-                bloom: shot.lighting.bloom(view.bloom),
+                bloom: shot.lighting.bloom(view.bloom).filter(|_| !view.is_plain),
                 is_opaque: is_lit && !view.is_transparent,
-                smooths: !view.show.is_flat(),
+                smooths: !view.show.is_flat() && !view.is_plain,
             };
             self.developer.record(rec, canvas.drawn(), darkroom, how);
         }
@@ -456,6 +456,13 @@ impl Renderer {
     /// Records a copy of the trail value that gets the brightest colour in the pictures recorded so far.
     pub fn record_brightest(&self, rec: &mut Recorder, readback: &mut Readback<f32>, tag: u64) {
         readback.record(rec, &self.brightest, tag);
+    }
+
+    /// The number of pixels, in all opaque pictures so far, whose light was not a number, or without end; they are black. Light comes out so
+    /// if the trail is.
+    #[must_use]
+    pub fn flaws(&self) -> &Buffer<u32> {
+        &self.developer.flaws
     }
 
     /// Colours and exposure.

@@ -57,6 +57,8 @@ pub struct View {
     pub is_transparent: bool,
     /// The strength of the atlas's charts, in their own colours: 0 hides them, 0.5 shows them under the trail, 1 shows only them.
     pub charts: f32,
+    /// Is it drawn without bloom, and are jagged edges left, so that it takes less time?
+    pub is_plain: bool,
     /// The part of the atlas that is shown.
     pub atlas: AtlasWindow,
     /// The direction of the light.
@@ -154,6 +156,7 @@ impl View {
             background: Vec3::ZERO,
             is_transparent: false,
             charts: 0.0,
+            is_plain: false,
             atlas: AtlasWindow::default(),
             light: Light {
                 azimuth: 0.0,

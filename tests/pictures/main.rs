@@ -6,5 +6,6 @@ mod common;
 mod places;
 
 mod chart_pictures;
+mod developed;
 mod pictures;
 mod views;

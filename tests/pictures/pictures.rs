@@ -20,16 +20,16 @@ fn size() -> Vec2 {
 }
 
 /// A scene on the device, and a view of it from the front with a fixed exposure.
-struct Stage {
-    scene: Scene,
-    simulation: Simulation,
-    renderer: Renderer,
-    canvas: Offscreen,
-    view: View,
+pub struct Stage {
+    pub scene: Scene,
+    pub simulation: Simulation,
+    pub renderer: Renderer,
+    pub canvas: Offscreen,
+    pub view: View,
 }
 
 impl Stage {
-    fn new(gpu: &Gpu, mesh: &str, change: impl FnOnce(&mut Settings)) -> Self {
+    pub fn new(gpu: &Gpu, mesh: &str, change: impl FnOnce(&mut Settings)) -> Self {
         let scene = scene(mesh, |settings| {
             settings.camera.azimuth = 0.0;
             settings.camera.elevation = 0.0;
@@ -52,7 +52,7 @@ impl Stage {
     }
 
     /// Uploads a trail: `value_at` a place in object space, gutters filled.
-    fn set_trail(&mut self, ctx: &Arc<Context>, value_at: impl Fn(Vec3) -> f32) {
+    pub fn set_trail(&mut self, ctx: &Arc<Context>, value_at: impl Fn(Vec3) -> f32) {
         let setup = self.setup();
         let atlas = &setup.atlas;
         let mut trail = vec![0.0; atlas.texel_count()];
@@ -73,7 +73,7 @@ impl Stage {
         pick::pick(&self.setup().surface, &poses, &ray).expect("an object is there")
     }
 
-    fn picture(&mut self, gpu: &Gpu) -> RgbaImage {
+    pub fn picture(&mut self, gpu: &Gpu) -> RgbaImage {
         gpu.run(|rec| {
             self.renderer.draw(
                 rec,
@@ -94,7 +94,7 @@ fn place(setup: &Setup, triangle: u32, u: f32, v: f32) -> Vec3 {
 }
 
 /// How bright a pixel is: the sum of its channels.
-fn brightness(pixel: &Rgba<u8>) -> f32 {
+pub fn brightness(pixel: &Rgba<u8>) -> f32 {
     pixel.0[..3].iter().map(|&channel| f32::from(channel)).sum()
 }
 

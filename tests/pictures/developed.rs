@@ -1,0 +1,168 @@
+//! Bloom, the film curve, the ground, smooth edges of quick pictures.
+
+use crate::common::gpu;
+use crate::pictures::{Stage, brightness};
+use glam::Vec2;
+use image::RgbaImage;
+use myxo::render::{Offscreen, Quality, offscreen};
+use myxo::scene::settings::{Drawn, Show};
+
+/// The mean brightness of a row's pixels.
+fn row(picture: &RgbaImage, y: u32) -> f32 {
+    let pixels = (0..picture.width()).map(|x| brightness(picture.get_pixel(x, y)));
+    pixels.sum::<f32>() / picture.width() as f32
+}
+
+/// The mean difference of two pictures, as a share of white.
+fn difference(a: &RgbaImage, b: &RgbaImage) -> f64 {
+    let all = a.as_raw().iter().zip(b.as_raw());
+    let sum: u64 = all.map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+    sum as f64 / (255.0 * a.as_raw().len() as f64)
+}
+
+/// Would catch: bloom that stays inside objects, grows with nothing, or is there where it is off.
+#[test]
+fn bright_trail_shines_beyond_the_edge_of_its_object() {
+    let Some(gpu) = gpu() else { return };
+    let mut stage = Stage::new(&gpu, "icosphere", |settings| {
+        settings.picture.show = Show::Glow;
+        settings.picture.ground = Drawn::Hidden;
+    });
+    stage.view.camera.distance *= 2.0;
+    stage.set_trail(&gpu.ctx, |_| 1.0);
+    let mut pictures = [0.0, 0.5, 1.0].map(|bloom| {
+        stage.view.bloom = bloom;
+        stage.picture(&gpu)
+    });
+    // Above the sphere, where it does not reach.
+    let [without, half, whole] = pictures.each_ref().map(|picture| row(picture, 22));
+    assert!(half > 1.2 * without + 2.0 && whole > half + 1.0, "{without}, {half}, {whole}");
+    // Dark trail does not bloom.
+    stage.set_trail(&gpu.ctx, |_| 0.0);
+    let dark = stage.picture(&gpu);
+    stage.view.bloom = 0.0;
+    assert_eq!(dark, stage.picture(&gpu));
+    // In a picture without background the bloom has an alpha that covers its colour.
+    stage.set_trail(&gpu.ctx, |_| 1.0);
+    stage.view.bloom = 1.0;
+    stage.view.is_transparent = true;
+    let clear = stage.picture(&gpu);
+    let (mut covered, mut halves) = (0, 0);
+    for pixel in clear.pixels() {
+        let [r, g, b, alpha] = pixel.0;
+        // The light of a pixel is at most its alpha, so that a straight colour is at most white.
+        let light = |byte: u8| (f32::from(byte) / 255.0).powi(2);
+        let most = light(r.max(g).max(b));
+        assert!(most <= f32::from(alpha) / 255.0 + 0.02, "{pixel:?}");
+        covered += u32::from(alpha == 255);
+        halves += u32::from((5..250).contains(&alpha));
+    }
+    assert!(covered > 500 && halves > 500, "{covered}, {halves}");
+    offscreen::unmultiply(&mut pictures[2]);
+    gpu.finish();
+}
+
+/// Would catch: light that is not a number and gets into the picture, or is not counted; and counts where there is none.
+#[test]
+fn light_that_is_not_a_number_is_counted_and_not_shown() {
+    let Some(gpu) = gpu() else { return };
+    let mut stage = Stage::new(&gpu, "icosphere", |_| {});
+    stage.set_trail(&gpu.ctx, |_| 0.5);
+    let sound = stage.picture(&gpu);
+    let flaws = |stage: &Stage| gpu.ctx.download(stage.renderer.flaws()).unwrap()[0];
+    assert_eq!(flaws(&stage), 0);
+    let mut last = 0;
+    for wrong in [f32::NAN, f32::INFINITY] {
+        stage.set_trail(&gpu.ctx, |place| if place.y > 0.9 { wrong } else { 0.5 });
+        let picture = stage.picture(&gpu);
+        assert!(picture.pixels().all(|pixel| pixel.0[3] == 255));
+        // Nothing bright has come, and most of the picture is as it was.
+        for (a, b) in picture.pixels().zip(sound.pixels()) {
+            assert!(brightness(a) <= brightness(b) + 60.0, "{a:?}, {b:?}");
+        }
+        assert!(difference(&picture, &sound) < 0.05);
+        let now = flaws(&stage);
+        assert!(wrong.is_infinite() || now > last + 20, "{now}");
+        last = now;
+    }
+    gpu.finish();
+}
+
+/// Would catch: a window that shows another picture than a still, and jagged edges in it.
+#[test]
+fn quick_pictures_look_like_smooth_ones() {
+    let Some(gpu) = gpu() else { return };
+    let size = [320, 200];
+    let mut stage = Stage::new(&gpu, "torus", |settings| settings.camera.elevation = 35.0);
+    stage.set_trail(&gpu.ctx, |p| (0.5 + 0.5 * (9.0 * p.x).sin() * (9.0 * p.z).cos()).powi(4));
+    let of = Vec2::new(size[0] as f32, size[1] as f32);
+    stage.view.camera = myxo::render::View::of(&stage.scene, of).camera;
+    let [quick, smooth] = [Quality::Quick, Quality::Smooth].map(|quality| {
+        stage.canvas = Offscreen::with_quality(&gpu.ctx, size, quality).unwrap();
+        stage.picture(&gpu)
+    });
+    let apart = difference(&quick, &smooth);
+    assert!(apart < 0.01, "{apart}");
+    // The edge of the torus against the background: between both there are pixels that are neither.
+    let middle: Vec<f32> = (0..size[0])
+        .map(|x| brightness(quick.get_pixel(x, size[1] / 2)))
+        .collect();
+    assert!(middle.iter().any(|&pixel| pixel > 100.0), "{middle:?}");
+    // The same without development is farther from it.
+    stage.canvas = Offscreen::with_quality(&gpu.ctx, size, Quality::Quick).unwrap();
+    stage.view.is_plain = true;
+    let plain = stage.picture(&gpu);
+    assert!(difference(&plain, &smooth) > 1.2 * apart, "{}", difference(&plain, &smooth));
+    gpu.finish();
+}
+
+/// Would catch: a ground without shadow, a shadow where nothing stands, and a ground that cannot be switched off.
+#[test]
+fn objects_cast_a_shadow_on_the_ground() {
+    let Some(gpu) = gpu() else { return };
+    let mut stage = Stage::new(&gpu, "icosphere", |settings| {
+        settings.camera.elevation = 25.0;
+        settings.picture.bloom = 0.0;
+    });
+    stage.view.camera.distance *= 1.6;
+    let with = stage.picture(&gpu);
+    let poses_from = |stage: &mut Stage| stage.picture(&gpu);
+    assert_eq!(with, poses_from(&mut stage), "the kept shadow is the same");
+    stage.view.shows_ground = false;
+    let without = stage.picture(&gpu);
+    let lit = |picture: &RgbaImage, x: u32, y: u32| brightness(picture.get_pixel(x, y));
+    // Just below the sphere, and beside it on the ground.
+    let below = (60..118).map(|y| lit(&with, 80, y) - lit(&without, 80, y));
+    assert!(below.fold(0.0, f32::min) < -12.0, "a shadow");
+    assert!(lit(&with, 20, 85) > lit(&without, 20, 85) + 8.0, "light on the ground");
+    // Hidden objects cast none.
+    stage.view.shows_ground = true;
+    stage.renderer.hide(&[true]);
+    let hidden = stage.picture(&gpu);
+    let below = (90..118).map(|y| lit(&hidden, 80, y) - lit(&without, 80, y));
+    assert!(below.fold(f32::INFINITY, f32::min) > -3.0, "no shadow");
+    gpu.finish();
+}
+
+/// Would catch: a film curve that clips, turns bright colours into another hue at once, or is not monotonic.
+#[test]
+fn brighter_trail_is_never_darker_and_turns_white() {
+    let Some(gpu) = gpu() else { return };
+    let mut stage = Stage::new(&gpu, "icosphere", |settings| {
+        settings.picture.show = Show::Glow;
+        settings.picture.bloom = 0.0;
+    });
+    let mut last = 0.0;
+    let mut colors = Vec::new();
+    for trail in [0.0, 0.2, 0.5, 1.0, 2.0, 8.0, 100.0] {
+        stage.set_trail(&gpu.ctx, |_| trail);
+        let picture = stage.picture(&gpu);
+        let pixel = *picture.get_pixel(80, 60);
+        assert!(brightness(&pixel) > last, "{trail}: {pixel:?} after {last}");
+        last = brightness(&pixel);
+        colors.push(pixel.0);
+    }
+    let whiteness = |[r, _, b, _]: [u8; 4]| f32::from(b) / f32::from(r);
+    assert!(whiteness(colors[6]) > whiteness(colors[3]), "{colors:?}");
+    gpu.finish();
+}
