@@ -99,26 +99,10 @@ gallery: ## draw the small pictures of the lab's gallery, and all presets on one
 	cargo run --release --example gallery -- assets/thumbnails
 	mv assets/thumbnails/presets.png assets/pictures/presets.png
 
-# Each is one command; the README names most of them.
-DRAW := $(MYXO) render
-PICTURES := assets/pictures
-
-pictures: ## draw the README's other pictures (ten minutes)
+pictures: ## draw the pictures and films of docs/gallery.md, by the commands in it (half an hour)
 	@.ci/setup demo
 	cargo build --release
-	$(DRAW) trio --steps 480 --every 6 --fps 16 --size 600x375 --set camera.target=[0,-0.10,0] --set camera.distance=3.8 \
-		--set camera.elevation=33 --set camera.azimuth=50 --out $(PICTURES)/trio.gif
-	$(DRAW) gears --steps 636 --from 420 --every 4 --fps 15 --size 600x375 --set camera.target=[0.45,0,0] --set camera.distance=1.5 \
-		--set camera.elevation=30 --set camera.azimuth=40 --out $(PICTURES)/gears.gif
-	$(DRAW) crowd --steps 654 --from 300 --every 6 --fps 12 --size 600x375 --out $(PICTURES)/crowd.gif
-	$(DRAW) torus --size 1200x640 --out $(PICTURES)/torus.png
-	$(DRAW) suzanne --steps 200 --size 600x450 --out $(PICTURES)/suzanne.png
-	$(DRAW) gyroid --steps 200 --size 600x450 --out $(PICTURES)/gyroid.png
-	$(DRAW) cube --preset cells --steps 300 --size 600x450 --out $(PICTURES)/cube.png
-	$(DRAW) oats --steps 300 --set camera.target=[0,-0.1,0] --size 900x600 --out $(PICTURES)/oats.png
-	$(DRAW) maze --steps 1000 --size 600x560 --out $(PICTURES)/maze.png
-	$(DRAW) suzanne --view charts --size 768x768 --out $(PICTURES)/suzanne_charts.png
-	$(MYXO) atlas suzanne --size 768 --out $(PICTURES)/suzanne_atlas.png
+	@grep '^myxo ' docs/gallery.md | PATH="$(CURDIR)/target/release:$$PATH" sh -ex
 
 guide: ## draw the strips of pictures in docs/guide.md, as docs/guide.toml says (a quarter of an hour)
 	@.ci/setup demo
