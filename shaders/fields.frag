@@ -145,8 +145,10 @@ void main() {
     vec3 n = normalize(gl_FrontFacing ? normal : -normal);
     vec3 to_eye = normalize(params.eye - position);
     float open = 1.0 - params.occlusion * (1.0 - open_share);
-    vec3 light = shown * (diffuse_light(n, params.key_direction, open) + 0.25)
-        + 0.5 * open * specular_light(n, to_eye, params.key_direction, 0.0);
+    // Without the colours of the lights, because those of the surface mean something.
+    const vec3 grey = vec3(1.0 / 3.0);
+    vec3 light = shown * (dot(diffuse_light(n, params.key_direction, open), grey) + 0.25)
+        + 0.3 * open * dot(specular_light(n, to_eye, params.key_direction, 0.0), grey);
     light = mix(light, vec3(1.0, 0.95, 0.80), bright);
     color = vec4(dithered(light, gl_FragCoord.xy), 1.0);
 }

@@ -122,6 +122,7 @@ void main() {
             bare = CLAY;
         }
         bare = mix(bare, chart_light(), params.chart_share);
+        shine = 1.0 - params.chart_share;
     } else {
         float slope = params.relief * height_slope(value, brightest[0]);
         n = raised(n, slope * changes_of(values.x - values.y, values.z - values.w, reach));

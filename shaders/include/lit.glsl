@@ -37,6 +37,9 @@ vec2 changes_of(float steep, float level, float reach) {
     return vec2(0.125 * steep + 0.375 * level, 0.375 * steep - 0.125 * level) * (3.2 / reach);
 }
 
+// The share of reflections that is shown; colours that mean something need to be seen without.
+float shine = 1.0;
+
 // `smooth_normal` is that of the bare surface, `outwards` the one on which the trail stands up.
 vec4 lit(float trail_value, vec3 bare, vec3 smooth_normal, vec3 outwards, float open) {
     vec3 n = gl_FrontFacing ? outwards : -outwards;
@@ -52,7 +55,7 @@ vec4 lit(float trail_value, vec3 bare, vec3 smooth_normal, vec3 outwards, float 
     float left = 1.0 - params.occlusion * (1.0 - open);
     float wet = params.wetness * (0.55 + 0.45 * trail_color.a);
     vec3 light = params.lamp * (under * matte * diffuse_light(n, params.key_direction, left)
-            + left * specular_light(n, to_eye, params.key_direction, wet))
+            + shine * left * specular_light(n, to_eye, params.key_direction, wet))
         + params.glow * under * trail_light;
     return exposed(light, gl_FragCoord.xy);
 }

@@ -100,7 +100,7 @@ float grazing_share(vec3 normal, vec3 to_eye) {
 
 // What a skin of water reflects, from dry (0) to wet (1), by Schlick's Fresnel term. Dry skin reflects a blurred room, which is the dome.
 vec3 specular_light(vec3 normal, vec3 to_eye, vec3 key_direction, float wet) {
-    float fresnel = mix(0.015, 0.045, wet) + 0.75 * grazing_share(normal, to_eye);
+    float fresnel = mix(0.015, 0.045, wet) + 0.55 * grazing_share(normal, to_eye);
     vec3 mirrored = reflect(-to_eye, normal);
     vec3 blurred = mix(DOME_BELOW, DOME_ABOVE, 0.5 + 0.5 * mirrored.y) + 0.5 * RIM * max(dot(normal, rim_direction(key_direction)), 0.0);
     return fresnel * mix(blurred, room_light(mirrored, key_direction), 0.35 + 0.65 * wet);

@@ -43,6 +43,7 @@ fn the_atlas_view_shows_the_picture_of_the_layout() {
     let mut renderer = Renderer::new(&gpu.ctx, setup, offscreen::FORMAT).unwrap();
     let canvas = Offscreen::new(&gpu.ctx, SIZE).unwrap();
     let mut view = View::of(&scene, size());
+    crate::pictures::bare(&mut view);
     view.exposure = Exposure::Fixed(1.0);
     // A trail everywhere: charts alone hide it.
     let trail = vec![5.0; setup.atlas.texel_count()];
@@ -103,7 +104,8 @@ fn surfaces_wear_the_colours_of_their_charts() {
     let colors = charts::chart_colors(surface, atlas);
     let mut renderer = Renderer::new(&gpu.ctx, setup, offscreen::FORMAT).unwrap();
     let canvas = Offscreen::new(&gpu.ctx, SIZE).unwrap();
-    let view = View::of(&scene, size());
+    let mut view = View::of(&scene, size());
+    crate::pictures::bare(&mut view);
     gpu.run(|rec| {
         renderer.draw(rec, simulation.state(), &view, canvas.canvas());
         canvas.record_readback(rec);

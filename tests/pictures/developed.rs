@@ -4,8 +4,8 @@ use crate::common::gpu;
 use crate::pictures::{Stage, brightness};
 use glam::Vec2;
 use image::RgbaImage;
-use myxo::render::{Offscreen, Quality, offscreen};
-use myxo::scene::settings::{Drawn, Show};
+use myxo::render::{Offscreen, Quality};
+use myxo::scene::settings::Show;
 
 /// The mean brightness of a row's pixels.
 fn row(picture: &RgbaImage, y: u32) -> f32 {
@@ -24,13 +24,12 @@ fn difference(a: &RgbaImage, b: &RgbaImage) -> f64 {
 #[test]
 fn bright_trail_shines_beyond_the_edge_of_its_object() {
     let Some(gpu) = gpu() else { return };
-    let mut stage = Stage::new(&gpu, "icosphere", |settings| {
+    let mut stage = Stage::new(&gpu, "builtin:icosphere", |settings| {
         settings.picture.show = Show::Glow;
-        settings.picture.ground = Drawn::Hidden;
     });
     stage.view.camera.distance *= 2.0;
     stage.set_trail(&gpu.ctx, |_| 1.0);
-    let mut pictures = [0.0, 0.5, 1.0].map(|bloom| {
+    let pictures = [0.0, 0.5, 1.0].map(|bloom| {
         stage.view.bloom = bloom;
         stage.picture(&gpu)
     });
@@ -41,7 +40,7 @@ fn bright_trail_shines_beyond_the_edge_of_its_object() {
     stage.set_trail(&gpu.ctx, |_| 0.0);
     let dark = stage.picture(&gpu);
     stage.view.bloom = 0.0;
-    assert_eq!(dark, stage.picture(&gpu));
+    assert!(difference(&dark, &stage.picture(&gpu)) < 1e-3);
     // In a picture without background the bloom has an alpha that covers its colour.
     stage.set_trail(&gpu.ctx, |_| 1.0);
     stage.view.bloom = 1.0;
@@ -58,7 +57,6 @@ fn bright_trail_shines_beyond_the_edge_of_its_object() {
         halves += u32::from((5..250).contains(&alpha));
     }
     assert!(covered > 500 && halves > 500, "{covered}, {halves}");
-    offscreen::unmultiply(&mut pictures[2]);
     gpu.finish();
 }
 
@@ -66,7 +64,7 @@ fn bright_trail_shines_beyond_the_edge_of_its_object() {
 #[test]
 fn light_that_is_not_a_number_is_counted_and_not_shown() {
     let Some(gpu) = gpu() else { return };
-    let mut stage = Stage::new(&gpu, "icosphere", |_| {});
+    let mut stage = Stage::new(&gpu, "builtin:icosphere", |_| {});
     stage.set_trail(&gpu.ctx, |_| 0.5);
     let sound = stage.picture(&gpu);
     let flaws = |stage: &Stage| gpu.ctx.download(stage.renderer.flaws()).unwrap()[0];
@@ -93,7 +91,8 @@ fn light_that_is_not_a_number_is_counted_and_not_shown() {
 fn quick_pictures_look_like_smooth_ones() {
     let Some(gpu) = gpu() else { return };
     let size = [320, 200];
-    let mut stage = Stage::new(&gpu, "torus", |settings| settings.camera.elevation = 35.0);
+    let mut stage = Stage::new(&gpu, "builtin:torus", |settings| settings.camera.elevation = 35.0);
+    (stage.view.bloom, stage.view.wetness, stage.view.shows_ground) = (1.0, 0.7, true);
     stage.set_trail(&gpu.ctx, |p| (0.5 + 0.5 * (9.0 * p.x).sin() * (9.0 * p.z).cos()).powi(4));
     let of = Vec2::new(size[0] as f32, size[1] as f32);
     stage.view.camera = myxo::render::View::of(&stage.scene, of).camera;
@@ -120,21 +119,21 @@ fn quick_pictures_look_like_smooth_ones() {
 #[test]
 fn objects_cast_a_shadow_on_the_ground() {
     let Some(gpu) = gpu() else { return };
-    let mut stage = Stage::new(&gpu, "icosphere", |settings| {
+    let mut stage = Stage::new(&gpu, "builtin:icosphere", |settings| {
         settings.camera.elevation = 25.0;
-        settings.picture.bloom = 0.0;
     });
     stage.view.camera.distance *= 1.6;
+    stage.view.shows_ground = true;
     let with = stage.picture(&gpu);
-    let poses_from = |stage: &mut Stage| stage.picture(&gpu);
-    assert_eq!(with, poses_from(&mut stage), "the kept shadow is the same");
+    assert!(with == stage.picture(&gpu), "the kept shadow is the same");
     stage.view.shows_ground = false;
     let without = stage.picture(&gpu);
     let lit = |picture: &RgbaImage, x: u32, y: u32| brightness(picture.get_pixel(x, y));
     // Just below the sphere, and beside it on the ground.
     let below = (60..118).map(|y| lit(&with, 80, y) - lit(&without, 80, y));
     assert!(below.fold(0.0, f32::min) < -12.0, "a shadow");
-    assert!(lit(&with, 20, 85) > lit(&without, 20, 85) + 8.0, "light on the ground");
+    let beside = [with.clone(), without.clone()].map(|picture| lit(&picture, 30, 108));
+    assert!(beside[0] > beside[1] + 8.0, "light on the ground: {beside:?}");
     // Hidden objects cast none.
     stage.view.shows_ground = true;
     stage.renderer.hide(&[true]);
@@ -148,9 +147,8 @@ fn objects_cast_a_shadow_on_the_ground() {
 #[test]
 fn brighter_trail_is_never_darker_and_turns_white() {
     let Some(gpu) = gpu() else { return };
-    let mut stage = Stage::new(&gpu, "icosphere", |settings| {
+    let mut stage = Stage::new(&gpu, "builtin:icosphere", |settings| {
         settings.picture.show = Show::Glow;
-        settings.picture.bloom = 0.0;
     });
     let mut last = 0.0;
     let mut colors = Vec::new();

@@ -32,6 +32,7 @@ impl<'a> Stage<'a> {
     fn new(gpu: &'a Gpu, scene: Scene) -> Self {
         let simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
         let mut view = View::of(&scene, size());
+        crate::pictures::bare(&mut view);
         view.exposure = Exposure::Fixed(1.0);
         (view.camera.yaw, view.camera.pitch) = (0.0, 0.0);
         Self {
