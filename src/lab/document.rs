@@ -174,6 +174,26 @@ impl Document {
         }
     }
 
+    /// A look on its way is left for another one. It is an entry to undo of its own, as it would have been.
+    pub fn note_morph(&mut self) {
+        if let Some(morph) = self.morph.take() {
+            let mut there = self.edited.clone();
+            morph.end(&mut there);
+            self.undo.note(&there, &self.view);
+            self.undo.set_preset(self.preset.as_deref());
+        }
+    }
+
+    /// The look that the present one is changing into, or the present one.
+    pub fn coming_look(&self) -> Settings {
+        let mut look = self.look();
+        if let Some(morph) = &self.morph {
+            morph.clone().end(&mut look);
+            look.picture.color_map = self.view.color_map;
+        }
+        look
+    }
+
     /// The edited settings with the picture's colours.
     pub fn look(&self) -> Settings {
         let mut look = self.edited.clone();

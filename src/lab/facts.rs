@@ -104,6 +104,8 @@ pub struct Facts {
     pub texels: usize,
     /// Does anything attract, repel or forbid?
     pub has_areas: bool,
+    /// Why only the colours of looks are previewed; none if the scene runs with them.
+    pub only_colors: Option<&'static str>,
     /// The state that was left and can come back, if any.
     pub before: Option<Before>,
     /// The scene that is being loaded, if any.

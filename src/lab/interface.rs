@@ -22,15 +22,18 @@ use crate::lab::marks::Marks;
 use crate::lab::navigation::{Moved, Navigation};
 use crate::lab::notices::{HOW_BACK, Notices};
 use crate::lab::opening::{EVERYTHING, Opening};
-use crate::lab::overlays::{show_ending, show_help, show_loading, status_line};
+use crate::lab::overlays::{show_ending, show_help, show_loading, show_previewed, status_line};
 use crate::lab::panel::ParameterPanel;
 use crate::lab::places::Marked as _;
+use crate::lab::preview::{Preview, PreviewedLook};
 use crate::lab::renewal::place_among;
 use crate::lab::rows::take_wanted;
 use crate::lab::theme;
 use crate::lab::tools::{Tool, Tools};
 use crate::lab::views::{choose_view, note_view};
-use crate::lab::widgets::take_refused;
+use crate::lab::widgets::{take_pointed, take_refused};
+use crate::own_presets::with_preset;
+use myxo::render::View;
 use myxo::scene::settings::{Settings, Show};
 
 /// The state of everything round the picture.
@@ -50,6 +53,8 @@ pub struct Interface {
     pub panel: ParameterPanel,
     /// Scenes and presets.
     pub gallery: Gallery,
+    /// What the picture shows because the pointer rests on it.
+    pub preview: Preview,
     /// The dialog for files.
     pub opening: Opening,
     /// Exports.
@@ -86,6 +91,7 @@ impl Interface {
             looks: Looks::default(),
             panel: ParameterPanel::default(),
             gallery: Gallery::default(),
+            preview: Preview::default(),
             opening: Opening::default(),
             exports: ExportPanel::default(),
             notices: Notices::default(),
@@ -195,7 +201,7 @@ impl Interface {
             status_line(ui, desk.document, facts);
         }
         let mut panel_rect = None;
-        if desk.layout.panel && !desk.layout.alone {
+        if desk.layout.shows_panel(ui.available_width()) {
             let shown = egui::Panel::left("panel")
                 .exact_size(desk.layout.panel_fits(ui.available_width()))
                 .resizable(false)
@@ -212,6 +218,9 @@ impl Interface {
                 });
             panel_rect = Some(shown.response.rect);
         }
+        self.preview.point_at(take_pointed(&ctx));
+        self.gallery
+            .show(ui, &mut self.looks, &mut self.preview, &mut desk);
         if let Some(text) = take_refused(&ctx) {
             desk.notices.say(&ctx, text, false);
         }
@@ -258,7 +267,7 @@ impl Interface {
         }
         self.bar = bar;
         show_help(&ctx, picture, bar, desk.layout);
-        self.gallery.show(&ctx, picture, &mut self.looks, &mut desk);
+        show_previewed(&ctx, picture, self.preview.look(), facts.only_colors);
         self.exports.show(&ctx, picture, bar, &mut desk);
         if let Some(loading) = &facts.loading {
             show_loading(&ctx, picture, loading, desk.commands);
@@ -277,7 +286,7 @@ impl Interface {
         }
         desk.opening.ask_about_mesh(&ctx, picture, desk.commands);
         if desk.opening.is_open() {
-            desk.layout.close(Card::Gallery);
+            self.preview.end();
         }
         let mut next = 0;
         while let Some(action) = actions.get(next).copied() {
@@ -339,6 +348,8 @@ impl Interface {
             Action::NextPreset => self.looks.step_preset(ctx, true, &mut desk),
             Action::PreviousPreset => self.looks.step_preset(ctx, false, &mut desk),
             Action::ByChance => self.looks.by_chance(ctx, &mut desk),
+            Action::LaterThrow => self.looks.step_throw(ctx, true, &mut desk),
+            Action::EarlierThrow => self.looks.step_throw(ctx, false, &mut desk),
             Action::Home if desk.document.view.show.is_flat() => desk.document.fit(),
             Action::Home => desk.document.go_home(),
             Action::Fit => {
@@ -359,7 +370,7 @@ impl Interface {
             Action::PictureAlone => self.show_alone(ctx),
             Action::FullScreen => desk.commands.push(Command::FullScreen),
             Action::Theme => desk.layout.set_light(ctx, !desk.layout.light),
-            Action::Gallery => desk.layout.toggle(Card::Gallery),
+            Action::Gallery => desk.layout.gallery = !desk.layout.gallery,
             Action::Help => desk.layout.toggle(Card::Help),
             Action::Brush | Action::Food | Action::Probe if desk.document.view.show.is_flat() => {
                 desk.notices.say(ctx, FLAT, false);
@@ -376,7 +387,7 @@ impl Interface {
         }
     }
 
-    /// Leaves what lies on top: a list, the search, a card, the picture alone, a tool, a scene that is awaited.
+    /// Leaves what lies on top: a list, the search, a card, the picture alone, the gallery, a tool, a scene that is awaited.
     fn back(
         &mut self,
         ctx: &egui::Context,
@@ -392,6 +403,8 @@ impl Interface {
             desk.layout.close_card();
         } else if desk.layout.alone {
             self.show_alone(ctx);
+        } else if desk.layout.gallery {
+            desk.layout.gallery = false;
         } else if self.tools.give_up_grab(&mut desk) {
             // The moved object is back in its place.
         } else if self.tools.back() {
@@ -428,6 +441,27 @@ impl Interface {
             true => Vec::new(),
             false => scales,
         }
+    }
+
+    /// The view that the picture shows: the document's, with what is previewed.
+    pub fn shown_view(&self) -> View {
+        let mut view = self.document.view;
+        let look = self
+            .previewed_look()
+            .map(|look| look.settings.picture.color_map);
+        if let Some(colors) = self.preview.colors().or(look) {
+            view.color_map = colors;
+        }
+        view
+    }
+
+    /// The look that is previewed, if any.
+    pub fn previewed_look(&self) -> Option<PreviewedLook> {
+        let name = self.preview.look()?;
+        let text = self.looks.preset_text(name)?;
+        let settings = with_preset(&self.document.look(), name, &text).ok()?;
+        let name = name.to_owned();
+        Some(PreviewedLook { name, settings })
     }
 
     /// Food that was asked for cannot be there; what there was stays.
@@ -491,7 +525,8 @@ impl Interface {
 
     /// Undo, or redo with `again`, after all strokes that came before it.
     pub(super) fn undo_now(&mut self, again: bool, commands: &mut Vec<Command>) {
-        self.document.morph = None;
+        // The entry to come back to has all of a look that was on its way.
+        self.document.end_morph();
         let fits = self.document.is_fitted();
         let Some(change) = self.document.lead(again) else {
             return;

@@ -1,6 +1,7 @@
 //! The lab: a window in which slime mold grows, with every parameter beside it.
 
 mod actions;
+mod ahead;
 mod answers;
 mod app;
 mod back;
@@ -53,6 +54,8 @@ mod places;
 mod plot;
 mod preferences;
 mod presets;
+mod preview;
+mod previewing;
 mod profiling;
 mod recent;
 mod renewal;
@@ -63,8 +66,10 @@ mod screen;
 mod show;
 
 mod stage;
+mod state_copy;
 mod strokes;
 mod theme;
+mod throws;
 mod tools;
 mod undo;
 mod view_rows;

@@ -70,8 +70,10 @@ impl Notices {
             ui.ctx().request_repaint_after(left);
         }
         let mut gone = None;
+        // Panels beside the picture may be of different widths.
+        let aside = picture.center().x - ui.ctx().content_rect().center().x;
         egui::Area::new("notice".into())
-            .anchor(Align2::CENTER_BOTTOM, vec2(0.5 * picture.left(), -44.0))
+            .anchor(Align2::CENTER_BOTTOM, vec2(aside, -44.0))
             .interactable(!errors.is_empty())
             .show(ui.ctx(), |ui| {
                 ui.set_max_width((picture.width() - 60.0).max(120.0));

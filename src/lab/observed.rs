@@ -31,6 +31,8 @@ pub struct Observed<'a> {
     recorded: u64,
     making: Option<String>,
     preset: Option<&'a str>,
+    /// The look that the picture previews.
+    previewed: Option<&'a str>,
     /// Presets that the user has kept.
     own: Vec<&'a str>,
     morphing: bool,
@@ -58,7 +60,7 @@ impl Interface {
             performing: self.layout.alone,
             full_screen: facts.full_screen,
             help: self.layout.shows(Card::Help),
-            gallery: self.layout.shows(Card::Gallery),
+            gallery: self.layout.shows_gallery(),
             out: self.layout.shows(Card::Exports),
             opening: self.opening.is_open(),
             recording: facts.exports.recording.is_some(),
@@ -72,6 +74,7 @@ impl Interface {
                 .as_ref()
                 .map(|making| making.name.clone()),
             preset: self.document.preset.as_deref(),
+            previewed: self.preview.look(),
             own: self
                 .looks
                 .own

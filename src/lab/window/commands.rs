@@ -22,6 +22,8 @@ use crate::lab::window::{Lab, title};
 impl Lab {
     /// Does what the interface asks for.
     pub(super) fn obey(&mut self, command: Command, picture_size: [u32; 2]) -> Result<()> {
+        // Commands are about the scene as it is without a preview.
+        self.end_preview()?;
         match command {
             Command::Apply => {
                 self.apply();

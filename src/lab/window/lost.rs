@@ -154,6 +154,7 @@ impl Lab {
         self.jobs.leave_device();
         // Measurements end when they look next, and their results are not waited for.
         self.jobs.food = Default::default();
+        self.jobs.ahead = Default::default();
         self.edits.leave_device();
         self.clocks.facts.before = None;
         self.report_messages();
