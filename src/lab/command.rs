@@ -68,6 +68,21 @@ pub enum Command {
     Export(ExportRequest),
 }
 
+impl Command {
+    /// Does it write down what the scene looks like?
+    pub fn writes_the_look(&self) -> bool {
+        match self {
+            Self::Copy | Self::CopyLook | Self::Save | Self::SaveAs(_) | Self::SavePreset(_) => {
+                true
+            }
+            Self::Export(ExportRequest::Export(model)) => {
+                matches!(model, Model::Scene | Model::Checkpoint)
+            }
+            _ => false,
+        }
+    }
+}
+
 /// Work for a tool that needs the simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ToolRequest {

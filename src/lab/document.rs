@@ -54,6 +54,8 @@ pub struct Document {
     pub fitted: Option<(Camera, Room)>,
     /// The scene's own camera.
     pub home: Camera,
+    /// The camera was moved at once in this frame, and the picture is to follow slowly.
+    pub eases: bool,
 }
 
 /// The result of undo or redo.
@@ -90,6 +92,7 @@ impl Document {
             outline: (Vec3::ZERO, Vec::new()),
             fitted: None,
             home: Camera::default(),
+            eases: false,
         }
     }
 
@@ -294,15 +297,29 @@ impl Document {
         self.undo.set_preset(self.preset.as_deref());
     }
 
+    /// The camera has come to rest: if it is another one than before, that is one more entry to undo.
+    pub fn note_camera(&mut self) {
+        self.undo.note_camera(&self.view, self.is_fitted());
+    }
+
     /// Undo, or redo with `again`; none if there is nothing to undo.
     pub fn lead(&mut self, again: bool) -> Option<Change> {
         let waited = self.is_pending();
         let before = self.undo.strokes();
+        self.note_camera();
         let lead = if again { Undo::redo } else { Undo::undo };
         if !lead(&mut self.undo, &mut self.edited, &mut self.view) {
             return None;
         }
         self.preset = self.undo.preset().map(str::to_owned);
+        if let Some(fits) = self.undo.moved_camera() {
+            self.eases = true;
+            if fits {
+                // The picture may have another size by now.
+                self.view.camera.target = self.outline.0;
+                self.refit();
+            }
+        }
         let strokes = self.undo.strokes();
         // Added, removed or scaled objects changed at once, and change back at once; edits that waited for a restart continue
         // to wait. While such objects are on their way, the running objects are not the ones seen last.

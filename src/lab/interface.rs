@@ -4,12 +4,15 @@
 //! The interface changes its own settings and view at once and asks the window for the rest by [`Command`]s, so it
 //! runs without a window and without a device, as its tests do.
 
+use std::time::Duration;
+
 use egui::{Rect, Sense, Ui};
 use glam::Vec2;
 use myxo::scene::Scene;
 
 use crate::lab::fitting::Room;
 use crate::lab::actions::{Action, FLAT, pressed};
+use crate::lab::axes::{Turned, show_axes};
 use crate::lab::command::{Command, ExportRequest, ToolRequest};
 use crate::lab::desk::{Desk, desk};
 use crate::lab::document::Document;
@@ -33,8 +36,11 @@ use crate::lab::tools::{Tool, Tools};
 use crate::lab::views::{choose_view, note_view};
 use crate::lab::widgets::{take_pointed, take_refused};
 use crate::own_presets::with_preset;
-use myxo::render::View;
+use myxo::render::{Camera, View};
 use myxo::scene::settings::{Settings, Show};
+
+/// A camera that has been in its place for so long is an entry to undo, seconds.
+const CAMERA_RESTS: f64 = 0.4;
 
 /// The state of everything round the picture.
 #[derive(Clone, Debug)]
@@ -65,6 +71,8 @@ pub struct Interface {
     shift: bool,
     /// Where the bar of tools was in the last frame.
     bar: Option<egui::Rect>,
+    /// The camera of the last frame, and since when it has been there.
+    camera: (Camera, f64),
 }
 
 /// The result of one frame of the interface.
@@ -97,6 +105,7 @@ impl Interface {
             notices: Notices::default(),
             shift: false,
             bar: None,
+            camera: (Camera::default(), 0.0),
         };
         interface.open(scene);
         interface
@@ -183,7 +192,11 @@ impl Interface {
         let (mut actions, mut commands) = (Vec::new(), Vec::new());
         let document = &mut self.document;
         document.marks.follow(&document.edited.objects);
-        self.looks.tick(ui.input(|i| i.time), facts.exports.filmed);
+        let now = ui.input(|i| i.time);
+        self.looks.tick(now, facts.exports.filmed);
+        self.navigation.tick(now);
+        self.navigation.glides = self.layout.glides && facts.exports.recording.is_none();
+        let shown_before = self.navigation.shown(&self.document.view.camera);
         // A press that closes a list does nothing else.
         self.tools.is_covered = self.opening.is_open() || egui::Popup::is_any_open(&ctx);
         // A dialog has the keyboard to itself.
@@ -261,6 +274,12 @@ impl Interface {
             desk.commands.push(Command::Refocus(pixel));
         }
         self.tools.show(ui, picture, &desk);
+        if !desk.layout.alone {
+            let camera = self.navigation.shown(&desk.document.view.camera);
+            let turned = show_axes(ui, picture, &camera, &desk);
+            self.turn(turned, size);
+        }
+        let mut desk = desk!(self, facts, &mut actions, &mut commands);
         let mut bar = None;
         if !desk.layout.alone {
             bar = self.tools.show_tools(&ctx, picture, &mut desk);
@@ -297,9 +316,14 @@ impl Interface {
             // Their changes of the camera are in the picture of this frame.
             self.keep_in_picture(room);
         }
+        if std::mem::take(&mut self.document.eases) && shown_before != self.document.view.camera {
+            self.navigation.ease(shown_before);
+            ctx.request_repaint();
+        }
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
         if !is_busy && !self.tools.holds_food() {
             self.note_changes();
+            self.note_camera(&ctx, now);
         }
         Shown {
             commands,
@@ -309,8 +333,44 @@ impl Interface {
         }
     }
 
-    /// Turns the camera to what it is to show, in a picture of this size.
+    /// The axes were dragged or clicked, beside a picture of this size.
+    fn turn(&mut self, turned: Turned, size: Vec2) {
+        let camera = &mut self.document.view.camera;
+        if turned.drag != Vec2::ZERO {
+            camera.orbit(turned.drag, size);
+        }
+        if let Some(side) = turned.side {
+            camera.look_from(side);
+            self.document.eases = true;
+        }
+    }
+
+    /// Notes where the camera is, once it has been there for a moment: a drag, a turn of the wheel or a flight is one entry to undo.
+    fn note_camera(&mut self, ctx: &egui::Context, now: f64) {
+        let camera = self.document.view.camera;
+        if self.camera.0 != camera {
+            self.camera = (camera, now);
+        }
+        let left = self.camera.1 + CAMERA_RESTS - now;
+        if left <= 0.0 && !self.navigation.goes_on() {
+            self.document.note_camera();
+        } else {
+            ctx.request_repaint_after(Duration::from_secs_f64(left.max(0.0)));
+        }
+    }
+
+    /// Turns the camera to what it is to show, in a picture of this size. That is no entry to undo.
     fn keep_in_picture(&mut self, room: Room) {
+        let before = self.document.view.camera;
+        self.fit_into_picture(room);
+        let document = &mut self.document;
+        let (after, fits) = (document.view.camera, document.is_fitted());
+        if after != before {
+            document.undo.follow_camera(&before, &after, fits);
+        }
+    }
+
+    fn fit_into_picture(&mut self, room: Room) {
         let newcomer = std::mem::take(&mut self.tools.newcomer);
         let is_flying = self.navigation.is_flying();
         self.document.keep_fitting(room, newcomer, is_flying);
@@ -351,8 +411,12 @@ impl Interface {
             Action::LaterThrow => self.looks.step_throw(ctx, true, &mut desk),
             Action::EarlierThrow => self.looks.step_throw(ctx, false, &mut desk),
             Action::Home if desk.document.view.show.is_flat() => desk.document.fit(),
-            Action::Home => desk.document.go_home(),
+            Action::Home => {
+                desk.document.eases = true;
+                desk.document.go_home();
+            }
             Action::Fit => {
+                desk.document.eases = true;
                 let is_flat = desk.document.view.show.is_flat();
                 if is_flat || !self.tools.frame_picked(&facts.pointer.poses) {
                     desk.document.fit();
@@ -446,6 +510,7 @@ impl Interface {
     /// The view that the picture shows: the document's, with what is previewed.
     pub fn shown_view(&self) -> View {
         let mut view = self.document.view;
+        view.camera = self.navigation.shown(&view.camera);
         let look = self
             .previewed_look()
             .map(|look| look.settings.picture.color_map);

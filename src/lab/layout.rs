@@ -57,6 +57,8 @@ pub struct Layout {
     pub beside: Navigation,
     /// The gallery beside the picture.
     pub gallery: bool,
+    /// The camera goes on for a moment after a drag.
+    pub glides: bool,
     card: Option<Card>,
 }
 
@@ -70,6 +72,7 @@ impl Default for Layout {
             split: false,
             beside: Navigation::default(),
             gallery: false,
+            glides: true,
             card: None,
         }
     }

@@ -28,6 +28,8 @@ pub struct Preferences {
     pub size: [u32; 2],
     /// Seconds that the change to another look takes.
     pub morph_seconds: f64,
+    /// The camera goes on for a moment after a drag.
+    pub glides: bool,
     /// Scene files that were opened or saved last.
     pub recent: Recent,
     /// The choices in Export.
@@ -43,6 +45,7 @@ impl Default for Preferences {
             zoom: 1.0,
             size: [1440, 900],
             morph_seconds: MORPH_SECONDS,
+            glides: true,
             recent: Recent::default(),
             out: ExportPanel::default(),
         }
@@ -93,7 +96,7 @@ impl Preferences {
 
     /// The preferences that another window has kept since this one opened, except those that were changed in this one.
     pub fn over(&self, opened: &Self, kept: &Self) -> Self {
-        merged! { self, opened, kept: [light, panel, panel_width, zoom, size, morph_seconds]
+        merged! { self, opened, kept: [light, panel, panel_width, zoom, size, morph_seconds, glides]
             recent: self.recent.over(&opened.recent, &kept.recent),
             out: self.out.over(&opened.out, &kept.out),
         }
@@ -139,6 +142,7 @@ mod tests {
             zoom: 1.5,
             size: [800, 600],
             morph_seconds: 7.5,
+            glides: false,
             out: ExportPanel {
                 folder: "out".to_owned(),
                 size: Size::Custom,

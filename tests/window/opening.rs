@@ -152,6 +152,7 @@ fn files_are_opened_by_a_dialog() {
         seen["state"]["scene"] == "mine" && seen["state"]["loading"] == false
     });
     assert_eq!(lab.value("trail.decay"), "0.75");
+    lab.key_until("g", "the gallery goes", "gallery", false);
     // Errors are shown until they are clicked away.
     let is_told = |seen: &Value| {
         let notice = seen["state"]["notice"].as_str();

@@ -176,6 +176,7 @@ fn a_preview_leaves_the_scene_as_it_is() {
         return;
     }
     let lab = Lab::open(&SMALL);
+    lab.key_until("g", "the gallery", "gallery", true);
     let scene = lab.save("cube");
     let is_previewed = |name: &str| {
         lab.wait(name, |seen| seen["state"]["previewed"] == name);
@@ -185,7 +186,6 @@ fn a_preview_leaves_the_scene_as_it_is() {
             (lab.step() == before).then_some(before)
         })
     };
-    lab.key_until("g", "the gallery", "gallery", true);
     lab.point("card=cells", 0.5);
     let stood = is_previewed("cells");
     assert_eq!(lab.save("cube"), scene, "the look is not the scene's");
@@ -339,6 +339,8 @@ fn scenes_with_unsaved_changes_are_kept() {
         seen["state"]["scene"] == "cube" && seen["state"]["loading"] == false
     });
     unsaved("as it was left", false);
+    // Its first check puts a line into the panel.
+    lab.grows_beyond(3);
     assert_eq!(lab.save("cube").trail.decay, 0.5);
     lab.type_until("trail.decay", 0.9, "0.75", "trail.decay", "0.75");
     let left = lab.quit_and_keep();

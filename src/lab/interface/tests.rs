@@ -60,8 +60,9 @@ impl Harness {
             passes: 0,
         };
         theme::apply(&harness.ctx, false);
-        // Most tests are about where looks lead.
+        // Most tests are about where looks and drags lead.
         harness.interface.looks.morph_seconds = 0.0;
+        harness.interface.layout.glides = false;
         for _ in 0..3 {
             harness.frame(vec![]);
         }

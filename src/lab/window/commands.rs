@@ -24,6 +24,9 @@ impl Lab {
     pub(super) fn obey(&mut self, command: Command, picture_size: [u32; 2]) -> Result<()> {
         // Commands are about the scene as it is without a preview.
         self.end_preview()?;
+        if command.writes_the_look() {
+            self.end_morph();
+        }
         match command {
             Command::Apply => {
                 self.apply();
@@ -289,11 +292,21 @@ impl Lab {
         });
     }
 
+    /// A look on its way is there at once, so that what is written has all of it.
+    pub(super) fn end_morph(&mut self) {
+        if self.interface.document.morph.is_some() {
+            self.interface.document.end_morph();
+            self.interface.document.note();
+            self.apply();
+        }
+    }
+
     /// Keeps the scene that is about to be left, if something of it has no file. Gives its file, and what it lacks.
     pub(super) fn keep_left(&mut self) -> Option<Result<(PathBuf, String)>> {
         if !self.interface.document.is_unsaved() || self.runner.scene().is_none() {
             return None;
         }
+        self.end_morph();
         Some(self.keep_as_left())
     }
 

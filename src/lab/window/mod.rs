@@ -152,6 +152,7 @@ impl Lab {
         interface.layout.panel_width = preferences.panel_width;
         interface.layout.light = preferences.light;
         interface.exports = preferences.out.clone();
+        interface.layout.glides = preferences.glides;
         interface.looks.morph_seconds = preferences.morph_seconds;
         interface.gallery.recent = preferences.recent.clone();
         interface.looks.own = OwnPresets::read(OwnPresets::folder());
@@ -439,6 +440,7 @@ impl Lab {
             panel_width: self.interface.layout.panel_width,
             zoom: self.host.context().zoom_factor(),
             morph_seconds: self.interface.looks.morph_seconds,
+            glides: self.interface.layout.glides,
             recent: self.interface.gallery.recent.clone(),
             out: self.interface.exports.kept(),
             // The whole screen is not the size of a window.
