@@ -64,6 +64,8 @@ pub enum Action {
     Panel,
     /// Shows the picture alone.
     PictureAlone,
+    /// Drifts from look to look, and round the scene.
+    Autopilot,
     /// Fills the screen with the window.
     FullScreen,
     /// Changes between the light interface and the dark one.
@@ -249,6 +251,7 @@ const ROWS: &[Row] = rows! {
     Gallery,        Looks,  NONE,       [G],            "G",            "gallery: looks and scenes, beside the picture";
     Panel,          Window, NONE,       [P],            "P",            "hide or show the panel";
     PictureAlone,   Window, NONE,       [F10],          "F10",          "show the picture alone";
+    Autopilot,      Window, NONE,       [A],            "A",            "autopilot: drift from look to look, until any input";
     FullScreen,     Window, NONE,       [F11],          "F11",          "full screen";
     Theme,          Window, NONE,       [T],            "T",            "light or dark interface";
     Brush,          Scene,  NONE,       [B],            "B",            "take the brush used last, or none";

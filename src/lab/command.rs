@@ -16,6 +16,12 @@ pub enum Command {
     Restart,
     /// Continue from what had grown before a reset, or in another scene.
     GoBack,
+    /// Keep the present state in memory.
+    KeepState,
+    /// Continue from the kept state of this number.
+    ToState(u64),
+    /// Undo or redo continues from the kept state of this number.
+    ReturnToState(u64),
     /// Take one step.
     Step,
     /// Restart the measurement of times.

@@ -67,6 +67,8 @@ pub struct Change {
     pub begins_renewal: bool,
     /// Painted areas must be as after this stroke.
     pub stroke: Option<u64>,
+    /// The scene must continue from this kept state.
+    pub state: Option<u64>,
 }
 
 impl Document {
@@ -331,6 +333,7 @@ impl Document {
             renews,
             begins_renewal,
             stroke: (strokes != before).then_some(strokes),
+            state: self.undo.state().filter(|_| !renews),
         })
     }
 }

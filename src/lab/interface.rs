@@ -12,6 +12,7 @@ use myxo::scene::Scene;
 
 use crate::lab::fitting::Room;
 use crate::lab::actions::{Action, FLAT, pressed};
+use crate::lab::autopilot::{Autopilot, MORPH};
 use crate::lab::axes::{Turned, show_axes};
 use crate::lab::command::{Command, ExportRequest, ToolRequest};
 use crate::lab::desk::{Desk, desk};
@@ -23,7 +24,7 @@ use crate::lab::layout::{Card, Layout, move_beside};
 use crate::lab::looks::Looks;
 use crate::lab::marks::Marks;
 use crate::lab::navigation::{Moved, Navigation};
-use crate::lab::notices::{HOW_BACK, Notices};
+use crate::lab::notices::{HOW_BACK, HOW_DRIFT_ENDS, Notices};
 use crate::lab::opening::{EVERYTHING, Opening};
 use crate::lab::overlays::{show_ending, show_help, show_loading, show_previewed, status_line};
 use crate::lab::panel::ParameterPanel;
@@ -31,6 +32,7 @@ use crate::lab::places::Marked as _;
 use crate::lab::preview::{Preview, PreviewedLook};
 use crate::lab::renewal::place_among;
 use crate::lab::rows::take_wanted;
+use crate::lab::strip::{Strip, show_folded};
 use crate::lab::theme;
 use crate::lab::tools::{Tool, Tools};
 use crate::lab::views::{choose_view, note_view};
@@ -59,6 +61,8 @@ pub struct Interface {
     pub panel: ParameterPanel,
     /// Scenes and presets.
     pub gallery: Gallery,
+    /// States that are kept.
+    pub strip: Strip,
     /// What the picture shows because the pointer rests on it.
     pub preview: Preview,
     /// The dialog for files.
@@ -67,6 +71,8 @@ pub struct Interface {
     pub exports: ExportPanel,
     /// Lines over the picture.
     pub notices: Notices,
+    /// Drifts from look to look.
+    pub autopilot: Autopilot,
     /// Is the key held?
     shift: bool,
     /// Where the bar of tools was in the last frame.
@@ -99,10 +105,12 @@ impl Interface {
             looks: Looks::default(),
             panel: ParameterPanel::default(),
             gallery: Gallery::default(),
+            strip: Strip::default(),
             preview: Preview::default(),
             opening: Opening::default(),
             exports: ExportPanel::default(),
             notices: Notices::default(),
+            autopilot: Autopilot::default(),
             shift: false,
             bar: None,
             camera: (Camera::default(), 0.0),
@@ -202,11 +210,16 @@ impl Interface {
         // A dialog has the keyboard to itself.
         if !self.opening.is_open() {
             self.navigation.keep_keys(&ctx);
-            for action in pressed(&ctx) {
+            let has_ended = self.end_autopilot(&ctx);
+            // A key that ends it does no more.
+            let ends =
+                |action: &Action| has_ended && matches!(action, Action::Autopilot | Action::Back);
+            for action in pressed(&ctx).into_iter().filter(|action| !ends(action)) {
                 self.perform(&ctx, action, facts, (&mut actions, &mut commands));
             }
         }
         self.handle_clipboard(&ctx, &mut commands);
+        self.drift(&ctx, now, facts, (&mut actions, &mut commands));
         let mut desk = desk!(self, facts, &mut actions, &mut commands);
         self.looks.advance(&ctx, &mut desk);
         note_view(&ctx, desk.document, &self.navigation);
@@ -234,6 +247,7 @@ impl Interface {
         self.preview.point_at(take_pointed(&ctx));
         self.gallery
             .show(ui, &mut self.looks, &mut self.preview, &mut desk);
+        self.strip.show(ui, &mut desk);
         if let Some(text) = take_refused(&ctx) {
             desk.notices.say(&ctx, text, false);
         }
@@ -285,6 +299,7 @@ impl Interface {
             bar = self.tools.show_tools(&ctx, picture, &mut desk);
         }
         self.bar = bar;
+        show_folded(&ctx, picture, &mut desk);
         show_help(&ctx, picture, bar, desk.layout);
         show_previewed(&ctx, picture, self.preview.look(), facts.only_colors);
         self.exports.show(&ctx, picture, bar, &mut desk);
@@ -432,6 +447,7 @@ impl Interface {
             Action::Redo => self.redo(commands),
             Action::Panel => desk.layout.panel = !desk.layout.panel,
             Action::PictureAlone => self.show_alone(ctx),
+            Action::Autopilot => self.begin_autopilot(ctx),
             Action::FullScreen => desk.commands.push(Command::FullScreen),
             Action::Theme => desk.layout.set_light(ctx, !desk.layout.light),
             Action::Gallery => desk.layout.gallery = !desk.layout.gallery,
@@ -487,6 +503,54 @@ impl Interface {
         self.tools.leave_scene();
         if self.layout.alone {
             self.notices.say(ctx, HOW_BACK, false);
+        }
+    }
+
+    /// The picture alone drifts from look to look, and the camera round the scene.
+    fn begin_autopilot(&mut self, ctx: &egui::Context) {
+        let was_alone = self.layout.alone;
+        if !was_alone {
+            self.show_alone(ctx);
+        }
+        self.notices.say(ctx, HOW_DRIFT_ENDS, false);
+        self.navigation.set_flying(false);
+        self.preview.end();
+        self.document.playing = true;
+        self.autopilot.begin(ctx.input(|i| i.time), was_alone);
+    }
+
+    /// Any input ends the autopilot. Returns true if it has.
+    fn end_autopilot(&mut self, ctx: &egui::Context) -> bool {
+        let pilot = &mut self.autopilot;
+        let ended = ctx.input(|i| pilot.end_by(&i.events, i.pointer.latest_pos()));
+        if ended == Some(false) && self.layout.alone {
+            self.show_alone(ctx);
+        }
+        ended.is_some()
+    }
+
+    /// A frame of the autopilot.
+    fn drift(
+        &mut self,
+        ctx: &egui::Context,
+        now: f64,
+        facts: &Facts,
+        (actions, commands): (&mut Vec<Action>, &mut Vec<Command>),
+    ) {
+        let Some(drifted) = self.autopilot.advance(now) else {
+            return;
+        };
+        ctx.request_repaint();
+        let document = &mut self.document;
+        if !document.view.show.is_flat() {
+            let before = document.view.camera;
+            document.view.camera = before.turned(drifted.turns);
+            let after = document.view.camera;
+            document.undo.follow_camera(&before, &after, false);
+        }
+        if let Some(number) = drifted.look.filter(|_| facts.loading.is_none()) {
+            let mut desk = desk!(self, facts, actions, commands);
+            self.looks.drift(ctx, (number, MORPH), &mut desk);
         }
     }
 
@@ -610,6 +674,7 @@ impl Interface {
                 picked.and_then(|object| place_among(&self.document.edited.objects, object));
             self.tools.selected = picked;
         }
+        commands.extend(change.state.map(Command::ReturnToState));
         commands.push(match change.renews {
             true => Command::Tool(ToolRequest::Renew),
             false => Command::Apply,

@@ -57,6 +57,8 @@ pub struct Layout {
     pub beside: Navigation,
     /// The gallery beside the picture.
     pub gallery: bool,
+    /// The strip of kept states is unfolded.
+    pub timeline: bool,
     /// The camera goes on for a moment after a drag.
     pub glides: bool,
     card: Option<Card>,
@@ -72,6 +74,7 @@ impl Default for Layout {
             split: false,
             beside: Navigation::default(),
             gallery: false,
+            timeline: false,
             glides: true,
             card: None,
         }

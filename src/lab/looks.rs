@@ -3,6 +3,7 @@
 use myxo::scene::builtin::{self, PRESETS};
 use myxo::scene::settings::Settings;
 
+use crate::lab::autopilot::another;
 use crate::lab::command::Command;
 use crate::lab::desk::Desk;
 use crate::lab::document::Document;
@@ -134,6 +135,33 @@ impl Looks {
                 desk.notices.say(ctx, error.to_string(), true);
                 false
             }
+        }
+    }
+
+    /// Takes another look slowly, by a number: one that needs no other food, which would have to be measured.
+    pub(super) fn drift(
+        &mut self,
+        ctx: &egui::Context,
+        (number, seconds): (u64, f64),
+        desk: &mut Desk<'_>,
+    ) {
+        let look = desk.document.coming_look();
+        let names: Vec<(String, String)> = (self.preset_names().into_iter())
+            .filter_map(|name| {
+                let text = self.preset_text(&name)?;
+                let with = with_preset(&look, &name, &text).ok()?;
+                (with.feeding == look.feeding).then_some((name, text))
+            })
+            .collect();
+        let present = desk.document.preset.as_deref();
+        let place = names
+            .iter()
+            .position(|(name, _)| Some(name.as_str()) == present);
+        if let Some(next) = another(names.len(), place, number) {
+            let (name, text) = &names[next];
+            let before = std::mem::replace(&mut self.morph_seconds, seconds);
+            self.take_preset(ctx, name, text, desk);
+            self.morph_seconds = before;
         }
     }
 

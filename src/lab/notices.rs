@@ -13,6 +13,9 @@ const MOST_ERRORS: usize = 4;
 /// How the picture alone ends.
 pub const HOW_BACK: &str = "Esc brings the panel back";
 
+/// How the autopilot ends.
+pub const HOW_DRIFT_ENDS: &str = "Autopilot: any key or movement ends it";
+
 /// All notices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Notices {
@@ -60,7 +63,7 @@ impl Notices {
         news.take_if(|(_, until)| now > *until);
         let news = news
             .as_ref()
-            .filter(|(text, _)| !is_alone || text == HOW_BACK);
+            .filter(|(text, _)| !is_alone || [HOW_BACK, HOW_DRIFT_ENDS].contains(&text.as_str()));
         if news.is_none() && errors.is_empty() {
             return;
         }

@@ -474,7 +474,7 @@ fn looks_row(ui: &mut Ui, looks: &mut Looks, desk: &mut Desk<'_>) {
         };
         let mut chosen = None;
         egui::ComboBox::from_id_salt("preset")
-            .width(ui.available_width())
+            .width(ui.available_width() - 36.0)
             .height(600.0)
             .truncate()
             .selected_text(name)
@@ -500,6 +500,12 @@ fn looks_row(ui: &mut Ui, looks: &mut Looks, desk: &mut Desk<'_>) {
             .marked("preset");
         if let Some((name, text)) = chosen {
             looks.take_preset(ui.ctx(), &name, &text, desk);
+        }
+        let drifts = ui.button("🚀").on_hover_text(Action::Autopilot.hint(
+            "Autopilot: the picture alone drifts from look to look, and the camera round the scene, until any input",
+        ));
+        if drifts.marked("autopilot").clicked() {
+            desk.actions.push(Action::Autopilot);
         }
     });
     throws_row(ui, looks, desk);

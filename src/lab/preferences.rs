@@ -30,6 +30,8 @@ pub struct Preferences {
     pub morph_seconds: f64,
     /// The camera goes on for a moment after a drag.
     pub glides: bool,
+    /// The strip of kept states is unfolded.
+    pub timeline: bool,
     /// Scene files that were opened or saved last.
     pub recent: Recent,
     /// The choices in Export.
@@ -46,6 +48,7 @@ impl Default for Preferences {
             size: [1440, 900],
             morph_seconds: MORPH_SECONDS,
             glides: true,
+            timeline: false,
             recent: Recent::default(),
             out: ExportPanel::default(),
         }
@@ -96,7 +99,7 @@ impl Preferences {
 
     /// The preferences that another window has kept since this one opened, except those that were changed in this one.
     pub fn over(&self, opened: &Self, kept: &Self) -> Self {
-        merged! { self, opened, kept: [light, panel, panel_width, zoom, size, morph_seconds, glides]
+        merged! { self, opened, kept: [light, panel, panel_width, zoom, size, morph_seconds, glides, timeline]
             recent: self.recent.over(&opened.recent, &kept.recent),
             out: self.out.over(&opened.out, &kept.out),
         }
@@ -143,6 +146,7 @@ mod tests {
             size: [800, 600],
             morph_seconds: 7.5,
             glides: false,
+            timeline: true,
             out: ExportPanel {
                 folder: "out".to_owned(),
                 size: Size::Custom,

@@ -44,6 +44,14 @@ impl StateCopy {
     }
 }
 
+impl StateCopy {
+    /// The size of a particle's copy, bytes.
+    #[cfg(test)]
+    pub fn bytes_of_particles() -> usize {
+        bytes_of(1, 0) as usize
+    }
+}
+
 /// The size of a copy of a state on the host: particles with their states, and trail, deposits and areas.
 pub fn bytes_of(particles: usize, texels: usize) -> u64 {
     let particle = size_of::<Particle>() + size_of::<Motion>();

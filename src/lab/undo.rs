@@ -100,6 +100,8 @@ pub struct Entry {
     camera: Camera,
     /// It fits the scene into the picture, whatever size that has.
     fits: bool,
+    /// The user went back to a kept state: the numbers of the state that was left, if it is kept, and of this one.
+    came: Option<(Option<u64>, u64)>,
 }
 
 impl Entry {
@@ -113,7 +115,8 @@ impl Entry {
 
     /// Does it lead to the same as this one?
     fn is_same(&self, other: &Self) -> bool {
-        self == other && self.sees_as(&other.camera, other.fits)
+        let stays = self.came.is_none() && other.came.is_none();
+        stays && self == other && self.sees_as(&other.camera, other.fits)
     }
 }
 
@@ -137,6 +140,8 @@ pub struct Undo {
     lasts: bool,
     /// The last undo or redo has moved the camera, to one that fits the scene or not.
     moved_camera: Option<bool>,
+    /// And it leads to this kept state.
+    state: Option<u64>,
 }
 
 impl Undo {
@@ -149,6 +154,7 @@ impl Undo {
             preset: None,
             camera: view.camera,
             fits: false,
+            came: None,
         };
         Self {
             past: Vec::new(),
@@ -158,6 +164,7 @@ impl Undo {
             last_number: 0,
             lasts: false,
             moved_camera: None,
+            state: None,
         }
     }
 
@@ -187,7 +194,23 @@ impl Undo {
             preset: None,
             camera,
             fits: self.now.fits,
+            came: None,
         });
+    }
+
+    /// The user has gone back to a kept state, which had these settings and this look; `came` has the numbers of the state that was
+    /// left, if it is kept, and of that one.
+    pub fn go_to_state(&mut self, settings: &Settings, view: &View, came: (Option<u64>, u64)) {
+        self.push(Entry {
+            state: Edited::of(settings, view),
+            came: Some(came),
+            ..self.now.clone()
+        });
+    }
+
+    /// The kept state that the last undo or redo leads to.
+    pub fn state(&self) -> Option<u64> {
+        self.state
     }
 
     /// The camera has come to rest. If it is another one than before, that is one more entry, unless something that was undone can
@@ -203,6 +226,7 @@ impl Undo {
         self.push(Entry {
             camera: view.camera,
             fits,
+            came: None,
             ..self.now.clone()
         });
     }
@@ -225,6 +249,7 @@ impl Undo {
         self.last_number += 1;
         self.push(Entry {
             strokes: self.last_number,
+            came: None,
             ..self.now.clone()
         });
         self.last_number
@@ -274,6 +299,7 @@ impl Undo {
         };
         let left = std::mem::replace(&mut self.now, before);
         self.put(&left, settings, view);
+        self.state = left.came.and_then(|(from, _)| from);
         self.future.push(left);
         true
     }
@@ -286,6 +312,7 @@ impl Undo {
         };
         let left = std::mem::replace(&mut self.now, after);
         self.put(&left, settings, view);
+        self.state = self.now.came.map(|(_, to)| to);
         self.past.push(left);
         true
     }
@@ -323,6 +350,7 @@ impl Undo {
             preset: None,
             camera: view.camera,
             fits: false,
+            came: None,
         }
     }
 
@@ -473,6 +501,18 @@ mod tests {
         assert!(undo.can_undo() && !undo.is_unsaved(&settings, &view));
         assert!(undo.undo(&mut settings, &mut view));
         assert_eq!(undo.moved_camera(), Some(true));
+        // The way back to a kept state is an entry, also where nothing else is different; other entries lead to no state.
+        undo = Undo::new(&settings, &view);
+        undo.go_to_state(&settings, &view, (Some(7), 3));
+        settings.trail.decay = 0.2;
+        undo.note(&settings, &view);
+        let mut lead = |again: bool, undo: &mut Undo| {
+            let lead = if again { Undo::redo } else { Undo::undo };
+            assert!(lead(undo, &mut settings, &mut view));
+            undo.state()
+        };
+        let way = [false, false, true, true].map(|again| lead(again, &mut undo));
+        assert_eq!(way, [None, Some(7), Some(3), None]);
         for i in 0..2 * MOST {
             settings.seed = i as u64;
             undo.note(&settings, &view);

@@ -33,6 +33,9 @@ impl Lab {
             }
             Command::Restart => self.restart(),
             Command::GoBack => self.go_back(),
+            Command::KeepState => self.keep_state_now()?,
+            Command::ToState(number) => self.go_to_state(number)?,
+            Command::ReturnToState(number) => self.return_to_state(number)?,
             Command::Step => self.runner.single_steps += u32::from(self.runner.stage.is_some()),
             Command::ClearTimes => self.clocks.clear_times(&mut self.runner.frames),
             Command::FreezeTimes(true) => {

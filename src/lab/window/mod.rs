@@ -8,6 +8,7 @@ mod commands;
 mod depths;
 mod exports;
 mod jobs;
+mod kept_states;
 mod loading;
 mod looks;
 mod lost;
@@ -52,6 +53,7 @@ use crate::lab::screen::{Front, Screen};
 use crate::lab::show::{Seen, Shot};
 use crate::lab::stage::Stage;
 use crate::lab::theme;
+use crate::lab::timeline::Timeline;
 use crate::lab::waiting::Waiting;
 use crate::own_presets::OwnPresets;
 
@@ -83,6 +85,8 @@ pub struct Lab {
     pub(super) interface: Interface,
     /// Measurements, and the facts that the interface shows.
     pub(super) clocks: Clocks,
+    /// States that are kept.
+    pub(super) timeline: Timeline,
     /// Requests that wait until steps have ended and the scene has loaded.
     pub(super) waiting: Vec<Waiting>,
     /// When the window answers while steps are under way.
@@ -153,6 +157,7 @@ impl Lab {
         interface.layout.light = preferences.light;
         interface.exports = preferences.out.clone();
         interface.layout.glides = preferences.glides;
+        interface.layout.timeline = preferences.timeline;
         interface.looks.morph_seconds = preferences.morph_seconds;
         interface.gallery.recent = preferences.recent.clone();
         interface.looks.own = OwnPresets::read(OwnPresets::folder());
@@ -173,6 +178,7 @@ impl Lab {
             runner: Runner::new(ctx, format, [frames, answers], options.validation),
             interface,
             clocks,
+            timeline: Timeline::default(),
             waiting: Vec::new(),
             answers: Answers::begin(false, None),
             closing: false,
@@ -323,6 +329,7 @@ impl Lab {
             self.count_picture();
         }
         self.report_messages();
+        self.keep_when_due()?;
         let next = self.next_frame(is_moving, seen.repaint);
         if task.only_steps {
             self.forget_places();
@@ -441,6 +448,7 @@ impl Lab {
             zoom: self.host.context().zoom_factor(),
             morph_seconds: self.interface.looks.morph_seconds,
             glides: self.interface.layout.glides,
+            timeline: self.interface.layout.timeline,
             recent: self.interface.gallery.recent.clone(),
             out: self.interface.exports.kept(),
             // The whole screen is not the size of a window.
