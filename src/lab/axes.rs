@@ -1,6 +1,6 @@
 //! The axes of the world in the corner of the picture: a click on an end looks along it, a drag turns the camera.
 
-use egui::{Align2, Area, Color32, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
+use egui::{Align2, Area, Color32, Pos2, Rect, Response, Sense, Stroke, Ui, pos2, vec2};
 use glam::{Vec2, Vec3};
 use myxo::render::Camera;
 use myxo::render::camera::Side;
@@ -59,12 +59,17 @@ pub fn show_axes(ui: &Ui, picture: Rect, camera: &Camera, desk: &Desk<'_>) -> Tu
             let by = FASTER * ground.drag_delta();
             turned.drag = Vec2::new(by.x, by.y);
         }
-        let hint = "Drag to turn the camera; click an end to look along its axis";
-        ground.on_hover_text_at_pointer(hint).marked("axes");
+        let ground = ground.marked("axes");
+        let mut is_on_end = false;
         for end in in_order(camera) {
-            if show_end(ui, rect.center(), camera, end) {
+            let shown = show_end(ui, rect.center(), camera, end);
+            is_on_end |= shown.hovered();
+            if shown.clicked() {
                 turned.side = Some(end.1);
             }
+        }
+        if !is_on_end {
+            ground.on_hover_text("Drag to turn the camera; click an end to look along its axis");
         }
     });
     turned
@@ -78,13 +83,13 @@ fn in_order(camera: &Camera) -> [&'static (Vec3, Side, &'static str, &'static st
     ends
 }
 
-/// Shows an end; true if it was clicked.
+/// Shows an end.
 fn show_end(
     ui: &mut Ui,
     middle: Pos2,
     camera: &Camera,
     (axis, side, letter, name): &(Vec3, Side, &str, &str),
-) -> bool {
+) -> Response {
     let at = pos2(
         middle.x + LENGTH * axis.dot(camera.right()),
         middle.y - LENGTH * axis.dot(camera.up()),
@@ -111,7 +116,7 @@ fn show_end(
     let titles = Side::ALL.iter().find(|(known, _)| known == side);
     let title = titles.map_or("", |(_, title)| title).to_lowercase();
     let end = end.on_hover_text(format!("From the {title}"));
-    end.marked(&format!("axis={name}")).clicked()
+    end.marked(&format!("axis={name}"))
 }
 
 fn color_of(axis: Vec3) -> Color32 {

@@ -136,8 +136,10 @@ impl Interface {
     /// Gives the running scene other settings, which it can take over, and another view. This can be undone.
     pub fn continue_as(&mut self, scene: &Scene) {
         self.document.morph = None;
+        self.document.note_camera();
         self.document.edited = scene.settings.clone();
         self.see_as(scene);
+        self.document.undo.bring_camera();
         self.looks.find_preset(&mut self.document);
     }
 

@@ -74,9 +74,11 @@ impl Notices {
         }
         let mut gone = None;
         // Panels beside the picture may be of different widths.
-        let aside = picture.center().x - ui.ctx().content_rect().center().x;
+        let window = ui.ctx().content_rect();
+        let aside = picture.center().x - window.center().x;
+        let above = (picture.bottom() - window.bottom() - 14.0).min(-44.0);
         egui::Area::new("notice".into())
-            .anchor(Align2::CENTER_BOTTOM, vec2(aside, -44.0))
+            .anchor(Align2::CENTER_BOTTOM, vec2(aside, above))
             .interactable(!errors.is_empty())
             .show(ui.ctx(), |ui| {
                 ui.set_max_width((picture.width() - 60.0).max(120.0));

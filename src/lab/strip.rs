@@ -51,11 +51,11 @@ impl Strip {
             .show_separator_line(false)
             .frame(theme::panel_frame(ui).inner_margin(egui::Margin::symmetric(10, 8)))
             .show(ui, |ui| {
-                ui.horizontal(|ui| {
+                ui.horizontal_top(|ui| {
                     ui.vertical(|ui| {
-                        ui.set_width(62.0);
+                        ui.set_width(66.0);
                         fold_button(ui, desk, "⏷ fold");
-                        let keep = ui.button("＋ keep");
+                        let keep = ui.button("+ keep");
                         let keep = keep.on_hover_text("Keeps the state as it is now");
                         if keep.marked("timeline.keep").clicked() {
                             desk.commands.push(Command::KeepState);
@@ -63,7 +63,7 @@ impl Strip {
                     });
                     let area = egui::ScrollArea::horizontal().auto_shrink([false, false]);
                     area.stick_to_right(true).show(ui, |ui| {
-                        ui.horizontal(|ui| {
+                        ui.horizontal_top(|ui| {
                             ui.spacing_mut().item_spacing.x = 6.0;
                             for (i, kept) in desk.facts.kept.iter().enumerate() {
                                 if self.card(ui, i, kept) {
@@ -116,10 +116,10 @@ impl Strip {
                 theme::weak(ui)
             },
         );
-        let who = if kept.by_user { "Kept by you" } else { "Kept" };
+        let kept_by = if kept.by_user { "Kept by you" } else { "Kept" };
         let age = HumanDuration(kept.since.elapsed());
         let hint = format!(
-            "{who} {age} ago at {step}. A click brings back particles, trail and settings; the present state is kept, and Ctrl Z \
+            "{kept_by} {age} ago at {step}. A click brings back particles, trail and settings; the present state is kept, and Ctrl Z \
              returns to it"
         );
         response

@@ -13,6 +13,8 @@ use crate::lab::state_copy::StateCopy;
 pub const MOST_BYTES: u64 = 256 << 20;
 /// States that are kept.
 pub const MOST: usize = 24;
+/// Before this step nothing has grown that would be missed.
+const GROWN_AT: u64 = 60;
 /// From one state that is kept by itself to the next.
 pub const INTERVAL: Duration = Duration::from_secs(10);
 
@@ -40,7 +42,7 @@ impl Timeline {
         let last = self.states.last().map(|last| &last.facts);
         let is_new = last.is_none_or(|last| last.step != step && now >= last.since + INTERVAL);
         let has_failed = self.failed.is_some_and(|failed| now < failed + INTERVAL);
-        is_new && !has_failed && step > 0 && 4 * bytes <= MOST_BYTES
+        is_new && !has_failed && step >= GROWN_AT && 4 * bytes <= MOST_BYTES
     }
 
     /// A state could not be kept; the next one has its turn later.
@@ -98,20 +100,20 @@ impl Timeline {
         self.states.iter().map(|kept| kept.copy.bytes()).sum()
     }
 
-    /// Those go that are missed least: by themselves kept ones whose neighbours are near for their age, then the oldest.
+    /// Those go that are missed least: kept by themselves, between neighbours that are near for their age; in the end the oldest.
     fn thin(&mut self, now: Instant) {
         while self.states.len() > MOST || self.bytes() > MOST_BYTES {
             let at = |i: usize| self.states[i].facts.since;
             let last = self.states.len() - 1;
             let missed = |&i: &usize| {
-                let before = i.saturating_sub(1);
+                let before = i - 1;
                 let gap = at(i + 1)
                     .saturating_duration_since(at(before))
                     .as_secs_f64();
                 let age = now.saturating_duration_since(at(i)).as_secs_f64();
                 gap / age.max(1e-3)
             };
-            let free = (0..last).filter(|i| !self.states[*i].facts.by_user);
+            let free = (1..last).filter(|i| !self.states[*i].facts.by_user);
             let least = free.min_by(|a, b| missed(a).total_cmp(&missed(b)));
             self.states.remove(least.unwrap_or(0));
         }
@@ -148,21 +150,24 @@ mod tests {
         let begun = Instant::now();
         let mut timeline = Timeline::default();
         let at = |i: u64| begun + Duration::from_secs(10 * i);
-        assert!(!timeline.is_due(at(0), 0, 1), "nothing has grown");
+        assert!(
+            !timeline.is_due(at(0), GROWN_AT - 1, 1),
+            "nothing has grown"
+        );
         let mut own = 0;
         for i in 1..=200 {
-            assert!(timeline.is_due(at(i), 10 * i, 1));
-            let number = keep(&mut timeline, copy(10 * i, 1), at(i), i == 50);
+            assert!(timeline.is_due(at(i), 100 * i, 1));
+            let number = keep(&mut timeline, copy(100 * i, 1), at(i), i == 50);
             own = if i == 50 { number } else { own };
-            assert!(!timeline.is_due(at(i), 10 * i + 1, 1), "too soon");
-            assert!(!timeline.is_due(at(i + 1), 10 * i, 1), "paused");
+            assert!(!timeline.is_due(at(i), 100 * i + 1, 1), "too soon");
+            assert!(!timeline.is_due(at(i + 1), 100 * i, 1), "paused");
         }
         let facts = timeline.facts();
         assert_eq!(facts.len(), MOST);
         assert!(timeline.find(own).is_some() && timeline.find(999).is_none());
-        assert_eq!(facts.last().map(|last| last.step), Some(2000));
-        assert!(facts[0].step < 400, "{}", facts[0].step);
-        let late = facts.iter().filter(|kept| kept.step > 1000).count();
+        assert_eq!(facts.last().map(|last| last.step), Some(20_000));
+        assert!(facts[0].step < 4000, "{}", facts[0].step);
+        let late = facts.iter().filter(|kept| kept.step > 10_000).count();
         assert!((MOST / 2..MOST - 3).contains(&late), "{late}");
         assert!(facts.is_sorted_by_key(|kept| kept.number));
     }

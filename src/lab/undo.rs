@@ -142,6 +142,8 @@ pub struct Undo {
     moved_camera: Option<bool>,
     /// And it leads to this kept state.
     state: Option<u64>,
+    /// The next change comes with a camera of its own.
+    brings_camera: bool,
 }
 
 impl Undo {
@@ -165,6 +167,7 @@ impl Undo {
             lasts: false,
             moved_camera: None,
             state: None,
+            brings_camera: false,
         }
     }
 
@@ -187,7 +190,11 @@ impl Undo {
         let settings = settings.clone();
         // A field of view comes with its distance.
         let opens = self.now.state.look.field_of_view != look.field_of_view;
-        let camera = if opens { view.camera } else { self.now.camera };
+        let brings = std::mem::take(&mut self.brings_camera);
+        let camera = match opens || brings {
+            true => view.camera,
+            false => self.now.camera,
+        };
         self.push(Entry {
             state: Edited { settings, look },
             strokes: self.now.strokes,
@@ -229,6 +236,11 @@ impl Undo {
             came: None,
             ..self.now.clone()
         });
+    }
+
+    /// The next change of settings or look comes with a camera, and they are one entry.
+    pub fn bring_camera(&mut self) {
+        self.brings_camera = true;
     }
 
     /// The camera was moved from one place to another, not by the user: that is no entry.
@@ -467,7 +479,7 @@ mod tests {
         // The camera has entries of its own. Looking around does not end what can come again, and moves with no other change.
         undo = Undo::new(&settings, &view);
         let home = view.camera;
-        let mut turn = |view: &mut View, undo: &mut Undo, yaw| {
+        let turn = |view: &mut View, undo: &mut Undo, yaw| {
             view.camera.yaw = yaw;
             undo.note_camera(view, false);
         };

@@ -212,5 +212,14 @@ fn every_button_and_key_has_its_effect() {
         seen["state"]["preset"] == "cells"
     });
     lab.key_until("Escape", "the gallery goes", "gallery", false);
+
+    // The autopilot, until something comes in.
+    lab.click_until("autopilot", "autopilot", true);
+    lab.perform(Gesture::MoveBy(60, 60));
+    lab.wait("it ends, and the panel is there", |seen| {
+        seen["state"]["autopilot"] == false && seen["state"]["performing"] == false
+    });
+    lab.key_until("a", "it begins", "autopilot", true);
+    lab.key_until("Escape", "it ends", "autopilot", false);
     lab.quit();
 }

@@ -219,7 +219,7 @@ fn the_light_and_the_camera_can_be_moved() {
     lab.click("view=home");
     click_for(&lab, "axis=-y", "camera", "0 -88");
     lab.click("view=home");
-    drag_until(&lab, "axes", (4, 0), "camera");
+    drag_until(&lab, "axes", (24, 0), "camera");
     lab.click("view=home");
     for glides in ["false", "true"] {
         lab.click("glides");
