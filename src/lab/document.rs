@@ -318,7 +318,6 @@ impl Document {
             self.eases = true;
             if fits {
                 // The picture may have another size by now.
-                self.view.camera.target = self.outline.0;
                 self.refit();
             }
         }

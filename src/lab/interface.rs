@@ -10,7 +10,6 @@ use egui::{Rect, Sense, Ui};
 use glam::Vec2;
 use myxo::scene::Scene;
 
-use crate::lab::fitting::Room;
 use crate::lab::actions::{Action, FLAT, pressed};
 use crate::lab::autopilot::{Autopilot, MORPH};
 use crate::lab::axes::{Turned, show_axes};
@@ -19,6 +18,7 @@ use crate::lab::desk::{Desk, desk};
 use crate::lab::document::Document;
 use crate::lab::export_panel::ExportPanel;
 use crate::lab::facts::Facts;
+use crate::lab::fitting::Room;
 use crate::lab::gallery::Gallery;
 use crate::lab::layout::{Card, Layout, move_beside};
 use crate::lab::looks::Looks;

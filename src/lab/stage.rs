@@ -329,7 +329,11 @@ impl Stage {
 
     /// Pictures take so long now, in milliseconds: on a slow device their quality falls before their rate does.
     pub fn follow_times(&mut self, draw_ms: Option<f64>) {
-        let limit = if self.is_plain { FULL_BELOW } else { PLAIN_ABOVE };
+        let limit = if self.is_plain {
+            FULL_BELOW
+        } else {
+            PLAIN_ABOVE
+        };
         self.is_plain = draw_ms.is_some_and(|ms| ms > limit);
     }
 

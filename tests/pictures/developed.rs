@@ -36,7 +36,10 @@ fn bright_trail_shines_beyond_the_edge_of_its_object() {
     });
     // Above the sphere, where it does not reach.
     let [without, half, whole] = pictures.each_ref().map(|picture| row(picture, 22));
-    assert!(half > 1.2 * without + 2.0 && whole > half + 1.0, "{without}, {half}, {whole}");
+    assert!(
+        half > 1.2 * without + 2.0 && whole > half + 1.0,
+        "{without}, {half}, {whole}"
+    );
     // Dark trail does not bloom.
     stage.set_trail(&gpu.ctx, |_| 0.0);
     let dark = stage.picture(&gpu);
@@ -94,7 +97,9 @@ fn quick_pictures_look_like_smooth_ones() {
     let Some(gpu) = gpu() else { return };
     let size = [320, 200];
     let mut stage = Stage::new(&gpu, "torus", |settings| settings.camera.elevation = 35.0);
-    stage.set_trail(&gpu.ctx, |p| (0.5 + 0.5 * (9.0 * p.x).sin() * (9.0 * p.z).cos()).powi(4));
+    stage.set_trail(&gpu.ctx, |p| {
+        (0.5 + 0.5 * (9.0 * p.x).sin() * (9.0 * p.z).cos()).powi(4)
+    });
     let of = Vec2::new(size[0] as f32, size[1] as f32);
     stage.view.camera = myxo::render::View::of(&stage.scene, of).camera;
     let [quick, smooth] = [Quality::Quick, Quality::Smooth].map(|quality| {
@@ -112,7 +117,11 @@ fn quick_pictures_look_like_smooth_ones() {
     stage.canvas = Offscreen::with_quality(&gpu.ctx, size, Quality::Quick).unwrap();
     stage.view.is_plain = true;
     let plain = stage.picture(&gpu);
-    assert!(difference(&plain, &smooth) > 1.2 * apart, "{}", difference(&plain, &smooth));
+    assert!(
+        difference(&plain, &smooth) > 1.2 * apart,
+        "{}",
+        difference(&plain, &smooth)
+    );
     gpu.finish();
 }
 
@@ -134,7 +143,10 @@ fn objects_cast_a_shadow_on_the_ground() {
     // Just below the sphere, and beside it on the ground.
     let below = (60..118).map(|y| lit(&with, 80, y) - lit(&without, 80, y));
     assert!(below.fold(0.0, f32::min) < -12.0, "a shadow");
-    assert!(lit(&with, 20, 85) > lit(&without, 20, 85) + 8.0, "light on the ground");
+    assert!(
+        lit(&with, 20, 85) > lit(&without, 20, 85) + 8.0,
+        "light on the ground"
+    );
     // Hidden objects cast none.
     stage.view.shows_ground = true;
     stage.renderer.hide(&[true]);
