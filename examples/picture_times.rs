@@ -71,7 +71,10 @@ fn main() -> Result<()> {
             for (name, times) in parts {
                 times.sort_by(f64::total_cmp);
                 let (low, high) = (times[0], times[times.len() - 1]);
-                println!("  {name:<18}{:8.3}{low:8.3}{high:8.3}", times[times.len() / 2]);
+                println!(
+                    "  {name:<18}{:8.3}{low:8.3}{high:8.3}",
+                    times[times.len() / 2]
+                );
             }
         }
     }

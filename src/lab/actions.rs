@@ -36,6 +36,10 @@ pub enum Action {
     PreviousPreset,
     /// A random look.
     ByChance,
+    /// The random look before.
+    EarlierThrow,
+    /// The random look after.
+    LaterThrow,
     /// Brings the camera to where the scene's file puts it.
     Home,
     /// Brings the selected object into the picture, or the whole scene.
@@ -60,6 +64,8 @@ pub enum Action {
     Panel,
     /// Shows the picture alone.
     PictureAlone,
+    /// Drifts from look to look, and round the scene.
+    Autopilot,
     /// Fills the screen with the window.
     FullScreen,
     /// Changes between the light interface and the dark one.
@@ -229,6 +235,8 @@ const ROWS: &[Row] = rows! {
     NextPreset,     Looks,  NONE,       [CloseBracket], "]",            "next preset";
     PreviousPreset, Looks,  NONE,       [OpenBracket],  "[",            "previous preset";
     ByChance,       Looks,  NONE,       [D],            "D",            "a random look";
+    EarlierThrow,   Looks,  NONE,       [J],            "J",            "the random look before";
+    LaterThrow,     Looks,  NONE,       [K],            "K",            "the random look after";
     Home,           Camera, NONE,       [Home],         "Home",         "home: the camera as the scene's file has it";
     Fit,            Camera, NONE,       [F],            "F",            "fit the selected object or the scene into the picture";
     Screenshot,     Files,  NONE,       [F12],          "F12",          "save a screenshot";
@@ -240,9 +248,10 @@ const ROWS: &[Row] = rows! {
     Redo,           Files,  CTRL_SHIFT, [Z],            "Ctrl Shift Z", "redo";
     Redo,           Files,  CTRL,       [Y],            "Ctrl Y",       "redo by another key";
     Undo,           Files,  CTRL,       [Z],            "Ctrl Z",       "undo";
-    Gallery,        Looks,  NONE,       [G],            "G",            "gallery: scenes and presets";
+    Gallery,        Looks,  NONE,       [G],            "G",            "gallery: looks and scenes, beside the picture";
     Panel,          Window, NONE,       [P],            "P",            "hide or show the panel";
     PictureAlone,   Window, NONE,       [F10],          "F10",          "show the picture alone";
+    Autopilot,      Window, NONE,       [A],            "A",            "autopilot: drift from look to look, until any input";
     FullScreen,     Window, NONE,       [F11],          "F11",          "full screen";
     Theme,          Window, NONE,       [T],            "T",            "light or dark interface";
     Brush,          Scene,  NONE,       [B],            "B",            "take the brush used last, or none";

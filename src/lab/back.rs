@@ -11,13 +11,13 @@ use myxo::scene::Scene;
 use myxo::scene::settings::Settings;
 use myxo::sim::Snapshot;
 use myxo::sim::checkpoint::Checkpoint;
-use myxo::sim::types::{Motion, Particle};
 
 use crate::lab::document::put_look;
 use crate::lab::loading::Opened;
 use crate::lab::objects::begin_on_food_that_is;
 use crate::lab::saving::SceneFile;
 use crate::lab::stage::Stage;
+use crate::lab::state_copy::{StateCopy, bytes_of};
 
 /// Before this step nothing has grown that would be missed.
 const GROWN_AT: u64 = 100;
@@ -97,8 +97,7 @@ impl Grown {
 
     /// The size of a copy of this stage's state, bytes.
     pub fn bytes_of(stage: &Stage) -> u64 {
-        let setup = stage.simulation.setup();
-        bytes_of(setup.particles.len(), setup.atlas.texel_count())
+        StateCopy::bytes_of(stage)
     }
 
     /// The scene that continues from this state; as another scene, it brings its view along.
@@ -115,13 +114,6 @@ impl Grown {
             file: self.shown.file.clone(),
         })
     }
-}
-
-/// The size of a copy of a state on the host: particles with their states, and trail, deposits and areas.
-fn bytes_of(particles: usize, texels: usize) -> u64 {
-    let particle = size_of::<Particle>() + size_of::<Motion>();
-    let texel = 3 * size_of::<f32>();
-    (particles * particle + texels * texel) as u64
 }
 
 /// The state that can come back. At most one is kept, because it may be large.

@@ -16,6 +16,12 @@ pub enum Command {
     Restart,
     /// Continue from what had grown before a reset, or in another scene.
     GoBack,
+    /// Keep the present state in memory.
+    KeepState,
+    /// Continue from the kept state of this number.
+    ToState(u64),
+    /// Undo or redo continues from the kept state of this number.
+    ReturnToState(u64),
     /// Take one step.
     Step,
     /// Restart the measurement of times.
@@ -66,6 +72,21 @@ pub enum Command {
     Tool(ToolRequest),
     /// Take something out.
     Export(ExportRequest),
+}
+
+impl Command {
+    /// Does it write down what the scene looks like?
+    pub fn writes_the_look(&self) -> bool {
+        match self {
+            Self::Copy | Self::CopyLook | Self::Save | Self::SaveAs(_) | Self::SavePreset(_) => {
+                true
+            }
+            Self::Export(ExportRequest::Export(model)) => {
+                matches!(model, Model::Scene | Model::Checkpoint)
+            }
+            _ => false,
+        }
+    }
 }
 
 /// Work for a tool that needs the simulation.

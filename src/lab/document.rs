@@ -54,6 +54,8 @@ pub struct Document {
     pub fitted: Option<(Camera, Room)>,
     /// The scene's own camera.
     pub home: Camera,
+    /// The camera was moved at once in this frame, and the picture is to follow slowly.
+    pub eases: bool,
 }
 
 /// The result of undo or redo.
@@ -65,6 +67,8 @@ pub struct Change {
     pub begins_renewal: bool,
     /// Painted areas must be as after this stroke.
     pub stroke: Option<u64>,
+    /// The scene must continue from this kept state.
+    pub state: Option<u64>,
 }
 
 impl Document {
@@ -90,6 +94,7 @@ impl Document {
             outline: (Vec3::ZERO, Vec::new()),
             fitted: None,
             home: Camera::default(),
+            eases: false,
         }
     }
 
@@ -172,6 +177,26 @@ impl Document {
         if let Some(morph) = self.morph.take() {
             morph.end(&mut self.edited);
         }
+    }
+
+    /// A look on its way is left for another one. It is an entry to undo of its own, as it would have been.
+    pub fn note_morph(&mut self) {
+        if let Some(morph) = self.morph.take() {
+            let mut there = self.edited.clone();
+            morph.end(&mut there);
+            self.undo.note(&there, &self.view);
+            self.undo.set_preset(self.preset.as_deref());
+        }
+    }
+
+    /// The look that the present one is changing into, or the present one.
+    pub fn coming_look(&self) -> Settings {
+        let mut look = self.look();
+        if let Some(morph) = &self.morph {
+            morph.clone().end(&mut look);
+            look.picture.color_map = self.view.color_map;
+        }
+        look
     }
 
     /// The edited settings with the picture's colours.
@@ -274,15 +299,28 @@ impl Document {
         self.undo.set_preset(self.preset.as_deref());
     }
 
+    /// The camera has come to rest: if it is another one than before, that is one more entry to undo.
+    pub fn note_camera(&mut self) {
+        self.undo.note_camera(&self.view, self.is_fitted());
+    }
+
     /// Undo, or redo with `again`; none if there is nothing to undo.
     pub fn lead(&mut self, again: bool) -> Option<Change> {
         let waited = self.is_pending();
         let before = self.undo.strokes();
+        self.note_camera();
         let lead = if again { Undo::redo } else { Undo::undo };
         if !lead(&mut self.undo, &mut self.edited, &mut self.view) {
             return None;
         }
         self.preset = self.undo.preset().map(str::to_owned);
+        if let Some(fits) = self.undo.moved_camera() {
+            self.eases = true;
+            if fits {
+                // The picture may have another size by now.
+                self.refit();
+            }
+        }
         let strokes = self.undo.strokes();
         // Added, removed or scaled objects changed at once, and change back at once; edits that waited for a restart continue
         // to wait. While such objects are on their way, the running objects are not the ones seen last.
@@ -294,6 +332,7 @@ impl Document {
             renews,
             begins_renewal,
             stroke: (strokes != before).then_some(strokes),
+            state: self.undo.state().filter(|_| !renews),
         })
     }
 }

@@ -1,7 +1,9 @@
 //! Facts that the interface shows and cannot change.
 
-use std::time::Duration;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
+use egui::ColorImage;
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::motion::Origins;
 use myxo::sim::types::Flow;
@@ -61,6 +63,21 @@ pub struct Before {
     pub step: u64,
 }
 
+/// A state that is kept.
+#[derive(Clone, Debug)]
+pub struct KeptFacts {
+    /// No two states of a window share it.
+    pub number: u64,
+    /// Steps taken.
+    pub step: u64,
+    /// When it was kept.
+    pub since: Instant,
+    /// The user has kept it.
+    pub by_user: bool,
+    /// What it looked like.
+    pub picture: Arc<ColorImage>,
+}
+
 /// Facts that the interface shows and cannot change.
 #[derive(Clone, Debug, Default)]
 pub struct Facts {
@@ -104,6 +121,10 @@ pub struct Facts {
     pub texels: usize,
     /// Does anything attract, repel or forbid?
     pub has_areas: bool,
+    /// Why only the colours of looks are previewed; none if the scene runs with them.
+    pub only_colors: Option<&'static str>,
+    /// States that are kept, the first one first.
+    pub kept: Vec<KeptFacts>,
     /// The state that was left and can come back, if any.
     pub before: Option<Before>,
     /// The scene that is being loaded, if any.

@@ -1,27 +1,36 @@
-//! The gallery: scenes and presets that come with the program, and presets of one's own, each with a small picture.
+//! The gallery, a drawer beside the picture: looks and scenes that come with the program, looks of one's own, recent files and scenes
+//! as they were left, most of them with a small picture. The picture previews the look under the pointer.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use egui::{ColorImage, Rect, Response, RichText, Sense, TextureHandle, TextureOptions, Ui, vec2};
+use egui::text::{LayoutJob, TextWrapping};
+use egui::{
+    Align, ColorImage, FontSelection, Layout, Rect, Response, RichText, Sense, TextureHandle,
+    TextureOptions, Ui, vec2,
+};
 use indicatif::HumanDuration;
 use myxo::scene::builtin::{Builtin, PRESETS, SCENES};
 
 use crate::lab::command::Command;
 use crate::lab::desk::Desk;
 use crate::lab::kept_scenes::{KeptScenes, picture_beside};
-use crate::lab::layout::Card;
+use crate::lab::layout;
 use crate::lab::looks::Looks;
 use crate::lab::opening::{EVERYTHING, open_hint};
-use crate::lab::places::{Marked as _, mark_cross, note_value};
+use crate::lab::places::{Marked as _, note_value};
+use crate::lab::preview::Preview;
 use crate::lab::recent::Recent;
 use crate::lab::theme;
+use crate::lab::widgets::{beside, hint_beside, section_with};
 use crate::own_presets::{check_name, summary};
 
 /// The least width of a small picture, points.
-const LEAST: f32 = 150.0;
+const LEAST: f32 = 110.0;
 /// Between cards.
-const BETWEEN: egui::Vec2 = vec2(10.0, 8.0);
+const BETWEEN: egui::Vec2 = vec2(8.0, 6.0);
+/// The picture that enlarges the one of a card, points.
+const LARGE: egui::Vec2 = vec2(300.0, 200.0);
 
 /// In the place of a picture that there is not.
 const NO_PICTURE: &str = "no picture";
@@ -39,6 +48,26 @@ static PICTURES: &[(&str, &[u8])] = pictures!(
     "pores", "lace", "bands", "waves", "mist", "streams", "feeding", "shy", "meeting",
 );
 
+/// The parts of the drawer that a click at its top leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    Looks,
+    Scenes,
+    Files,
+}
+
+impl Part {
+    const ALL: [(Self, &'static str, &'static str); 3] = [
+        (Self::Looks, "Looks", "Your looks, and those of the program"),
+        (Self::Scenes, "Scenes", "Scenes of the program"),
+        (
+            Self::Files,
+            "Files",
+            "Recent files, and scenes as you left them",
+        ),
+    ];
+}
+
 /// The presets and scenes that it lists, and their pictures once they were shown.
 #[derive(Clone, Default)]
 pub struct Gallery {
@@ -55,6 +84,10 @@ pub struct Gallery {
     removing: Option<String>,
     /// Scenes are opened with the look that is here.
     keeps_look: bool,
+    /// The part that is scrolled to.
+    wanted: Option<Part>,
+    /// The look under the pointer in this frame.
+    pointed: Option<String>,
     /// Scenes that were left with changes.
     pub kept: KeptScenes,
     /// Files that were opened or saved last.
@@ -99,91 +132,164 @@ impl Gallery {
 }
 
 impl Gallery {
-    /// Shows it over the picture, if it is open.
+    /// Shows it at the right edge, if it is open, and lets `preview` follow the pointer.
     pub fn show(
         &mut self,
-        ctx: &egui::Context,
-        picture: Rect,
+        ui: &mut Ui,
         looks: &mut Looks,
+        preview: &mut Preview,
         desk: &mut Desk<'_>,
     ) {
-        if !desk.layout.shows(Card::Gallery) {
-            self.was_open = false;
-            return;
-        }
         let has_come = !self.was_open;
+        self.was_open = desk.layout.shows_gallery();
+        if !self.was_open {
+            return preview.end();
+        }
         if has_come {
-            self.was_open = true;
             self.forget_pictures();
             looks.own.read_again();
             self.kept.read_again();
         }
-        let mut open = true;
-        let margin = 24.0;
-        let size =
-            (picture.size() - vec2(2.0 * margin, 2.0 * margin + 30.0)).max(vec2(170.0, 80.0));
-        let shown = egui::Window::new("Gallery")
-            .open(&mut open)
-            .collapsible(false)
+        self.pointed = None;
+        let shown = egui::Panel::right("gallery")
+            .exact_size(layout::Layout::gallery_fits(ui.available_width()))
             .resizable(false)
-            .fixed_pos(picture.left_top() + vec2(margin, margin))
-            .fixed_size(size)
-            .show(ctx, |ui| {
-                let mut area = egui::ScrollArea::vertical().auto_shrink([false, true]);
+            .show_separator_line(false)
+            .frame(theme::panel_frame(ui))
+            .show(ui, |ui| {
+                self.top(ui, desk);
+                let mut area = egui::ScrollArea::vertical().auto_shrink([false, false]);
                 if has_come {
                     area = area.vertical_scroll_offset(0.0);
                 }
                 area.show(ui, |ui| {
                     // Room for the bar, which floats over the content.
                     ui.set_max_width(ui.available_width() - theme::SCROLL_BAR - 4.0);
-                    self.left_scenes(ui, desk);
-                    ui.horizontal(|ui| {
-                        ui.label(RichText::new("Scenes").strong());
-                        let open = ui.button("Open…").on_hover_text(open_hint());
-                        if open.marked("open").clicked() {
-                            desk.opening.begin(ui.ctx(), EVERYTHING);
-                        }
-                        if let Some(file) = self.recent.menu(ui) {
-                            desk.commands.push(Command::TakeFile(file));
-                            desk.layout.close(Card::Gallery);
-                        }
-                        theme::switch(ui, &mut self.keeps_look, "with my look")
-                            .on_hover_text(
-                                "A scene that you click below gets the look that you see now, instead of its own",
-                            )
-                            .marked("scenes.look");
-                    });
-                    let is_shown = |scene: &Builtin| desk.facts.scene == scene.name;
-                    if let Some(scene) = self.cards(ui, SCENES, is_shown) {
-                        desk.commands.push(match self.keeps_look {
-                            true => Command::OpenWithLook(scene.name),
-                            false => Command::Open(scene.name),
-                        });
-                        desk.layout.close(Card::Gallery);
-                    }
-                    ui.add_space(8.0);
-                    ui.label(RichText::new("Presets").strong());
-                    self.keeping(ui, looks, desk);
-                    self.own_cards(ui, looks, desk);
-                    let taken = desk.document.preset.clone();
-                    let is_taken = |preset: &Builtin| taken.as_deref() == Some(preset.name);
-                    if let Some(preset) = self.cards(ui, PRESETS, is_taken) {
-                        looks.take_preset(ui.ctx(), preset.name, preset.text, desk);
-                    }
+                    self.looks(ui, looks, preview, desk);
+                    self.scenes(ui, desk);
+                    self.files(ui, desk);
                 });
             });
-        mark_cross(shown, "gallery.close");
-        if !open {
-            desk.layout.close(Card::Gallery);
+        self.wanted = None;
+        let (now, at, is_pressed) =
+            ui.input(|i| (i.time, i.pointer.hover_pos(), i.pointer.any_down()));
+        let is_among = at.is_some_and(|at| shown.response.rect.contains(at));
+        let pointed = self.pointed.as_deref().filter(|_| !is_pressed);
+        if let Some(seconds) = preview.follow(now, pointed, is_among) {
+            let delay = std::time::Duration::from_secs_f64(seconds.max(0.0));
+            ui.ctx().request_repaint_after(delay);
         }
     }
 
-    /// Shows a card for each; returns the one that was clicked.
+    /// Its title with a cross, and the ways to its parts.
+    fn top(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new("Gallery").heading());
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let cross = ui.add(egui::Button::new("✖").frame(false));
+                if cross
+                    .on_hover_text("Closes it (G)")
+                    .marked("gallery.close")
+                    .clicked()
+                {
+                    desk.layout.gallery = false;
+                }
+            });
+        });
+        ui.horizontal(|ui| {
+            ui.spacing_mut().button_padding.x = 5.0;
+            ui.spacing_mut().item_spacing.x = 4.0;
+            for (part, title, hint) in Part::ALL {
+                let button = ui.button(title).on_hover_text(hint);
+                let name = format!("gallery={}", title.to_lowercase());
+                if button.marked(&name).clicked() {
+                    self.wanted = Some(part);
+                }
+            }
+        });
+        ui.add_space(2.0);
+        ui.separator();
+    }
+
+    /// A part begins here, and is scrolled to if it is wanted.
+    fn begin(&self, ui: &mut Ui, part: Part) {
+        if self.wanted == Some(part) {
+            let at = Rect::from_min_size(ui.cursor().min, vec2(1.0, 1.0));
+            ui.scroll_to_rect_animation(at, Some(Align::TOP), egui::style::ScrollAnimation::none());
+        }
+    }
+
+    fn looks(
+        &mut self,
+        ui: &mut Ui,
+        looks: &mut Looks,
+        preview: &mut Preview,
+        desk: &mut Desk<'_>,
+    ) {
+        self.begin(ui, Part::Looks);
+        let opens = self.wanted == Some(Part::Looks);
+        section_with(ui, "Your looks", true, false, opens, |ui| {
+            self.keeping(ui, looks, desk);
+            self.own_cards(ui, looks, preview, desk);
+        });
+        section_with(ui, "Looks", true, false, opens, |ui| {
+            let taken = desk.document.preset.clone();
+            let is_taken = |preset: &Builtin| taken.as_deref() == Some(preset.name);
+            let only = desk.facts.only_colors;
+            if let Some(preset) = self.cards(ui, PRESETS, is_taken, Some(only)) {
+                preview.take(preset.name);
+                looks.take_preset(ui.ctx(), preset.name, preset.text, desk);
+            }
+        });
+    }
+
+    fn scenes(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        self.begin(ui, Part::Scenes);
+        let opens = self.wanted == Some(Part::Scenes);
+        section_with(ui, "Scenes", true, false, opens, |ui| {
+            theme::switch(ui, &mut self.keeps_look, "with my look")
+                .on_hover_text(
+                    "A scene that you click below gets the look that you see now, instead of its own",
+                )
+                .marked("scenes.look");
+            let is_shown = |scene: &Builtin| desk.facts.scene == scene.name;
+            if let Some(scene) = self.cards(ui, SCENES, is_shown, None) {
+                desk.commands.push(match self.keeps_look {
+                    true => Command::OpenWithLook(scene.name),
+                    false => Command::Open(scene.name),
+                });
+            }
+        });
+    }
+
+    /// Files: one is chosen, those that were opened or saved last, scenes as they were left.
+    fn files(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
+        self.begin(ui, Part::Files);
+        let opens = self.wanted == Some(Part::Files);
+        section_with(ui, "Recent files", true, false, opens, |ui| {
+            let open = ui.button("Open…").on_hover_text(open_hint());
+            if open.marked("open").clicked() {
+                desk.opening.begin(ui.ctx(), EVERYTHING);
+            }
+            if let Some(file) = self.recent.list(ui) {
+                desk.commands.push(Command::TakeFile(file));
+            }
+        });
+        if !self.kept.all().is_empty() || desk.facts.before.is_some() {
+            section_with(ui, "As you left them", true, false, opens, |ui| {
+                self.left_scenes(ui, desk);
+            });
+        }
+    }
+
+    /// Shows a card for each; returns the one that was clicked. Those of looks are previewed, and say why if `only` their colours
+    /// are.
     fn cards(
         &mut self,
         ui: &mut Ui,
         all: &'static [Builtin],
         is_chosen: impl Fn(&Builtin) -> bool,
+        only: Option<Option<&str>>,
     ) -> Option<&'static Builtin> {
         let mut clicked = None;
         let size = card_size(ui.available_width());
@@ -194,7 +300,16 @@ impl Gallery {
                 let texture = texture.map(TextureHandle::id);
                 let is_chosen = is_chosen(builtin);
                 let hint = builtin.summary();
-                let card = card(ui, size, builtin.name, hint, texture, is_chosen);
+                let card = card(ui, size, builtin.name, texture, is_chosen);
+                let card = match only {
+                    Some(only) => {
+                        if card.contains_pointer() {
+                            self.pointed = Some(builtin.name.to_owned());
+                        }
+                        hint_beside(card, &with_reason(hint, only), "")
+                    }
+                    None => enlarged(card, texture, hint),
+                };
                 if card.marked(&format!("card={}", builtin.name)).clicked() {
                     clicked = Some(builtin);
                 }
@@ -206,17 +321,8 @@ impl Gallery {
     /// Scenes as they were left, the last one first; before them the earlier state that can be continued.
     fn left_scenes(&mut self, ui: &mut Ui, desk: &mut Desk<'_>) {
         let before = desk.facts.before.as_ref();
-        if self.kept.all().is_empty() && before.is_none() {
-            return;
-        }
-        ui.label(RichText::new("As you left them").strong())
-            .on_hover_text(
-                "Scenes that you left with changes that you had not saved; the oldest go first. ↶ is what had grown before the \
-                 last reset or scene, until the window closes or the device is lost",
-            );
         if before.is_some_and(|before| before.entry(ui).clicked()) {
             desk.commands.push(Command::GoBack);
-            desk.layout.close(Card::Gallery);
         }
         let size = card_size(ui.available_width());
         ui.horizontal_wrapped(|ui| {
@@ -229,8 +335,11 @@ impl Gallery {
                     .entry(left.file.clone())
                     .or_insert_with(|| read_picture(ui.ctx(), &picture_beside(&left.file)));
                 let texture = texture.as_ref().map(TextureHandle::id);
-                let hint = left.file.display().to_string();
-                let card = card(ui, size, &label, &hint, texture, false);
+                let hint = format!(
+                    "{label}\nLeft with changes that were not saved; the oldest go first\n{}",
+                    left.file.display()
+                );
+                let card = enlarged(card(ui, size, &label, texture, false), texture, &hint);
                 if texture.is_none() {
                     ui.painter().text(
                         card.rect.center() - vec2(0.0, 10.0),
@@ -242,21 +351,19 @@ impl Gallery {
                 }
                 if card.marked(&format!("left={i}")).clicked() {
                     desk.commands.push(Command::OpenKept(left.clone()));
-                    desk.layout.close(Card::Gallery);
                 }
             }
         });
-        ui.add_space(8.0);
     }
 
     /// A name for the look as it is, and what can be done with it.
     fn keeping(&mut self, ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
+        let name = egui::TextEdit::singleline(&mut self.name)
+            .hint_text("name of this look")
+            .desired_width(ui.available_width() - 8.0);
+        let edit = ui.add(name).marked("preset.name");
+        note_value(ui.ctx(), "preset.name", || self.name.clone());
         ui.horizontal(|ui| {
-            let name = egui::TextEdit::singleline(&mut self.name)
-                .hint_text("name of this look")
-                .desired_width(150.0);
-            let edit = ui.add(name).marked("preset.name");
-            note_value(ui.ctx(), "preset.name", || self.name.clone());
             let checked = check_name(&self.name);
             let is_known = checked.clone().is_ok_and(|name| looks.own.find(name).is_some());
             let label = if is_known { "Replace" } else { "Keep" };
@@ -286,7 +393,13 @@ impl Gallery {
     }
 
     /// The user's own presets, each with a way to remove it.
-    fn own_cards(&mut self, ui: &mut Ui, looks: &mut Looks, desk: &mut Desk<'_>) {
+    fn own_cards(
+        &mut self,
+        ui: &mut Ui,
+        looks: &mut Looks,
+        preview: &mut Preview,
+        desk: &mut Desk<'_>,
+    ) {
         if looks.own.all().is_empty() {
             return;
         }
@@ -303,11 +416,14 @@ impl Gallery {
                 let texture = texture.as_ref().map(TextureHandle::id);
                 let hint = match &own.problem {
                     Some(problem) => format!("⚠ {problem}"),
-                    None => summary(&own.text).to_owned(),
+                    None => with_reason(summary(&own.text), desk.facts.only_colors),
                 };
                 let is_chosen = desk.document.preset.as_deref() == Some(name);
-                let card = card(ui, size, name, &hint, texture, is_chosen);
+                let card = hint_beside(card(ui, size, name, texture, is_chosen), &hint, "");
                 let card = card.marked(&format!("card={name}"));
+                if card.contains_pointer() && own.problem.is_none() {
+                    self.pointed = Some(own.name.clone());
+                }
                 if own.problem.is_some() {
                     ui.painter().text(
                         card.rect.center(),
@@ -330,9 +446,9 @@ impl Gallery {
             }
         });
         if let Some((name, text)) = taken {
+            preview.take(&name);
             looks.take_preset(ui.ctx(), &name, &text, desk);
         }
-        ui.add_space(8.0);
     }
 }
 
@@ -395,17 +511,34 @@ fn read_picture(ctx: &egui::Context, file: &Path) -> Option<TextureHandle> {
     Some(ctx.load_texture(name, image, TextureOptions::LINEAR))
 }
 
-/// A picture with a name below.
+/// A hint on a look, with the reason why only its colours are previewed, if there is one.
+fn with_reason(hint: &str, only: Option<&str>) -> String {
+    match only {
+        Some(why) => format!("{hint}\nOnly its colours are previewed: {why}"),
+        None => hint.to_owned(),
+    }
+}
+
+/// A card whose picture and text are shown larger while the pointer rests on it.
+fn enlarged(card: Response, texture: Option<egui::TextureId>, hint: &str) -> Response {
+    beside(card, |ui| {
+        ui.set_max_width(LARGE.x);
+        if let Some(texture) = texture {
+            ui.image((texture, LARGE));
+        }
+        ui.label(hint);
+    })
+}
+
+/// A picture with a name below, which is cut where it is too long.
 fn card(
     ui: &mut Ui,
     size: egui::Vec2,
     name: &str,
-    hint: &str,
     texture: Option<egui::TextureId>,
     is_chosen: bool,
 ) -> Response {
-    let (rect, response) = ui.allocate_exact_size(size + vec2(0.0, 20.0), Sense::click());
-    let response = response.on_hover_text(hint);
+    let (rect, response) = ui.allocate_exact_size(size + vec2(0.0, 19.0), Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, name));
     let image = Rect::from_min_size(rect.min, size);
     let painter = ui.painter();
@@ -425,14 +558,12 @@ fn card(
         (false, false) => (egui::Stroke::NONE, ui.visuals().text_color()),
     };
     painter.rect_stroke(image, 4.0, line, egui::StrokeKind::Inside);
-    let painter = painter.with_clip_rect(rect.intersect(painter.clip_rect()));
-    painter.text(
-        rect.left_bottom() + vec2(2.0, -2.0),
-        egui::Align2::LEFT_BOTTOM,
-        name,
-        egui::TextStyle::Body.resolve(ui.style()),
-        color,
-    );
+    let font = FontSelection::Style(egui::TextStyle::Body).resolve(ui.style());
+    let mut job = LayoutJob::simple_singleline(name.to_owned(), font, color);
+    job.wrap = TextWrapping::truncate_at_width(size.x - 4.0);
+    let text = painter.layout_job(job);
+    let at = rect.left_bottom() + vec2(2.0, -1.0 - text.size().y);
+    painter.galley(at, text, color);
     response
 }
 
@@ -442,7 +573,7 @@ mod tests {
 
     #[test]
     fn cards_fill_the_width() {
-        for room in [100.0, 150.0, 309.0, 310.0, 880.0, 1283.7] {
+        for room in [100.0, 150.0, 152.0, 254.0, 309.0, 880.0, 1283.7] {
             let width = card_size(room).x;
             let count = ((room + BETWEEN.x) / (width + BETWEEN.x)).floor().max(1.0);
             let left = room - count * (width + BETWEEN.x) + BETWEEN.x;

@@ -4,34 +4,45 @@
 //! The interface changes its own settings and view at once and asks the window for the rest by [`Command`]s, so it
 //! runs without a window and without a device, as its tests do.
 
+use std::time::Duration;
+
 use egui::{Rect, Sense, Ui};
 use glam::Vec2;
 use myxo::scene::Scene;
 
-use crate::lab::fitting::Room;
 use crate::lab::actions::{Action, FLAT, pressed};
+use crate::lab::autopilot::{Autopilot, MORPH};
+use crate::lab::axes::{Turned, show_axes};
 use crate::lab::command::{Command, ExportRequest, ToolRequest};
 use crate::lab::desk::{Desk, desk};
 use crate::lab::document::Document;
 use crate::lab::export_panel::ExportPanel;
 use crate::lab::facts::Facts;
+use crate::lab::fitting::Room;
 use crate::lab::gallery::Gallery;
 use crate::lab::layout::{Card, Layout, move_beside};
 use crate::lab::looks::Looks;
 use crate::lab::marks::Marks;
 use crate::lab::navigation::{Moved, Navigation};
-use crate::lab::notices::{HOW_BACK, Notices};
+use crate::lab::notices::{HOW_BACK, HOW_DRIFT_ENDS, Notices};
 use crate::lab::opening::{EVERYTHING, Opening};
-use crate::lab::overlays::{show_ending, show_help, show_loading, status_line};
+use crate::lab::overlays::{show_ending, show_help, show_loading, show_previewed, status_line};
 use crate::lab::panel::ParameterPanel;
 use crate::lab::places::Marked as _;
+use crate::lab::preview::{Preview, PreviewedLook};
 use crate::lab::renewal::place_among;
 use crate::lab::rows::take_wanted;
+use crate::lab::strip::{Strip, show_folded};
 use crate::lab::theme;
 use crate::lab::tools::{Tool, Tools};
 use crate::lab::views::{choose_view, note_view};
-use crate::lab::widgets::take_refused;
+use crate::lab::widgets::{take_pointed, take_refused};
+use crate::own_presets::with_preset;
+use myxo::render::{Camera, View};
 use myxo::scene::settings::{Settings, Show};
+
+/// A camera that has been in its place for so long is an entry to undo, seconds.
+const CAMERA_RESTS: f64 = 0.4;
 
 /// The state of everything round the picture.
 #[derive(Clone, Debug)]
@@ -50,16 +61,24 @@ pub struct Interface {
     pub panel: ParameterPanel,
     /// Scenes and presets.
     pub gallery: Gallery,
+    /// States that are kept.
+    pub strip: Strip,
+    /// What the picture shows because the pointer rests on it.
+    pub preview: Preview,
     /// The dialog for files.
     pub opening: Opening,
     /// Exports.
     pub exports: ExportPanel,
     /// Lines over the picture.
     pub notices: Notices,
+    /// Drifts from look to look.
+    pub autopilot: Autopilot,
     /// Is the key held?
     shift: bool,
     /// Where the bar of tools was in the last frame.
     bar: Option<egui::Rect>,
+    /// The camera of the last frame, and since when it has been there.
+    camera: (Camera, f64),
 }
 
 /// The result of one frame of the interface.
@@ -86,11 +105,15 @@ impl Interface {
             looks: Looks::default(),
             panel: ParameterPanel::default(),
             gallery: Gallery::default(),
+            strip: Strip::default(),
+            preview: Preview::default(),
             opening: Opening::default(),
             exports: ExportPanel::default(),
             notices: Notices::default(),
+            autopilot: Autopilot::default(),
             shift: false,
             bar: None,
+            camera: (Camera::default(), 0.0),
         };
         interface.open(scene);
         interface
@@ -113,8 +136,10 @@ impl Interface {
     /// Gives the running scene other settings, which it can take over, and another view. This can be undone.
     pub fn continue_as(&mut self, scene: &Scene) {
         self.document.morph = None;
+        self.document.note_camera();
         self.document.edited = scene.settings.clone();
         self.see_as(scene);
+        self.document.undo.bring_camera();
         self.looks.find_preset(&mut self.document);
     }
 
@@ -177,17 +202,26 @@ impl Interface {
         let (mut actions, mut commands) = (Vec::new(), Vec::new());
         let document = &mut self.document;
         document.marks.follow(&document.edited.objects);
-        self.looks.tick(ui.input(|i| i.time), facts.exports.filmed);
+        let now = ui.input(|i| i.time);
+        self.looks.tick(now, facts.exports.filmed);
+        self.navigation.tick(now);
+        self.navigation.glides = self.layout.glides && facts.exports.recording.is_none();
+        let shown_before = self.navigation.shown(&self.document.view.camera);
         // A press that closes a list does nothing else.
         self.tools.is_covered = self.opening.is_open() || egui::Popup::is_any_open(&ctx);
         // A dialog has the keyboard to itself.
         if !self.opening.is_open() {
             self.navigation.keep_keys(&ctx);
-            for action in pressed(&ctx) {
+            let has_ended = self.end_autopilot(&ctx);
+            // A key that ends it does no more.
+            let ends =
+                |action: &Action| has_ended && matches!(action, Action::Autopilot | Action::Back);
+            for action in pressed(&ctx).into_iter().filter(|action| !ends(action)) {
                 self.perform(&ctx, action, facts, (&mut actions, &mut commands));
             }
         }
         self.handle_clipboard(&ctx, &mut commands);
+        self.drift(&ctx, now, facts, (&mut actions, &mut commands));
         let mut desk = desk!(self, facts, &mut actions, &mut commands);
         self.looks.advance(&ctx, &mut desk);
         note_view(&ctx, desk.document, &self.navigation);
@@ -195,7 +229,7 @@ impl Interface {
             status_line(ui, desk.document, facts);
         }
         let mut panel_rect = None;
-        if desk.layout.panel && !desk.layout.alone {
+        if desk.layout.shows_panel(ui.available_width()) {
             let shown = egui::Panel::left("panel")
                 .exact_size(desk.layout.panel_fits(ui.available_width()))
                 .resizable(false)
@@ -212,6 +246,10 @@ impl Interface {
                 });
             panel_rect = Some(shown.response.rect);
         }
+        self.preview.point_at(take_pointed(&ctx));
+        self.gallery
+            .show(ui, &mut self.looks, &mut self.preview, &mut desk);
+        self.strip.show(ui, &mut desk);
         if let Some(text) = take_refused(&ctx) {
             desk.notices.say(&ctx, text, false);
         }
@@ -252,13 +290,20 @@ impl Interface {
             desk.commands.push(Command::Refocus(pixel));
         }
         self.tools.show(ui, picture, &desk);
+        if !desk.layout.alone {
+            let camera = self.navigation.shown(&desk.document.view.camera);
+            let turned = show_axes(ui, picture, &camera, &desk);
+            self.turn(turned, size);
+        }
+        let mut desk = desk!(self, facts, &mut actions, &mut commands);
         let mut bar = None;
         if !desk.layout.alone {
             bar = self.tools.show_tools(&ctx, picture, &mut desk);
         }
         self.bar = bar;
+        show_folded(&ctx, picture, &mut desk);
         show_help(&ctx, picture, bar, desk.layout);
-        self.gallery.show(&ctx, picture, &mut self.looks, &mut desk);
+        show_previewed(&ctx, picture, self.preview.look(), facts.only_colors);
         self.exports.show(&ctx, picture, bar, &mut desk);
         if let Some(loading) = &facts.loading {
             show_loading(&ctx, picture, loading, desk.commands);
@@ -277,7 +322,7 @@ impl Interface {
         }
         desk.opening.ask_about_mesh(&ctx, picture, desk.commands);
         if desk.opening.is_open() {
-            desk.layout.close(Card::Gallery);
+            self.preview.end();
         }
         let mut next = 0;
         while let Some(action) = actions.get(next).copied() {
@@ -288,9 +333,14 @@ impl Interface {
             // Their changes of the camera are in the picture of this frame.
             self.keep_in_picture(room);
         }
+        if std::mem::take(&mut self.document.eases) && shown_before != self.document.view.camera {
+            self.navigation.ease(shown_before);
+            ctx.request_repaint();
+        }
         let is_busy = ui.ctx().input(|i| i.pointer.any_down()) || ui.ctx().text_edit_focused();
         if !is_busy && !self.tools.holds_food() {
             self.note_changes();
+            self.note_camera(&ctx, now);
         }
         Shown {
             commands,
@@ -300,8 +350,44 @@ impl Interface {
         }
     }
 
-    /// Turns the camera to what it is to show, in a picture of this size.
+    /// The axes were dragged or clicked, beside a picture of this size.
+    fn turn(&mut self, turned: Turned, size: Vec2) {
+        let camera = &mut self.document.view.camera;
+        if turned.drag != Vec2::ZERO {
+            camera.orbit(turned.drag, size);
+        }
+        if let Some(side) = turned.side {
+            camera.look_from(side);
+            self.document.eases = true;
+        }
+    }
+
+    /// Notes where the camera is, once it has been there for a moment: a drag, a turn of the wheel or a flight is one entry to undo.
+    fn note_camera(&mut self, ctx: &egui::Context, now: f64) {
+        let camera = self.document.view.camera;
+        if self.camera.0 != camera {
+            self.camera = (camera, now);
+        }
+        let left = self.camera.1 + CAMERA_RESTS - now;
+        if left <= 0.0 && !self.navigation.goes_on() {
+            self.document.note_camera();
+        } else {
+            ctx.request_repaint_after(Duration::from_secs_f64(left.max(0.0)));
+        }
+    }
+
+    /// Turns the camera to what it is to show, in a picture of this size. That is no entry to undo.
     fn keep_in_picture(&mut self, room: Room) {
+        let before = self.document.view.camera;
+        self.fit_into_picture(room);
+        let document = &mut self.document;
+        let (after, fits) = (document.view.camera, document.is_fitted());
+        if after != before {
+            document.undo.follow_camera(&before, &after, fits);
+        }
+    }
+
+    fn fit_into_picture(&mut self, room: Room) {
         let newcomer = std::mem::take(&mut self.tools.newcomer);
         let is_flying = self.navigation.is_flying();
         self.document.keep_fitting(room, newcomer, is_flying);
@@ -339,9 +425,15 @@ impl Interface {
             Action::NextPreset => self.looks.step_preset(ctx, true, &mut desk),
             Action::PreviousPreset => self.looks.step_preset(ctx, false, &mut desk),
             Action::ByChance => self.looks.by_chance(ctx, &mut desk),
+            Action::LaterThrow => self.looks.step_throw(ctx, true, &mut desk),
+            Action::EarlierThrow => self.looks.step_throw(ctx, false, &mut desk),
             Action::Home if desk.document.view.show.is_flat() => desk.document.fit(),
-            Action::Home => desk.document.go_home(),
+            Action::Home => {
+                desk.document.eases = true;
+                desk.document.go_home();
+            }
             Action::Fit => {
+                desk.document.eases = true;
                 let is_flat = desk.document.view.show.is_flat();
                 if is_flat || !self.tools.frame_picked(&facts.pointer.poses) {
                     desk.document.fit();
@@ -357,9 +449,10 @@ impl Interface {
             Action::Redo => self.redo(commands),
             Action::Panel => desk.layout.panel = !desk.layout.panel,
             Action::PictureAlone => self.show_alone(ctx),
+            Action::Autopilot => self.begin_autopilot(ctx),
             Action::FullScreen => desk.commands.push(Command::FullScreen),
             Action::Theme => desk.layout.set_light(ctx, !desk.layout.light),
-            Action::Gallery => desk.layout.toggle(Card::Gallery),
+            Action::Gallery => desk.layout.gallery = !desk.layout.gallery,
             Action::Help => desk.layout.toggle(Card::Help),
             Action::Brush | Action::Food | Action::Probe if desk.document.view.show.is_flat() => {
                 desk.notices.say(ctx, FLAT, false);
@@ -376,7 +469,7 @@ impl Interface {
         }
     }
 
-    /// Leaves what lies on top: a list, the search, a card, the picture alone, a tool, a scene that is awaited.
+    /// Leaves what lies on top: a list, the search, a card, the picture alone, the gallery, a tool, a scene that is awaited.
     fn back(
         &mut self,
         ctx: &egui::Context,
@@ -392,6 +485,8 @@ impl Interface {
             desk.layout.close_card();
         } else if desk.layout.alone {
             self.show_alone(ctx);
+        } else if desk.layout.gallery {
+            desk.layout.gallery = false;
         } else if self.tools.give_up_grab(&mut desk) {
             // The moved object is back in its place.
         } else if self.tools.back() {
@@ -413,6 +508,54 @@ impl Interface {
         }
     }
 
+    /// The picture alone drifts from look to look, and the camera round the scene.
+    fn begin_autopilot(&mut self, ctx: &egui::Context) {
+        let was_alone = self.layout.alone;
+        if !was_alone {
+            self.show_alone(ctx);
+        }
+        self.notices.say(ctx, HOW_DRIFT_ENDS, false);
+        self.navigation.set_flying(false);
+        self.preview.end();
+        self.document.playing = true;
+        self.autopilot.begin(ctx.input(|i| i.time), was_alone);
+    }
+
+    /// Any input ends the autopilot. Returns true if it has.
+    fn end_autopilot(&mut self, ctx: &egui::Context) -> bool {
+        let pilot = &mut self.autopilot;
+        let ended = ctx.input(|i| pilot.end_by(&i.events, i.pointer.latest_pos()));
+        if ended == Some(false) && self.layout.alone {
+            self.show_alone(ctx);
+        }
+        ended.is_some()
+    }
+
+    /// A frame of the autopilot.
+    fn drift(
+        &mut self,
+        ctx: &egui::Context,
+        now: f64,
+        facts: &Facts,
+        (actions, commands): (&mut Vec<Action>, &mut Vec<Command>),
+    ) {
+        let Some(drifted) = self.autopilot.advance(now) else {
+            return;
+        };
+        ctx.request_repaint();
+        let document = &mut self.document;
+        if !document.view.show.is_flat() {
+            let before = document.view.camera;
+            document.view.camera = before.turned(drifted.turns);
+            let after = document.view.camera;
+            document.undo.follow_camera(&before, &after, false);
+        }
+        if let Some(number) = drifted.look.filter(|_| facts.loading.is_none()) {
+            let mut desk = desk!(self, facts, actions, commands);
+            self.looks.drift(ctx, (number, MORPH), &mut desk);
+        }
+    }
+
     /// Returns the factor by which each object is drawn larger than it runs: by a handle that is held, and by a scale whose layout is
     /// under way. Empty if all factors are 1.
     pub fn scales(&self) -> Vec<f32> {
@@ -428,6 +571,28 @@ impl Interface {
             true => Vec::new(),
             false => scales,
         }
+    }
+
+    /// The view that the picture shows: the document's, with what is previewed.
+    pub fn shown_view(&self) -> View {
+        let mut view = self.document.view;
+        view.camera = self.navigation.shown(&view.camera);
+        let look = self
+            .previewed_look()
+            .map(|look| look.settings.picture.color_map);
+        if let Some(colors) = self.preview.colors().or(look) {
+            view.color_map = colors;
+        }
+        view
+    }
+
+    /// The look that is previewed, if any.
+    pub fn previewed_look(&self) -> Option<PreviewedLook> {
+        let name = self.preview.look()?;
+        let text = self.looks.preset_text(name)?;
+        let settings = with_preset(&self.document.look(), name, &text).ok()?;
+        let name = name.to_owned();
+        Some(PreviewedLook { name, settings })
     }
 
     /// Food that was asked for cannot be there; what there was stays.
@@ -491,7 +656,8 @@ impl Interface {
 
     /// Undo, or redo with `again`, after all strokes that came before it.
     pub(super) fn undo_now(&mut self, again: bool, commands: &mut Vec<Command>) {
-        self.document.morph = None;
+        // The entry to come back to has all of a look that was on its way.
+        self.document.end_morph();
         let fits = self.document.is_fitted();
         let Some(change) = self.document.lead(again) else {
             return;
@@ -510,6 +676,7 @@ impl Interface {
                 picked.and_then(|object| place_among(&self.document.edited.objects, object));
             self.tools.selected = picked;
         }
+        commands.extend(change.state.map(Command::ReturnToState));
         commands.push(match change.renews {
             true => Command::Tool(ToolRequest::Renew),
             false => Command::Apply,

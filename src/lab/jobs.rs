@@ -1,5 +1,6 @@
 //! Jobs beside the frames: a scene that loads, food that is measured, files that are written.
 
+use crate::lab::ahead::Ahead;
 use crate::lab::export::Exports;
 use crate::lab::feeding::Feeder;
 use crate::lab::loading::{Loading, Ready};
@@ -13,6 +14,8 @@ pub struct Jobs {
     replaced: Vec<Loading>,
     /// Distances to food that was changed.
     pub food: Feeder,
+    /// Kernels of looks that are about to be previewed.
+    pub ahead: Ahead,
     /// Pictures, films, recordings and files of the state.
     pub exports: Exports,
 }
@@ -24,6 +27,7 @@ impl Jobs {
             loading: None,
             replaced: Vec::new(),
             food: Feeder::default(),
+            ahead: Ahead::default(),
             exports,
         }
     }

@@ -17,6 +17,11 @@ pub const PANEL_WIDTHS: Rangef = Rangef {
     max: 640.0,
 };
 
+/// Width of the gallery with one column of pictures and with two, points.
+pub const GALLERY_WIDTHS: [f32; 2] = [186.0, 288.0];
+/// A picture of this width is worth more than a second column, points.
+const WIDE_PICTURE: f32 = 440.0;
+
 /// The least width that the panel leaves for the picture, points.
 const LEAST_PICTURE: f32 = 160.0;
 
@@ -31,8 +36,6 @@ pub const POINTER_RESTS: f64 = 2.0;
 pub enum Card {
     /// The list of controls.
     Help,
-    /// Scenes and presets.
-    Gallery,
     /// Exports.
     Exports,
 }
@@ -52,6 +55,12 @@ pub struct Layout {
     pub split: bool,
     /// The pointer over that.
     pub beside: Navigation,
+    /// The gallery beside the picture.
+    pub gallery: bool,
+    /// The strip of kept states is unfolded.
+    pub timeline: bool,
+    /// The camera goes on for a moment after a drag.
+    pub glides: bool,
     card: Option<Card>,
 }
 
@@ -64,6 +73,9 @@ impl Default for Layout {
             alone: false,
             split: false,
             beside: Navigation::default(),
+            gallery: false,
+            timeline: false,
+            glides: true,
             card: None,
         }
     }
@@ -101,11 +113,33 @@ impl Layout {
         theme::apply(ctx, light);
     }
 
-    /// Its width where the window is so wide: the picture keeps a part of it.
+    /// Is the gallery shown?
+    pub fn shows_gallery(&self) -> bool {
+        self.gallery && !self.alone
+    }
+
+    /// Is the panel shown in a window of this width? Where there is no room for both, the gallery takes its place.
+    pub fn shows_panel(&self, window: f32) -> bool {
+        let least = PANEL_WIDTHS.min + GALLERY_WIDTHS[0] + LEAST_PICTURE;
+        self.panel && !self.alone && (!self.shows_gallery() || window >= least)
+    }
+
+    /// The width of the panel in a window of this width: the picture keeps a part of it.
     pub fn panel_fits(&self, window: f32) -> f32 {
+        let gallery = if self.shows_gallery() {
+            GALLERY_WIDTHS[0]
+        } else {
+            0.0
+        };
         self.panel_width
-            .min(window - LEAST_PICTURE)
+            .min(window - gallery - LEAST_PICTURE)
             .max(PANEL_WIDTHS.min)
+    }
+
+    /// The width of the gallery beside a picture that has so much room with it: two columns if the picture stays wide.
+    pub fn gallery_fits(room: f32) -> f32 {
+        let [one, two] = GALLERY_WIDTHS;
+        if room - two >= WIDE_PICTURE { two } else { one }
     }
 
     /// The right edge of the panel, which covers `panel`, can be dragged. The panel's contents do not change its width.
@@ -171,11 +205,33 @@ mod tests {
     fn one_card_has_the_place() {
         let mut layout = Layout::default();
         layout.toggle(Card::Help);
-        layout.toggle(Card::Gallery);
-        assert!(layout.shows(Card::Gallery) && !layout.shows(Card::Help));
+        layout.toggle(Card::Exports);
+        assert!(layout.shows(Card::Exports) && !layout.shows(Card::Help));
         layout.close(Card::Help);
         assert!(layout.shows_a_card());
-        layout.toggle(Card::Gallery);
+        layout.toggle(Card::Exports);
         assert!(!layout.shows_a_card());
+    }
+
+    /// Would catch: a gallery and a panel that together leave no picture.
+    #[test]
+    fn the_picture_keeps_room_beside_panel_and_gallery() {
+        let mut layout = Layout {
+            panel_width: PANEL_WIDTHS.max,
+            gallery: true,
+            ..Layout::default()
+        };
+        for window in [480.0, 640.0, 700.0, 900.0, 1280.0, 2560.0] {
+            let panel = match layout.shows_panel(window) {
+                true => layout.panel_fits(window),
+                false => 0.0,
+            };
+            let room = window - panel;
+            let picture = room - Layout::gallery_fits(room);
+            assert!(picture >= LEAST_PICTURE, "{window}: {picture}");
+            assert_eq!(panel > 0.0, window >= 646.0, "{window}");
+        }
+        layout.alone = true;
+        assert!(!layout.shows_gallery() && !layout.shows_panel(2560.0));
     }
 }

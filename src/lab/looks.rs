@@ -3,10 +3,12 @@
 use myxo::scene::builtin::{self, PRESETS};
 use myxo::scene::settings::Settings;
 
+use crate::lab::autopilot::another;
 use crate::lab::command::Command;
 use crate::lab::desk::Desk;
 use crate::lab::document::Document;
 use crate::lab::presets::{Morph, by_chance, neighbour};
+use crate::lab::throws::Throws;
 use crate::own_presets::{OwnPresets, summary, with_preset};
 
 /// The clock by which looks change: wall time, or the time of the film that is being made, so that a change lasts as long in
@@ -37,14 +39,36 @@ impl LookClock {
     }
 }
 
+/// Why there is no way back or forward through looks made up by chance.
+pub const NO_EARLIER: &str = "No earlier look was made up by chance: D makes one up";
+pub const NO_LATER: &str = "No later look was made up by chance: D makes one up";
+
 /// Looks: the available ones, and the one that the present look changes into.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Looks {
     /// Looks that the user has kept.
     pub own: OwnPresets,
     /// Seconds that the change to another look takes.
     pub morph_seconds: f64,
+    /// Looks made up by chance.
+    pub throws: Throws,
     clock: LookClock,
+}
+
+/// The change to another look takes so many seconds, unless the user has chosen another time.
+pub const MORPH_SECONDS: f64 = 2.0;
+/// The longest change, seconds.
+pub const LONGEST_MORPH: f64 = 120.0;
+
+impl Default for Looks {
+    fn default() -> Self {
+        Self {
+            own: OwnPresets::default(),
+            morph_seconds: MORPH_SECONDS,
+            throws: Throws::default(),
+            clock: LookClock::default(),
+        }
+    }
 }
 
 impl Looks {
@@ -99,6 +123,7 @@ impl Looks {
     ) -> bool {
         match with_preset(&desk.document.look(), name, text) {
             Ok(to) => {
+                desk.document.note_morph();
                 desk.document.preset = Some(name.to_owned());
                 self.change_look(to, desk);
                 // It grows out of the present state; only from the start does it become like its small picture.
@@ -113,6 +138,33 @@ impl Looks {
         }
     }
 
+    /// Takes another look slowly, by a number: one that needs no other food, which would have to be measured.
+    pub(super) fn drift(
+        &mut self,
+        ctx: &egui::Context,
+        (number, seconds): (u64, f64),
+        desk: &mut Desk<'_>,
+    ) {
+        let look = desk.document.coming_look();
+        let names: Vec<(String, String)> = (self.preset_names().into_iter())
+            .filter_map(|name| {
+                let text = self.preset_text(&name)?;
+                let with = with_preset(&look, &name, &text).ok()?;
+                (with.feeding == look.feeding).then_some((name, text))
+            })
+            .collect();
+        let present = desk.document.preset.as_deref();
+        let place = names
+            .iter()
+            .position(|(name, _)| Some(name.as_str()) == present);
+        if let Some(next) = another(names.len(), place, number) {
+            let (name, text) = &names[next];
+            let before = std::mem::replace(&mut self.morph_seconds, seconds);
+            self.take_preset(ctx, name, text, desk);
+            self.morph_seconds = before;
+        }
+    }
+
     /// Is something different from what the preset says?
     pub(super) fn is_changed_from(&self, document: &Document, name: &str) -> bool {
         let look = document.look();
@@ -124,9 +176,30 @@ impl Looks {
     /// A look made up by chance.
     pub(super) fn by_chance(&mut self, ctx: &egui::Context, desk: &mut Desk<'_>) {
         let seed = ctx.input(|i| i.time).to_bits();
-        desk.document.preset = None;
         let to = by_chance(&desk.document.look(), seed);
+        self.throws.keep(&to);
+        self.take_thrown(ctx, to, desk);
+    }
+
+    /// The look that was made up before or after the one taken last, if there is one.
+    pub(super) fn step_throw(&mut self, ctx: &egui::Context, forward: bool, desk: &mut Desk<'_>) {
+        match self.throws.go(forward, &desk.document.coming_look()) {
+            Some(to) => self.take_thrown(ctx, to, desk),
+            None => {
+                let text = if forward { NO_LATER } else { NO_EARLIER };
+                desk.notices.say(ctx, text, false);
+            }
+        }
+    }
+
+    fn take_thrown(&mut self, ctx: &egui::Context, to: Settings, desk: &mut Desk<'_>) {
+        desk.document.note_morph();
+        desk.document.preset = None;
         self.change_look(to, desk);
+        if let Some((place, count)) = self.throws.at() {
+            let text = format!("Look {place} of {count} made up by chance");
+            desk.notices.say(ctx, text, false);
+        }
     }
 
     fn change_look(&mut self, mut to: Settings, desk: &mut Desk<'_>) {

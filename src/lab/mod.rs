@@ -1,8 +1,11 @@
 //! The lab: a window in which slime mold grows, with every parameter beside it.
 
 mod actions;
+mod ahead;
 mod answers;
 mod app;
+mod autopilot;
+mod axes;
 mod back;
 mod back_button;
 mod checks;
@@ -10,6 +13,7 @@ mod clocks;
 mod command;
 mod desk;
 mod document;
+mod easing;
 mod edits;
 mod export;
 mod export_panel;
@@ -53,6 +57,8 @@ mod places;
 mod plot;
 mod preferences;
 mod presets;
+mod preview;
+mod previewing;
 mod profiling;
 mod recent;
 mod renewal;
@@ -62,9 +68,14 @@ mod saving;
 mod screen;
 mod show;
 
+mod spin;
 mod stage;
+mod state_copy;
+mod strip;
 mod strokes;
 mod theme;
+mod throws;
+mod timeline;
 mod tools;
 mod undo;
 mod view_rows;

@@ -2,10 +2,13 @@
 
 use egui::{Key, PointerButton, Pos2, Response, Ui};
 use glam::{Vec2, Vec3};
+use myxo::render::Camera;
 use myxo::render::view::View;
 
+use crate::lab::easing::Easing;
 use crate::lab::flying::{Flying, LONGEST, SPEED, WAYS};
 use crate::lab::notices::Notices;
+use crate::lab::spin::{Spin, Way};
 use crate::lab::wheel::Wheel;
 
 /// How much one point of scrolling magnifies; a notch of a wheel is about 40 points.
@@ -18,6 +21,13 @@ const FLIGHT_SPEED: f32 = 11.0;
 pub struct Navigation {
     flight: Option<Flight>,
     wheel: Wheel,
+    /// The camera goes on for a moment after a drag.
+    pub glides: bool,
+    spin: Spin,
+    /// The picture is on its way to where the camera is.
+    easing: Option<Easing>,
+    /// The time of this frame, seconds.
+    now: f64,
     /// While keys fly the camera.
     pub(super) flying: Option<Flying>,
 }
@@ -79,9 +89,14 @@ impl Navigation {
         let zoom = pinch * (scroll * ZOOM_PER_POINT).exp();
         let lights = ui.input(|i| i.key_down(Key::L)) && !ui.ctx().text_edit_focused();
         let mut moved = Moved::default();
+        let (is_pressed, is_held) = ui.input(|i| (i.pointer.any_pressed(), i.pointer.any_down()));
+        let is_met = is_pressed && response.contains_pointer();
 
         let pans = drags.others != egui::Vec2::ZERO;
         let drag = pixels(if pans { drags.others } else { drags.first });
+        if is_met || drag != Vec2::ZERO || (pointer.is_some() && zoom != 1.0) {
+            self.stop(view);
+        }
         if drag != Vec2::ZERO {
             moved.touched = true;
             self.flight = None;
@@ -91,11 +106,16 @@ impl Navigation {
                 view.light.drag(drag, size);
             } else if self.is_flying() && !pans {
                 view.camera.look(drag, size);
-            } else if pans || shift {
-                view.camera.pan(drag, size);
             } else {
-                view.camera.orbit(drag, size);
+                let way = if pans || shift { Way::Pan } else { Way::Orbit };
+                self.spin.drag(way, drag, seconds, self.now);
+                go(view, way, drag, size);
             }
+        } else if !self.glides || view.show.is_flat() {
+            self.spin.stop();
+        } else if let Some((way, by)) = self.spin.go_on(is_held, seconds, self.now) {
+            moved.touched = true;
+            go(view, way, by, size);
         }
         if let Some(at) = pointer
             && zoom != 1.0
@@ -110,12 +130,44 @@ impl Navigation {
         if response.double_clicked() && !view.show.is_flat() {
             moved.refocus = drags.pressed.map(|at| pixels(at - response.rect.min));
         }
+        moved.touched |= self.easing.is_some();
         moved.touched |= self.fly(view, seconds);
         moved.touched |= !view.show.is_flat() && self.travel(ui.ctx(), view, seconds);
         if moved.touched {
             ui.ctx().request_repaint();
         }
         moved
+    }
+
+    /// A frame begins, at this time in seconds.
+    pub fn tick(&mut self, now: f64) {
+        self.now = now;
+        self.easing.take_if(|easing| easing.is_over(now));
+    }
+
+    /// What the picture shows while it is on its way to this camera.
+    pub fn shown(&self, camera: &Camera) -> Camera {
+        let easing = self.easing.as_ref();
+        easing.map_or(*camera, |easing| easing.shown(camera, self.now))
+    }
+
+    /// The camera was moved at once, and the picture follows from what it shows.
+    pub fn ease(&mut self, from: Camera) {
+        self.spin.stop();
+        self.flight = None;
+        self.easing = Some(Easing::new(from, self.now));
+    }
+
+    /// Does anything move the camera, or the picture, by itself?
+    pub fn goes_on(&self) -> bool {
+        self.easing.is_some() || self.spin.is_free() || self.flight.is_some()
+    }
+
+    /// Everything that goes on by itself stops where the picture shows it.
+    fn stop(&mut self, view: &mut View) {
+        view.camera = self.shown(&view.camera);
+        self.easing = None;
+        self.spin.stop();
     }
 
     /// Begins a flight that brings a point to the middle of the picture. The eye moves sideways only, so that nothing
@@ -143,6 +195,13 @@ impl Navigation {
             self.flight = None;
         }
         true
+    }
+}
+
+fn go(view: &mut View, way: Way, by: Vec2, size: Vec2) {
+    match way {
+        Way::Pan => view.camera.pan(by, size),
+        Way::Orbit => view.camera.orbit(by, size),
     }
 }
 

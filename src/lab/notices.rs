@@ -13,6 +13,9 @@ const MOST_ERRORS: usize = 4;
 /// How the picture alone ends.
 pub const HOW_BACK: &str = "Esc brings the panel back";
 
+/// How the autopilot ends.
+pub const HOW_DRIFT_ENDS: &str = "Autopilot: any key or movement ends it";
+
 /// All notices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Notices {
@@ -60,7 +63,7 @@ impl Notices {
         news.take_if(|(_, until)| now > *until);
         let news = news
             .as_ref()
-            .filter(|(text, _)| !is_alone || text == HOW_BACK);
+            .filter(|(text, _)| !is_alone || [HOW_BACK, HOW_DRIFT_ENDS].contains(&text.as_str()));
         if news.is_none() && errors.is_empty() {
             return;
         }
@@ -70,8 +73,12 @@ impl Notices {
             ui.ctx().request_repaint_after(left);
         }
         let mut gone = None;
+        // Panels beside the picture may be of different widths.
+        let window = ui.ctx().content_rect();
+        let aside = picture.center().x - window.center().x;
+        let above = (picture.bottom() - window.bottom() - 14.0).min(-44.0);
         egui::Area::new("notice".into())
-            .anchor(Align2::CENTER_BOTTOM, vec2(0.5 * picture.left(), -44.0))
+            .anchor(Align2::CENTER_BOTTOM, vec2(aside, above))
             .interactable(!errors.is_empty())
             .show(ui.ctx(), |ui| {
                 ui.set_max_width((picture.width() - 60.0).max(120.0));

@@ -21,6 +21,7 @@ pub struct Observed<'a> {
     panel: bool,
     light: bool,
     performing: bool,
+    autopilot: bool,
     full_screen: bool,
     help: bool,
     gallery: bool,
@@ -31,6 +32,8 @@ pub struct Observed<'a> {
     recorded: u64,
     making: Option<String>,
     preset: Option<&'a str>,
+    /// The look that the picture previews.
+    previewed: Option<&'a str>,
     /// Presets that the user has kept.
     own: Vec<&'a str>,
     morphing: bool,
@@ -56,9 +59,10 @@ impl Interface {
             panel: self.layout.panel && !self.layout.alone,
             light: self.layout.light,
             performing: self.layout.alone,
+            autopilot: self.autopilot.is_on(),
             full_screen: facts.full_screen,
             help: self.layout.shows(Card::Help),
-            gallery: self.layout.shows(Card::Gallery),
+            gallery: self.layout.shows_gallery(),
             out: self.layout.shows(Card::Exports),
             opening: self.opening.is_open(),
             recording: facts.exports.recording.is_some(),
@@ -72,6 +76,7 @@ impl Interface {
                 .as_ref()
                 .map(|making| making.name.clone()),
             preset: self.document.preset.as_deref(),
+            previewed: self.preview.look(),
             own: self
                 .looks
                 .own

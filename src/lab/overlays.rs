@@ -196,6 +196,30 @@ pub(super) fn progress_bar(ui: &Ui, done: f32) -> egui::ProgressBar {
         .desired_height(4.0)
 }
 
+/// The name of the look that the picture previews, at its top.
+pub(super) fn show_previewed(
+    ctx: &egui::Context,
+    picture: Rect,
+    look: Option<&str>,
+    only: Option<&str>,
+) {
+    let Some(name) = look else { return };
+    let area = egui::Area::new("previewed".into())
+        .pivot(Align2::CENTER_TOP)
+        .interactable(false)
+        .fixed_pos(picture.center_top() + vec2(0.0, 8.0));
+    area.show(ctx, |ui| {
+        ui.set_max_width((picture.width() - 40.0).max(80.0));
+        egui::Frame::popup(ui.style()).show(ui, |ui| {
+            let text = match only {
+                Some(why) => format!("Colours of {name} ({why})"),
+                None => format!("Preview of {name}"),
+            };
+            ui.label(RichText::new(text).color(theme::accent(ui)));
+        });
+    });
+}
+
 /// A card over the picture of a window that is to close: what it finishes before that.
 pub(super) fn show_ending(ctx: &egui::Context, picture: Rect, out: &ExportFacts) {
     let making = out.making.as_ref();

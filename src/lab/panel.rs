@@ -16,7 +16,7 @@ use crate::lab::desk::Desk;
 use crate::lab::facts::{Check, Facts};
 use crate::lab::foods::food_sections;
 use crate::lab::layout::Card;
-use crate::lab::looks::Looks;
+use crate::lab::looks::{LONGEST_MORPH, Looks, NO_EARLIER, NO_LATER};
 use crate::lab::navigation::Navigation;
 use crate::lab::outliner::Outliner;
 use crate::lab::places::{Marked as _, note_value};
@@ -454,14 +454,14 @@ fn conditions(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
     }
 }
 
-/// The gallery, the preset, chance, and how quickly looks change.
+/// The gallery and the preset; chance below.
 fn looks_row(ui: &mut Ui, looks: &mut Looks, desk: &mut Desk<'_>) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        let gallery = egui::Button::selectable(desk.layout.shows(Card::Gallery), "🖼 Gallery");
+        let gallery = egui::Button::selectable(desk.layout.gallery, "🖼 Gallery");
         if ui
             .add(gallery)
-            .on_hover_text(Action::Gallery.hint("Scenes and presets"))
+            .on_hover_text(Action::Gallery.hint("Looks and scenes, beside the picture"))
             .marked("gallery")
             .clicked()
         {
@@ -474,7 +474,7 @@ fn looks_row(ui: &mut Ui, looks: &mut Looks, desk: &mut Desk<'_>) {
         };
         let mut chosen = None;
         egui::ComboBox::from_id_salt("preset")
-            .width(96.0)
+            .width(ui.available_width() - 36.0)
             .height(600.0)
             .truncate()
             .selected_text(name)
@@ -501,25 +501,60 @@ fn looks_row(ui: &mut Ui, looks: &mut Looks, desk: &mut Desk<'_>) {
         if let Some((name, text)) = chosen {
             looks.take_preset(ui.ctx(), &name, &text, desk);
         }
-        if ui
-            .button("🎲")
-            .on_hover_text(Action::ByChance.hint("A look by chance"))
-            .marked("chance")
-            .clicked()
-        {
+        let drifts = ui.button("🚀").on_hover_text(Action::Autopilot.hint(
+            "Autopilot: the picture alone drifts from look to look, and the camera round the scene, until any input",
+        ));
+        if drifts.marked("autopilot").clicked() {
+            desk.actions.push(Action::Autopilot);
+        }
+    });
+    throws_row(ui, looks, desk);
+}
+
+/// The dice, the ways through their throws, and how quickly looks change.
+fn throws_row(ui: &mut Ui, looks: &mut Looks, desk: &mut Desk<'_>) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let dice = ui.button("🎲").on_hover_text(Action::ByChance.hint(
+            "A look by chance. Each is kept until the window closes, and the arrows lead back to it",
+        ));
+        if dice.marked("chance").clicked() {
             desk.actions.push(Action::ByChance);
         }
-        ui.add(
-            egui::DragValue::new(&mut looks.morph_seconds)
-                .range(0.0..=120.0)
-                .speed(0.1)
-                .custom_parser(reader(ui, parse_number))
-                .update_while_editing(false)
-                .max_decimals(1)
-                .suffix(" s"),
-        )
-        .on_hover_text("How long the change to another look takes. Drag, or click to type.")
-        .marked("morph");
+        let look = desk.document.coming_look();
+        for (forward, sign, action, hint, why_not) in [
+            (false, "◀", Action::EarlierThrow, "The look before", NO_EARLIER),
+            (true, "▶", Action::LaterThrow, "The look after", NO_LATER),
+        ] {
+            let button = egui::Button::new(RichText::new(sign).small());
+            let button = ui
+                .add_enabled(looks.throws.can_go(forward, &look), button)
+                .on_hover_text(action.hint(hint))
+                .on_disabled_hover_text(why_not);
+            let name = if forward { "chance.later" } else { "chance.earlier" };
+            if button.marked(name).clicked() {
+                desk.actions.push(action);
+            }
+        }
+        if let Some((place, count)) = looks.throws.at() {
+            let text = format!("{place} of {count}");
+            note_value(ui.ctx(), "chance", || text.clone());
+            ui.label(RichText::new(text).small().color(theme::weak(ui)));
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.add(
+                egui::DragValue::new(&mut looks.morph_seconds)
+                    .range(0.0..=LONGEST_MORPH)
+                    .speed(0.1)
+                    .custom_parser(reader(ui, parse_number))
+                    .update_while_editing(false)
+                    .max_decimals(1)
+                    .suffix(" s"),
+            )
+            .on_hover_text("How long the change to another look takes. Drag, or click to type.")
+            .marked("morph");
+            ui.label(RichText::new("change in").small().color(theme::weak(ui)));
+        });
     });
 }
 

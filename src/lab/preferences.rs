@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::lab::export_panel::ExportPanel;
 use crate::lab::layout::{PANEL_WIDTH, PANEL_WIDTHS};
+use crate::lab::looks::{LONGEST_MORPH, MORPH_SECONDS};
 use crate::lab::recent::{Recent, merged};
 
 /// Kept in `lab.toml` in the user's folder for settings. Entries that are missing or unreadable have their defaults.
@@ -25,6 +26,12 @@ pub struct Preferences {
     pub zoom: f32,
     /// Size of the window, pixels.
     pub size: [u32; 2],
+    /// Seconds that the change to another look takes.
+    pub morph_seconds: f64,
+    /// The camera goes on for a moment after a drag.
+    pub glides: bool,
+    /// The strip of kept states is unfolded.
+    pub timeline: bool,
     /// Scene files that were opened or saved last.
     pub recent: Recent,
     /// The choices in Export.
@@ -39,6 +46,9 @@ impl Default for Preferences {
             panel_width: PANEL_WIDTH,
             zoom: 1.0,
             size: [1440, 900],
+            morph_seconds: MORPH_SECONDS,
+            glides: true,
+            timeline: false,
             recent: Recent::default(),
             out: ExportPanel::default(),
         }
@@ -89,7 +99,7 @@ impl Preferences {
 
     /// The preferences that another window has kept since this one opened, except those that were changed in this one.
     pub fn over(&self, opened: &Self, kept: &Self) -> Self {
-        merged! { self, opened, kept: [light, panel, panel_width, zoom, size]
+        merged! { self, opened, kept: [light, panel, panel_width, zoom, size, morph_seconds, glides, timeline]
             recent: self.recent.over(&opened.recent, &kept.recent),
             out: self.out.over(&opened.out, &kept.out),
         }
@@ -107,6 +117,9 @@ impl Preferences {
             self.size[0].clamp(480, 16_384),
             self.size[1].clamp(320, 16_384),
         ];
+        if !(0.0..=LONGEST_MORPH).contains(&self.morph_seconds) {
+            self.morph_seconds = MORPH_SECONDS;
+        }
         self.out = self.out.kept();
         self
     }
@@ -131,6 +144,9 @@ mod tests {
             panel_width: 400.0,
             zoom: 1.5,
             size: [800, 600],
+            morph_seconds: 7.5,
+            glides: false,
+            timeline: true,
             out: ExportPanel {
                 folder: "out".to_owned(),
                 size: Size::Custom,
@@ -156,11 +172,12 @@ mod tests {
             ..kept.out.clone()
         };
         assert_eq!((&both.out, &both.recent), (&out, &recent));
-        let nonsense = "light = true\nzoom = 1e9\nsize = [1, 1]\n\
+        let nonsense = "light = true\nzoom = 1e9\nsize = [1, 1]\nmorph_seconds = -3.0\n\
                         [out]\nseconds = nan\nevery = 0\nfps = 4000000000\ncustom = [0, 99999]\nkind = \"Gif\"\n";
         std::fs::write(&file, nonsense).unwrap();
         let read = Preferences::read(&file);
         assert!(read.light && read.panel && read.zoom == 1.0);
+        assert_eq!(read.morph_seconds, MORPH_SECONDS);
         assert_eq!(read.size, [480, 320]);
         let wanted = ExportPanel {
             every: 1,

@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use egui::Ui;
+use egui::{RichText, Ui, vec2};
 use serde::{Deserialize, Serialize};
 
 use crate::lab::places::Marked as _;
+use crate::lab::theme;
 
 /// How many of them are remembered.
 const MOST: usize = 8;
@@ -45,29 +46,22 @@ impl Recent {
     }
 
     /// Shows the list; returns the file that was clicked.
-    pub fn menu(&self, ui: &mut Ui) -> Option<PathBuf> {
+    pub fn list(&self, ui: &mut Ui) -> Option<PathBuf> {
         let mut clicked = None;
-        let button = egui::containers::menu::MenuButton::new("Recent");
-        let menu = ui.add_enabled_ui(!self.0.is_empty(), |ui| {
-            let (response, _) = button.ui(ui, |ui| {
-                ui.set_min_width(150.0);
-                for (i, file) in self.0.iter().enumerate() {
-                    let name = file.file_name().unwrap_or(file.as_os_str());
-                    let entry = ui
-                        .button(name.to_string_lossy())
-                        .on_hover_text(file.display().to_string());
-                    if entry.marked(&format!("recent={i}")).clicked() {
-                        clicked = Some(file.clone());
-                        ui.close();
-                    }
-                }
-            });
-            response
-        });
-        menu.inner
-            .on_hover_text("Scene files that you opened or saved last")
-            .on_disabled_hover_text("Scene files that you open or save are listed here")
-            .marked("recent");
+        for (i, file) in self.0.iter().enumerate() {
+            let name = file.file_name().unwrap_or(file.as_os_str());
+            let entry = egui::Button::new(name.to_string_lossy())
+                .truncate()
+                .min_size(vec2(ui.available_width(), 0.0));
+            let entry = ui.add(entry).on_hover_text(file.display().to_string());
+            if entry.marked(&format!("recent={i}")).clicked() {
+                clicked = Some(file.clone());
+            }
+        }
+        if self.0.is_empty() {
+            let text = RichText::new("Scene files that you open or save are listed here.");
+            ui.label(text.small().color(theme::weak(ui)));
+        }
         clicked
     }
 }

@@ -17,7 +17,9 @@ use crate::lab::feeding::Fed;
 use crate::lab::lost::{Lost, is_loss};
 use crate::lab::order::{Asked, Order, Task};
 use crate::lab::pacing::Pacer;
+use crate::lab::previewing::{MOST_BYTES, Previewing};
 use crate::lab::stage::Stage;
+use crate::lab::state_copy::StateCopy;
 use crate::room;
 
 /// Kernels that take longer are divided.
@@ -61,6 +63,8 @@ pub struct Runner {
     pub single_steps: u32,
     /// The state that one can go back to.
     pub back: Back,
+    /// A look that is previewed, and the state from before.
+    pub previewing: Option<Previewing>,
     /// Where the validation layers are on.
     pub checks: Option<Checks>,
     /// What is left of a device that was lost.
@@ -88,6 +92,7 @@ impl Runner {
             order: Order::default(),
             single_steps: 0,
             back: Back::default(),
+            previewing: None,
             checks: checks.then(Checks::new),
             lost: None,
             format,
@@ -113,6 +118,7 @@ impl Runner {
         stage.take_canvases(self.stage.take());
         clocks.restart(&mut self.frames, &stage);
         self.stage = Some(stage);
+        self.previewing = None;
         self.is_torn = false;
         if let Some(lost) = &mut self.lost {
             lost.scene = None;
@@ -218,6 +224,10 @@ impl Runner {
         };
         clocks.submitted(steps, &self.ctx, &self.frames, stage, &mut self.pacer);
         stage.follow_times(clocks.facts.times.draw_ms);
+        if let Some(previewing) = &self.previewing {
+            // Steps of a preview do not count.
+            (clocks.facts.step, clocks.facts.seconds) = previewing.stands_at();
+        }
         let Some(checks) = &mut self.checks else {
             return Ok(false);
         };
@@ -276,6 +286,39 @@ impl Runner {
         }
     }
 
+    /// Can looks be previewed on the running state? It must be small enough to be copied.
+    pub fn can_preview(&self) -> bool {
+        (self.stage.as_ref()).is_some_and(|stage| StateCopy::bytes_of(stage) <= MOST_BYTES)
+    }
+
+    /// The settings that run without a preview.
+    pub fn true_settings(&self) -> Option<&Settings> {
+        match &self.previewing {
+            Some(previewing) => Some(previewing.settings()),
+            None => Some(self.stage.as_ref()?.simulation.settings()),
+        }
+    }
+
+    /// Runs with another look, from the state before any preview, until [`Self::end_preview`].
+    pub fn preview(&mut self, look: &Settings) -> Result<()> {
+        match (&mut self.stage, &mut self.previewing) {
+            (None, _) => {}
+            (Some(stage), Some(previewing)) => previewing.change(stage, look)?,
+            (Some(stage), none) => *none = Some(Previewing::begin(stage, look)?),
+        }
+        Ok(())
+    }
+
+    /// Ends the preview: everything is as before it. Returns false if there was none.
+    pub fn end_preview(&mut self) -> Result<bool> {
+        let (Some(previewing), Some(stage)) = (&self.previewing, &mut self.stage) else {
+            return Ok(false);
+        };
+        previewing.end(stage)?;
+        self.previewing = None;
+        Ok(true)
+    }
+
     /// Keeps the state that is about to be left, as it was `shown`; also one that has hardly grown, if it is left to go back to
     /// the one before. Says what can come back, where that is another state than before.
     pub fn keep_grown(&mut self, shown: Shown, goes_back: bool) -> Result<Option<Before>> {
@@ -312,7 +355,7 @@ impl Runner {
     pub fn leave_device(&mut self) {
         // Where other calls failed than those that notice, threads that wait for the device learn it here.
         self.ctx.pretend_lost();
-        self.slices = None;
+        (self.slices, self.previewing) = (None, None);
         // The state before may be the one that the device was lost by.
         self.back = Back::default();
         let lost = self.lost.get_or_insert_default();

@@ -10,7 +10,7 @@ use myxo::render::exposure::Exposure;
 use myxo::render::pick::{self, Hit};
 use myxo::render::{Canvas, Prepared, Quality, Renderer, View};
 use myxo::scene::Scene;
-use myxo::scene::settings::{Show, Strategy};
+use myxo::scene::settings::{ColorMap, Show, Strategy};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::types::{Flow, Pose};
 use myxo::sim::{Setup, Simulation};
@@ -329,7 +329,11 @@ impl Stage {
 
     /// Pictures take so long now, in milliseconds: on a slow device their quality falls before their rate does.
     pub fn follow_times(&mut self, draw_ms: Option<f64>) {
-        let limit = if self.is_plain { FULL_BELOW } else { PLAIN_ABOVE };
+        let limit = if self.is_plain {
+            FULL_BELOW
+        } else {
+            PLAIN_ABOVE
+        };
         self.is_plain = draw_ms.is_some_and(|ms| ms > limit);
     }
 
@@ -352,9 +356,21 @@ impl Stage {
         self.shown.picture.as_ref().is_some_and(fits) && self.drawn.as_ref().is_some_and(is_of)
     }
 
-    /// Is the picture on the canvas still recent enough? It is for a while, as long as the camera stays.
+    /// Is the picture on the canvas still recent enough? It is for a while, as long as camera and colours stay.
     pub fn shows(&self, view: &View, sizes: Sizes) -> bool {
-        self.has_drawn(view, sizes) && self.drawn_at.elapsed() < SHOWN_FOR
+        let is_recent = self.drawn_at.elapsed() < SHOWN_FOR;
+        is_recent && self.has_drawn(view, sizes) && self.has_colors(view.color_map)
+    }
+
+    /// Does the canvas show the trail in other colours than these?
+    pub fn has_other_colors(&self, colors: ColorMap) -> bool {
+        self.drawn.is_some() && !self.has_colors(colors)
+    }
+
+    /// Does the canvas show the trail in these colours?
+    pub fn has_colors(&self, colors: ColorMap) -> bool {
+        let drawn = self.drawn.as_ref();
+        drawn.is_some_and(|drawn| drawn.view.color_map == colors)
     }
 
     /// Do the canvases have these sizes?

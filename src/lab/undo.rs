@@ -2,16 +2,16 @@
 //! brush, one entry for each action of the user. The texels that strokes have changed are in `strokes.rs`.
 
 use glam::Vec3;
-use myxo::render::View;
 use myxo::render::exposure::Exposure;
 use myxo::render::view::Light;
+use myxo::render::{Camera, View};
 use myxo::scene::settings::{ColorMap, Settings};
 
 /// Entries that are kept.
 const MOST: usize = 200;
 
-/// The look of the picture. The camera's place and the view shown are not part of it: the undo of a
-/// parameter must not move the view.
+/// The look of the picture. The view shown is not part of it, and the camera has entries of its own: the undo of a parameter must not
+/// move it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Look {
     color_map: ColorMap,
@@ -96,6 +96,28 @@ pub struct Entry {
     strokes: u64,
     /// The preset that was taken last. It alone makes no entry.
     preset: Option<String>,
+    /// The camera, which no file has to have.
+    camera: Camera,
+    /// It fits the scene into the picture, whatever size that has.
+    fits: bool,
+    /// The user went back to a kept state: the numbers of the state that was left, if it is kept, and of this one.
+    came: Option<(Option<u64>, u64)>,
+}
+
+impl Entry {
+    /// Does it look at the same from the same direction?
+    fn sees_as(&self, camera: &Camera, fits: bool) -> bool {
+        match self.fits && fits {
+            true => (self.camera.yaw, self.camera.pitch) == (camera.yaw, camera.pitch),
+            false => self.camera == *camera,
+        }
+    }
+
+    /// Does it lead to the same as this one?
+    fn is_same(&self, other: &Self) -> bool {
+        let stays = self.came.is_none() && other.came.is_none();
+        stays && self == other && self.sees_as(&other.camera, other.fits)
+    }
 }
 
 impl PartialEq for Entry {
@@ -116,6 +138,12 @@ pub struct Undo {
     saved: Option<Entry>,
     /// Something was painted last that undo does not take back.
     lasts: bool,
+    /// The last undo or redo has moved the camera, to one that fits the scene or not.
+    moved_camera: Option<bool>,
+    /// And it leads to this kept state.
+    state: Option<u64>,
+    /// The next change comes with a camera of its own.
+    brings_camera: bool,
 }
 
 impl Undo {
@@ -126,6 +154,9 @@ impl Undo {
             state,
             strokes: 0,
             preset: None,
+            camera: view.camera,
+            fits: false,
+            came: None,
         };
         Self {
             past: Vec::new(),
@@ -134,6 +165,9 @@ impl Undo {
             future: Vec::new(),
             last_number: 0,
             lasts: false,
+            moved_camera: None,
+            state: None,
+            brings_camera: false,
         }
     }
 
@@ -154,11 +188,71 @@ impl Undo {
             return;
         }
         let settings = settings.clone();
+        // A field of view comes with its distance.
+        let opens = self.now.state.look.field_of_view != look.field_of_view;
+        let brings = std::mem::take(&mut self.brings_camera);
+        let camera = match opens || brings {
+            true => view.camera,
+            false => self.now.camera,
+        };
         self.push(Entry {
             state: Edited { settings, look },
             strokes: self.now.strokes,
             preset: None,
+            camera,
+            fits: self.now.fits,
+            came: None,
         });
+    }
+
+    /// The user has gone back to a kept state, which had these settings and this look; `came` has the numbers of the state that was
+    /// left, if it is kept, and of that one.
+    pub fn go_to_state(&mut self, settings: &Settings, view: &View, came: (Option<u64>, u64)) {
+        self.push(Entry {
+            state: Edited::of(settings, view),
+            came: Some(came),
+            ..self.now.clone()
+        });
+    }
+
+    /// The kept state that the last undo or redo leads to.
+    pub fn state(&self) -> Option<u64> {
+        self.state
+    }
+
+    /// The camera has come to rest. If it is another one than before, that is one more entry, unless something that was undone can
+    /// come back: looking around must not end that.
+    pub fn note_camera(&mut self, view: &View, fits: bool) {
+        if self.can_redo() {
+            return;
+        }
+        if self.now.sees_as(&view.camera, fits) {
+            (self.now.camera, self.now.fits) = (view.camera, fits);
+            return;
+        }
+        self.push(Entry {
+            camera: view.camera,
+            fits,
+            came: None,
+            ..self.now.clone()
+        });
+    }
+
+    /// The next change of settings or look comes with a camera, and they are one entry.
+    pub fn bring_camera(&mut self) {
+        self.brings_camera = true;
+    }
+
+    /// The camera was moved from one place to another, not by the user: that is no entry.
+    pub fn follow_camera(&mut self, from: &Camera, to: &Camera, fits: bool) {
+        if self.now.camera == *from {
+            (self.now.camera, self.now.fits) = (*to, fits);
+        }
+    }
+
+    /// Did undo or redo move the camera just now? Then it says whether that one fits the scene into the picture.
+    pub fn moved_camera(&self) -> Option<bool> {
+        self.moved_camera
     }
 
     /// Adds an entry for a finished stroke that has changed painted areas, and returns its number. The rest is as it was noted
@@ -166,9 +260,9 @@ impl Undo {
     pub fn stroke(&mut self) -> u64 {
         self.last_number += 1;
         self.push(Entry {
-            state: self.now.state.clone(),
             strokes: self.last_number,
-            preset: self.now.preset.clone(),
+            came: None,
+            ..self.now.clone()
         });
         self.last_number
     }
@@ -215,8 +309,10 @@ impl Undo {
         let Some(before) = self.past.pop() else {
             return false;
         };
-        self.future.push(std::mem::replace(&mut self.now, before));
-        self.put(settings, view);
+        let left = std::mem::replace(&mut self.now, before);
+        self.put(&left, settings, view);
+        self.state = left.came.and_then(|(from, _)| from);
+        self.future.push(left);
         true
     }
 
@@ -226,8 +322,10 @@ impl Undo {
         let Some(after) = self.future.pop() else {
             return false;
         };
-        self.past.push(std::mem::replace(&mut self.now, after));
-        self.put(settings, view);
+        let left = std::mem::replace(&mut self.now, after);
+        self.put(&left, settings, view);
+        self.state = self.now.came.map(|(_, to)| to);
+        self.past.push(left);
         true
     }
 
@@ -250,10 +348,10 @@ impl Undo {
 
     /// Entries that are no longer different are one.
     fn join(&mut self) {
-        self.past.dedup();
-        self.future.dedup();
-        self.past.pop_if(|last| *last == self.now);
-        self.future.pop_if(|next| *next == self.now);
+        self.past.dedup_by(|a, b| a.is_same(b));
+        self.future.dedup_by(|a, b| a.is_same(b));
+        self.past.pop_if(|last| last.is_same(&self.now));
+        self.future.pop_if(|next| next.is_same(&self.now));
     }
 
     /// All that a file may have, as it is now.
@@ -262,6 +360,9 @@ impl Undo {
             state: Edited::of(settings, view),
             strokes: self.now.strokes,
             preset: None,
+            camera: view.camera,
+            fits: false,
+            came: None,
         }
     }
 
@@ -295,9 +396,15 @@ impl Undo {
         !self.future.is_empty()
     }
 
-    fn put(&self, settings: &mut Settings, view: &mut View) {
+    /// The present entry is there again; the camera moves only if it does between this entry and the one that is left.
+    fn put(&mut self, left: &Entry, settings: &mut Settings, view: &mut View) {
         settings.clone_from(&self.now.state.settings);
         self.now.state.look.put(view);
+        let moves = !left.sees_as(&self.now.camera, self.now.fits);
+        self.moved_camera = moves.then_some(self.now.fits);
+        if moves {
+            view.camera = self.now.camera;
+        }
     }
 }
 
@@ -369,6 +476,55 @@ mod tests {
             undo.forget_food(&refused, &runs);
             assert!(!undo.can_redo() && settings == runs);
         }
+        // The camera has entries of its own. Looking around does not end what can come again, and moves with no other change.
+        undo = Undo::new(&settings, &view);
+        let home = view.camera;
+        let turn = |view: &mut View, undo: &mut Undo, yaw| {
+            view.camera.yaw = yaw;
+            undo.note_camera(view, false);
+        };
+        turn(&mut view, &mut undo, 1.0);
+        settings.trail.decay = 0.3;
+        undo.note(&settings, &view);
+        assert!(undo.undo(&mut settings, &mut view) && undo.moved_camera().is_none());
+        turn(&mut view, &mut undo, 2.0);
+        assert!(undo.redo(&mut settings, &mut view), "it can come again");
+        assert_eq!((settings.trail.decay, view.camera.yaw), (0.3, 2.0));
+        turn(&mut view, &mut undo, 3.0);
+        for yaw in [1.0, 1.0, home.yaw] {
+            assert!(undo.undo(&mut settings, &mut view));
+            assert_eq!(view.camera.yaw, yaw);
+        }
+        assert!(view.camera == home && !undo.can_undo());
+        // A picture of another size is no entry, and neither is a file that lacks the camera.
+        undo = Undo::new(&settings, &view);
+        let wide = Camera {
+            distance: 2.0 * home.distance,
+            ..home
+        };
+        undo.follow_camera(&home, &wide, true);
+        view.camera = wide;
+        undo.note_camera(&view, true);
+        view.camera.distance *= 3.0;
+        undo.note_camera(&view, true);
+        assert!(!undo.can_undo());
+        view.camera.yaw += 1.0;
+        undo.note_camera(&view, true);
+        assert!(undo.can_undo() && !undo.is_unsaved(&settings, &view));
+        assert!(undo.undo(&mut settings, &mut view));
+        assert_eq!(undo.moved_camera(), Some(true));
+        // The way back to a kept state is an entry, also where nothing else is different; other entries lead to no state.
+        undo = Undo::new(&settings, &view);
+        undo.go_to_state(&settings, &view, (Some(7), 3));
+        settings.trail.decay = 0.2;
+        undo.note(&settings, &view);
+        let mut lead = |again: bool, undo: &mut Undo| {
+            let lead = if again { Undo::redo } else { Undo::undo };
+            assert!(lead(undo, &mut settings, &mut view));
+            undo.state()
+        };
+        let way = [false, false, true, true].map(|again| lead(again, &mut undo));
+        assert_eq!(way, [None, Some(7), Some(3), None]);
         for i in 0..2 * MOST {
             settings.seed = i as u64;
             undo.note(&settings, &view);

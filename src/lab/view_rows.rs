@@ -218,8 +218,8 @@ fn color(ui: &mut Ui, value: &mut [f32; 3]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use crate::lab::fitting::Room;
     use super::*;
+    use crate::lab::fitting::Room;
     use myxo::scene::Scene;
 
     fn document(distance: f32) -> Document {

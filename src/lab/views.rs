@@ -190,6 +190,7 @@ pub(super) fn camera_section(ui: &mut Ui, navigation: &Navigation, desk: &mut De
                 .button(*title)
                 .on_hover_text(format!("Looks at the same place from the {word}"));
             if button.marked(&format!("view={word}")).clicked() {
+                desk.document.eases = true;
                 desk.document.view.camera.look_from(*side);
             }
         }
@@ -207,7 +208,11 @@ pub(super) fn camera_section(ui: &mut Ui, navigation: &Navigation, desk: &mut De
             let text = format!("{speed:.2} scene radii a second");
             ui.label(RichText::new(text).small().color(theme::weak(ui)));
         }
+        theme::switch(ui, &mut desk.layout.glides, "goes on after a drag")
+            .on_hover_text("The camera slows down for half a second after a drag; not while the window is recorded")
+            .marked("glides");
     });
+    note_value(ui.ctx(), "glides", || desk.layout.glides.to_string());
     view_rows(ui, CAMERA_ROWS, desk);
 }
 

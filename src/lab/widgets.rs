@@ -38,6 +38,20 @@ pub fn hint_beside(response: Response, text: &str, why_not: &str) -> Response {
     response
 }
 
+/// Shows what the pointer rests on in more detail, to its left, where it covers nothing beside it.
+pub fn beside(response: Response, contents: impl FnOnce(&mut Ui)) -> Response {
+    let mut tooltip = Tooltip::for_enabled(&response);
+    tooltip.popup = tooltip.popup.align(RectAlign::LEFT_START);
+    tooltip.show(contents);
+    response
+}
+
+/// The key under which egui keeps the colour map that the pointer is on.
+const POINTED: &str = "colours under the pointer";
+/// The least size of a line in the list of colour maps, and the width of names in it, points.
+const SWATCH: egui::Vec2 = vec2(220.0, 24.0);
+const SWATCH_NAME: f32 = 84.0;
+
 /// The key under which egui keeps the message on refused input.
 const REFUSED: &str = "refused number";
 
@@ -117,11 +131,18 @@ fn parse(text: &str, has_decimal_commas: bool) -> Option<f64> {
 pub fn color_map_picker(ui: &mut Ui, chosen: &mut ColorMap) {
     egui::ComboBox::from_id_salt("color map")
         .width(ui.available_width())
+        .height(420.0)
         .selected_text(chosen.word())
         .show_ui(ui, |ui| {
             for map in ColorMap::ALL {
-                ui.selectable_value(chosen, *map, map.word())
-                    .marked(&format!("colors={}", map.word()));
+                let swatch = swatch(ui, *map, *chosen == *map);
+                if swatch.hovered() {
+                    ui.ctx()
+                        .data_mut(|data| data.insert_temp(Id::new(POINTED), *map));
+                }
+                if swatch.marked(&format!("colors={}", map.word())).clicked() {
+                    *chosen = *map;
+                }
             }
         })
         .response
@@ -129,6 +150,32 @@ pub fn color_map_picker(ui: &mut Ui, chosen: &mut ColorMap) {
         .marked("colors");
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 6.0), Sense::hover());
     color_strip(ui, rect, *chosen);
+}
+
+/// Takes the colour map that the pointer was on, once.
+pub fn take_pointed(ctx: &egui::Context) -> Option<ColorMap> {
+    ctx.data_mut(|data| data.remove_temp(Id::new(POINTED)))
+}
+
+/// A line of the list of colour maps: its name, and all its colours.
+fn swatch(ui: &mut Ui, map: ColorMap, is_chosen: bool) -> Response {
+    let size = vec2(ui.available_width().max(SWATCH.x), SWATCH.y);
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+    response.widget_info(|| {
+        egui::WidgetInfo::selected(egui::WidgetType::Button, true, is_chosen, map.word())
+    });
+    let visuals = ui.style().interact_selectable(&response, is_chosen);
+    if is_chosen || response.hovered() || response.has_focus() {
+        ui.painter().rect_filled(rect, 4.0, visuals.weak_bg_fill);
+    }
+    let at = rect.left_center() + vec2(6.0, 0.0);
+    let font = egui::TextStyle::Button.resolve(ui.style());
+    let (left, color) = (egui::Align2::LEFT_CENTER, visuals.text_color());
+    ui.painter().text(at, left, map.word(), font, color);
+    let mut strip = rect.shrink2(vec2(6.0, 5.0));
+    strip.min.x += SWATCH_NAME;
+    color_strip(ui, strip, map);
+    response
 }
 
 fn color_strip(ui: &Ui, rect: Rect, map: ColorMap) {

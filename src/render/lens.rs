@@ -64,7 +64,11 @@ impl Mean {
     /// # Panics
     /// If it has another size.
     pub fn add(&mut self, picture: &RgbaImage) {
-        assert_eq!(picture.dimensions(), self.size.into(), "pictures of one size");
+        assert_eq!(
+            picture.dimensions(),
+            self.size.into(),
+            "pictures of one size"
+        );
         static LIGHT: LazyLock<[f32; 256]> =
             LazyLock::new(|| std::array::from_fn(|i| linear_from_srgb(i as f32 / 255.0)));
         let light = &*LIGHT;

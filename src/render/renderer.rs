@@ -32,9 +32,9 @@ use crate::gpu::{
 };
 use crate::scene::settings::{ColorMap, Part};
 use crate::sim::draws::{
-    AtlasViewArgs, AtlasViewConstants, AtlasViewDraw, AtlasViewParams, BackgroundArgs, BackgroundDraw,
-    BackgroundParams, FieldsConstants, FieldsDraw, FoodsDraw, PaintedDraw, ParticlesDraw,
-    QuickSurfaceConstants, QuickSurfaceDraw, SurfaceConstants, SurfaceDraw,
+    AtlasViewArgs, AtlasViewConstants, AtlasViewDraw, AtlasViewParams, BackgroundArgs,
+    BackgroundDraw, BackgroundParams, FieldsConstants, FieldsDraw, FoodsDraw, PaintedDraw,
+    ParticlesDraw, QuickSurfaceConstants, QuickSurfaceDraw, SurfaceConstants, SurfaceDraw,
 };
 use crate::sim::kernels::{
     DrawOrder, Expose, ExposeArgs, ExposeParams, TrailHistogram, TrailHistogramArgs,

@@ -71,7 +71,9 @@ pub mod yardstick;
 pub use behaviour::deposit_factor;
 pub use plan::{Means, Plan};
 pub use setup::{LOOKING, STARTING, Setup, atlas_options};
-pub use simulation::{Areas, FoodOrder, KernelAlone, PreparedFood, Simulation, SnapshotCopy};
+pub use simulation::{
+    Areas, FoodOrder, KernelAlone, KernelOrder, PreparedFood, Simulation, SnapshotCopy,
+};
 pub use snapshot::{Census, Distances, Snapshot};
 pub use spread::TINY_TRAIL;
 pub use state::State;

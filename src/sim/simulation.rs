@@ -1,5 +1,6 @@
 //! A running simulation on the GPU.
 
+mod ahead;
 mod alone;
 mod copying;
 mod feeding;
@@ -33,6 +34,7 @@ use crate::scene::Scene;
 use crate::scene::parameters::{out_of_range, restarting};
 use crate::scene::problems::Problem;
 use crate::scene::settings::Settings;
+pub use ahead::KernelOrder;
 pub use alone::KernelAlone;
 pub use copying::SnapshotCopy;
 pub use feeding::{FoodOrder, PreparedFood};

@@ -132,7 +132,14 @@ fn developing_kernels_agree_with_their_twins() {
         }
         compare(&levels, "up");
         for (blooms, is_opaque) in [(false, true), (true, false), (true, true)] {
-            develops(&gpu, &shape, (&words, &quads, &singles), &bloom, &levels, [blooms, is_opaque]);
+            develops(
+                &gpu,
+                &shape,
+                (&words, &quads, &singles),
+                &bloom,
+                &levels,
+                [blooms, is_opaque],
+            );
         }
     }
     gpu.finish();
@@ -209,7 +216,10 @@ fn develops(
     let before = twin.clone();
     twin::smooth_edges(shape, is_opaque, &twin_edges, words, levels, &mut twin);
     assert_eq!(ctx.download(&developed).unwrap(), twin, "{shape:?}");
-    assert!(width.min(height) < 40 || before != twin, "edges are smoothed");
+    assert!(
+        width.min(height) < 40 || before != twin,
+        "edges are smoothed"
+    );
     if !blooms && is_opaque {
         // Where there is neither bloom nor edge, a picture keeps its bytes.
         let kept = (0..count).filter(|i| !twin_edges.contains(&(*i as u32)));
@@ -228,7 +238,10 @@ fn soften_agrees_with_its_twin() {
     let words: Vec<u32> = (0..(side * side) as u32)
         .map(|i| random(3, i, 0, Purpose::Start)[0])
         .collect();
-    let mut twin: Vec<f32> = words.iter().map(|w| (w & 255) as f32 * (1.0 / 255.0)).collect();
+    let mut twin: Vec<f32> = words
+        .iter()
+        .map(|w| (w & 255) as f32 * (1.0 / 255.0))
+        .collect();
     let before: f32 = twin.iter().sum();
     let footprint = Buffer::from_slice(ctx, "footprint", &words).unwrap();
     let footprint = Texels::new(&footprint, 1).unwrap();
@@ -255,7 +268,10 @@ fn soften_agrees_with_its_twin() {
         if apart == 1 {
             let after: f32 = twin.iter().sum();
             // Only what is blurred over the edges of the square is lost.
-            assert!((0.93..1.0).contains(&(after / before)), "{after} of {before}");
+            assert!(
+                (0.93..1.0).contains(&(after / before)),
+                "{after} of {before}"
+            );
         }
     }
     gpu.finish();

@@ -87,7 +87,24 @@ fn every_button_and_key_has_its_effect() {
     lab.click_until("chance", "preset", Value::Null);
     let by_chance = lab.save("cube");
     lab.key("d");
-    assert_ne!(lab.save("cube").physarum, by_chance.physarum);
+    let next = lab.save("cube").physarum;
+    assert_ne!(next, by_chance.physarum);
+    // Every look made up by chance is kept.
+    let goes = |to: &str| {
+        lab.wait(to, |seen| {
+            seen["values"]["chance"] == to && seen["state"]["morphing"] == false
+        });
+        lab.save("cube").physarum
+    };
+    assert_eq!(goes("2 of 2"), next);
+    lab.click("chance.earlier");
+    assert_eq!(goes("1 of 2"), by_chance.physarum);
+    lab.click("chance.later");
+    assert_eq!(goes("2 of 2"), next);
+    lab.key("j");
+    assert_eq!(goes("1 of 2"), by_chance.physarum);
+    lab.key("k");
+    assert_eq!(goes("2 of 2"), next);
     lab.type_into("morph", 0.5, "0.5");
     lab.key("bracketright");
     lab.wait("the look changes, or has changed", |seen| {
@@ -177,20 +194,32 @@ fn every_button_and_key_has_its_effect() {
 
     // Another scene, by its picture; and one whose loading is cancelled, if it is not loaded before the click.
     lab.click_until("gallery", "gallery", true);
+    lab.click("gallery=scenes");
     lab.click("card=sphere");
     lab.wait("the sphere is there", |seen| {
         seen["state"]["scene"] == "sphere" && seen["state"]["loading"] == false
     });
-    lab.key_until("g", "the gallery", "gallery", true);
-    // Presets are below the scenes.
+    // The gallery stays beside the picture, and its wheel does not turn the camera.
+    let camera = lab.value("camera");
     lab.point("card=sphere", 0.5);
-    for _ in 0..4 {
-        lab.perform(Gesture::Wheel(false));
-    }
+    lab.perform(Gesture::Wheel(true));
+    assert_eq!(lab.value("camera"), camera);
+    lab.key_until("g", "the gallery goes", "gallery", false);
+    lab.key_until("g", "the gallery comes", "gallery", true);
+    lab.click("gallery=looks");
     lab.click("card=cells");
     lab.wait("the look is taken", |seen| {
         seen["state"]["preset"] == "cells"
     });
     lab.key_until("Escape", "the gallery goes", "gallery", false);
+
+    // The autopilot, until something comes in.
+    lab.click_until("autopilot", "autopilot", true);
+    lab.perform(Gesture::MoveBy(60, 60));
+    lab.wait("it ends, and the panel is there", |seen| {
+        seen["state"]["autopilot"] == false && seen["state"]["performing"] == false
+    });
+    lab.key_until("a", "it begins", "autopilot", true);
+    lab.key_until("Escape", "it ends", "autopilot", false);
     lab.quit();
 }

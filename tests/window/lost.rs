@@ -86,6 +86,7 @@ fn after_a_lost_device_the_scene_restarts_as_it_was_set() {
 
     // The gallery's pictures are there again, and other scenes can be opened.
     lab.click_until("gallery", "gallery", true);
+    lab.click("gallery=scenes");
     lab.click("card=sphere");
     lab.wait("the sphere is there", |seen| {
         seen["state"]["scene"] == "sphere" && seen["state"]["loading"] == false

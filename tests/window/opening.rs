@@ -82,17 +82,15 @@ fn files_are_opened_by_a_dialog() {
         seen["values"]["tool"] == "look"
     });
 
-    // A scene, from the gallery.
+    // A scene, from the gallery, which stays.
     lab.click_until("gallery", "gallery", true);
+    lab.click("gallery=files");
     lab.click_until("open", "opening", true);
     type_path(&lab, path(&scene), false);
     lab.wait("it is there", |seen| {
         seen["state"]["scene"] == "ball" && seen["state"]["loading"] == false
     });
-    assert_eq!(
-        lab.seen().expect("the lab has reported")["state"]["gallery"],
-        false
-    );
+    lab.key_until("Escape", "the gallery goes", "gallery", false);
     assert_eq!(lab.save("ball").particles.count, 2500);
 
     // A mesh, from the menu of objects; the dialog begins where the last file was.
@@ -144,18 +142,17 @@ fn files_are_opened_by_a_dialog() {
     assert!(!lab.folder.file("mine_000001.toml").exists());
     // The recent files: this one first, then the one saved before.
     lab.click_until("gallery", "gallery", true);
-    lab.click("recent");
+    lab.click("gallery=files");
     lab.click("recent=1");
     lab.wait("it is there", |seen| {
         seen["state"]["scene"] == "ball_000001" && seen["state"]["loading"] == false
     });
-    lab.click_until("gallery", "gallery", true);
-    lab.click("recent");
     lab.click("recent=1");
     lab.wait("it is there again", |seen| {
         seen["state"]["scene"] == "mine" && seen["state"]["loading"] == false
     });
     assert_eq!(lab.value("trail.decay"), "0.75");
+    lab.key_until("g", "the gallery goes", "gallery", false);
     // Errors are shown until they are clicked away.
     let is_told = |seen: &Value| {
         let notice = seen["state"]["notice"].as_str();
@@ -268,7 +265,7 @@ fn what_was_chosen_is_there_the_next_time() {
     assert_eq!(lab.value("out.seconds"), "3");
     lab.key_until("Escape", "the card goes", "out", false);
     lab.click_until("gallery", "gallery", true);
-    lab.click("recent");
+    lab.click("gallery=files");
     lab.click("recent=0");
     lab.wait("it is there", |seen| {
         seen["state"]["scene"] == "ball" && seen["state"]["loading"] == false

@@ -134,6 +134,7 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     // Another scene, with the look that is here.
     let look = lab.save("cube");
     lab.click_until("gallery", "gallery", true);
+    lab.click("gallery=scenes");
     lab.click("scenes.look");
     lab.click("card=plane");
     lab.wait("it is there", |seen| {
@@ -153,8 +154,8 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
     lab.wait("it is there", |seen| seen["values"]["objects"] == "2");
     assert_eq!(lab.save("ball").objects.len(), 2);
 
-    // Removing takes two clicks.
-    lab.click_until("gallery", "gallery", true);
+    // Removing takes two clicks. The gallery is still there.
+    lab.click("gallery=looks");
     lab.click("remove=Moss 2");
     lab.click("remove=Moss 2:no");
     lab.click("remove=Moss 2");
@@ -164,6 +165,51 @@ fn looks_are_kept_taken_copied_dropped_and_removed() {
         seen["state"]["own"] == serde_json::json!([])
     });
     assert_eq!(std::fs::read_dir(&folder).expect("it is there").count(), 0);
+    lab.quit();
+}
+
+/// Would catch: steps of a preview that count, a look that a file gets because it was previewed, and a preview that a restart or
+/// the end of the window meets unprepared.
+#[test]
+fn a_preview_leaves_the_scene_as_it_is() {
+    if !can_open() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    lab.key_until("g", "the gallery", "gallery", true);
+    let scene = lab.save("cube");
+    let is_previewed = |name: &str| {
+        lab.wait(name, |seen| seen["state"]["previewed"] == name);
+        lab.until("its steps do not count", || {
+            let before = lab.step();
+            lab.look_at(8);
+            (lab.step() == before).then_some(before)
+        })
+    };
+    lab.point("card=cells", 0.5);
+    let stood = is_previewed("cells");
+    assert_eq!(lab.save("cube"), scene, "the look is not the scene's");
+    lab.point("card=network", 0.5);
+    assert!(is_previewed("network") >= stood);
+    lab.point("picture", 0.5);
+    let stood = lab.wait("it ends", |seen| seen["state"]["previewed"].is_null());
+    lab.grows_beyond(crate::step(&stood));
+    // The scene begins again under the pointer.
+    lab.point("card=cells", 0.5);
+    is_previewed("cells");
+    lab.key("r");
+    lab.wait("it begins again", |seen| {
+        seen["state"]["loading"] == false && crate::step(seen) < 40
+    });
+    assert_eq!(lab.save("cube"), scene);
+    is_previewed("cells");
+    lab.click_until("card=cells", "preset", "cells");
+    lab.wait("it is taken", |seen| {
+        seen["state"]["morphing"] == false && seen["state"]["previewed"].is_null()
+    });
+    assert_ne!(lab.save("cube").physarum, scene.physarum);
+    lab.point("card=network", 0.5);
+    is_previewed("network");
     lab.quit();
 }
 
@@ -272,6 +318,7 @@ fn scenes_with_unsaved_changes_are_kept() {
     lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
 
     lab.click_until("gallery", "gallery", true);
+    lab.click("gallery=scenes");
     lab.click("card=plane");
     lab.wait("another scene", |seen| {
         let notice = seen["state"]["notice"].as_str();
@@ -283,12 +330,17 @@ fn scenes_with_unsaved_changes_are_kept() {
     let text = std::fs::read_to_string(folder.join("cube_000001.toml")).expect("it is there");
     assert!(text.contains("decay = 0.5"), "{text}");
 
+    // Once it is opened, the gallery has what was left.
+    lab.key_until("g", "the gallery goes", "gallery", false);
     lab.click_until("gallery", "gallery", true);
+    lab.click("gallery=files");
     lab.click("left=0");
     lab.wait("it is back", |seen| {
         seen["state"]["scene"] == "cube" && seen["state"]["loading"] == false
     });
     unsaved("as it was left", false);
+    // Its first check puts a line into the panel.
+    lab.grows_beyond(3);
     assert_eq!(lab.save("cube").trail.decay, 0.5);
     lab.type_until("trail.decay", 0.9, "0.75", "trail.decay", "0.75");
     let left = lab.quit_and_keep();

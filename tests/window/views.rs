@@ -206,6 +206,26 @@ fn the_light_and_the_camera_can_be_moved() {
     let home = format!("{:.0} {:.0}", home.azimuth, home.elevation);
     click_for(&lab, "view=home", "camera", &home);
     let home = lab.save("cube").camera;
+    // The axes in the corner of the picture.
+    for (axis, camera) in [
+        ("x", "90 0"),
+        ("z", "0 0"),
+        ("-x", "270 0"),
+        ("-z", "180 0"),
+        ("y", "0 88"),
+    ] {
+        click_for(&lab, &format!("axis={axis}"), "camera", camera);
+    }
+    lab.click("view=home");
+    click_for(&lab, "axis=-y", "camera", "0 -88");
+    lab.click("view=home");
+    drag_until(&lab, "axes", (24, 0), "camera");
+    lab.click("view=home");
+    for glides in ["false", "true"] {
+        lab.click("glides");
+        lab.wait("it is another", |seen| seen["values"]["glides"] == glides);
+    }
+    assert_eq!(lab.save("cube").camera, home);
     let key = "camera.field_of_view";
     lab.type_until(key, 0.9, "75", key, "75");
     let wide = lab.save("cube").camera;

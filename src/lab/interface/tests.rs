@@ -2,6 +2,7 @@
 
 mod back;
 mod controls;
+mod gallery;
 mod performing;
 mod scale;
 mod tools;
@@ -14,6 +15,7 @@ use myxo::scene::settings::{ColorMap, Part, Strategy};
 
 use super::*;
 use crate::lab::facts::{Check, KernelTime};
+use crate::lab::layout::GALLERY_WIDTHS;
 use glam::Vec3;
 use myxo::scene::parameters::PARAMETERS;
 
@@ -58,6 +60,9 @@ impl Harness {
             passes: 0,
         };
         theme::apply(&harness.ctx, false);
+        // Most tests are about where looks and drags lead.
+        harness.interface.looks.morph_seconds = 0.0;
+        harness.interface.layout.glides = false;
         for _ in 0..3 {
             harness.frame(vec![]);
         }

@@ -100,7 +100,7 @@ impl Lab {
             .extend(commands.map(|command| Waiting::Command(command, size)));
         self.look_under_pointer(size);
         let shot = Shot {
-            view: self.interface.document.view,
+            view: self.interface.shown_view(),
             answers: true,
             is_between: true,
             picture: seen.picture,

@@ -22,12 +22,20 @@ use crate::lab::window::{Lab, title};
 impl Lab {
     /// Does what the interface asks for.
     pub(super) fn obey(&mut self, command: Command, picture_size: [u32; 2]) -> Result<()> {
+        // Commands are about the scene as it is without a preview.
+        self.end_preview()?;
+        if command.writes_the_look() {
+            self.end_morph();
+        }
         match command {
             Command::Apply => {
                 self.apply();
             }
             Command::Restart => self.restart(),
             Command::GoBack => self.go_back(),
+            Command::KeepState => self.keep_state_now()?,
+            Command::ToState(number) => self.go_to_state(number)?,
+            Command::ReturnToState(number) => self.return_to_state(number)?,
             Command::Step => self.runner.single_steps += u32::from(self.runner.stage.is_some()),
             Command::ClearTimes => self.clocks.clear_times(&mut self.runner.frames),
             Command::FreezeTimes(true) => {
@@ -287,11 +295,21 @@ impl Lab {
         });
     }
 
+    /// A look on its way is there at once, so that what is written has all of it.
+    pub(super) fn end_morph(&mut self) {
+        if self.interface.document.morph.is_some() {
+            self.interface.document.end_morph();
+            self.interface.document.note();
+            self.apply();
+        }
+    }
+
     /// Keeps the scene that is about to be left, if something of it has no file. Gives its file, and what it lacks.
     pub(super) fn keep_left(&mut self) -> Option<Result<(PathBuf, String)>> {
         if !self.interface.document.is_unsaved() || self.runner.scene().is_none() {
             return None;
         }
+        self.end_morph();
         Some(self.keep_as_left())
     }
 

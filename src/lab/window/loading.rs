@@ -181,6 +181,7 @@ impl Lab {
             if origin == Origin::NoFile {
                 self.interface.document.saved(None);
             }
+            self.forget_states();
             self.shows_another(back.as_ref());
         } else {
             self.interface.restarted(scene);

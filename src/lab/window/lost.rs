@@ -154,8 +154,11 @@ impl Lab {
         self.jobs.leave_device();
         // Measurements end when they look next, and their results are not waited for.
         self.jobs.food = Default::default();
+        self.jobs.ahead = Default::default();
         self.edits.leave_device();
         self.clocks.facts.before = None;
+        // One of them may be what the device was lost by.
+        self.forget_states();
         self.report_messages();
         self.renew_textures();
     }
@@ -164,6 +167,7 @@ impl Lab {
     /// loaded again when they are shown.
     fn renew_textures(&mut self) {
         self.interface.gallery.forget_all_pictures();
+        self.interface.strip.forget_pictures();
         let context = self.host.context();
         let letters = context.fonts(|fonts| fonts.image());
         let letters = ImageDelta::full(letters, TextureAtlas::texture_options());

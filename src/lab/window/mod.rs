@@ -8,11 +8,13 @@ mod commands;
 mod depths;
 mod exports;
 mod jobs;
+mod kept_states;
 mod loading;
 mod looks;
 mod lost;
 mod objects;
 mod pasting;
+mod previews;
 mod scene_text;
 mod show;
 mod strokes;
@@ -49,7 +51,9 @@ use crate::lab::runner::Runner;
 use crate::lab::saving::kept_folder;
 use crate::lab::screen::{Front, Screen};
 use crate::lab::show::{Seen, Shot};
+use crate::lab::stage::Stage;
 use crate::lab::theme;
+use crate::lab::timeline::Timeline;
 use crate::lab::waiting::Waiting;
 use crate::own_presets::OwnPresets;
 
@@ -81,6 +85,8 @@ pub struct Lab {
     pub(super) interface: Interface,
     /// Measurements, and the facts that the interface shows.
     pub(super) clocks: Clocks,
+    /// States that are kept.
+    pub(super) timeline: Timeline,
     /// Requests that wait until steps have ended and the scene has loaded.
     pub(super) waiting: Vec<Waiting>,
     /// When the window answers while steps are under way.
@@ -150,6 +156,9 @@ impl Lab {
         interface.layout.panel_width = preferences.panel_width;
         interface.layout.light = preferences.light;
         interface.exports = preferences.out.clone();
+        interface.layout.glides = preferences.glides;
+        interface.layout.timeline = preferences.timeline;
+        interface.looks.morph_seconds = preferences.morph_seconds;
         interface.gallery.recent = preferences.recent.clone();
         interface.looks.own = OwnPresets::read(OwnPresets::folder());
         interface.looks.find_preset(&mut interface.document);
@@ -169,6 +178,7 @@ impl Lab {
             runner: Runner::new(ctx, format, [frames, answers], options.validation),
             interface,
             clocks,
+            timeline: Timeline::default(),
             waiting: Vec::new(),
             answers: Answers::begin(false, None),
             closing: false,
@@ -220,6 +230,7 @@ impl Lab {
         self.clocks.facts.full_screen = self.host.is_full_screen();
         let seen = self.run_interface()?;
         self.obey_all(&seen)?;
+        self.follow_preview()?;
         self.look_under_pointer(seen.picture.size);
         self.step_and_show(&seen, since_last)
     }
@@ -249,8 +260,11 @@ impl Lab {
     fn step_and_show(&mut self, seen: &Seen, since_last: Duration) -> Result<Option<Instant>> {
         let view = self.present_view(since_last);
         let is_cpu = self.runner.ctx.info().kind == DeviceKind::Cpu;
+        // Other colours are an answer, also to a pointer that rests.
+        let has_others = |stage: &Stage| stage.has_other_colors(view.color_map);
+        let owes_colors = self.runner.stage.as_ref().is_some_and(has_others);
         let asked = Asked {
-            is_asked: seen.is_asked,
+            is_asked: seen.is_asked || owes_colors,
             touched: seen.shown.touched,
         };
         let (runs, holds) = (self.runs(), self.jobs.exports.holds());
@@ -315,6 +329,7 @@ impl Lab {
             self.count_picture();
         }
         self.report_messages();
+        self.keep_when_due()?;
         let next = self.next_frame(is_moving, seen.repaint);
         if task.only_steps {
             self.forget_places();
@@ -395,7 +410,7 @@ impl Lab {
 
     /// The view with the exposure's pace for a frame of this length.
     fn present_view(&self, since_last: Duration) -> View {
-        let mut view = self.interface.document.view;
+        let mut view = self.interface.shown_view();
         if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
             *adaptation = 1.0 - (-EXPOSURE_SPEED * since_last.as_secs_f32()).exp();
             // The exposure follows the film's pictures then, not the clock.
@@ -431,6 +446,9 @@ impl Lab {
             panel: self.interface.layout.panel,
             panel_width: self.interface.layout.panel_width,
             zoom: self.host.context().zoom_factor(),
+            morph_seconds: self.interface.looks.morph_seconds,
+            glides: self.interface.layout.glides,
+            timeline: self.interface.layout.timeline,
             recent: self.interface.gallery.recent.clone(),
             out: self.interface.exports.kept(),
             // The whole screen is not the size of a window.
@@ -447,6 +465,9 @@ impl Lab {
 
     /// Ends all work and keeps what is to be kept. A problem that was found while the lab ran is an error.
     pub fn close(mut self) -> Result<()> {
+        if let Err(error) = self.end_preview() {
+            log::warn!("a preview is not ended: {error}");
+        }
         self.obey_what_writes();
         // The scene that is kept has a picture, which needs whole steps.
         if self.interface.document.is_unsaved()

@@ -290,7 +290,11 @@ fn centred_points_fill_the_free_part_evenly() {
     let points: Vec<Vec3> = (0..300)
         .map(|i| {
             let angle = i as f32 * 0.7;
-            Vec3::new(2.0 * angle.cos(), 0.9 + 0.9 * (3.0 * angle).sin(), angle.sin())
+            Vec3::new(
+                2.0 * angle.cos(),
+                0.9 + 0.9 * (3.0 * angle).sin(),
+                angle.sin(),
+            )
         })
         .collect();
     for size in [SIZE, Vec2::new(200.0, 500.0), Vec2::new(900.0, 300.0)] {
@@ -300,14 +304,22 @@ fn centred_points_fill_the_free_part_evenly() {
             let before = camera;
             camera.fit_centered(points.iter().copied(), size, margins);
             assert_eq!((camera.yaw, camera.pitch), (before.yaw, before.pitch));
-            let pixels = points.iter().map(|&point| camera.pixel(point, size).unwrap());
+            let pixels = points
+                .iter()
+                .map(|&point| camera.pixel(point, size).unwrap());
             let none = (Vec2::INFINITY, Vec2::NEG_INFINITY);
             let (low, high) = pixels.fold(none, |(low, high), p| (low.min(p), high.max(p)));
             let [left, above, right, below] = margins;
             let (from, to) = (Vec2::new(left, above), size - Vec2::new(right, below));
-            assert!(low.cmpgt(from - 0.5).all() && high.cmplt(to + 0.5).all(), "{low} {high}");
+            assert!(
+                low.cmpgt(from - 0.5).all() && high.cmplt(to + 0.5).all(),
+                "{low} {high}"
+            );
             let filled = (high - low) / (to - from);
-            assert!((filled.max_element() * POINT_MARGIN - 1.0).abs() < 0.02, "{filled}");
+            assert!(
+                (filled.max_element() * POINT_MARGIN - 1.0).abs() < 0.02,
+                "{filled}"
+            );
             let beside = (low + high - from - to) / (to - from);
             assert!(beside.abs().max_element() < 0.1, "{beside}");
         }

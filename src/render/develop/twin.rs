@@ -57,8 +57,8 @@ pub fn bloom_first(
             let line = 4 * row + y;
             for x in 0..4 {
                 let is_inside = line < height && 4 * column + x < width;
-                let word = picture
-                    [(line.min(height - 1) * shape.pitch() + 4 * column + x) as usize];
+                let word =
+                    picture[(line.min(height - 1) * shape.pitch() + 4 * column + x) as usize];
                 let seen = bytes_of(word) * (1.0 / 255.0);
                 let light = seen * seen;
                 let most = light.x.max(light.y.max(light.z));
@@ -89,7 +89,10 @@ fn mean_of([a, b, c, d]: [Vec3; 4]) -> Vec3 {
 /// Twin of `bloom_down`: fills the level after `fine`.
 pub fn bloom_down(fine: Level, coarse: Level, levels: &mut [Vec3]) {
     for i in 0..coarse.count() as u32 {
-        let (x, y) = (2 * (i % coarse.across) as i32, 2 * (i / coarse.across) as i32);
+        let (x, y) = (
+            2 * (i % coarse.across) as i32,
+            2 * (i / coarse.across) as i32,
+        );
         let row = |y| mean_of([x - 1, x, x + 1, x + 2].map(|x| at(levels, fine, x, y)));
         levels[(coarse.first + i) as usize] = mean_of([y - 1, y, y + 1, y + 2].map(row));
     }
@@ -120,7 +123,13 @@ fn bloom_of(shape: &Shape, levels: &[Vec3], place: IVec2) -> Vec3 {
     let eighths: IVec2 = 2 * (place & 3) - 3;
     let beside = |axis: usize| cell[axis] + if eighths[axis] < 0 { -1 } else { 1 };
     let [right, down] = [0, 1].map(|axis| eighths[axis].abs() as f32 * 0.125);
-    let column = |x| part_way(at(levels, finest, x, cell.y), at(levels, finest, x, beside(1)), down);
+    let column = |x| {
+        part_way(
+            at(levels, finest, x, cell.y),
+            at(levels, finest, x, beside(1)),
+            down,
+        )
+    };
     part_way(column(cell.x), column(beside(0)), right)
 }
 
@@ -176,12 +185,16 @@ pub fn smooth_edges(
     developed: &mut [u32],
 ) {
     for &pixel in edges {
-        let place = ivec2((pixel % shape.pitch()) as i32, (pixel / shape.pitch()) as i32);
+        let place = ivec2(
+            (pixel % shape.pitch()) as i32,
+            (pixel / shape.pitch()) as i32,
+        );
         let word_at = |place: IVec2| word_at(shape, picture, place);
         let bright = |x: i32, y: i32| brightness_of(word_at(place + ivec2(x, y)));
         let bend = |a: i32, b: i32, middle: i32| (a + b - 2 * middle).abs();
         let own = bright(0, 0);
-        let (above, below, left, right) = (bright(0, -1), bright(0, 1), bright(-1, 0), bright(1, 0));
+        let (above, below, left, right) =
+            (bright(0, -1), bright(0, 1), bright(-1, 0), bright(1, 0));
         let [left_above, right_above] = [bright(-1, -1), bright(1, -1)];
         let [left_below, right_below] = [bright(-1, 1), bright(1, 1)];
         let changes_down = 2 * bend(above, below, own)
@@ -195,7 +208,11 @@ pub fn smooth_edges(
             true => (IVec2::X, IVec2::Y),
             false => (IVec2::Y, IVec2::X),
         };
-        let (before, after) = if is_level { (above, below) } else { (left, right) };
+        let (before, after) = if is_level {
+            (above, below)
+        } else {
+            (left, right)
+        };
         let is_before = (before - own).abs() >= (after - own).abs();
         let (other, side) = match is_before {
             true => (before, -across),

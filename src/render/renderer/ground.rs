@@ -11,10 +11,10 @@ use crate::gpu::{
     RasterPipeline, Recorder, Targets, Texels, Threads,
 };
 use crate::render::view::Ground;
+use crate::sim::State;
 use crate::sim::draws::{FootprintArgs, FootprintDraw, FootprintParams};
 use crate::sim::kernels::{Soften, SoftenArgs, SoftenConstants, SoftenParams};
 use crate::sim::types::Pose;
-use crate::sim::State;
 
 /// Cells along a side of the square; as in `shaders/include/ground.glsl`.
 pub const SIDE: u32 = 128;
@@ -38,8 +38,16 @@ pub fn soften(is_down: bool, apart: u32, shadow: &[f32]) -> Vec<f32> {
             let mut sum = shadow[i] * WEIGHTS[0];
             for (k, weight) in WEIGHTS.iter().enumerate().skip(1) {
                 let steps = k * apart as usize;
-                let before = if place >= steps { shadow[i - steps * pace] } else { 0.0 };
-                let after = if place + steps < side { shadow[i + steps * pace] } else { 0.0 };
+                let before = if place >= steps {
+                    shadow[i - steps * pace]
+                } else {
+                    0.0
+                };
+                let after = if place + steps < side {
+                    shadow[i + steps * pace]
+                } else {
+                    0.0
+                };
                 sum += (before + after) * weight;
             }
             sum

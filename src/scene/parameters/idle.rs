@@ -76,8 +76,11 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             settings.picture.show.is_flat(),
             "The atlas is flat, and seen without a camera.",
         ),
-        "picture.light_azimuth" | "picture.light_elevation" | "picture.occlusion"
-        | "picture.bloom" | "picture.wetness" => because(
+        "picture.light_azimuth"
+        | "picture.light_elevation"
+        | "picture.occlusion"
+        | "picture.bloom"
+        | "picture.wetness" => because(
             settings.picture.show.is_flat(),
             "The atlas is flat, and has no light.",
         ),

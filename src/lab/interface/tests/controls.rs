@@ -6,7 +6,7 @@ use super::*;
 use crate::lab::facts::{LoadingFacts, Times};
 use crate::lab::job::Progress;
 use crate::lab::tools::Tool;
-use crate::own_presets::{OwnPresets, with_preset};
+use crate::own_presets::with_preset;
 
 #[test]
 fn changes_are_undone_and_redone_by_keys() {
@@ -59,11 +59,10 @@ fn a_dialog_that_opens_files_has_the_keys_to_itself() {
         modifiers,
     };
     harness.press(Key::B);
-    harness.interface.layout.toggle(Card::Gallery);
     harness.frame(vec![Event::ModifiersChanged(control)]);
     harness.frame(vec![pressed(Key::O, control)]);
     harness.frame(vec![Event::ModifiersChanged(Modifiers::NONE)]);
-    assert!(harness.interface.opening.is_open() && !harness.interface.layout.shows(Card::Gallery));
+    assert!(harness.interface.opening.is_open());
     harness.frame(vec![]);
     assert!(!harness.places_of("Open a file").is_empty());
     let view = harness.interface.document.view;
@@ -153,108 +152,6 @@ fn a_scene_that_has_the_look_of_a_preset_is_shown_with_its_name() {
         settings.trail.decay = 0.123;
         assert_eq!(of(&settings), None, "{}", preset.name);
     }
-}
-
-#[test]
-fn the_gallery_opens_scenes_and_takes_presets() {
-    let mut harness = Harness::new();
-    harness.press(Key::G);
-    for _ in 0..3 {
-        harness.frame(vec![]);
-    }
-    let card = |harness: &Harness, name: &str| {
-        let places = harness.places_of(name);
-        let place = places.iter().find(|place| place.x > 340.0);
-        *place.unwrap_or_else(|| panic!("{name}: {places:?}")) + vec2(0.0, -40.0)
-    };
-    let at = card(&harness, "gyroid");
-    assert_eq!(harness.click(at), [Command::Open("gyroid")]);
-    assert!(
-        !harness.interface.layout.shows(Card::Gallery),
-        "the picture is seen"
-    );
-    harness.press(Key::G);
-    for _ in 0..3 {
-        harness.frame(vec![]);
-    }
-    let at = card(&harness, "spots");
-    assert_eq!(harness.click(at), [Command::Apply]);
-    assert_eq!(harness.interface.document.preset.as_deref(), Some("spots"));
-    assert!(
-        harness.interface.layout.shows(Card::Gallery),
-        "others can be tried"
-    );
-    harness.press(Key::Escape);
-    assert!(!harness.interface.layout.shows(Card::Gallery));
-}
-
-#[test]
-fn looks_are_kept_and_removed_in_the_gallery() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut harness = Harness::new();
-    let picture = image::RgbaImage::new(3, 2);
-    let mut own = OwnPresets::read(Some(folder.path().to_owned()));
-    let text = myxo::scene::presets::to_toml(&harness.interface.document.edited, "Mine.");
-    own.save("moss", &text.replace("0.95", "0.5"), &picture)
-        .unwrap();
-    std::fs::write(folder.path().join("torn.toml"), "[trail").unwrap();
-    own.read_again();
-    harness.interface.looks.own = own;
-    harness.press(Key::G);
-    for _ in 0..3 {
-        harness.frame(vec![]);
-    }
-    let in_gallery = |harness: &Harness, name: &str| {
-        let places = harness.places_of(name);
-        let place = places.iter().find(|place| place.x > 340.0);
-        *place.unwrap_or_else(|| panic!("{name}: {places:?}"))
-    };
-    // One preset is taken, and one cannot be.
-    let at = in_gallery(&harness, "moss") + vec2(0.0, -40.0);
-    assert_eq!(harness.click(at), [Command::Apply]);
-    assert_eq!(harness.interface.document.preset.as_deref(), Some("moss"));
-    assert_eq!(harness.interface.document.edited.trail.decay, 0.5);
-    let at = in_gallery(&harness, "torn") + vec2(0.0, -40.0);
-    assert_eq!(harness.click(at), []);
-    let notice = harness.interface.notices.text().expect("it is said");
-    assert!(notice.contains("preset torn: line 1"), "{}", notice);
-    // It is removed after a question; its notice has ended.
-    harness.time += 20.0;
-    harness.frame(vec![]);
-    let name = in_gallery(&harness, "moss");
-    let is_of_card = |place: &Pos2| {
-        (place.x - name.x).abs() < 160.0 && (0.0..125.0).contains(&(name.y - place.y))
-    };
-    let crosses = harness.places_of("✖");
-    let cross = *crosses
-        .iter()
-        .find(|place| is_of_card(place))
-        .expect("it is there");
-    assert_eq!(harness.click(cross), []);
-    harness.frame(vec![]);
-    let at = in_gallery(&harness, "Remove");
-    let removed = Command::RemovePreset("moss".to_owned());
-    assert_eq!(harness.click(at), [removed]);
-    // Keys that are all up again at the end of a slow frame.
-    let held = |modifiers| Event::ModifiersChanged(modifiers);
-    let shift = Modifiers::COMMAND.plus(Modifiers::SHIFT);
-    for (modifiers, command) in [
-        (shift, Command::CopyLook),
-        (Modifiers::COMMAND, Command::Copy),
-    ] {
-        let events = vec![held(modifiers), Event::Copy, held(Modifiers::NONE)];
-        assert_eq!(harness.frame(events).commands, [command]);
-    }
-    // The steps go round all that can be taken.
-    harness.press(Key::Escape);
-    harness.interface.document.preset = None;
-    harness.press(Key::OpenBracket);
-    assert_eq!(harness.interface.document.preset.as_deref(), Some("moss"));
-    harness.press(Key::CloseBracket);
-    assert_eq!(
-        harness.interface.document.preset.as_deref(),
-        Some("network")
-    );
 }
 
 #[test]
@@ -547,20 +444,21 @@ fn the_list_of_controls_is_clear_of_the_bar_of_tools() {
 fn a_card_over_the_picture_closes_the_others() {
     let mut harness = Harness::new();
     let open = |harness: &Harness| {
-        let cards = [Card::Help, Card::Gallery, Card::Exports];
+        let cards = [Card::Help, Card::Exports];
         cards.map(|card| harness.interface.layout.shows(card))
     };
     harness.press(Key::H);
-    assert_eq!(open(&harness), [true, false, false]);
+    assert_eq!(open(&harness), [true, false]);
+    // The gallery is beside the picture.
     harness.press(Key::G);
-    assert_eq!(open(&harness), [false, true, false]);
+    assert_eq!(open(&harness), [true, false]);
     harness.interface.layout.toggle(Card::Exports);
     harness.frame(vec![]);
-    assert_eq!(open(&harness), [false, false, true]);
+    assert_eq!(open(&harness), [false, true]);
     harness.press(Key::H);
-    assert_eq!(open(&harness), [true, false, false]);
+    assert_eq!(open(&harness), [true, false]);
     harness.press(Key::H);
-    assert_eq!(open(&harness), [false; 3]);
+    assert_eq!(open(&harness), [false; 2]);
 }
 
 #[test]

@@ -63,3 +63,44 @@ fn delay_at_rest(harness: &mut Harness) -> f64 {
     (0..30).for_each(|_| drop(harness.frame(vec![])));
     harness.delay.as_secs_f64()
 }
+
+/// Would catch: an autopilot that stands still, that leaves entries of the camera to undo, that an input does not end, or whose key
+/// begins it again; and one that turns an atlas.
+#[test]
+fn the_autopilot_drifts_until_any_input() {
+    let mut harness = Harness::new();
+    harness.interface.document.playing = false;
+    let before = harness.interface.document.view.camera;
+    harness.press(Key::A);
+    assert!(harness.interface.autopilot.is_on() && harness.interface.layout.alone);
+    assert!(harness.interface.document.playing);
+    let mut looks = std::collections::BTreeSet::new();
+    for _ in 0..120 {
+        harness.time += 0.5;
+        harness.frame(vec![]);
+        looks.extend(harness.interface.document.preset.clone());
+    }
+    assert_eq!(looks.len(), 4, "{looks:?}");
+    let after = harness.interface.document.view.camera;
+    assert!(after.yaw != before.yaw && after.pitch == before.pitch);
+    assert_eq!(harness.interface.looks.morph_seconds, 0.0, "the user's own");
+    // Its key ends it, as every input does.
+    harness.press(Key::A);
+    assert!(!harness.interface.autopilot.is_on() && !harness.interface.layout.alone);
+    (0..40).for_each(|_| drop(harness.frame(vec![])));
+    let rests = harness.interface.document.view.camera;
+    let mut commands = Vec::new();
+    harness.interface.undo(&mut commands);
+    assert_eq!(harness.interface.document.view.camera, rests, "looks alone");
+    // The picture that was alone before stays alone.
+    harness.press(Key::F10);
+    harness.press(Key::Num0);
+    let atlas = harness.interface.document.view;
+    harness.press(Key::A);
+    (0..10).for_each(|_| drop(harness.frame(vec![])));
+    assert!(harness.interface.autopilot.is_on());
+    assert_eq!(harness.interface.document.view.camera, atlas.camera);
+    harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
+    harness.frame(vec![Event::PointerMoved(IN_PICTURE + vec2(40.0, 0.0))]);
+    assert!(!harness.interface.autopilot.is_on() && harness.interface.layout.alone);
+}

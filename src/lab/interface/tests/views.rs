@@ -140,8 +140,11 @@ fn the_light_moves_with_its_key_and_nothing_else_does() {
     assert_ne!(harness.interface.document.view.camera, before.camera);
     let mut commands = Vec::new();
     harness.interface.undo(&mut commands);
+    assert_eq!(harness.interface.document.view.camera, before.camera);
+    assert_eq!(harness.interface.document.view.light, after.light);
+    harness.interface.undo(&mut commands);
     assert_eq!(harness.interface.document.view.light, before.light);
-    assert_eq!(commands, [Command::Apply]);
+    assert_eq!(commands, [Command::Apply, Command::Apply]);
 }
 
 #[test]
@@ -239,4 +242,147 @@ fn the_button_fits_the_scene_in_the_picture_of_its_own_frame() {
     assert!(fitted.distance < 0.5 * far.distance, "{fitted:?}");
     harness.frame(vec![]);
     assert_eq!(harness.interface.document.view.camera, fitted);
+}
+
+/// Would catch: a camera that jumps, a picture that is on its way for ever, and files and tools that get a camera from half way.
+#[test]
+fn the_picture_follows_the_camera_home_in_a_moment() {
+    let mut harness = Harness::new();
+    let start = harness.interface.document.view.camera;
+    harness.drag(
+        PointerButton::Primary,
+        Modifiers::NONE,
+        IN_PICTURE,
+        IN_PICTURE + vec2(120.0, 20.0),
+    );
+    let away = harness.interface.document.view.camera;
+    assert_eq!(harness.interface.shown_view().camera, away);
+    harness.press(Key::Home);
+    let home = harness.interface.document.view.camera;
+    assert_eq!((home.yaw, home.pitch), (start.yaw, start.pitch));
+    let shown = harness.interface.shown_view().camera;
+    assert!(shown != away && shown != home, "{shown:?}");
+    assert!(harness.frame(vec![]).touched, "pictures come first");
+    harness.time += 0.3;
+    assert!(!harness.frame(vec![]).touched);
+    assert_eq!(harness.interface.shown_view().camera, home);
+    // A press stops it where it is seen.
+    harness.interface.document.view.camera = away;
+    harness.press(Key::Home);
+    harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
+    harness.frame(vec![Event::PointerButton {
+        pos: IN_PICTURE,
+        button: PointerButton::Primary,
+        pressed: true,
+        modifiers: Modifiers::NONE,
+    }]);
+    let stopped = harness.interface.document.view.camera;
+    assert!(stopped != home && stopped != away, "{stopped:?}");
+    assert_eq!(harness.interface.shown_view().camera, stopped);
+}
+
+/// Would catch: a camera that stops at once, that goes on while it is recorded or though the user does not want it, or that a press
+/// does not stop.
+#[test]
+fn the_camera_goes_on_after_a_drag_until_a_press() {
+    let mut harness = Harness::new();
+    let mut goes_on = |glides: bool, is_recorded: bool, presses: bool| {
+        harness.interface.layout.glides = glides;
+        harness.facts.exports.recording = is_recorded.then(Default::default);
+        let to = IN_PICTURE + vec2(80.0, 0.0);
+        harness.drag(PointerButton::Primary, Modifiers::NONE, IN_PICTURE, to);
+        let released = harness.interface.document.view.camera;
+        if presses {
+            harness.click(to);
+        }
+        let after = harness.interface.document.view.camera;
+        (0..60).for_each(|_| drop(harness.frame(vec![])));
+        let rests = harness.interface.document.view.camera;
+        (0..60).for_each(|_| drop(harness.frame(vec![])));
+        assert_eq!(harness.interface.document.view.camera, rests, "it ends");
+        (released != after || after != rests, after != rests)
+    };
+    assert_eq!(goes_on(true, false, false), (true, true));
+    assert_eq!(goes_on(true, false, true), (true, false));
+    assert_eq!(goes_on(true, true, false), (false, false));
+    assert_eq!(goes_on(false, false, false), (false, false));
+}
+
+/// Would catch: an entry for each frame of a drag, a camera that undo of a parameter moves, and one that undo does not bring back.
+#[test]
+fn a_drag_of_the_camera_is_one_entry_to_undo() {
+    let mut harness = Harness::new();
+    let camera = |harness: &Harness| harness.interface.document.view.camera;
+    let home = camera(&harness);
+    let turn = |harness: &mut Harness, by: f32| {
+        let to = IN_PICTURE + vec2(by, 10.0);
+        harness.drag(PointerButton::Primary, Modifiers::NONE, IN_PICTURE, to);
+        // Together with the wheel, before it has rested.
+        harness.interface.document.view.camera.distance *= 1.01;
+        (0..40).for_each(|_| drop(harness.frame(vec![])));
+        camera(harness)
+    };
+    let first = turn(&mut harness, 60.0);
+    harness.interface.document.edited.trail.decay = 0.5;
+    harness.frame(vec![]);
+    let second = turn(&mut harness, -90.0);
+    assert!(!harness.interface.document.is_unsaved() || first != second);
+    let mut commands = Vec::new();
+    let decay = |harness: &Harness| harness.interface.document.edited.trail.decay;
+    let before = Settings::default().trail.decay;
+    for wanted in [(first, 0.5), (first, before), (home, before)] {
+        harness.interface.undo(&mut commands);
+        (0..40).for_each(|_| drop(harness.frame(vec![])));
+        assert_eq!(decay(&harness), wanted.1);
+        let (is, wanted) = (camera(&harness), wanted.0);
+        // A camera that fits the scene is found again.
+        let is_near = is.target.distance(wanted.target) < 1e-4;
+        assert!(
+            is_near && (is.yaw, is.pitch) == (wanted.yaw, wanted.pitch),
+            "{is:?}"
+        );
+    }
+    assert!(!harness.interface.document.undo.can_undo());
+    for wanted in [(first, before), (first, 0.5), (second, 0.5)] {
+        harness.interface.redo(&mut commands);
+        assert_eq!((camera(&harness), decay(&harness)), wanted);
+    }
+    // A wider picture is no entry, and the camera fits it again.
+    let mut harness = Harness::new();
+    harness.press(Key::P);
+    (0..40).for_each(|_| drop(harness.frame(vec![])));
+    assert!(!harness.interface.document.undo.can_undo());
+    assert!(harness.interface.document.is_fitted());
+}
+
+/// Would catch: ends that lead elsewhere, axes that let a press through to the picture, and axes over the picture alone.
+#[test]
+fn the_axes_turn_the_camera() {
+    let mut harness = Harness::new();
+    let [at] = harness.places_of("Z")[..] else {
+        panic!("{:?}", harness.places_of("Z"))
+    };
+    let start = harness.interface.document.view.camera;
+    harness.click(at);
+    (0..30).for_each(|_| drop(harness.frame(vec![])));
+    let front = harness.interface.document.view.camera;
+    assert_eq!((front.yaw, front.pitch), (0.0, 0.0));
+    assert!((start.yaw, start.pitch) != (0.0, 0.0));
+    let [x] = harness.places_of("X")[..] else {
+        panic!("{:?}", harness.places_of("X"))
+    };
+    assert!((x.y - at.y).abs() < 40.0 && x.x > at.x);
+    let ground = x + vec2(-14.0, 24.0);
+    harness.drag(
+        PointerButton::Primary,
+        Modifiers::NONE,
+        ground,
+        ground + vec2(9.0, 0.0),
+    );
+    let turned = harness.interface.document.view.camera;
+    assert!(turned.yaw != front.yaw && turned.target == front.target);
+    assert!(harness.interface.tools.picked().is_none());
+    harness.press(Key::F10);
+    harness.frame(vec![]);
+    assert!(harness.places_of("Z").is_empty());
 }

@@ -137,9 +137,9 @@ fn keys_do_what_they_do_in_the_order_in_which_they_were_typed() {
     harness.press(Key::O);
     harness.frame(typed(&[Key::Escape, Key::G]));
     assert_eq!(harness.interface.tools.tool, Tool::Look);
-    assert!(harness.interface.layout.shows(Card::Gallery));
+    assert!(harness.interface.layout.gallery);
     harness.frame(typed(&[Key::G, Key::B]));
-    assert!(!harness.interface.layout.shows(Card::Gallery));
+    assert!(!harness.interface.layout.gallery);
     assert_eq!(harness.interface.tools.tool, Tool::Trail);
     let commands = harness.frame(typed(&[Key::S, Key::R, Key::S])).commands;
     assert_eq!(commands, [Command::Step, Command::Restart, Command::Step]);

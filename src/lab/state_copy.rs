@@ -1,0 +1,60 @@
+//! Copies of a running state on the host, and the way back to them while the scene stays the same one.
+
+use myxo::Result;
+use myxo::scene::settings::Settings;
+use myxo::sim::Snapshot;
+use myxo::sim::types::{Motion, Particle};
+
+use crate::lab::stage::Stage;
+
+/// A state with the settings that it ran with.
+pub struct StateCopy {
+    /// Particles, trail, and all else that continues.
+    pub snapshot: Snapshot,
+    /// The settings of its next step.
+    pub settings: Settings,
+}
+
+impl StateCopy {
+    /// Copies the state of a stage of which all recorded steps have been submitted. Waits for them.
+    pub fn of(stage: &Stage) -> Result<Self> {
+        Ok(Self {
+            snapshot: stage.simulation.snapshot()?,
+            settings: stage.simulation.settings().clone(),
+        })
+    }
+
+    /// Brings a stage of the same scene back to this state. Food is what it was if the settings of food are.
+    pub fn put(&self, stage: &mut Stage) -> Result<()> {
+        stage.simulation.apply(&self.settings)?;
+        stage.simulation.restore(&self.snapshot)?;
+        stage.forget_picture();
+        Ok(())
+    }
+
+    /// Its size, bytes.
+    pub fn bytes(&self) -> u64 {
+        bytes_of(self.snapshot.particles.len(), self.snapshot.trail.len())
+    }
+
+    /// The size of a copy of this stage's state, bytes.
+    pub fn bytes_of(stage: &Stage) -> u64 {
+        let setup = stage.simulation.setup();
+        bytes_of(setup.particles.len(), setup.atlas.texel_count())
+    }
+}
+
+impl StateCopy {
+    /// The size of a particle's copy, bytes.
+    #[cfg(test)]
+    pub fn bytes_of_particles() -> usize {
+        bytes_of(1, 0) as usize
+    }
+}
+
+/// The size of a copy of a state on the host: particles with their states, and trail, deposits and areas.
+pub fn bytes_of(particles: usize, texels: usize) -> u64 {
+    let particle = size_of::<Particle>() + size_of::<Motion>();
+    let texel = 3 * size_of::<f32>();
+    (particles * particle + texels * texel) as u64
+}

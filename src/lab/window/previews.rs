@@ -1,0 +1,69 @@
+//! Previews of looks in the picture: they begin and end between frames, and only while nothing else uses the running scene.
+
+use crate::lab::previewing::{Previewing, with_look};
+use crate::lab::window::Lab;
+use myxo::Result;
+use myxo::scene::settings::Settings;
+
+impl Lab {
+    /// Begins or ends to run the scene with the look that the interface previews.
+    pub(super) fn follow_preview(&mut self) -> Result<()> {
+        let only = self.why_only_colors();
+        self.clocks.facts.only_colors = only;
+        let look = self.interface.previewed_look().filter(|_| only.is_none());
+        let Some(look) = look else {
+            return self.end_preview();
+        };
+        if !self.is_ready_for(&look.settings) {
+            return Ok(());
+        }
+        match self.runner.preview(&look.settings) {
+            Ok(()) => Ok(()),
+            Err(error) => {
+                self.interface.preview.end();
+                self.end_preview()?;
+                self.report_unless_lost(&format!("{} is not previewed", look.name), error)
+            }
+        }
+    }
+
+    /// The colours of a look are seen first, and its kernels are made meanwhile.
+    fn is_ready_for(&mut self, look: &Settings) -> bool {
+        let (Some(stage), Some(runs)) = (&self.runner.stage, self.runner.true_settings()) else {
+            return false;
+        };
+        let is_there = |previewing: &Previewing| previewing.has(look);
+        if self.runner.previewing.as_ref().is_some_and(is_there) {
+            return true;
+        }
+        let live = with_look(runs, look);
+        let are_made = self.jobs.ahead.are_made(&stage.simulation, &live);
+        are_made && stage.has_colors(look.picture.color_map)
+    }
+
+    /// The scene is what it was before the preview, if there is one.
+    pub(super) fn end_preview(&mut self) -> Result<()> {
+        if self.runner.previewing.is_some() {
+            self.finish_steps()?;
+        }
+        if self.runner.end_preview()? {
+            self.host.request_redraw();
+        }
+        Ok(())
+    }
+
+    /// Why looks cannot be previewed on the running scene now.
+    fn why_only_colors(&self) -> Option<&'static str> {
+        if self.runner.stage.is_none() || self.jobs.are_waited_for() || !self.waiting.is_empty() {
+            Some("a scene is on its way")
+        } else if !self.runner.can_preview() {
+            Some("the state is too large to be copied for it")
+        } else if self.jobs.exports.is_busy() {
+            Some("something is being recorded or exported")
+        } else if self.interface.document.morph.is_some() {
+            Some("the look is changing")
+        } else {
+            (!self.interface.document.playing).then_some("the simulation is paused")
+        }
+    }
+}
