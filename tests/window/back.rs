@@ -124,8 +124,9 @@ fn a_kept_state_comes_back_and_undo_leads_away_from_it_again() {
     let was = probed(&lab);
     let decay = lab.value("trail.decay");
     lab.click("timeline.keep");
+    let one_more = (before + 1).to_string();
     lab.wait("it is kept", |seen| {
-        seen["values"]["kept"] == (before + 1).to_string()
+        seen["values"]["kept"] == one_more.as_str()
     });
     let card = format!("kept={before}");
     lab.type_until("trail.decay", 0.9, "0.5", "trail.decay", "0.5");
