@@ -10,12 +10,20 @@ use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
 use myxo::scene::settings::{Settings, Show};
 use myxo::scene::{Scene, presets};
 
-use crate::lab::fitting::Room;
 use crate::lab::marks::Marks;
 use crate::lab::presets::Morph;
 use crate::lab::renewal::{are_built_alike, place_among, take_back, with_changes_since};
 use crate::lab::saving::SceneFile;
 use crate::lab::undo::{Entry, Undo};
+
+/// Where pictures show the scene: the size of the picture, and what is over it at the right, points.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Room {
+    /// Of the picture, points.
+    pub size: Vec2,
+    /// Covered by the bar of tools.
+    pub right: f32,
+}
 
 /// A scene with its settings and its look.
 #[derive(Clone, Debug)]

@@ -1,19 +1,10 @@
 //! The camera is kept where the scene fits into the picture, until the user moves it.
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use myxo::render::Camera;
 use myxo::render::view::{AtlasWindow, margins};
 
-use crate::lab::document::Document;
-
-/// Where pictures show the scene: the size of the picture, and what is over it at the right, points.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Room {
-    /// Of the picture, points.
-    pub size: Vec2,
-    /// Covered by the bar of tools.
-    pub right: f32,
-}
+use crate::lab::document::{Document, Room};
 
 impl Document {
     /// Looks at the whole scene, or at the whole atlas.

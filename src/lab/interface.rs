@@ -18,7 +18,7 @@ use crate::lab::desk::{Desk, desk};
 use crate::lab::document::Document;
 use crate::lab::export_panel::ExportPanel;
 use crate::lab::facts::Facts;
-use crate::lab::fitting::Room;
+use crate::lab::document::Room;
 use crate::lab::gallery::Gallery;
 use crate::lab::layout::{Card, Layout, move_beside};
 use crate::lab::looks::Looks;

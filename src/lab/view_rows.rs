@@ -219,7 +219,7 @@ fn color(ui: &mut Ui, value: &mut [f32; 3]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lab::fitting::Room;
+    use crate::lab::document::Room;
     use myxo::scene::Scene;
 
     fn document(distance: f32) -> Document {
