@@ -1,6 +1,7 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, eat, deposit, and select for transfer.
 // Reads   strips, trail and bias (gutters filled), last step's deposits, surroundings; for gravity corners, vertices, poses;
-//         distances, across, across_triangles, physarums; scent (gutters filled), plates and meals.
+//         distances, across, across_triangles, physarums; scent (gutters filled), plates and meals; for pulses shells, corners, vertices
+//         and poses.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended,
 //         guarded); walkers, walkers_near, walker_count and walker_groups; what was eaten of meals, by atomic adds.
 // One invocation per particle.
@@ -51,6 +52,8 @@ layout(constant_id = 11) const uint SENSING = 0u;
 layout(constant_id = 15) const bool PAINTED = false;
 // The scene has food or markers. Without them no particle is fed.
 layout(constant_id = 16) const bool FOOD = false;
+// Pulses are live.
+layout(constant_id = 17) const bool PULSES = false;
 
 const uint SENSORS_WALK = 0u;
 // Sensors go straight ahead in the atlas; particles whose sensors cannot are listed.
@@ -77,6 +80,7 @@ layout(push_constant) uniform Params {
     uint fed_deposit;         // particles that a fed one counts as where it deposits
     float fed_attraction;     // the share of an attraction that a fed one feels
     float outlook_unit;       // texels
+    uint shell_count;         // of the shells, those of live pulses
 } params;
 
 // Numbers of bindings have no order: the build takes them from here, by name.
@@ -114,6 +118,7 @@ READS(float, 27) scent_texels;  // may be absent
 // The food that is eaten at a texel, counted from 1; 0 for none.
 READS(uint, 28) plates_texels;  // may be absent
 layout(std430, set = 0, binding = 29) buffer Meals { Meal meals[]; };  // may be absent
+layout(std430, set = 0, binding = 30) readonly buffer Shells { Shell shells[]; };
 // Single words take less work to unpack; a view of a texel buffer has too few elements for them in the largest textures.
 #ifdef MYXO_CARD
 READS(uint, 18) surroundings;  // two texels in a word
@@ -124,6 +129,7 @@ READS(uvec2, 18) surroundings;  // four texels in two words
 #include "sensing.glsl"
 #include "walkers.glsl"
 #include "no_go.glsl"
+#include "shells.glsl"
 
 // Bound on the rounding of a distance.
 const float ROUNDING = 1.0e-6;
@@ -235,6 +241,7 @@ bool turns(uint i) {
     }
     w.heading = heading;
     w.remaining = own.speed;
+    if (PULSES) sweep(w);
     return true;
 }
 

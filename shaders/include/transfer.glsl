@@ -1,6 +1,5 @@
 // transfer: how a particle leaves one object in world space and lands on another. Twin of src/sim/ground.rs.
 // The includer declares `triangles`, `corners`, `vertices` and `poses` first, tables.
-// Poses are rotations and translations: lengths and angles are the same in every space.
 
 #ifndef MYXO_TRANSFER
 #define MYXO_TRANSFER
@@ -8,40 +7,10 @@
 #include "tables.glsl"
 #include "frame.glsl"
 #include "pose_table.glsl"
-
-vec3 turned_to_world(Pose pose, vec3 direction) {
-    return vec3(dot_of(pose.x.xyz, direction), dot_of(pose.y.xyz, direction), dot_of(pose.z.xyz, direction));
-}
-
-vec3 turned_to_object(Pose pose, vec3 direction) {
-    precise vec3 turned = (direction.x * pose.x.xyz + direction.y * pose.y.xyz) + direction.z * pose.z.xyz;
-    return turned;
-}
-
-vec3 translation_of(Pose pose) {
-    return vec3(pose.x.w, pose.y.w, pose.z.w);
-}
-
-vec3 place_in_world(Pose pose, vec3 position) {
-    precise vec3 place = turned_to_world(pose, position) + translation_of(pose);
-    return place;
-}
-
-vec3 place_in_object(Pose pose, vec3 position) {
-    precise vec3 way = position - translation_of(pose);
-    return turned_to_object(pose, way);
-}
+#include "spaces.glsl"
 
 // Place, heading and plane of a particle in world space.
 struct Flight { vec3 position; vec3 heading; vec3 normal; };
-
-// The place with given weights of B and C on a triangle with that frame, object space.
-vec3 position_on(uvec4 shape, Frame frame, float u, float v) {
-    precise float along = u * uintBitsToFloat(shape.x) + v * uintBitsToFloat(shape.y);
-    precise float across = v * uintBitsToFloat(shape.z);
-    precise vec3 position = (frame.origin + along * frame.p) + across * frame.h;
-    return position;
-}
 
 Flight flight_of(Particle particle, Motion motion) {
     uvec4 shape = fetch4(triangles, particle.triangle);

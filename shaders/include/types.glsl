@@ -29,6 +29,7 @@ struct Flow {
     uint entries; uint pad0; uint most_wanted; uint refused; uint selected; uint arrived; uint crossed;
 };
 struct Physarum { float speed; float sensor_offset; float sensor_cos; float sensor_sin; float rotation_cos; float rotation_sin; float sensor_noise; float favourite_density; float gravity_weight; float decrowding_weight; float distance_weight; float pad0; };
+struct Shell { vec3 center; float radius; float narrow; float strength; float speed; float pad0; };
 struct SurfaceSample { vec3 position; uint texel; };
 struct SampleTile { vec3 center; float radius; };
 struct ObjectPair { vec4 x; vec4 y; vec4 z; uint first_face; uint face_count; uint first_node; uint is_closed; };

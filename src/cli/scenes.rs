@@ -9,9 +9,9 @@ use myxo::mesh::builtin::BUILTINS;
 use myxo::scene::Scene;
 use myxo::scene::builtin::{PRESETS, SCENES};
 use myxo::scene::parameters::{
-    Effect, FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, PARAMETERS, Parameter,
+    Effect, FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, PARAMETERS, PULSE_PARAMETERS, Parameter,
 };
-use myxo::scene::settings::{FoodSettings, ObjectSettings, Settings};
+use myxo::scene::settings::{FoodSettings, ObjectSettings, PulseSettings, Settings};
 
 use super::options::SceneOptions;
 use super::{Command, Outcome};
@@ -118,6 +118,15 @@ fn keys() -> String {
             parameter,
             &format!("food.N.{}", parameter.key),
             &food,
+        );
+    }
+    let pulse = PulseSettings::default();
+    for parameter in PULSE_PARAMETERS {
+        describe(
+            &mut text,
+            parameter,
+            &format!("pulse.N.{}", parameter.key),
+            &pulse,
         );
     }
     text

@@ -246,6 +246,7 @@ impl Document {
             }
         }
         live.foods.clone_from(&self.edited.foods);
+        live.pulses.clone_from(&self.edited.pulses);
         // While others are on their way those that run keep their names.
         if !self.renews && are_built_alike(&live.objects, &self.edited.objects) {
             live.rename_objects(&self.names());

@@ -6,12 +6,15 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use super::keyframes;
 use super::parameters::{
-    FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, OutOfRange, PARAMETERS, Parameter, any_of, grouped,
-    inside, out_of_range,
+    FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, OutOfRange, PARAMETERS, PULSE_PARAMETERS, Parameter,
+    any_of, grouped, inside, out_of_range,
 };
 use super::presets::{PARTS, foreign};
 use super::problems::{Problem, Problems};
-use super::settings::{FoodSettings, MOST_FOODS, MOST_OBJECTS, ObjectSettings, Settings};
+use super::settings::{
+    FoodSettings, MOST_FOODS, MOST_OBJECTS, MOST_PULSE_ENTRIES, ObjectSettings, PulseSettings,
+    Settings,
+};
 use super::suggest::{first_of, is_section, nearest, nearest_key};
 
 /// Reads scene text into settings, step by step, and collects all problems.
@@ -186,6 +189,12 @@ impl Reader {
         if let Some(rest) = key.strip_prefix("food.") {
             return self.food_key(key, rest, value, at);
         }
+        if key == "pulse" {
+            return self.pulses(value, at);
+        }
+        if let Some(rest) = key.strip_prefix("pulse.") {
+            return self.pulse_key(key, rest, value, at);
+        }
         let typed = matches!(self.place, Place::Argument(_));
         let outcome = set(
             PARAMETERS,
@@ -225,9 +234,9 @@ impl Reader {
                 .iter()
                 .map(Parameter::section)
                 .filter(|section| !section.is_empty());
-            match nearest(key, sections.chain(["object", "food"])) {
+            match nearest(key, sections.chain(["object", "food", "pulse"])) {
                 // There may be several of these.
-                Some(nearest @ ("object" | "food")) => {
+                Some(nearest @ ("object" | "food" | "pulse")) => {
                     format!("[{key}]: no such section; did you mean [[{nearest}]]?")
                 }
                 Some(nearest) => format!("[{key}]: no such section; did you mean [{nearest}]?"),
@@ -299,6 +308,51 @@ impl Reader {
         let outcome = match (field, value.get_ref()) {
             ("", DeValue::Table(table)) => return self.table(key, table),
             (_, value) => set(FOOD_PARAMETERS, food, field, key, value, typed),
+        };
+        match outcome {
+            None => {}
+            Some(Refusal::Wrong(message)) => self.problem(at, message),
+            Some(Refusal::Unknown) => self.unknown(key, at),
+        }
+    }
+
+    fn pulses(&mut self, value: &Spanned<DeValue<'_>>, at: usize) {
+        let Some(tables) = tables(value) else {
+            return self.problem(
+                at,
+                "pulse: [[pulse]] is expected, once for each pulse".to_owned(),
+            );
+        };
+        if tables.len() > MOST_PULSE_ENTRIES {
+            let count = grouped(tables.len() as f64);
+            return self.problem(
+                at,
+                format!(
+                    "pulse: the scene has {count} pulses, and there may be {MOST_PULSE_ENTRIES}: one with `every` begins again and again"
+                ),
+            );
+        }
+        self.settings.pulses = vec![PulseSettings::default(); tables.len()];
+        for (i, table) in tables.into_iter().enumerate() {
+            self.table(&format!("pulse.{i}"), table);
+        }
+    }
+
+    fn pulse_key(&mut self, key: &str, rest: &str, value: &Spanned<DeValue<'_>>, at: usize) {
+        let (index, field) = rest.split_once('.').unwrap_or((rest, ""));
+        let count = self.settings.pulses.len();
+        let index: Option<usize> = index.parse().ok();
+        let Some(pulse) = index.and_then(|i| self.settings.pulses.get_mut(i)) else {
+            let message = match count {
+                0 => format!("{key}: the scene has no pulse: add a [[pulse]]"),
+                _ => format!("{key}: the scene has {count} pulses, counted from pulse.0"),
+            };
+            return self.problem(at, message);
+        };
+        let typed = matches!(self.place, Place::Argument(_));
+        let outcome = match (field, value.get_ref()) {
+            ("", DeValue::Table(table)) => return self.table(key, table),
+            (_, value) => set(PULSE_PARAMETERS, pulse, field, key, value, typed),
         };
         match outcome {
             None => {}

@@ -6,6 +6,7 @@ mod macros;
 mod food;
 mod idle;
 mod objects;
+mod pulse;
 mod table;
 
 use super::keyframes;
@@ -15,13 +16,15 @@ use crate::plain_text::with_commas;
 pub use food::FOOD_PARAMETERS;
 pub use idle::{why_idle, why_object_idle};
 pub use objects::OBJECT_PARAMETERS;
+pub use pulse::PULSE_PARAMETERS;
 pub use table::{MOST_RADIUS, PARAMETERS};
 
-/// One key of the scene file. `T` is what the accessors work on: [`Settings`], or [`ObjectSettings`](super::settings::ObjectSettings) and
-/// [`FoodSettings`](super::settings::FoodSettings) for the keys of one `[[object]]` or `[[food]]`.
+/// One key of the scene file. `T` is what the accessors work on: [`Settings`], or [`ObjectSettings`](super::settings::ObjectSettings),
+/// [`FoodSettings`](super::settings::FoodSettings) and [`PulseSettings`](super::settings::PulseSettings) for the keys of one `[[object]]`,
+/// `[[food]]` or `[[pulse]]`.
 #[derive(Debug)]
 pub struct Parameter<T: 'static = Settings> {
-    /// Dotted, as in the file: `trail.decay`. Keys of an object lack the `object.N.` in front, those of a food `food.N.`.
+    /// Dotted, as in the file: `trail.decay`. Keys of an object lack the `object.N.` in front, those of a food `food.N.`, those of a pulse `pulse.N.`.
     pub key: &'static str,
     /// The name in the panel.
     pub name: &'static str,
@@ -322,6 +325,11 @@ pub fn out_of_range(settings: &Settings) -> Vec<OutOfRange> {
     for (i, food) in settings.foods.iter().enumerate() {
         for parameter in FOOD_PARAMETERS {
             parameter.check(&format!("food.{i}."), food, &mut problems);
+        }
+    }
+    for (i, pulse) in settings.pulses.iter().enumerate() {
+        for parameter in PULSE_PARAMETERS {
+            parameter.check(&format!("pulse.{i}."), pulse, &mut problems);
         }
     }
     problems

@@ -7,6 +7,7 @@
 mod choices;
 mod food;
 pub(super) mod physarum;
+mod pulse;
 mod shown;
 mod start;
 
@@ -19,6 +20,7 @@ pub use choices::{
 };
 pub use food::{FeedingSettings, FoodSettings, MOST_FOODS};
 pub use physarum::{OwnPhysarum, PhysarumSettings};
+pub use pulse::{MOST_PULSE_ENTRIES, PulseSettings};
 pub use shown::{Legend, Part, Show};
 pub use start::{OwnStart, StartSettings};
 
@@ -59,6 +61,9 @@ pub struct Settings {
     /// Food and markers.
     #[serde(rename = "food", skip_serializing_if = "Vec::is_empty")]
     pub foods: Vec<FoodSettings>,
+    /// Pulses that the scene begins by itself.
+    #[serde(rename = "pulse", skip_serializing_if = "Vec::is_empty")]
+    pub pulses: Vec<PulseSettings>,
 }
 
 impl Default for Settings {
@@ -79,6 +84,7 @@ impl Default for Settings {
             picture: PictureSettings::default(),
             objects: vec![ObjectSettings::default()],
             foods: Vec::new(),
+            pulses: Vec::new(),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Suggestions for mistyped names.
 
-use super::parameters::{FOOD_PARAMETERS, OBJECT_PARAMETERS, PARAMETERS};
+use super::parameters::{FOOD_PARAMETERS, OBJECT_PARAMETERS, PARAMETERS, PULSE_PARAMETERS};
 
 /// The key that was probably meant: the same word in another section, or nearly the same key, or nearly the same word,
 /// or nearly a section.
@@ -9,6 +9,11 @@ pub(super) fn nearest_key(unknown: &str) -> Option<String> {
     if let Some((index, field)) = of_food.and_then(|rest| rest.split_once('.')) {
         let keys = FOOD_PARAMETERS.iter().map(|parameter| parameter.key);
         return nearest(field, keys).map(|key| format!("food.{index}.{key}"));
+    }
+    let of_pulse = unknown.strip_prefix("pulse.");
+    if let Some((index, field)) = of_pulse.and_then(|rest| rest.split_once('.')) {
+        let keys = PULSE_PARAMETERS.iter().map(|parameter| parameter.key);
+        return nearest(field, keys).map(|key| format!("pulse.{index}.{key}"));
     }
     let prefix = match unknown
         .strip_prefix("object.")
@@ -44,7 +49,8 @@ pub(super) fn nearest_key(unknown: &str) -> Option<String> {
         })
         .or_else(|| {
             let sections = PARAMETERS.iter().map(|parameter| parameter.section());
-            let sections = sections.chain(["object", "food"]).filter(|s| !s.is_empty());
+            let lists = ["object", "food", "pulse"];
+            let sections = sections.chain(lists).filter(|s| !s.is_empty());
             nearest(unknown, sections).map(str::to_owned)
         })
 }

@@ -16,7 +16,7 @@ use super::sorting::{most_parts, stretches};
 use super::transfers::{TransferState, area_shares, capacity, object_triangles};
 use super::types::{
     Border, DistanceJob, Flow, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum, Pose,
-    Transfer, Window,
+    Shell, Transfer, Window,
 };
 use crate::gpu::DispatchGroups;
 use crate::mesh::surface::NONE;
@@ -139,6 +139,8 @@ pub struct Arrays {
     pub poses_before: Vec<Pose>,
     /// One per object: parameters of its particles.
     pub physarums: Vec<Physarum>,
+    /// The shells of live pulses.
+    pub shells: Vec<Shell>,
     /// One per texel: signed distance to other objects.
     pub distances: Vec<f32>,
     /// One per texel: the nearest triangle of another object.
@@ -194,6 +196,7 @@ impl Arrays {
             poses: setup.poses.clone(),
             poses_before: setup.poses.clone(),
             physarums: physarums(settings, setup),
+            shells: Vec::new(),
             distances: vec![0.0; texels],
             nearest: vec![NONE; texels],
             across: vec![NONE; texels],

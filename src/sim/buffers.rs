@@ -9,11 +9,12 @@ use bytemuck::Pod;
 use glam::{UVec2, Vec4};
 
 use super::distance::{TILE_CANDIDATES, TILE_SAMPLES};
+use super::pulse::MOST_PULSES;
 use super::raster::Outline;
 use super::sorting::{most_parts, stretches};
 use super::types::{
     Border, DistanceJob, Flow, HalfEdge, ListedTile, Mark, Meal, Motion, ObjectPair, Particle,
-    Physarum, Pose, SampleTile, Seam, SurfaceSample, Transfer, Triangle, Vertex, Window,
+    Physarum, Pose, SampleTile, Seam, Shell, SurfaceSample, Transfer, Triangle, Vertex, Window,
 };
 use crate::gpu::{
     AnyBuffer, Buffer, BufferCore, Context, DispatchGroups, Domain, GpuError, TexelScalar, Texels,
@@ -283,6 +284,7 @@ table! {
     POSES: Pose = "poses", BLOCK 4, |n| n.objects;
     POSES_BEFORE: Pose = "poses_before", BLOCK 4, |n| n.objects;
     PHYSARUMS: Physarum = "physarums", BLOCK 0, |n| n.objects;
+    SHELLS: Shell = "shells", BLOCK 0, |_| MOST_PULSES as u64;
 
     DISTANCES: f32 = "distances", BLOCK 0, |n| n.field().next_multiple_of(4);
     NEAREST: u32 = "nearest", BLOCK 0, |n| n.field().next_multiple_of(4);

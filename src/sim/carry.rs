@@ -110,6 +110,7 @@ pub fn carried(
             remaining: left_of(snapshot, old, new, from),
             ..snapshot.food
         },
+        pulses: snapshot.pulses.clone(),
     })
 }
 

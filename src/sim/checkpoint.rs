@@ -25,7 +25,10 @@ use crate::scene::{Overrides, Scene};
 use crate::whole_file::WholeFile;
 
 const MAGIC: &[u8; 8] = b"MYXOCKPT";
-const VERSION: u32 = 6;
+/// The version of files without the parts that came later: earlier programs read these.
+const PLAIN: u32 = 6;
+/// The version of files with such parts.
+const VERSION: u32 = 7;
 
 #[derive(Serialize, Deserialize)]
 struct Header {
@@ -169,7 +172,12 @@ impl Checkpoint {
             crc: crc32fast::Hasher::new(),
         };
         out.put(MAGIC)?;
-        out.put(&VERSION.to_le_bytes())?;
+        let version = if snapshot.has_later_parts() {
+            VERSION
+        } else {
+            PLAIN
+        };
+        out.put(&version.to_le_bytes())?;
         out.put(&(header.len() as u32).to_le_bytes())?;
         out.put(&header)?;
         for part in KEPT {
@@ -228,9 +236,9 @@ impl Checkpoint {
                 .try_into()
                 .expect("4 bytes"),
         );
-        if version != VERSION {
+        if ![PLAIN, VERSION].contains(&version) {
             return Err(format!(
-                "it has version {version}, this program reads version {VERSION}"
+                "it has version {version}, this program reads versions {PLAIN} and {VERSION}"
             ));
         }
         let Some((body, crc)) = bytes.split_last_chunk::<4>() else {

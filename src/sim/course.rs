@@ -3,16 +3,17 @@
 use std::sync::Arc;
 
 use bytemuck::Zeroable;
-use glam::{Affine3A, DAffine3};
+use glam::{Affine3A, DAffine3, Vec3};
 
 use super::behaviour::physarums;
 use super::distance::{DistancePlanner, DistanceUpdate};
 use super::movement::Movement;
 use super::plan::{Changes, Means, Plan};
+use super::pulse::{LivePulse, MOST_PULSES, Pulse};
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
-use super::step::step;
-use super::types::{DistanceJob, Physarum, Pose};
+use super::step::{advance_alone, step};
+use super::types::{DistanceJob, Physarum, Pose, Shell};
 use super::work::Step;
 use crate::error::Result;
 use crate::scene::settings::Settings;
@@ -37,6 +38,8 @@ pub struct Course {
     /// The parameters of particles on the engine after the steps so far.
     physarums: Vec<Physarum>,
     planner: DistancePlanner,
+    /// The pulses that have begun and not ended, the oldest first.
+    pulses: Vec<LivePulse>,
     /// The number of particles that a fed one counted as in the last step.
     fed_deposit: u32,
     step: u64,
@@ -53,6 +56,7 @@ impl Course {
             poses_before: setup.poses.clone(),
             physarums: physarums(&settings, &setup),
             planner: DistancePlanner::default(),
+            pulses: Vec::new(),
             fed_deposit: 1,
             step: 0,
             setup,
@@ -74,15 +78,54 @@ impl Course {
     #[must_use]
     pub fn next(&mut self, means: Means) -> Step {
         self.follow_settings();
+        self.begin_pulses();
         let changes = self.changes();
         let mut plan = Plan::new(&self.settings, &self.setup, self.step, means);
+        plan.add_pulses(&self.pulses);
         plan.changes = changes;
         plan.update_distances(&mut self.planner, self.step, &self.poses);
         plan.sort_as_in(self.step);
         let step = step(&plan);
         self.step += 1;
+        self.pulses.retain(|pulse| !pulse.has_ended(self.step));
         self.fed_deposit = self.settings.feeding.fed_deposit;
         step
+    }
+
+    /// Begins a pulse with the next step. If [`MOST_PULSES`] are live, the oldest ends.
+    ///
+    /// # Errors
+    /// When a number of it is out of its range.
+    pub fn pulse(&mut self, pulse: &Pulse) -> Result<()> {
+        pulse.check()?;
+        self.add_pulse(pulse);
+        Ok(())
+    }
+
+    fn add_pulse(&mut self, pulse: &Pulse) {
+        if self.pulses.len() == MOST_PULSES {
+            self.pulses.remove(0);
+        }
+        self.pulses.push(pulse.beginning_at(self.step));
+    }
+
+    /// Begins the scene's pulses whose turn is in the next step.
+    fn begin_pulses(&mut self) {
+        let (center, radius) = (self.setup.center, self.setup.radius);
+        let begin = (self.settings.pulses.iter()).filter(|pulse| pulse.begins_in(self.step));
+        let begin = begin.map(|settings| {
+            let at = center + radius * Vec3::from_array(settings.at);
+            Pulse::new(settings, at, radius)
+        });
+        for pulse in begin.collect::<Vec<_>>() {
+            self.add_pulse(&pulse);
+        }
+    }
+
+    /// The pulses that are live.
+    #[must_use]
+    pub fn pulses(&self) -> &[LivePulse] {
+        &self.pulses
     }
 
     /// A step with every kernel that later steps can have by such settings. It is not to be executed: its update of distances is arbitrary.
@@ -93,7 +136,12 @@ impl Course {
             plan.distances.jobs = vec![DistanceJob::zeroed()];
         }
         plan.sort_as_in(DUE);
-        step(&plan)
+        let mut every = step(&plan);
+        if !self.pulses.is_empty() || !settings.pulses.is_empty() {
+            plan.shells = vec![Shell::zeroed()];
+            advance_alone(&mut every, &plan);
+        }
+        every
     }
 
     /// The next step with a sort, and with the distances that are due. If nothing has moved since they were last computed, it has the
@@ -102,6 +150,7 @@ impl Course {
     pub fn with_everything(&self, means: Means, changes: Changes) -> (Step, DistanceUpdate) {
         let mut plan = Plan::new(&self.settings, &self.setup, self.step, means);
         plan.changes = changes;
+        plan.add_pulses(&self.pulses);
         for mut planner in [self.planner.clone(), DistancePlanner::default()] {
             plan.update_distances(&mut planner, DUE, &self.poses);
             if !plan.distances.jobs.is_empty() {
@@ -228,6 +277,7 @@ impl Course {
             origin: self.setup.origin(),
             distance_poses: self.planner.poses().to_vec(),
             kept_pairs: self.planner.kept(),
+            pulses: self.pulses.clone(),
             food: FoodState {
                 remaining: Vec::new(),
                 fed_deposit: self.fed_deposit,
@@ -243,6 +293,7 @@ impl Course {
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), String> {
         self.movement = snapshot.movement_of(self.settings.objects.len())?;
         self.planner = DistancePlanner::resumed(&snapshot.distance_poses, &snapshot.kept_pairs);
+        self.pulses.clone_from(&snapshot.pulses);
         self.fed_deposit = snapshot.food.fed_deposit;
         self.step = snapshot.step;
         self.poses_of_step.clone_from(&snapshot.last_poses);

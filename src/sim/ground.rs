@@ -1,5 +1,5 @@
 //! How a particle leaves one object in world space and lands on another: tangent frames, places and headings. Twin of
-//! `shaders/include/frame.glsl` and `transfer.glsl`.
+//! `shaders/include/frame.glsl`, `spaces.glsl` and `transfer.glsl`.
 
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
@@ -59,6 +59,27 @@ pub(super) struct Frame {
     pub(super) normal: Vec3,
 }
 
+impl Frame {
+    /// The frame of a triangle with these corners.
+    pub(super) fn of([a, b, c]: [Vec3; 3]) -> Self {
+        let p = direction3_or(b - a, Vec3::X);
+        let normal = direction3_or(cross3(b - a, c - a), perpendicular(p));
+        Self {
+            origin: a,
+            p,
+            h: cross3(normal, p),
+            normal,
+        }
+    }
+
+    /// The place with given weights of B and C on the triangle, which has that shape; object space.
+    pub(super) fn position(&self, shape: &Triangle, [u, v]: [f32; 2]) -> Vec3 {
+        let along = u * shape.ab + v * shape.cp;
+        let across = v * shape.ch;
+        (self.origin + along * self.p) + across * self.h
+    }
+}
+
 fn turned_to_world(pose: &Pose, direction: Vec3) -> Vec3 {
     let row = |row: Vec4| dot3(row.xyz(), direction);
     Vec3::new(row(pose.x), row(pose.y), row(pose.z))
@@ -77,7 +98,7 @@ fn place_in_world(pose: &Pose, position: Vec3) -> Vec3 {
     turned_to_world(pose, position) + translation_of(pose)
 }
 
-fn place_in_object(pose: &Pose, position: Vec3) -> Vec3 {
+pub(super) fn place_in_object(pose: &Pose, position: Vec3) -> Vec3 {
     turned_to_object(pose, position - translation_of(pose))
 }
 
@@ -138,25 +159,14 @@ impl Ground<'_> {
     }
 
     pub(super) fn frame(&self, triangle: u32) -> Frame {
-        let [a, b, c] = [0, 1, 2].map(|corner| {
+        Frame::of([0, 1, 2].map(|corner| {
             self.vertices[self.corners[(3 * triangle + corner) as usize] as usize].position
-        });
-        let p = direction3_or(b - a, Vec3::X);
-        let normal = direction3_or(cross3(b - a, c - a), perpendicular(p));
-        Frame {
-            origin: a,
-            p,
-            h: cross3(normal, p),
-            normal,
-        }
+        }))
     }
 
     /// The place with given weights of B and C on a triangle with that frame, object space.
     pub(super) fn position(&self, triangle: u32, frame: &Frame, [u, v]: [f32; 2]) -> Vec3 {
-        let shape = &self.triangles[triangle as usize];
-        let along = u * shape.ab + v * shape.cp;
-        let across = v * shape.ch;
-        (frame.origin + along * frame.p) + across * frame.h
+        frame.position(&self.triangles[triangle as usize], [u, v])
     }
 
     /// A place of the world in an object's space.

@@ -21,6 +21,7 @@ macro_rules! kept {
     ($($($field:ident).+ [$(= $like:ident)? $($length:ident)?] $device:expr $(, $elements:literal)?;)*) => {
         /// How many elements the sections of a checkpoint have, in the order of its header.
         #[derive(Default, Serialize, Deserialize)]
+        #[serde(default)]
         pub struct Lengths {
             $($($length: u64,)?)*
         }
@@ -65,6 +66,8 @@ kept! {
     food.remaining [foods]          converted(&buffers::MEALS, |state| Some(&state.food.as_ref()?.meals), |meals| {
                                         meals.iter().map(|meal| meal.remaining).collect()
                                     });
+    // Checkpoints of earlier versions lack the parts from here on; see `Snapshot::has_later_parts`.
+    pulses [pulses]                 on_host();
 }
 
 /// A part, whatever its elements are.

@@ -49,6 +49,7 @@ pub mod paint;
 pub mod physarum;
 pub mod pipelines;
 pub mod plan;
+pub mod pulse;
 pub mod queries;
 pub mod raster;
 pub mod roles;

@@ -13,7 +13,7 @@ pub trait Value: Copy + PartialEq + Debug + Send + Sync + 'static {}
 
 impl<T: Copy + PartialEq + Debug + Send + Sync + 'static> Value for T {}
 
-/// One per kernel, by its name in times and messages.
+/// One per kernel and set of constants, by the kernel's name in times and messages.
 pub struct Pipelines {
     ctx: Arc<Context>,
     /// How tables of particles are stored.
@@ -40,20 +40,14 @@ impl Pipelines {
     ///
     /// # Errors
     /// When the device cannot run the kernel.
-    ///
-    /// # Panics
-    /// When it exists with other constants: one set of pipelines is for one set of constants.
     pub fn make<K: Kernel<Constants: Value> + 'static>(
         &mut self,
         name: &'static str,
         constants: &K::Constants,
     ) -> Result<(), GpuError> {
-        match self.find::<(K::Constants, Pipeline<K>)>(name) {
-            Some((made, _)) => assert!(made == constants, "`{name}` has two sets of constants"),
-            None => {
-                let pipeline = Pipeline::<K>::over(&self.ctx, constants, name, self.tables)?;
-                self.add(name, (*constants, pipeline));
-            }
+        if !self.has::<K>(name, constants) {
+            let pipeline = Pipeline::<K>::over(&self.ctx, constants, name, self.tables)?;
+            self.add(name, (*constants, pipeline));
         }
         Ok(())
     }
@@ -81,8 +75,8 @@ impl Pipelines {
         name: &str,
         constants: &K::Constants,
     ) -> bool {
-        let made = self.find::<(K::Constants, Pipeline<K>)>(name);
-        made.is_some_and(|(made, _)| made == constants)
+        let mut made = self.all::<(K::Constants, Pipeline<K>)>(name);
+        made.any(|(made, _)| made == constants)
     }
 
     /// Does the pipeline of a draw with these constants exist? It is made with its constants once.
@@ -102,10 +96,10 @@ impl Pipelines {
         name: &str,
         constants: &K::Constants,
     ) -> &Pipeline<K> {
-        match self.find::<(K::Constants, Pipeline<K>)>(name) {
-            Some((made, pipeline)) if made == constants => pipeline,
-            Some((made, _)) => panic!("`{name}` was made with {made:?}, not {constants:?}"),
-            None => panic!("`{name}` was not made"),
+        let mut made = self.all::<(K::Constants, Pipeline<K>)>(name);
+        match made.find(|(made, _)| made == constants) {
+            Some((_, pipeline)) => pipeline,
+            None => panic!("`{name}` was not made with {constants:?}"),
         }
     }
 
@@ -127,7 +121,11 @@ impl Pipelines {
     }
 
     fn find<T: 'static>(&self, name: &str) -> Option<&T> {
-        let mut of_name = self.made.iter().filter(|made| made.name == name);
-        of_name.find_map(|made| made.pipeline.downcast_ref())
+        self.all(name).next()
+    }
+
+    fn all<'s, T: 'static>(&'s self, name: &str) -> impl Iterator<Item = &'s T> {
+        let of_name = self.made.iter().filter(move |made| made.name == name);
+        of_name.filter_map(|made| made.pipeline.downcast_ref())
     }
 }

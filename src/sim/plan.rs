@@ -6,7 +6,8 @@ use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate};
 use super::setup::Setup;
 use super::sorting::{Segment, Segments};
 use super::texel_paths::TexelPaths;
-use super::types::{Physarum, Pose};
+use super::pulse::LivePulse;
+use super::types::{Physarum, Pose, Shell};
 use crate::gpu::Threads;
 use crate::scene::settings::{Border, PhysarumSettings, Settings, Strategy};
 
@@ -63,6 +64,8 @@ pub struct Lengths {
     pub threshold: f32,
     /// Length of the longest path to a sensor.
     pub farthest: f32,
+    /// Length of the longest step.
+    pub fastest: f32,
     /// The signed distance up to which sensors see nothing.
     pub deepest: f32,
     /// At a larger distance, a particle cannot meet another object in a step.
@@ -86,17 +89,29 @@ impl Lengths {
         };
         let farthest = most(|own| own.sensor_offset);
         let fastest = most(|own| own.speed);
-        let near = threshold + fastest + TEXELS_BETWEEN * setup.texel_side;
-        Self {
+        let plain = Self {
             reach,
             threshold,
             farthest,
+            fastest,
             // Sensors get no farther behind a crossing than their offset; beyond the reach no distances are known.
             deepest: -farthest.min(reach),
+            near: 0.0,
+            sight: 0.0,
+        };
+        plain.with_steps(fastest, setup)
+    }
+
+    /// The lengths if steps may be so long.
+    fn with_steps(self, fastest: f32, setup: &Setup) -> Self {
+        let near = self.threshold + fastest + TEXELS_BETWEEN * setup.texel_side;
+        Self {
+            fastest,
             near,
             // A pending walk comes before the walk of the sensors, or of the step.
             // If it is longer than the reach, everything is in sight, because distances are clamped to the reach.
-            sight: near + farthest.max(fastest),
+            sight: near + self.farthest.max(fastest),
+            ..self
         }
     }
 }
@@ -121,6 +136,8 @@ pub struct Plan<'a> {
     pub deposit_factor: f32,
     /// Changes from the step before.
     pub changes: Changes,
+    /// The shells of live pulses.
+    pub shells: Vec<Shell>,
     /// The distances to update; initially none.
     pub distances: DistanceUpdate,
     /// The particles that are sorted at the end, if any are.
@@ -141,9 +158,21 @@ impl<'a> Plan<'a> {
             lengths: Lengths::new(settings, setup),
             deposit_factor: deposit_factor(settings, setup),
             changes: Changes::default(),
+            shells: Vec::new(),
             distances: DistanceUpdate::default(),
             segment: None,
         }
+    }
+
+    /// Adds pulses, which must be live; particles that they carry take longer steps. Comes before
+    /// [`update_distances`](Self::update_distances).
+    pub fn add_pulses(&mut self, pulses: &[LivePulse]) {
+        self.shells = (pulses.iter())
+            .map(|pulse| pulse.shell_in(self.step))
+            .collect();
+        let speeds = self.shells.iter().map(|shell| shell.speed);
+        let fastest = speeds.fold(self.lengths.fastest, f32::max);
+        self.lengths = self.lengths.with_steps(fastest, self.setup);
     }
 
     /// Adds the update of distances that have changed since the planner was last used; `poses` are the step's.

@@ -1,7 +1,7 @@
 //! A scene before its first step: the surface, its atlas and the particles at their start.
 //! The GPU simulation and the CPU twins begin from one setup.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use super::areas::AreaMap;
 use super::distance::DistanceSetup;
@@ -65,6 +65,8 @@ pub struct Setup {
     pub food_set: FoodSet,
     /// Scene radius, world units: what lengths in settings are multiplied by.
     pub radius: f32,
+    /// Centre of the scene, in world space: what places in scene radii are counted from.
+    pub center: Vec3,
 }
 
 impl Setup {
@@ -151,6 +153,7 @@ impl Setup {
             distance,
             surface: scene.surface.clone(),
             radius: scene.radius,
+            center: scene.center,
             atlas,
             particles,
             motions,

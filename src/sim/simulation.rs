@@ -6,6 +6,7 @@ mod copying;
 mod feeding;
 mod painter;
 mod painting;
+mod pulsing;
 
 use std::sync::Arc;
 
@@ -416,6 +417,8 @@ impl Simulation {
         snapshot.check_food(foods).map_err(Error::Invalid)?;
         let food = self.restored_food(&snapshot.food)?;
         self.take_bias(bias_of(&self.ctx, &snapshot.bias)?)?;
+        let every = course.of_every_kernel(self.settings(), self.means());
+        every.prepare(&mut self.pipelines)?;
         self.state.food = food;
         // Parts of a step may have left counts behind.
         self.ctx.fill(&self.state.deposits.front, 0)?;

@@ -4,11 +4,12 @@ mod checks;
 
 use std::borrow::Cow;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::distance::KeptPair;
 use super::movement::SavedMovement;
+use super::pulse::LivePulse;
 use super::setup::Setup;
 use super::transfers::TransferState;
 use super::types::{Motion, Particle, Pose, Transfer};
@@ -43,6 +44,8 @@ pub struct Snapshot {
     pub bias: Vec<f32>,
     /// The remaining meals of foods.
     pub food: FoodState,
+    /// The pulses that have begun and not ended, the oldest first.
+    pub pulses: Vec<LivePulse>,
 }
 
 /// Food and markers after some step.
@@ -119,6 +122,10 @@ impl Snapshot {
             pose.y.w = moved(pose.y.w, by.y);
             pose.z.w = moved(pose.z.w, by.z);
         }
+        for pulse in &mut state.pulses {
+            let center = Vec3::from_array(pulse.center).as_dvec3() + by;
+            pulse.center = center.as_vec3().to_array();
+        }
         for transfer in &mut state.transfers.in_flight {
             transfer.position = (transfer.position.as_dvec3() + by).as_vec3();
         }
@@ -186,13 +193,24 @@ impl Snapshot {
             .map(|(texel, value)| hash_words(&[BIAS, texel as u32, value.to_bits()]));
         let remaining = self.food.remaining.par_iter().enumerate();
         let food = remaining.map(|(food, left)| hash_words(&[FOOD, food as u32, *left]));
+        let live = self.pulses.par_iter().enumerate();
+        let pulses = live.map(|(i, pulse)| {
+            let words: [u32; 10] = bytemuck::cast(*pulse);
+            hash_words(&[PULSE, i as u32].into_iter().chain(words).collect::<Vec<_>>())
+        });
         particles
             .chain(trail)
             .chain(in_flight)
             .chain(bias)
             .chain(food)
+            .chain(pulses)
             .reduce(|| 0, u64::wrapping_add)
             .wrapping_add(self.step)
+    }
+
+    /// Does it have parts that checkpoints of earlier versions lack?
+    pub(super) fn has_later_parts(&self) -> bool {
+        !self.pulses.is_empty()
     }
 
     /// Does every id exist exactly once?
@@ -233,6 +251,8 @@ impl Snapshot {
 const BIAS: u32 = 0xb1a5;
 /// Makes the hash of an amount of food differ from that of other values.
 const FOOD: u32 = 0xf00d;
+/// Makes the hash of a pulse differ from that of other values.
+const PULSE: u32 = 0x9015e;
 
 /// Mixes words to 64 bits, with a multiplication and a shift for each (the finalizer of MurmurHash3, Appleby 2011).
 fn hash_words(words: &[u32]) -> u64 {

@@ -19,7 +19,7 @@ use super::texture::{PingPong, SpreadTables, Texture};
 use super::transfers::Transfers;
 use super::types::{
     DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
-    SurfaceSample,
+    Shell, SurfaceSample,
 };
 use crate::gpu::{Buffer, Context, DeviceKind, DispatchGroups, GpuError, TexelScalar, Texels};
 use crate::mesh::surface::NONE;
@@ -179,6 +179,8 @@ pub struct Objects {
     pub poses_before: Store<Pose, f32>,
     /// Parameters of particles, one per object.
     pub physarums: Buffer<Physarum>,
+    /// The shells of live pulses, at the front.
+    pub shells: Buffer<Shell>,
 }
 
 /// Distances to other objects, and the data for computing them. In scenes with one object, texel fields have one element.
@@ -352,6 +354,7 @@ impl State {
                 recorded: setup.poses.clone(),
                 poses_before: make.store(&buffers::POSES_BEFORE, &setup.poses)?,
                 physarums: make.of(&buffers::PHYSARUMS, &physarums(settings, setup))?,
+                shells: make.zeros(&buffers::SHELLS)?,
             },
             near: nearness(make, setup)?,
             across: across(make, setup)?,

@@ -54,6 +54,11 @@ pub fn step(plan: &Plan<'_>) -> Step {
     step
 }
 
+/// The kernels of a step that also depend on whether pulses are live.
+pub fn advance_alone(step: &mut Step, plan: &Plan<'_>) {
+    advance(step, plan, plan.terms());
+}
+
 /// Uploads values that have changed. They are part of the step's commands, so queued steps keep theirs.
 fn bring_changes(s: &mut Step, plan: &Plan<'_>) {
     let changes = &plan.changes;
@@ -65,6 +70,9 @@ fn bring_changes(s: &mut Step, plan: &Plan<'_>) {
     }
     if let Some(physarums) = &changes.physarums {
         s.write(physarums, |s| &s.objects.physarums, |a| &mut a.physarums);
+    }
+    if !plan.shells.is_empty() {
+        s.write(&plan.shells, |s| &s.objects.shells, |a| &mut a.shells);
     }
 }
 

@@ -333,6 +333,24 @@ impl From<&Pose> for DAffine3 {
     }
 }
 
+/// The shell of a pulse in a step.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Shell {
+    /// Its middle in world space.
+    pub center: Vec3,
+    /// Radius of the middle of the shell, a world length.
+    pub radius: f32,
+    /// One by half its thickness, in world lengths.
+    pub narrow: f32,
+    /// How far particles turn, and how much of its speed they take, in the middle of the shell: 0 to 1.
+    pub strength: f32,
+    /// World length by which its radius grows in a step.
+    pub speed: f32,
+    /// Nothing.
+    pub pad0: f32,
+}
+
 /// The surface point under the centre of a texel.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

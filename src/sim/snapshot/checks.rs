@@ -4,6 +4,7 @@ use super::super::distance::KeptPair;
 use super::super::kept::check_lengths;
 use super::super::movement::{FARTHEST, MOST_STEPS, Movement, is_rigid};
 use super::super::paint::{GREATEST, NO_GO};
+use super::super::pulse::MOST_PULSES;
 use super::super::setup::Setup;
 use super::super::types::Particle;
 use super::{Census, Snapshot};
@@ -125,7 +126,26 @@ impl Snapshot {
                 "the bias is {value} at texel {texel}, and {NO_GO:e} to {GREATEST:e} is possible"
             ));
         }
+        self.check_pulses()?;
         self.transfers.check_ranges(&self.particles, most_pending)
+    }
+
+    /// Could a simulation have these pulses?
+    fn check_pulses(&self) -> Result<(), String> {
+        let there = self.pulses.len();
+        if there > MOST_PULSES {
+            return Err(format!(
+                "it has {there} pulses, and {MOST_PULSES} are possible"
+            ));
+        }
+        for (i, live) in self.pulses.iter().enumerate() {
+            let is_near = live.center.iter().all(|x| f64::from(x.abs()) <= FARTHEST);
+            let is_possible = live.pulse().check().is_ok() && live.first_step <= self.step;
+            if !is_near || !is_possible {
+                return Err(format!("its pulse {i} is damaged"));
+            }
+        }
+        Ok(())
     }
 
     /// The movement of a scene's objects from here on, if it has this many.

@@ -12,13 +12,14 @@ use crate::sim::field::{atlas_position, texel_at, trail_at, unpacked_position, w
 use crate::sim::kernels::{Advance, AdvanceArgs, AdvanceConstants, AdvanceParams};
 use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::plan::Plan;
+use crate::sim::pulse::{Sweep, swept};
 use crate::sim::sensors::straight_ahead;
 use crate::sim::setup::Setup;
 use crate::sim::state::State;
 use crate::sim::step::distance::along;
 use crate::sim::strip_walk::StripWalk;
 use crate::sim::surroundings::{COVERED, IN_SIGHT, NEAR};
-use crate::sim::types::{Flow, Meal, Motion, Particle, Physarum, Pose, Vertex};
+use crate::sim::types::{Flow, Meal, Motion, Particle, Physarum, Pose, Shell, Vertex};
 use crate::sim::walker::WALK_DONE;
 use crate::sim::work::{Call, Counter, StepKernel};
 use crate::strict::{logarithm, root, settled, turn_of};
@@ -145,6 +146,7 @@ impl Plan<'_> {
                 paths: means.paths,
                 painted: means.painted,
                 food: self.has_food(),
+                pulses: !self.shells.is_empty(),
             },
             params: AdvanceParams {
                 particle_count: self.particle_count(),
@@ -161,6 +163,7 @@ impl Plan<'_> {
                 fed_steps: settings.feeding.fed_steps,
                 fed_deposit: settings.feeding.fed_deposit,
                 fed_attraction: settings.feeding.fed_attraction,
+                shell_count: self.shells.len() as u32,
             },
         }
     }
@@ -224,6 +227,7 @@ impl StepKernel for Advance {
             scent: food.map(|food| &food.scent),
             plates: food.map(|food| &food.plates),
             meals: food.map(|food| &food.meals),
+            shells: &s.objects.shells,
         }
     }
 
@@ -251,6 +255,7 @@ impl StepKernel for Advance {
                 bias: &a.bias,
                 scent: &a.scent,
                 plates: &setup.food_set.plates,
+                shells: &a.shells,
             },
             Selection {
                 flow: &mut a.transfers.flow[0],
@@ -298,6 +303,8 @@ pub struct AdvanceInputs<'a> {
     pub scent: &'a [f32],
     /// Per texel: the food that is eaten there, counted from 1, or 0.
     pub plates: &'a [u32],
+    /// The shells of live pulses.
+    pub shells: &'a [Shell],
 }
 
 impl<'a> AdvanceInputs<'a> {
@@ -319,6 +326,7 @@ impl<'a> AdvanceInputs<'a> {
             bias: &[],
             scent: &[],
             plates: &[],
+            shells: &[],
         }
     }
 }
@@ -496,6 +504,9 @@ fn advance_one(
 
     w.heading = heading;
     w.remaining = own.speed;
+    if constants.pulses {
+        sweep(params, inputs, &mut w);
+    }
     w.walk(inputs.strips, params.attempts, constants.border_reflects);
     pending += w.pending();
     if constants.painted {
@@ -551,6 +562,23 @@ fn advance_one(
         meal,
         is_selected,
     }
+}
+
+/// Lets the shells of pulses turn a walk and lengthen it.
+fn sweep(params: &AdvanceParams, inputs: &AdvanceInputs, w: &mut StripWalk) {
+    let shape = &inputs.strips[w.triangle as usize].shape;
+    let corners = [0, 1, 2].map(|corner| {
+        let vertex = inputs.corners[(3 * w.triangle + corner) as usize];
+        inputs.vertices[vertex as usize].position
+    });
+    let sweep = Sweep {
+        heading: w.heading.into(),
+        length: w.remaining,
+    };
+    let shells = &inputs.shells[..params.shell_count as usize];
+    let pose = &inputs.poses[shape.object as usize];
+    let Sweep { heading, length } = swept(shells, (shape, corners), pose, [w.u, w.v], sweep);
+    (w.heading, w.remaining) = (heading.to_array(), length);
 }
 
 /// Headings of the sensors: left, middle and right.

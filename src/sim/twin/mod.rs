@@ -40,6 +40,7 @@ use super::arrays::{Arrays, TransferArrays};
 use super::course::Course;
 use super::food::{FoodSet, places};
 use super::plan::Means;
+use super::pulse::Pulse;
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
 use super::sorting::Segments;
@@ -150,6 +151,14 @@ impl Simulation {
         world_from_object: Option<glam::DAffine3>,
     ) -> Result<()> {
         self.course.set_pose(object, world_from_object)
+    }
+
+    /// Begins a pulse with the next step; as [`super::Simulation::pulse`].
+    ///
+    /// # Errors
+    /// When a number of it is out of its range.
+    pub fn pulse(&mut self, pulse: &Pulse) -> Result<()> {
+        self.course.pulse(pulse)
     }
 
     /// Takes over settings with other food; as [`super::Simulation::apply`].
