@@ -78,6 +78,8 @@ pub enum Action {
     Brush,
     /// Takes the tool for food, or none.
     Food,
+    /// Takes the tool for pulses, or none.
+    Pulse,
     /// Shows or hides what lies under the pointer.
     Probe,
     /// Puts a copy of the selected object into the scene.
@@ -117,7 +119,7 @@ impl Action {
             Self::Undo if !document.undo.can_undo() => "Nothing was changed",
             Self::Redo if !document.undo.can_redo() => "Nothing was undone",
             Self::Split if view.is_flat() => "The picture is the atlas already",
-            Self::Brush | Self::Food | Self::Probe if view.is_flat() => FLAT,
+            Self::Brush | Self::Food | Self::Pulse | Self::Probe if view.is_flat() => FLAT,
             Self::Duplicate | Self::Remove | Self::Hide if !has_picked => PICK_FIRST,
             Self::ShowAll if !document.marks.any_is_hidden() => "No object is hidden",
             _ => return None,
@@ -256,6 +258,7 @@ const ROWS: &[Row] = rows! {
     Theme,          Window, NONE,       [T],            "T",            "light or dark interface";
     Brush,          Scene,  NONE,       [B],            "B",            "take the brush used last, or none";
     Food,           Scene,  NONE,       [O],            "O",            "take the food tool, or none";
+    Pulse,          Scene,  NONE,       [K],            "K",            "take the pulse tool, or none";
     Probe,          Scene,  NONE,       [I],            "I",            "show what lies under the pointer";
     Duplicate,      Scene,  CTRL,       [D],            "Ctrl D",       "duplicate the selected object";
     Remove,         Scene,  NONE,       [Delete],       "Delete",       "remove the selected object or food";

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
+use myxo::scene::settings::PulseSettings;
 use myxo::sim::paint::Brush;
 
 use crate::lab::kept_scenes::KeptScene;
@@ -102,6 +103,13 @@ pub enum ToolRequest {
         brush: Brush,
         /// Scene radii.
         radius: f32,
+    },
+    /// A pulse begins.
+    Pulse {
+        /// In the world.
+        center: Vec3,
+        /// Its place and step are not used.
+        pulse: PulseSettings,
     },
     /// The button was released after a stroke that may have changed what attracts, repels or forbids.
     EndStroke,

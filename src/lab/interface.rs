@@ -454,11 +454,14 @@ impl Interface {
             Action::Theme => desk.layout.set_light(ctx, !desk.layout.light),
             Action::Gallery => desk.layout.gallery = !desk.layout.gallery,
             Action::Help => desk.layout.toggle(Card::Help),
-            Action::Brush | Action::Food | Action::Probe if desk.document.view.show.is_flat() => {
+            Action::Brush | Action::Food | Action::Pulse | Action::Probe
+                if desk.document.view.show.is_flat() =>
+            {
                 desk.notices.say(ctx, FLAT, false);
             }
             Action::Brush => self.tools.toggle_brush(),
             Action::Food => self.tools.toggle_food(),
+            Action::Pulse => self.tools.toggle_pulse(),
             Action::Probe => self.tools.toggle_probe(),
             Action::Duplicate => self.tools.duplicate_selected(ctx, &mut desk),
             Action::Remove => self.tools.remove_selected(ctx, &mut desk),

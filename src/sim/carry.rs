@@ -216,7 +216,9 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
     use crate::scene::settings::{ObjectSettings, Settings};
+    use crate::sim::pulse::LivePulse;
     use crate::sim::twin;
+    use bytemuck::Zeroable as _;
     use glam::Vec3;
 
     fn settings(objects: &[(&str, f32)]) -> Settings {
@@ -267,10 +269,15 @@ mod tests {
 
     #[test]
     fn the_same_scene_keeps_everything() {
-        let (simulation, state) = grown();
+        let (simulation, mut state) = grown();
         let same = simulation.setup();
+        state.pulses = vec![LivePulse {
+            first_step: 4,
+            ..LivePulse::zeroed()
+        }];
         let carried = carried(&state, same, same, &[Some(0), Some(1)]).unwrap();
         assert_eq!(carried.particles, state.particles);
+        assert_eq!(carried.pulses, state.pulses);
         let off = carried.trail.iter().zip(&state.trail);
         let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(off < 1e-3, "{off}");

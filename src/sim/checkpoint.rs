@@ -317,6 +317,7 @@ mod tests {
     use glam::Affine3A;
 
     use crate::sim::distance::KeptPair;
+    use crate::sim::pulse::LivePulse;
     use crate::sim::transfers::TransferState;
     use crate::sim::twin;
     use crate::sim::types::{Flow, Motion, Particle, Transfer, Window};
@@ -378,6 +379,18 @@ mod tests {
                     },
                     flux: vec![0, 7, 6, 0],
                 },
+                pulses: vec![
+                    LivePulse {
+                        center: [1.0, -2.0, 0.5],
+                        speed: 0.01,
+                        width: 0.25,
+                        reach: 2.0,
+                        strength: 0.6,
+                        pad0: 0,
+                        first_step: 40,
+                    };
+                    2
+                ],
             },
         }
     }
@@ -446,6 +459,34 @@ mod tests {
             1,
             "no temporary file stays"
         );
+    }
+
+    /// Would catch: files of the version before that are not read, and files that earlier programs would read without the parts
+    /// that they lack.
+    #[test]
+    fn files_without_later_parts_are_of_the_earlier_version() {
+        let bytes = |checkpoint: &Checkpoint| {
+            let mut bytes = Vec::new();
+            checkpoint.write_to(&mut bytes).unwrap();
+            bytes
+        };
+        let mut plain = checkpoint();
+        assert_eq!(bytes(&plain)[8], 7);
+        plain.snapshot.pulses.clear();
+        let mut earlier = bytes(&plain);
+        assert_eq!(earlier[8], 6);
+        // Earlier programs wrote no such length.
+        let length = u32::from_le_bytes(earlier[12..16].try_into().unwrap()) as usize;
+        let header = std::str::from_utf8(&earlier[16..16 + length]).unwrap();
+        let header = header.replacen("\"pulses\":0,", "", 1);
+        assert!(header.len() < length);
+        let mut whole = earlier[..12].to_vec();
+        whole.extend((header.len() as u32).to_le_bytes());
+        whole.extend(header.as_bytes());
+        earlier.truncate(earlier.len() - 4);
+        whole.extend(&earlier[16 + length..]);
+        whole.extend(crc32fast::hash(&whole).to_le_bytes());
+        assert_eq!(Checkpoint::from_bytes(&whole).unwrap(), plain);
     }
 
     #[test]

@@ -97,7 +97,7 @@ impl Course {
     /// # Errors
     /// When a number of it is out of its range.
     pub fn pulse(&mut self, pulse: &Pulse) -> Result<()> {
-        pulse.check()?;
+        pulse.check(self.setup.radius)?;
         self.add_pulse(pulse);
         Ok(())
     }

@@ -3,10 +3,10 @@
 
 use super::behaviour::deposit_factor;
 use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate};
+use super::pulse::LivePulse;
 use super::setup::Setup;
 use super::sorting::{Segment, Segments};
 use super::texel_paths::TexelPaths;
-use super::pulse::LivePulse;
 use super::types::{Physarum, Pose, Shell};
 use crate::gpu::Threads;
 use crate::scene::settings::{Border, PhysarumSettings, Settings, Strategy};

@@ -16,6 +16,8 @@ use crate::strict::{direction2_or, direction3_or, dot2, dot3, length3, positive,
 
 /// Pulses that are live at once; one more takes the place of the oldest.
 pub const MOST_PULSES: usize = 8;
+/// The longest speed, width and reach of a pulse that begins, scene radii.
+const FARTHEST: f32 = 1000.0;
 /// The share of its reach over which a pulse becomes weaker, until it ends.
 const FADING: f64 = 0.3;
 /// Where the back of a shell begins, half widths from its middle.
@@ -72,11 +74,11 @@ impl Pulse {
         }
     }
 
-    /// Makes sure that the numbers are in their ranges.
+    /// Makes sure that the numbers are in their ranges, in a scene of this radius.
     ///
     /// # Errors
     /// Names the first that is not, and its range.
-    pub fn check(&self) -> Result<()> {
+    pub fn check(&self, scene_radius: f32) -> Result<()> {
         if !self.center.is_finite() {
             return Err(Error::Invalid(
                 "a pulse must begin at a finite place".to_owned(),
@@ -88,9 +90,10 @@ impl Pulse {
             ("a reach", self.reach),
         ];
         for (what, value) in lengths {
-            if !(value.is_normal() && value > 0.0) {
+            let radii = value / scene_radius;
+            if !(value.is_normal() && value > 0.0 && radii <= FARTHEST) {
                 return Err(Error::Invalid(format!(
-                    "a pulse cannot have {what} of {value}: choose one above 0"
+                    "a pulse cannot have {what} of {radii} scene radii: choose one above 0, up to {FARTHEST}"
                 )));
             }
         }

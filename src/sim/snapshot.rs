@@ -196,7 +196,12 @@ impl Snapshot {
         let live = self.pulses.par_iter().enumerate();
         let pulses = live.map(|(i, pulse)| {
             let words: [u32; 10] = bytemuck::cast(*pulse);
-            hash_words(&[PULSE, i as u32].into_iter().chain(words).collect::<Vec<_>>())
+            hash_words(
+                &[PULSE, i as u32]
+                    .into_iter()
+                    .chain(words)
+                    .collect::<Vec<_>>(),
+            )
         });
         particles
             .chain(trail)
@@ -266,6 +271,7 @@ fn hash_words(words: &[u32]) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use bytemuck::Zeroable as _;
     use glam::{Affine3A, Vec3};
 
     use super::*;
@@ -276,6 +282,10 @@ mod tests {
         let near = Snapshot {
             last_poses: vec![Affine3A::from_translation(Vec3::new(0.5, -2.0, 3.0)).into()],
             distance_poses: vec![Affine3A::from_translation(Vec3::X).into()],
+            pulses: vec![LivePulse {
+                center: [1.0, 2.0, 4.0],
+                ..LivePulse::zeroed()
+            }],
             ..snapshot()
         };
         assert!(matches!(near.counted_from(DVec3::ZERO), Cow::Borrowed(_)));
@@ -284,6 +294,7 @@ mod tests {
         let pose = &moved.last_poses[0];
         assert_eq!([pose.x.w, pose.y.w, pose.z.w], [-63.5, 126.0, 2.75]);
         assert_eq!(moved.distance_poses[0].x.w, -63.0);
+        assert_eq!(moved.pulses[0].center, [-63.0, 130.0, 3.75]);
         assert_eq!(moved.origin, origin);
         assert_eq!(*moved.counted_from(DVec3::ZERO), near);
     }
@@ -364,6 +375,17 @@ mod tests {
         assert_eq!(painted.hash(), state.hash(), "all erased is as none");
         painted.bias[2] = -1.0;
         assert_ne!(painted.hash(), state.hash(), "what was painted counts");
+
+        let mut swept = state.clone();
+        let pulse = LivePulse {
+            first_step: 3,
+            ..LivePulse::zeroed()
+        };
+        swept.pulses = vec![pulse];
+        assert_ne!(swept.hash(), state.hash(), "live pulses count");
+        let mut later = swept.clone();
+        later.pulses[0].first_step = 2;
+        assert_ne!(later.hash(), swept.hash(), "and when they began");
 
         let mut fed = state.clone();
         fed.food.remaining = vec![5, 1];

@@ -18,8 +18,8 @@ use super::sorting::{Segments, part_bits};
 use super::texture::{PingPong, SpreadTables, Texture};
 use super::transfers::Transfers;
 use super::types::{
-    DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile,
-    Shell, SurfaceSample,
+    DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile, Shell,
+    SurfaceSample,
 };
 use crate::gpu::{Buffer, Context, DeviceKind, DispatchGroups, GpuError, TexelScalar, Texels};
 use crate::mesh::surface::NONE;

@@ -9,7 +9,7 @@ use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{SurfacePoint, WalkQuery};
 use myxo::mesh::{Mesh, suite};
 use myxo::rng::{Purpose, random, unit};
-use myxo::scene::settings::{Border, Sensing, Settings};
+use myxo::scene::settings::{Border, PulseSettings, Sensing, Settings};
 use myxo::sim::behaviour::physarums;
 use myxo::sim::kernels::{
     Advance, WalkQueries, WalkQueriesArgs, WalkQueriesConstants, WalkQueriesParams,
@@ -140,7 +140,7 @@ fn compare_a_step(gpu: &Gpu, what: &str, scene: &myxo::scene::Scene) {
 fn advance_agrees_with_its_twin() {
     let Some(gpu) = gpu() else { return };
     type Change = fn(&mut Settings);
-    let variants: [(&str, Change); 14] = [
+    let variants: [(&str, Change); 15] = [
         ("plain", |_| ()),
         ("walking sensors", |s| s.physarum.sensing = Sensing::Walk),
         ("food", |s| {
@@ -157,6 +157,21 @@ fn advance_agrees_with_its_twin() {
             s.feeding.scattered = 3;
             s.feeding.strength = -7.0;
             s.feeding.size = 0.0;
+        }),
+        ("pulses", |s| {
+            // Two cross each other, and one begins in this step.
+            let pulse = |at: [f32; 3], step| PulseSettings {
+                at,
+                step,
+                speed: 0.1,
+                width: 0.5,
+                ..PulseSettings::default()
+            };
+            s.pulses = vec![
+                pulse([0.4, 0.5, 0.3], 1),
+                pulse([-0.2, 0.6, 0.0], 2),
+                pulse([0.0; 3], 4),
+            ];
         }),
         ("noise", |s| s.physarum.sensor_noise = 0.8),
         ("favourite density", |s| s.physarum.favourite_density = 2.0),

@@ -23,6 +23,7 @@ mod moving;
 mod moving_together;
 mod networks;
 mod paint;
+mod pulse;
 mod scale;
 mod sensing;
 mod starts;

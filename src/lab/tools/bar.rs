@@ -32,7 +32,7 @@ impl Tools {
         if is_small || desk.document.view.show.is_flat() {
             return None;
         }
-        let has_controls = self.tool.is_brush() || self.tool == Tool::Food;
+        let has_controls = self.tool != Tool::Look;
         let is_narrow = picture.width() < HAS_ROOM && !has_controls;
         let shown = egui::Area::new("tools".into())
             .pivot(Align2::RIGHT_TOP)
@@ -49,6 +49,10 @@ impl Tools {
                     if self.tool == Tool::Food {
                         ui.separator();
                         self.food_controls(ui, WIDTH, desk);
+                    }
+                    if self.tool == Tool::Pulse {
+                        ui.separator();
+                        self.pulse_controls(ui, WIDTH, desk);
                     }
                     ui.separator();
                     self.object_controls(ui, is_narrow, desk);
@@ -208,5 +212,6 @@ fn sign(tool: Tool) -> &'static str {
         Tool::NoGo => "🚫",
         Tool::Particles => "✨",
         Tool::Food => "🌾",
+        Tool::Pulse => "◎",
     }
 }

@@ -11,12 +11,13 @@ pub mod handles;
 mod hold;
 pub mod overlay;
 mod picked;
+mod pulse;
 mod tool;
 
 use egui::{PointerButton, Response, Ui};
 use glam::{Vec2, Vec3};
 use myxo::scene::Scene;
-use myxo::scene::settings::FoodSettings;
+use myxo::scene::settings::{FoodSettings, PulseSettings};
 use myxo::sim::paint::Brush;
 
 use crate::lab::command::{Command, Ticket, ToolRequest};
@@ -63,6 +64,8 @@ pub struct Tools {
     pub food: Option<usize>,
     /// The settings of the next food.
     pub next_food: FoodSettings,
+    /// The next pulse; its place and step are not used.
+    pub pulse: PulseSettings,
     /// The state of a press with the tool for food.
     food_drag: FoodDrag,
     /// A handle of the gizmo that is held.
@@ -107,6 +110,7 @@ impl Tools {
             asked: Ticket::default(),
             food: None,
             next_food: FoodSettings::default(),
+            pulse: PulseSettings::default(),
             food_drag: FoodDrag::None,
             grab: None,
             pointer: None,
@@ -224,7 +228,7 @@ impl Tools {
         let amount = 10.0 * self.strength * mean_trail * seconds;
         let share = |rate: f32| 1.0 - (-rate * self.strength * seconds).exp();
         match self.tool {
-            Tool::Look | Tool::Food => None,
+            Tool::Look | Tool::Food | Tool::Pulse => None,
             Tool::Trail => Some(Brush::Trail { amount }),
             Tool::Erase => Some(Brush::Erase { share: share(4.0) }),
             Tool::Attract => Some(Brush::Attract { amount }),
@@ -345,6 +349,8 @@ impl Tools {
                 self.click = None;
                 if self.tool == Tool::Food {
                     self.feed_at(ui.ctx(), under, desk);
+                } else if self.tool == Tool::Pulse {
+                    self.send_pulse(under, desk);
                 } else {
                     // Seen are the objects that run; the next ones may stand in other places already.
                     let running =

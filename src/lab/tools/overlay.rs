@@ -48,6 +48,11 @@ impl Tools {
             let size = self.next_food.size.max(0.01) * facts.pointer.radius;
             self.ring(ui, screen, under.position, under.normal, size, desk);
         }
+        if self.tool == Tool::Pulse {
+            // The front where it begins.
+            let radius = 0.5 * self.pulse.width * facts.pointer.radius;
+            self.ring(ui, screen, under.position, under.normal, radius, desk);
+        }
         if self.probe {
             self.probe(ui, picture, desk, under);
         }

@@ -20,11 +20,13 @@ pub enum Tool {
     Particles,
     /// Puts food and markers there, and picks them.
     Food,
+    /// Sends a wave from a place.
+    Pulse,
 }
 
 impl Tool {
     /// In the order of the bar.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Look,
         Self::Trail,
         Self::Erase,
@@ -33,6 +35,7 @@ impl Tool {
         Self::NoGo,
         Self::Particles,
         Self::Food,
+        Self::Pulse,
     ];
 
     /// Its name, for tests and in the bar.
@@ -46,6 +49,7 @@ impl Tool {
             Self::NoGo => "no-go",
             Self::Particles => "particles",
             Self::Food => "food",
+            Self::Pulse => "pulse",
         }
     }
 
@@ -78,11 +82,15 @@ impl Tool {
             Self::Food => {
                 "A click puts food there, or picks food that lies there; a drag moves it; Delete takes it away (O)"
             }
+            Self::Pulse => {
+                "A click sends a wave from there, over seams and to other objects, which sweeps particles along. Up to 8 at once; \
+                 Ctrl Z does not take it back (K)"
+            }
         }
     }
 
     /// Does it paint?
     pub fn is_brush(self) -> bool {
-        !matches!(self, Self::Look | Self::Food)
+        !matches!(self, Self::Look | Self::Food | Self::Pulse)
     }
 }

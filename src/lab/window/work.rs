@@ -5,8 +5,10 @@ use myxo::gpu::Recorder;
 use myxo::plain_text::Shown as _;
 use myxo::render::camera::Ray;
 use myxo::scene::motion::Origins;
+use myxo::scene::settings::PulseSettings;
 use myxo::sim::deposit_factor;
 use myxo::sim::paint::{Brush, Dab};
+use myxo::sim::pulse::Pulse;
 use myxo::{Error, Result};
 
 use std::path::{Path, PathBuf};
@@ -39,6 +41,7 @@ impl Lab {
                 brush,
                 radius,
             } => self.stroke([from, to], brush, radius, size),
+            ToolRequest::Pulse { center, pulse } => return self.begin_pulse(center, &pulse),
             ToolRequest::EndStroke => self.end_stroke()?,
             ToolRequest::Undo { again } => {
                 let mut commands = Vec::new();
@@ -175,6 +178,16 @@ impl Lab {
         }
     }
 
+    /// A pulse begins with the next step.
+    fn begin_pulse(&mut self, center: Vec3, pulse: &PulseSettings) -> Result<()> {
+        let Some(stage) = &mut self.runner.stage else {
+            return Ok(());
+        };
+        let pulse = Pulse::new(pulse, center, stage.scene.radius);
+        let begun = stage.simulation.pulse(&pulse);
+        begun.or_else(|error| self.report_unless_lost("no pulse has begun", error))
+    }
+
     /// Records what was painted since it was last called.
     pub(crate) fn record_dabs(&mut self, rec: &mut Recorder) -> Result<()> {
         let dabs = std::mem::take(&mut self.edits.dabs);
@@ -244,6 +257,7 @@ impl Lab {
         };
         let simulation = &stage.simulation;
         self.clocks.facts.has_areas = simulation.state().bias.is_some();
+        self.clocks.facts.pulses = simulation.pulses().len();
         let (settings, setup) = (simulation.settings(), simulation.setup());
         let particles = f64::from(settings.particles.count);
         let decay = f64::from(settings.trail.decay).clamp(0.0, 0.999);

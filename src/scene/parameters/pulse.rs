@@ -57,7 +57,7 @@ pub static PULSE_PARAMETERS: &[Parameter<PulseSettings>] = &[
         key: "strength",
         name: "Pulse strength",
         unit: "",
-        help: "How far particles in the front turn away from its beginning, and how much of its speed they take: with 0.8 they are five times as dense there, with 1 the front takes along all that it meets.",
+        help: "How far particles in the front turn away from its beginning, and how much of its speed they take: with 0.6 they are up to two and a half times as dense there, with 1 the front takes along all that it meets.",
         effect: Effect::Live,
         kind: real!(strength, (0.0, 1.0), (0.0, 1.0), Linear),
     },

@@ -30,10 +30,10 @@ impl Default for PulseSettings {
             at: [0.0, 1.0, 0.0],
             step: 0,
             every: 0,
-            speed: 0.008,
-            width: 0.2,
+            speed: 0.01,
+            width: 0.25,
             reach: 2.0,
-            strength: 0.8,
+            strength: 0.6,
         }
     }
 }
@@ -63,7 +63,9 @@ mod tests {
                 every,
                 ..PulseSettings::default()
             };
-            (0..20).filter(|at| pulse.begins_in(*at)).collect::<Vec<u64>>()
+            (0..20)
+                .filter(|at| pulse.begins_in(*at))
+                .collect::<Vec<u64>>()
         };
         assert_eq!(begins(0, 0), [0]);
         assert_eq!(begins(7, 0), [7]);

@@ -16,10 +16,10 @@ impl Simulation {
     /// let radius = simulation.setup().radius;
     /// simulation.pulse(&Pulse {
     ///     center: glam::Vec3::new(0.0, 0.0, radius),
-    ///     speed: 0.012 * radius,
-    ///     width: 0.15 * radius,
+    ///     speed: 0.01 * radius,
+    ///     width: 0.25 * radius,
     ///     reach: 2.0 * radius,
-    ///     strength: 0.8,
+    ///     strength: 0.6,
     /// })
     /// # }
     /// ```

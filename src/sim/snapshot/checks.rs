@@ -18,6 +18,9 @@ const MOST_LOADED_TRAIL: f32 = 0.1 * MOST_TRAIL;
 /// Scene radii. Also with changes of speed and size during a run, pending lengths stay below it.
 const MOST_PENDING: f32 = 1e9;
 
+/// How much smaller a scene may become while a pulse is live.
+const GROWN: f32 = 1000.0;
+
 /// Gutters hold weighted sums of other texels, whose weights are 1 in sum but for rounding.
 const BLENDED: f32 = 1.001;
 
@@ -126,12 +129,12 @@ impl Snapshot {
                 "the bias is {value} at texel {texel}, and {NO_GO:e} to {GREATEST:e} is possible"
             ));
         }
-        self.check_pulses()?;
+        self.check_pulses(setup)?;
         self.transfers.check_ranges(&self.particles, most_pending)
     }
 
     /// Could a simulation have these pulses?
-    fn check_pulses(&self) -> Result<(), String> {
+    fn check_pulses(&self, setup: &Setup) -> Result<(), String> {
         let there = self.pulses.len();
         if there > MOST_PULSES {
             return Err(format!(
@@ -140,7 +143,9 @@ impl Snapshot {
         }
         for (i, live) in self.pulses.iter().enumerate() {
             let is_near = live.center.iter().all(|x| f64::from(x.abs()) <= FARTHEST);
-            let is_possible = live.pulse().check().is_ok() && live.first_step <= self.step;
+            // They may have begun in a larger scene.
+            let is_possible = live.pulse().check(GROWN * setup.radius).is_ok();
+            let is_possible = is_possible && live.first_step <= self.step;
             if !is_near || !is_possible {
                 return Err(format!("its pulse {i} is damaged"));
             }

@@ -3,8 +3,8 @@
 use serde_json::json;
 
 use super::parts::{
-    BIAS, DEPOSITS, DISTANCE_POSES, FLOW, FOODS, KEPT_PAIRS, LAST_POSES, MOTIONS, PARTICLES, Parts,
-    TRAIL, WINDOWS,
+    BIAS, DEPOSITS, DISTANCE_POSES, FLOW, FOODS, KEPT_PAIRS, LAST_POSES, MOTIONS, PARTICLES,
+    PULSES, Parts, TRAIL, WINDOWS,
 };
 
 /// What is altered, and words of the reason for which it is refused; none where steps continue.
@@ -292,5 +292,44 @@ pub const ALTERATIONS: &[Alteration] = &[
         "a kept pair of an object that there is not",
         |p| p.set(KEPT_PAIRS, 0, 13, 3),
         Some("or these are damaged"),
+    ),
+    // Pulses: place, speed, width, reach, strength, nothing, first step.
+    (
+        "a pulse far away",
+        |p| p.set(PULSES, 0, 1, 3e38_f32.to_bits()),
+        Some("its pulse 0 is damaged"),
+    ),
+    (
+        "a pulse a long way off",
+        |p| p.set(PULSES, 0, 1, 9e14_f32.to_bits()),
+        None,
+    ),
+    (
+        "a pulse without an end",
+        |p| p.set(PULSES, 0, 3, f32::INFINITY.to_bits()),
+        Some("its pulse 0 is damaged"),
+    ),
+    (
+        "a very fast pulse",
+        |p| p.fill(PULSES, 3..6, 1e6_f32.to_bits()),
+        None,
+    ),
+    (
+        "a pulse that drives too hard",
+        |p| p.set(PULSES, 0, 6, 1.5_f32.to_bits()),
+        Some("its pulse 0 is damaged"),
+    ),
+    (
+        "a pulse that begins later",
+        |p| p.set(PULSES, 0, 8, 16),
+        Some("its pulse 0 is damaged"),
+    ),
+    (
+        "nine pulses",
+        |p| {
+            p.lists[PULSES] = p.lists[PULSES].repeat(9);
+            p.count();
+        },
+        Some("it has 9 pulses, and 8 are possible"),
     ),
 ];

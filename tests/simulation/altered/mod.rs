@@ -63,6 +63,10 @@ object = "ball"
 at = [0.0, 1.0, 0.0]
 radius = 0.2
 amount = 0
+[[pulse]]
+at = [0.2, 0.5, 0.0]
+step = 10
+speed = 0.03
 "#;
 
 const STEPS_BEFORE: u32 = 15;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde_json::{Value, json};
 
 /// Words of 32 bits in an element of each list, in the order of the file, and the header's key for the number of elements.
-pub const LISTS: [(&str, usize); 13] = [
+pub const LISTS: [(&str, usize); 14] = [
     ("particles", 4),
     ("particles", 4),
     ("texels", 1),
@@ -19,6 +19,7 @@ pub const LISTS: [(&str, usize); 13] = [
     ("kept_pairs", 16),
     ("bias", 1),
     ("foods", 1),
+    ("pulses", 10),
 ];
 pub const PARTICLES: usize = 0;
 pub const MOTIONS: usize = 1;
@@ -32,6 +33,7 @@ pub const DISTANCE_POSES: usize = 9;
 pub const KEPT_PAIRS: usize = 10;
 pub const BIAS: usize = 11;
 pub const FOODS: usize = 12;
+pub const PULSES: usize = 13;
 
 /// The parts of a checkpoint's file.
 #[derive(Clone)]
@@ -62,7 +64,7 @@ impl Parts {
     /// The file with the right checksum.
     pub fn bytes(&self) -> Vec<u8> {
         let header = serde_json::to_vec(&self.header).unwrap();
-        let mut bytes = b"MYXOCKPT\x06\0\0\0".to_vec();
+        let mut bytes = b"MYXOCKPT\x07\0\0\0".to_vec();
         bytes.extend((header.len() as u32).to_le_bytes());
         bytes.extend(header);
         let words = self.lists.iter().flatten();
