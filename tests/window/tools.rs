@@ -363,6 +363,45 @@ fn handles_move_and_turn_objects() {
     lab.quit();
 }
 
+/// A click sends a pulse, with what was typed for it; it ends by itself.
+///
+/// Would catch: a click that turns the picture instead, values that do not reach the simulation, and a count that stays.
+#[test]
+fn pulses_are_sent_and_end() {
+    let Some((_folder, lab)) = with_scene("pair.toml", SCENE) else {
+        return;
+    };
+    lab.hold();
+    lab.key("k");
+    lab.wait("the tool is taken", |seen| {
+        seen["values"]["tool"] == "pulse"
+    });
+    lab.key("k");
+    lab.wait("it is put down", |seen| seen["values"]["tool"] == "look");
+    lab.click("tool=pulse");
+    lab.type_until("pulse.strength", 0.9, "7", "pulse.strength", "1");
+    lab.type_until("pulse.speed", 0.9, "0.02", "pulse.speed", "0.02");
+    lab.type_until("pulse.width", 0.9, "0.4", "pulse.width", "0.4");
+    lab.type_until("pulse.reach", 0.9, "0.05", "pulse.reach", "0.05");
+    let pulses = |count: &str| {
+        let count = count.to_owned();
+        lab.wait("pulses", |seen| seen["values"]["pulses"] == count);
+    };
+    pulses("0");
+    lab.point("picture", 0.5);
+    lab.press();
+    pulses("1");
+    lab.press();
+    pulses("2");
+    // Three steps of 0.02 are beyond 0.05.
+    for _ in 0..3 {
+        pulses("2");
+        lab.key("period");
+    }
+    pulses("0");
+    lab.quit();
+}
+
 #[test]
 fn food_is_placed_moved_and_removed() {
     let Some((_folder, lab)) = with_scene("pair.toml", SCENE) else {

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use crate::scene::builtin::PRESETS;
 use crate::scene::file::Reader;
-use crate::scene::parameters::{Kind, OBJECT_PARAMETERS, PARAMETERS, Parameter, out_of_range};
+use crate::scene::parameters::{
+    Kind, OBJECT_PARAMETERS, PARAMETERS, PULSE_PARAMETERS, Parameter, out_of_range,
+};
 use crate::scene::settings::{Border, ObjectSettings, Settings, Show, Start};
 
 fn read(text: &str) -> Result<Settings, Vec<String>> {
@@ -530,6 +532,83 @@ fn control_characters_in_messages_are_visible() {
         assert!(left.is_empty(), "{problem:?}");
         assert!(problem.contains("\\u{"), "{problem}");
     }
+}
+
+/// Would catch: keys of pulses that are not read, written or ranged, and mistakes that are passed over.
+#[test]
+fn pulses_are_read_written_and_checked() {
+    let text = "[[pulse]]\nat = [0, 0.5, 0]\nstep = 30\nevery = 100\n[[pulse]]\nspeed = 0.02\nwidth = 0.4\nreach = 1\nstrength = 0.9\n";
+    let text = format!("[[object]]\n{text}");
+    let settings = read(&text).unwrap();
+    let [one, other] = &settings.pulses[..] else {
+        panic!("{:?}", settings.pulses)
+    };
+    assert_eq!((one.at, one.step, one.every), ([0.0, 0.5, 0.0], 30, 100));
+    assert_eq!(
+        (other.speed, other.width, other.reach, other.strength),
+        (0.02, 0.4, 1.0, 0.9)
+    );
+    assert_eq!(read(&settings.to_toml()).unwrap().pulses, settings.pulses);
+    for parameter in PULSE_PARAMETERS {
+        let mut changed = settings.clone();
+        nudge(parameter, &mut changed.pulses[1]);
+        assert!(
+            parameter.differs(&changed.pulses[1], other),
+            "{}",
+            parameter.key
+        );
+        assert_eq!(
+            read(&changed.to_toml()).unwrap().pulses,
+            changed.pulses,
+            "{}",
+            parameter.key
+        );
+    }
+    assert!(!Settings::default().to_toml().contains("pulse"));
+    for (wrong, words) in [
+        (
+            "[[pulse]]\nspeed = 0\n",
+            "pulse.0.speed = 0 is out of range",
+        ),
+        (
+            "[[pulse]]\nstrength = 2\n",
+            "pulse.0.strength = 2 is out of range",
+        ),
+        (
+            "[[pulse]]\nstep = 1.5\n",
+            "pulse.0.step: a whole number is expected, not 1.5",
+        ),
+        (
+            "[[pulse]]\nat = 3\n",
+            "pulse.0.at: a list of three numbers is expected",
+        ),
+        (
+            "[[pulse]]\nspede = 1\n",
+            "pulse.0.spede: no such key; did you mean pulse.0.speed?",
+        ),
+        (
+            "[pulse]\nspeed = 1\n",
+            "pulse: [[pulse]] is expected, once for each pulse",
+        ),
+        (
+            "[pulze]\nspeed = 1\n",
+            "[pulze]: no such section; did you mean [[pulse]]?",
+        ),
+    ] {
+        let problem = only_problem(read(wrong));
+        assert!(problem.contains(words), "{problem}");
+    }
+    let many = format!("[[object]]\n{}", "[[pulse]]\n".repeat(257));
+    let problem = only_problem(read(&many));
+    assert!(
+        problem.contains("has 257 pulses, and there may be 256"),
+        "{problem}"
+    );
+    let problem = only_problem(set(&["pulse.0.speed=1"]));
+    assert!(
+        problem.contains("the scene has no pulse: add a [[pulse]]"),
+        "{problem}"
+    );
 }
 
 /// Catches lists so long that planning between their objects takes all time and memory, and a second problem that only follows from the

@@ -503,6 +503,7 @@ fn every_tool_has_its_button() {
         ("➖ repel", Tool::Repel),
         ("🚫 no-go", Tool::NoGo),
         ("✨ particles", Tool::Particles),
+        ("◎ pulse", Tool::Pulse),
         ("👁 look", Tool::Look),
     ] {
         let [at] = harness.places_of(words)[..] else {
