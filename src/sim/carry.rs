@@ -216,9 +216,8 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
     use crate::scene::settings::{ObjectSettings, Settings};
-    use crate::sim::pulse::LivePulse;
+    use crate::sim::pulse::Pulse;
     use crate::sim::twin;
-    use bytemuck::Zeroable as _;
     use glam::Vec3;
 
     fn settings(objects: &[(&str, f32)]) -> Settings {
@@ -271,10 +270,14 @@ mod tests {
     fn the_same_scene_keeps_everything() {
         let (simulation, mut state) = grown();
         let same = simulation.setup();
-        state.pulses = vec![LivePulse {
-            first_step: 4,
-            ..LivePulse::zeroed()
-        }];
+        let pulse = Pulse {
+            center: Vec3::Y,
+            speed: 0.02,
+            width: 0.1,
+            reach: 2.0,
+            strength: 0.5,
+        };
+        state.pulses = vec![pulse.beginning_at(4)];
         let carried = carried(&state, same, same, &[Some(0), Some(1)]).unwrap();
         assert_eq!(carried.particles, state.particles);
         assert_eq!(carried.pulses, state.pulses);
