@@ -1,7 +1,8 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, eat, deposit, and select for transfer.
 // Reads   strips, trail and bias (gutters filled), last step's deposits, surroundings; for gravity corners, vertices, poses;
 //         distances, across, across_triangles, physarums; scent (gutters filled), plates and meals; for pulses shells, corners, vertices
-//         and poses.
+//         and poses;
+//         looks (gutters filled).
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended,
 //         guarded); walkers, walkers_near, walker_count and walker_groups; what was eaten of meals, by atomic adds.
 // One invocation per particle.
@@ -54,6 +55,8 @@ layout(constant_id = 15) const bool PAINTED = false;
 layout(constant_id = 16) const bool FOOD = false;
 // Pulses are live.
 layout(constant_id = 17) const bool PULSES = false;
+// A second look was painted, and there is one.
+layout(constant_id = 18) const bool LOOKS = false;
 
 const uint SENSORS_WALK = 0u;
 // Sensors go straight ahead in the atlas; particles whose sensors cannot are listed.
@@ -81,6 +84,7 @@ layout(push_constant) uniform Params {
     float fed_attraction;     // the share of an attraction that a fed one feels
     float outlook_unit;       // texels
     uint shell_count;         // of the shells, those of live pulses
+    uint second_look;         // row of the physarums
 } params;
 
 // Numbers of bindings have no order: the build takes them from here, by name.
@@ -119,6 +123,8 @@ READS(float, 27) scent_texels;  // may be absent
 READS(uint, 28) plates_texels;  // may be absent
 layout(std430, set = 0, binding = 29) buffer Meals { Meal meals[]; };  // may be absent
 layout(std430, set = 0, binding = 30) readonly buffer Shells { Shell shells[]; };
+// Weights of the second look, 0 to 1.
+READS(float, 31) looks_texels;  // may be absent
 // Single words take less work to unpack; a view of a texel buffer has too few elements for them in the largest textures.
 #ifdef MYXO_CARD
 READS(uint, 18) surroundings;  // two texels in a word
@@ -130,6 +136,7 @@ READS(uvec2, 18) surroundings;  // four texels in two words
 #include "walkers.glsl"
 #include "no_go.glsl"
 #include "shells.glsl"
+#include "looks.glsl"
 
 // Bound on the rounding of a distance.
 const float ROUNDING = 1.0e-6;
@@ -188,6 +195,10 @@ bool turns(uint i) {
     fed = FOOD ? motion.flags >> FED_SHIFT : 0u;
     // If no object has its own parameters, all particles read one row.
     own = physarums[OWN_PHYSARUM ? shape_words(particle.triangle).w : 0u];
+    if (LOOKS) {
+        vec2 at = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
+        own = mixed_look(own, physarums[params.second_look], texel_of(looks, texel_at(at, params.pitch)));
+    }
     own_appetite = fed == 0u ? 1.0 : params.fed_attraction;
 
     vec2 heading = vec2(motion.heading_p, motion.heading_h);

@@ -130,7 +130,14 @@ impl Session {
             }
             _ => 0,
         };
-        let on_device = memory::needed(&scene) + painted;
+        let looked = checkpoint.as_ref().map(|c| &c.snapshot.looks);
+        let looked = match looked {
+            Some(looks) if !looks.is_empty() && scene.settings.second_look.map.is_empty() => {
+                memory::needed_for_painted(&scene)
+            }
+            _ => 0,
+        };
+        let on_device = memory::needed(&scene) + painted + looked;
         room::prepare(ctx, &escaped(&scene.name), &[&scene], on_device)?;
         let mut simulation = SettingUp::new(&scene.name, atlas_cache())
             .run(|control| Simulation::with_control(ctx, &scene, control))?;

@@ -135,8 +135,10 @@ mod tests {
     use myxo::render::View;
     use myxo::scene::Scene;
     use myxo::scene::settings::Settings;
+    use myxo::sim::paint::PaintedField;
 
     const TEXEL: Repainted = Repainted {
+        field: PaintedField::Bias,
         texel: 0,
         before: 0.0,
         after: 1.0,

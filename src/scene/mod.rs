@@ -300,7 +300,11 @@ impl Scene {
         let settings = &self.settings;
         let objects = settings.objects.iter();
         let files = objects.flat_map(|object| [&object.mesh, &object.start.mask]);
-        let mut files = files.chain([&settings.particles.start_mask, &settings.areas.map]);
+        let mut files = files.chain([
+            &settings.particles.start_mask,
+            &settings.areas.map,
+            &settings.second_look.map,
+        ]);
         let is_named_whole = |file: &String| {
             let mut whole = file.clone();
             starts::make_whole(&mut whole, &self.folder);

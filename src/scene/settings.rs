@@ -6,6 +6,7 @@
 
 mod choices;
 mod food;
+mod look;
 pub(super) mod physarum;
 mod pulse;
 mod shown;
@@ -19,6 +20,7 @@ pub use choices::{
     ModelAnimation, ObjectStart, Repeat, Sensing, SignRule, Start, Strategy,
 };
 pub use food::{FeedingSettings, FoodSettings, MOST_FOODS};
+pub use look::{SECOND_LOOKS, SecondLook, SecondLookSettings};
 pub use physarum::{OwnPhysarum, PhysarumSettings};
 pub use pulse::{MOST_PULSE_ENTRIES, PulseSettings};
 pub use shown::{Legend, Part, Show};
@@ -39,6 +41,8 @@ pub struct Settings {
     pub physarum: PhysarumSettings,
     /// The map of areas: places that attract, repel or may not be entered from the beginning.
     pub areas: AreaSettings,
+    /// The second look, and where it is from the beginning.
+    pub second_look: SecondLookSettings,
     /// How simulated time passes.
     pub time: TimeSettings,
     /// Diffusion and decay of the trail.
@@ -74,6 +78,7 @@ impl Default for Settings {
             particles: ParticleSettings::default(),
             physarum: PhysarumSettings::default(),
             areas: AreaSettings::default(),
+            second_look: SecondLookSettings::default(),
             time: TimeSettings::default(),
             trail: TrailSettings::default(),
             atlas: AtlasSettings::default(),

@@ -11,7 +11,11 @@ use super::settings::{Heading, Settings, Start, StartSettings};
 pub(super) fn from_everywhere(settings: &mut Settings, folder: &Path) {
     let objects = settings.objects.iter_mut();
     let masks = objects.map(|object| &mut object.start.mask);
-    let scenes = [&mut settings.particles.start_mask, &mut settings.areas.map];
+    let scenes = [
+        &mut settings.particles.start_mask,
+        &mut settings.areas.map,
+        &mut settings.second_look.map,
+    ];
     for mask in masks.chain(scenes) {
         if !mask.is_empty() && !mask.starts_with(BUILTIN) {
             make_whole(mask, folder);

@@ -127,6 +127,8 @@ pub struct Arrays {
     pub previous_deposits: Vec<u32>,
     /// One per texel: the painted bias; empty if nothing was painted.
     pub bias: Vec<f32>,
+    /// One per texel: the weight of the second look; empty if nothing was painted.
+    pub weights: Vec<f32>,
     /// One per food or marker.
     pub meals: Vec<Meal>,
     /// One per texel; empty without food and markers.
@@ -137,7 +139,7 @@ pub struct Arrays {
     pub poses: Vec<Pose>,
     /// World from object in the step before.
     pub poses_before: Vec<Pose>,
-    /// One per object: parameters of its particles.
+    /// One per object: parameters of its particles; then those of the second look.
     pub physarums: Vec<Physarum>,
     /// The shells of live pulses.
     pub shells: Vec<Shell>,
@@ -190,6 +192,7 @@ impl Arrays {
             deposits: vec![0; texels],
             previous_deposits: vec![0; texels],
             bias: start.bias,
+            weights: start.looks,
             meals: Vec::new(),
             scent: Vec::new(),
             scent_is_due: false,

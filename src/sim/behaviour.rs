@@ -1,10 +1,14 @@
-//! Parameters of particles for kernels: a table with one row per object.
+//! Parameters of particles for kernels: a table with one row per object, and one for the second look.
 
 use super::physarum::Physarum;
 use super::setup::Setup;
-use crate::scene::settings::Settings;
+use crate::scene::settings::{PhysarumSettings, Settings, TrailSettings};
 
-/// Parameters of particles on each object: the scene's values, overridden by the object's own.
+/// The largest parameter in trail units, as scene files allow.
+const MOST_TRAIL_UNITS: f32 = 1e6;
+
+/// Parameters of particles on each object: the scene's values, overridden by the object's own; then those of the second look, or the
+/// scene's if there is none.
 #[must_use]
 pub fn physarums(settings: &Settings, setup: &Setup) -> Vec<Physarum> {
     let objects = settings.objects.iter();
@@ -14,14 +18,53 @@ pub fn physarums(settings: &Settings, setup: &Setup) -> Vec<Physarum> {
             let physarum = object.physarum.over(&settings.physarum);
             Physarum::of(&physarum, setup.radius, factor)
         })
+        .chain([second(settings, setup)])
         .collect()
+}
+
+/// The row of the second look. Trails keep the units of the scene's look, so what it has in trail units is scaled by the means of both.
+fn second(settings: &Settings, setup: &Setup) -> Physarum {
+    let Some(look) = settings.second_look.look() else {
+        let factor = deposit_factor(settings, setup);
+        return Physarum::of(&settings.physarum, setup.radius, factor);
+    };
+    let mean = |physarum: &PhysarumSettings, trail: &TrailSettings| {
+        let decay = f64::from(trail.decay).clamp(0.0, 0.999);
+        let factor = f64::from(factor_of(physarum, setup));
+        factor * f64::from(physarum.deposit) * (decay / (1.0 - decay)).max(0.01)
+    };
+    let (here, there) = (
+        mean(&settings.physarum, &settings.trail),
+        mean(&look.physarum, &look.trail),
+    );
+    let scale = if there > 0.0 {
+        (here / there) as f32
+    } else {
+        1.0
+    };
+    let scaled = |value: f32| (scale * value).clamp(-MOST_TRAIL_UNITS, MOST_TRAIL_UNITS);
+    let mut physarum = look.physarum.clone();
+    for value in [
+        &mut physarum.sensor_noise,
+        &mut physarum.favourite_density,
+        &mut physarum.gravity_weight,
+        &mut physarum.decrowding_weight,
+        &mut physarum.distance_weight,
+    ] {
+        *value = scaled(*value);
+    }
+    Physarum::of(&physarum, setup.radius, factor_of(&look.physarum, setup))
 }
 
 /// Factor on deposits and decrowding weights. If the settings name the density that they were made for, this factor keeps the mean of the
 /// trail at its value for that density, for any number of particles and any size of the texture.
 #[must_use]
 pub fn deposit_factor(settings: &Settings, setup: &Setup) -> f32 {
-    let reference = settings.physarum.reference_density;
+    factor_of(&settings.physarum, setup)
+}
+
+fn factor_of(physarum: &PhysarumSettings, setup: &Setup) -> f32 {
+    let reference = physarum.reference_density;
     let count = setup.particles.len();
     if reference == 0.0 || count == 0 {
         return 1.0;
@@ -101,7 +144,7 @@ mod tests {
             let of_all = rows(&format!("physarum.{key}"));
             let own = rows(&format!("object.1.physarum.{key}"));
             assert_ne!(of_all[1], before[1], "{key}");
-            assert_eq!(own, [before[0], of_all[1]], "{key}");
+            assert_eq!(own[..2], [before[0], of_all[1]], "{key}");
         }
     }
 }

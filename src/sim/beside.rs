@@ -128,6 +128,8 @@ struct Everything {
     scent: Vec<f32>,
     /// Empty before any bias is painted.
     bias: Vec<f32>,
+    /// Empty before any second look is painted.
+    looks: Vec<f32>,
     /// Present with several objects.
     near: Option<Near>,
     leaving: Vec<Transfer>,
@@ -162,6 +164,7 @@ impl Everything {
             ),
         };
         let bias = s.bias.as_ref().map(|bias| ctx.download(bias));
+        let looks = s.looks.as_ref().map(|looks| ctx.download(looks));
         let leaving = match s.transfers.transfers.len() {
             1 => Vec::new(),
             len => {
@@ -179,6 +182,7 @@ impl Everything {
             meals,
             scent,
             bias: bias.transpose()?.unwrap_or_default(),
+            looks: looks.transpose()?.unwrap_or_default(),
             near: (objects > 1).then(near).transpose()?,
             leaving,
         })
@@ -198,6 +202,7 @@ impl Everything {
             meals: bytemuck::allocation::pod_collect_to_vec(&a.meals),
             scent: a.scent.clone(),
             bias: a.bias.clone(),
+            looks: a.weights.clone(),
             near: several.then(|| Near {
                 distances: a.distances.clone(),
                 nearest: a.nearest.clone(),
@@ -261,6 +266,7 @@ impl Everything {
         add("meals", MEALS, self.meals);
         add("scent", FLOATS, words(&self.scent));
         add("bias", FLOATS, words(&self.bias));
+        add("looks", FLOATS, words(&self.looks));
         fields
     }
 }

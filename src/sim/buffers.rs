@@ -56,6 +56,8 @@ pub struct Counts {
     pub respawn: (u64, u64),
     /// Texels that have a bias; 0 while nothing is painted.
     pub painted: u64,
+    /// Texels that have a weight of a second look; 0 while nothing is painted.
+    pub looks: u64,
     /// Foods and markers.
     pub foods: u64,
     /// Texels that any of them reaches, plus one; and the number of pairs of such a texel and a food.
@@ -275,6 +277,7 @@ table! {
     CLEARANCE: u32 = "clearance", LARGE 1, |n| n.texels.div_ceil(4);
     SURROUNDINGS: u32 = "surroundings", LARGE 2, |n| n.texels.div_ceil(2);
     BIAS: f32 = "bias", LARGE 0, |n| n.painted;
+    LOOKS: f32 = "looks", LARGE 0, |n| n.looks;
 
     TRIANGLES: Triangle = "triangles", LARGE 4, |n| n.triangles;
     HALFEDGES: HalfEdge = "halfedges", LARGE 4, |n| 3 * n.triangles;
@@ -283,7 +286,7 @@ table! {
     VERTICES: Vertex = "vertices", BLOCK 4, |n| n.vertices;
     POSES: Pose = "poses", BLOCK 4, |n| n.objects;
     POSES_BEFORE: Pose = "poses_before", BLOCK 4, |n| n.objects;
-    PHYSARUMS: Physarum = "physarums", BLOCK 0, |n| n.objects;
+    PHYSARUMS: Physarum = "physarums", BLOCK 0, |n| n.objects + 1;
     SHELLS: Shell = "shells", BLOCK 0, |_| MOST_PULSES as u64;
 
     DISTANCES: f32 = "distances", BLOCK 0, |n| n.field().next_multiple_of(4);

@@ -111,6 +111,7 @@ pub fn carried(
             ..snapshot.food
         },
         pulses: snapshot.pulses.clone(),
+        looks: carried_looks(&snapshot.looks, old, new, from)?,
     })
 }
 
@@ -137,6 +138,24 @@ pub fn carried_bias(
             value if value < -GREATEST => 0.0,
             value => value,
         }
+    }))
+}
+
+/// Weights of a second look; as [`carried_bias`].
+#[must_use]
+pub fn carried_looks(
+    looks: &[f32],
+    old: &Setup,
+    new: &Setup,
+    from: &[Option<usize>],
+) -> Option<Vec<f32>> {
+    becoming(old, new, from)?;
+    if looks.is_empty() {
+        return Some(Vec::new());
+    }
+    let pitch = old.atlas.pitch;
+    Some(field(old, new, from, &|position| {
+        trail_at(looks, position, pitch).clamp(0.0, 1.0)
     }))
 }
 

@@ -41,6 +41,7 @@ impl Counts {
                 (1, 1)
             },
             painted: count(setup.bias.len()),
+            looks: count(setup.looks.len()),
             foods: count(food_set.places.len()),
             scents: (
                 count(food_set.scented.len()),
@@ -82,6 +83,11 @@ impl Counts {
             transfers: 1,
             respawn: (1, 1),
             painted: if settings.areas.map.is_empty() {
+                0
+            } else {
+                texels
+            },
+            looks: if settings.second_look.map.is_empty() {
                 0
             } else {
                 texels

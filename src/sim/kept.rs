@@ -68,6 +68,7 @@ kept! {
                                     });
     // Checkpoints of earlier versions lack the parts from here on; see `Snapshot::has_later_parts`.
     pulses [pulses]                 on_host();
+    looks [looks]                   remade(&buffers::LOOKS, |state| state.looks.as_deref()), "texels of a second look";
 }
 
 /// A part, whatever its elements are.
@@ -148,6 +149,7 @@ pub fn check_lengths(snapshot: &Snapshot, setup: &Setup) -> Result<(), String> {
         objects: setup.poses.len() as u64,
         texels,
         painted: texels,
+        looks: texels,
         ..Counts::default()
     };
     let mut parts = KEPT.iter();

@@ -41,6 +41,7 @@ pub mod field;
 pub mod food;
 pub mod ground;
 pub mod kernels;
+pub mod looks;
 pub mod loops;
 pub mod memory;
 pub mod movement;

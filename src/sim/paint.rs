@@ -52,6 +52,11 @@ pub enum Brush {
     },
     /// Makes a no-go area: particles turn round at it. Particles inside may leave, and transfers from other objects may land in it.
     NoGo,
+    /// Makes the place more of the scene's second look. It stays until it is erased, and does not spread.
+    Look {
+        /// Added to the weight in the middle, 0 to 1; the weight is at most 1.
+        amount: f32,
+    },
     /// Teleports randomly chosen particles to the dab, from all over the objects that it touches. Each stays on its own object, and
     /// no particles are added.
     Particles {
@@ -142,14 +147,25 @@ pub struct DabTexel {
     pub weight: f32,
 }
 
+/// What brushes paint that stays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PaintedField {
+    /// Trail units that sensors read more.
+    Bias,
+    /// Weights of the second look.
+    Looks,
+}
+
 /// A texel of painted areas that has changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Repainted {
+    /// What was painted.
+    pub field: PaintedField,
     /// Which one.
     pub texel: u32,
-    /// Its bias before, trail units.
+    /// Its value before.
     pub before: f32,
-    /// Its bias now, trail units.
+    /// Its value now.
     pub after: f32,
 }
 
@@ -167,7 +183,7 @@ impl Brush {
     #[must_use]
     pub fn changes_areas(self, has_areas: bool) -> bool {
         match self {
-            Self::Attract { .. } | Self::NoGo => true,
+            Self::Attract { .. } | Self::NoGo | Self::Look { .. } => true,
             Self::Erase { .. } => has_areas,
             Self::Trail { .. } | Self::Particles { .. } => false,
         }
@@ -211,6 +227,7 @@ impl Dab {
             Brush::Attract { amount } => within("an attraction", amount, -GREATEST, GREATEST),
             Brush::Erase { share } => within("a share", share, 0.0, 1.0),
             Brush::Particles { share } => within("a share of particles", share, 0.0, 1.0),
+            Brush::Look { amount } => within("an amount of a look", amount, 0.0, 1.0),
             Brush::NoGo => Ok(()),
         }
     }
@@ -353,8 +370,26 @@ impl Dab {
                 lowest: NO_GO,
                 ..params
             }),
-            Brush::Trail { .. } | Brush::Particles { .. } => None,
+            Brush::Trail { .. } | Brush::Particles { .. } | Brush::Look { .. } => None,
         }
+    }
+
+    /// Parameters of `paint` for the weights of the second look, if the brush changes them.
+    #[must_use]
+    pub fn of_looks(&self, texel_count: u32) -> Option<PaintParams> {
+        let (fade, amount) = match self.brush {
+            Brush::Look { amount } => (0.0, amount),
+            Brush::Erase { share } => (share, 0.0),
+            _ => return None,
+        };
+        Some(PaintParams {
+            texel_count,
+            fade,
+            amount,
+            lowest: 0.0,
+            highest: 1.0,
+            no_go: f32::MIN,
+        })
     }
 
     /// Parameters of `teleport`, if the brush moves particles.
@@ -374,7 +409,13 @@ impl Dab {
     /// Does it paint a bias, which sensors read from then on?
     #[must_use]
     pub fn makes_bias(&self) -> bool {
-        self.brush.changes_areas(false)
+        self.brush.changes_areas(false) && !self.makes_looks()
+    }
+
+    /// Does it paint a second look?
+    #[must_use]
+    pub fn makes_looks(&self) -> bool {
+        matches!(self.brush, Brush::Look { .. })
     }
 }
 

@@ -21,6 +21,8 @@ pub struct Means {
     pub paths: TexelPaths,
     /// Was any bias painted?
     pub painted: bool,
+    /// Are there weights of a second look?
+    pub looks: bool,
     /// How many transfers the lists hold.
     pub capacity: u32,
     /// How particles are cut into segments, of which a step sorts one.
@@ -37,6 +39,7 @@ impl Means {
         Self {
             paths,
             painted,
+            looks: false,
             capacity,
             segments: Segments::new(0, 1),
             part_bits: 0,
@@ -75,9 +78,9 @@ pub struct Lengths {
 }
 
 impl Lengths {
-    /// The lengths of a scene.
+    /// The lengths of a scene, with those of its second look if it takes effect.
     #[must_use]
-    pub fn new(settings: &Settings, setup: &Setup) -> Self {
+    pub fn new(settings: &Settings, setup: &Setup, has_looks: bool) -> Self {
         let radius = setup.radius;
         let reach = settings.distance.reach * radius;
         // Without distances, nothing is covered.
@@ -85,7 +88,9 @@ impl Lengths {
         let most = |of: fn(&PhysarumSettings) -> f32| {
             let objects = settings.objects.iter();
             let own = objects.map(|object| of(&object.physarum.over(&settings.physarum)));
-            own.fold(0.0, f32::max) * radius
+            let second = (settings.second_look.look()).filter(|_| has_looks);
+            let second = second.map(|look| of(&look.physarum));
+            own.chain(second).fold(0.0, f32::max) * radius
         };
         let farthest = most(|own| own.sensor_offset);
         let fastest = most(|own| own.speed);
@@ -155,7 +160,7 @@ impl<'a> Plan<'a> {
             means,
             strategy: settings.strategy(),
             own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
-            lengths: Lengths::new(settings, setup),
+            lengths: Lengths::new(settings, setup, means.looks),
             deposit_factor: deposit_factor(settings, setup),
             changes: Changes::default(),
             shells: Vec::new(),
@@ -214,6 +219,12 @@ impl<'a> Plan<'a> {
     #[must_use]
     pub fn has_food(&self) -> bool {
         self.settings.food_count() > 0
+    }
+
+    /// Does the second look take effect anywhere?
+    #[must_use]
+    pub fn has_looks(&self) -> bool {
+        self.means.looks && self.settings.second_look.is_some()
     }
 
     /// Number of foods and markers.

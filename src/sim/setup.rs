@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 use super::areas::AreaMap;
 use super::distance::DistanceSetup;
 use super::food::{FoodSet, places};
+use super::looks::weights_of;
 use super::sorting::Bins;
 use super::start::{self, Masks, Starts};
 use super::surroundings::surroundings;
@@ -53,6 +54,8 @@ pub struct Setup {
     pub vertices: Vec<Vertex>,
     /// Per texel: trail units that are added to sensor readings, by the scene's area map; empty if it has none.
     pub bias: Vec<f32>,
+    /// Per texel: the weight of the second look, by the scene's map of it; empty if it has none.
+    pub looks: Vec<f32>,
     /// World from object at step 0, one per object.
     pub poses: Vec<Pose>,
     /// The animations that objects follow, one per object.
@@ -126,6 +129,11 @@ impl Setup {
         let bias = map
             .map(|map| map.bias(&atlas, areas.strength))
             .transpose()?;
+        let look = &settings.second_look.map;
+        let looks = match look.is_empty() {
+            true => Vec::new(),
+            false => weights_of(&scene.folder.join(look), &atlas)?,
+        };
         control.step(LOOKING, shares[2])?;
         let mut strips = scene.surface.strips(&atlas.maps);
         let bins = Bins::number(&mut strips, particles.len());
@@ -137,6 +145,7 @@ impl Setup {
             clearance,
             surroundings,
             bias: bias.unwrap_or_default(),
+            looks,
             texel_side: texel_side(&atlas, &distance),
             strips,
             bins,

@@ -22,7 +22,7 @@ use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::snapshot::{Distances, Snapshot};
 use super::sorting::{self, Segments};
-use super::state::{State, bias_of};
+use super::state::{State, bias_of, looks_of};
 use super::texel_paths::TexelPaths;
 use super::transfers::{Transfers, capacity};
 use super::types::Pose;
@@ -417,6 +417,7 @@ impl Simulation {
         snapshot.check_food(foods).map_err(Error::Invalid)?;
         let food = self.restored_food(&snapshot.food)?;
         self.take_bias(bias_of(&self.ctx, &snapshot.bias)?)?;
+        self.take_looks(looks_of(&self.ctx, &snapshot.looks)?)?;
         let every = course.of_every_kernel(self.settings(), self.means());
         every.prepare(&mut self.pipelines)?;
         self.state.food = food;
@@ -435,6 +436,7 @@ fn means(ctx: &Context, course: &Course, state: &State) -> Means {
     Means {
         paths: TexelPaths::of(ctx.info(), course.setup.atlas.texel_count() as u64),
         painted: state.bias.is_some(),
+        looks: state.looks.is_some(),
         capacity: state.transfers.capacity(),
         segments: state.sorting.segments,
         part_bits: state.sorting.part_bits,

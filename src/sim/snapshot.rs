@@ -46,6 +46,8 @@ pub struct Snapshot {
     pub food: FoodState,
     /// The pulses that have begun and not ended, the oldest first.
     pub pulses: Vec<LivePulse>,
+    /// Weights of the second look, one per texel, gutters filled; empty if nothing was painted.
+    pub looks: Vec<f32>,
 }
 
 /// Food and markers after some step.
@@ -98,6 +100,7 @@ impl Snapshot {
             trail: vec![0.0; texels],
             deposits: vec![0; texels],
             bias: setup.bias.clone(),
+            looks: setup.looks.clone(),
             food: FoodState {
                 remaining: meals.iter().map(|meal| meal.remaining).collect(),
                 ..FoodState::default()
@@ -145,6 +148,7 @@ impl Snapshot {
             motion.pending = settled(motion.pending);
         });
         let texels = self.trail.par_iter_mut().chain(&mut self.bias);
+        let texels = texels.chain(&mut self.looks);
         texels.for_each(|value| *value = settled(*value));
     }
 
@@ -191,6 +195,10 @@ impl Snapshot {
         let bias = painted
             .filter(|(_, value)| **value != 0.0)
             .map(|(texel, value)| hash_words(&[BIAS, texel as u32, value.to_bits()]));
+        let painted = self.looks.par_iter().enumerate();
+        let looks = painted
+            .filter(|(_, value)| **value != 0.0)
+            .map(|(texel, value)| hash_words(&[LOOK, texel as u32, value.to_bits()]));
         let remaining = self.food.remaining.par_iter().enumerate();
         let food = remaining.map(|(food, left)| hash_words(&[FOOD, food as u32, *left]));
         let live = self.pulses.par_iter().enumerate();
@@ -209,13 +217,14 @@ impl Snapshot {
             .chain(bias)
             .chain(food)
             .chain(pulses)
+            .chain(looks)
             .reduce(|| 0, u64::wrapping_add)
             .wrapping_add(self.step)
     }
 
     /// Does it have parts that checkpoints of earlier versions lack?
     pub(super) fn has_later_parts(&self) -> bool {
-        !self.pulses.is_empty()
+        !self.pulses.is_empty() || !self.looks.is_empty()
     }
 
     /// Does every id exist exactly once?
@@ -256,6 +265,8 @@ impl Snapshot {
 const BIAS: u32 = 0xb1a5;
 /// Makes the hash of an amount of food differ from that of other values.
 const FOOD: u32 = 0xf00d;
+/// Makes the hash of a texel's second look differ from that of its trail.
+const LOOK: u32 = 0x100c;
 /// Makes the hash of a pulse differ from that of other values.
 const PULSE: u32 = 0x9015e;
 

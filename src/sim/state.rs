@@ -50,6 +50,31 @@ pub fn bias_of(ctx: &Arc<Context>, values: &[f32]) -> Result<Option<Texture<f32>
     Ok(Some(bias))
 }
 
+/// Weights of a second look, all of them zero.
+///
+/// # Errors
+/// No memory.
+pub fn unlooked(ctx: &Arc<Context>, texels: usize) -> Result<Texture<f32>, GpuError> {
+    let counts = Counts {
+        looks: texels as u64,
+        ..Counts::default()
+    };
+    Texture::new(ctx, buffers::LOOKS.zeroed(ctx, &counts)?)
+}
+
+/// These weights, one per texel; `None` without any.
+///
+/// # Errors
+/// When the device is lost or its memory is full.
+pub fn looks_of(ctx: &Arc<Context>, values: &[f32]) -> Result<Option<Texture<f32>>, GpuError> {
+    if values.is_empty() {
+        return Ok(None);
+    }
+    let looks = unlooked(ctx, values.len())?;
+    ctx.upload(&looks, values)?;
+    Ok(Some(looks))
+}
+
 /// Which buffer of each pair has the front role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Roles {
@@ -177,7 +202,7 @@ pub struct Objects {
     pub recorded: Vec<Pose>,
     /// World from object in the step before.
     pub poses_before: Store<Pose, f32>,
-    /// Parameters of particles, one per object.
+    /// Parameters of particles, one per object, and those of the second look.
     pub physarums: Buffer<Physarum>,
     /// The shells of live pulses, at the front.
     pub shells: Buffer<Shell>,
@@ -263,6 +288,8 @@ pub struct State {
     pub raster: Option<Raster>,
     /// One per texel, gutters filled: trail units that are added to sensor readings, once any are painted.
     pub bias: Option<Texture<f32>>,
+    /// One per texel, gutters filled: weights of the second look, once any are painted.
+    pub looks: Option<Texture<f32>>,
     /// Food and markers, if there are any.
     pub food: Option<FoodBuffers>,
 }
@@ -362,6 +389,7 @@ impl State {
                 .then(|| Raster::new(ctx, &counts, setup))
                 .transpose()?,
             bias: bias_of(ctx, &setup.bias)?,
+            looks: looks_of(ctx, &setup.looks)?,
             food: (!setup.food_set.is_empty())
                 .then(|| FoodBuffers::new(ctx, &setup.food_set, &setup.food_set.meals(None)))
                 .transpose()?,

@@ -2,6 +2,7 @@
 
 use egui::{Align2, Rect, RichText, Slider, Ui, vec2};
 use myxo::mesh::builtin::BUILTINS;
+use myxo::scene::settings::SECOND_LOOKS;
 
 use crate::lab::actions::{Action, PICK_FIRST};
 use crate::lab::command::{Command, ToolRequest};
@@ -12,6 +13,8 @@ use crate::lab::theme;
 use crate::lab::tools::{RADII, Tool, Tools};
 use crate::lab::widgets::{hint_beside, parse_number, reader};
 
+/// The second look that the brush takes if the scene has none.
+const USUAL_SECOND_LOOK: &str = "felt";
 /// Width of the bar's contents, points.
 const WIDTH: f32 = 108.0;
 /// The width of the contents if the bar has signs only, points.
@@ -116,12 +119,15 @@ impl Tools {
         ui.add_enabled(has_strength, slider)
             .on_hover_text(
                 "How much in a second: for trail, attraction and repulsion in tenfold means of the trail; \
-                 for erasing and particles, how quickly they go and come",
+                 for blending, erasing and particles, how quickly it goes",
             )
             .on_disabled_hover_text("A place is no-go or is not")
             .marked("brush.strength");
         if self.tool == Tool::Attract {
             self.start_control(ui, desk);
+        }
+        if self.tool == Tool::Blend {
+            second_look_control(ui, desk);
         }
         note_value(ui.ctx(), "brush.strength", || {
             format!("{:.1}", self.strength)
@@ -202,6 +208,34 @@ impl Tools {
     }
 }
 
+/// The second look; the brush takes one if there is none.
+fn second_look_control(ui: &mut Ui, desk: &mut Desk<'_>) {
+    let mut chosen = desk.document.edited.second_look.preset.clone();
+    if !desk.document.edited.second_look.is_some() {
+        USUAL_SECOND_LOOK.clone_into(&mut chosen);
+    }
+    ui.label(RichText::new("second look").small().color(theme::weak(ui)));
+    let list = egui::ComboBox::from_id_salt("second look")
+        .selected_text(&chosen)
+        .width(ui.available_width());
+    let list = list.show_ui(ui, |ui| {
+        for name in SECOND_LOOKS.iter().skip(1) {
+            let entry = ui.selectable_label(chosen == *name, *name);
+            if entry.marked(&format!("second={name}")).clicked() {
+                chosen = (*name).to_owned();
+            }
+        }
+    });
+    let hint = "The preset that particles follow where this brush paints. Erase takes it away";
+    list.response.on_hover_text(hint).marked("second");
+    note_value(ui.ctx(), "second", || chosen.clone());
+    let preset = &mut desk.document.edited.second_look.preset;
+    if *preset != chosen {
+        *preset = chosen;
+        desk.commands.push(Command::Apply);
+    }
+}
+
 fn sign(tool: Tool) -> &'static str {
     match tool {
         Tool::Look => "👁",
@@ -210,6 +244,7 @@ fn sign(tool: Tool) -> &'static str {
         Tool::Attract => "➕",
         Tool::Repel => "➖",
         Tool::NoGo => "🚫",
+        Tool::Blend => "◐",
         Tool::Particles => "✨",
         Tool::Food => "🌾",
         Tool::Pulse => "◎",

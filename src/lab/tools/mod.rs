@@ -234,6 +234,9 @@ impl Tools {
             Tool::Attract => Some(Brush::Attract { amount }),
             Tool::Repel => Some(Brush::Attract { amount: -amount }),
             Tool::NoGo => Some(Brush::NoGo),
+            Tool::Blend => Some(Brush::Look {
+                amount: (self.strength * seconds).min(1.0),
+            }),
             Tool::Particles => Some(Brush::Particles { share: share(0.03) }),
         }
     }

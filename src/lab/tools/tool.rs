@@ -16,6 +16,8 @@ pub enum Tool {
     Repel,
     /// Forbids them to enter.
     NoGo,
+    /// Gives a place the second look.
+    Blend,
     /// Takes particles to a place.
     Particles,
     /// Puts food and markers there, and picks them.
@@ -26,13 +28,14 @@ pub enum Tool {
 
 impl Tool {
     /// In the order of the bar.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Look,
         Self::Trail,
         Self::Erase,
         Self::Attract,
         Self::Repel,
         Self::NoGo,
+        Self::Blend,
         Self::Particles,
         Self::Food,
         Self::Pulse,
@@ -47,6 +50,7 @@ impl Tool {
             Self::Attract => "attract",
             Self::Repel => "repel",
             Self::NoGo => "no-go",
+            Self::Blend => "blend",
             Self::Particles => "particles",
             Self::Food => "food",
             Self::Pulse => "pulse",
@@ -74,6 +78,10 @@ impl Tool {
             Self::NoGo => {
                 "Particles do not enter and turn round; those inside may leave. Stays until it is erased, or undone by \
                  Ctrl Z"
+            }
+            Self::Blend => {
+                "Particles follow a second look here, which is mixed with the first at the edge; stays until it is erased, \
+                 or undone by Ctrl Z"
             }
             Self::Particles => {
                 "Particles come here, by chance from all over the same object; their number stays what it is. They walk \

@@ -5,8 +5,8 @@ use myxo::plain_text::Shown as _;
 use myxo::scene::settings::{AreaSettings, ObjectStart, Start};
 use myxo::sim::Setup;
 use myxo::sim::areas::write_mask;
-use myxo::sim::carry::{carried, carried_bias};
-use myxo::sim::paint::Repainted;
+use myxo::sim::carry::{carried, carried_bias, carried_looks};
+use myxo::sim::paint::{PaintedField, Repainted};
 
 use crate::lab::lost::is_loss;
 use crate::lab::names::Reserved;
@@ -56,6 +56,17 @@ fn kept(bias: &[f32], left: Areas<'_>, next: Areas<'_>) -> Option<Vec<f32>> {
     carried_bias(bias, left.setup, next.setup, &from)
 }
 
+/// The weights of the second look that a restarted scene keeps, as [`kept`] areas.
+fn kept_looks(looks: &[f32], left: &Stage, next: &Stage) -> Option<Vec<f32>> {
+    let (here, there) = (left.simulation.setup(), next.simulation.setup());
+    let map = |stage: &Stage| stage.simulation.settings().second_look.map.clone();
+    if looks == here.looks || map(left) != map(next) {
+        return None;
+    }
+    let from: Vec<_> = (0..here.poses.len()).map(Some).collect();
+    carried_looks(looks, here, there, &from)
+}
+
 /// The data that a stage keeps of the one before it.
 #[derive(Clone, Copy, Default)]
 pub struct CarriedOver {
@@ -102,6 +113,10 @@ impl Lab {
             if let Some(bias) = kept {
                 next.simulation.set_areas(&bias)?;
             }
+            let looks = left.simulation.looks()?;
+            if let Some(looks) = kept_looks(&looks, left, next) {
+                next.simulation.set_looks(&looks)?;
+            }
             return Ok(carried_over);
         };
         let state = left.simulation.snapshot()?;
@@ -116,8 +131,13 @@ impl Lab {
             }
             None if has_other_map => {}
             None => {
-                if let Some(bias) = carried_bias(&state.bias, old, new, &from) {
+                let bias = carried_bias(&state.bias, old, new, &from);
+                let looks = carried_looks(&state.looks, old, new, &from);
+                if let Some(bias) = bias {
                     next.simulation.set_areas(&bias)?;
+                }
+                if let Some(looks) = looks {
+                    next.simulation.set_looks(&looks)?;
                 }
             }
         }
@@ -159,6 +179,7 @@ impl Lab {
             return Ok(());
         };
         let taken = texels.into_iter().map(|texel| Repainted {
+            field: PaintedField::Bias,
             texel,
             before: bias[texel as usize],
             after: 0.0,

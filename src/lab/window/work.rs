@@ -342,6 +342,9 @@ fn share_of(brush: Brush, count: f32) -> Brush {
         },
         Brush::Erase { share } => Brush::Erase { share: part(share) },
         Brush::Particles { share } => Brush::Particles { share: part(share) },
+        Brush::Look { amount } => Brush::Look {
+            amount: amount / count,
+        },
         Brush::NoGo => Brush::NoGo,
     }
 }

@@ -3,8 +3,8 @@
 use super::{Effect, Kind, Number, Parameter, Scale, one_table};
 use crate::scene::settings::physarum::physarum;
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, Sensing, Settings,
-    Show, SignRule, Start, Strategy,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, SECOND_LOOKS,
+    Sensing, Settings, Show, SignRule, Start, Strategy,
 };
 
 /// The largest scene radius: squares of lengths stay far within single precision.
@@ -152,6 +152,26 @@ const BEFORE: &[Parameter] = &[
         help: "Added to a sensor's reading where the area map is fully green, and subtracted where it is fully blue.",
         effect: Effect::Restart,
         kind: real!(areas.strength, (0.0, 1e6), (0.0, 1_000.0), Logarithmic),
+    },
+    Parameter {
+        key: "second_look.preset",
+        name: "Second look",
+        unit: "",
+        help: "The built-in preset that particles follow where the second look is painted, or where its map is light. Between, they are mixed.",
+        effect: Effect::Live,
+        kind: Kind::Choice {
+            words: &SECOND_LOOKS,
+            get: |s| s.second_look.index(),
+            set: |s, i| SECOND_LOOKS[i].clone_into(&mut s.second_look.preset),
+        },
+    },
+    Parameter {
+        key: "second_look.map",
+        name: "Second look's map",
+        unit: "",
+        help: "A PNG laid over the whole texture, as `myxo atlas --out` draws it: white for the second look alone, black for the first, grey for both.",
+        effect: Effect::Restart,
+        kind: text!(second_look.map, "a path relative to the scene file", true),
     },
 ];
 

@@ -8,10 +8,11 @@ use super::super::kernels::{
     ExchangeSeamsArgs, ExchangeSeamsParams, PaintArgs, PaintParams, TeleportArgs,
 };
 use super::super::paint::{
-    Brush, Dab, DabTexel, GREATEST, MOST_TEXELS, NO_GO, NO_GO_BELOW, Painted, Places, Repainted,
+    Brush, Dab, DabTexel, GREATEST, MOST_TEXELS, NO_GO, NO_GO_BELOW, Painted, PaintedField, Places,
+    Repainted,
 };
 use super::super::plan::Means;
-use super::super::state::{bias_of, unpainted};
+use super::super::state::{bias_of, looks_of, unlooked, unpainted};
 use super::super::texture::Texture;
 use super::super::types::Particle;
 use super::painter::Painter;
@@ -19,18 +20,20 @@ use super::{Simulation, pipelines_of, tables_of};
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Domain, Recorder, Threads};
 
-/// The bias at an earlier time; empty at first.
+/// The painted areas at an earlier time; empty at first.
 #[derive(Default)]
 pub struct Areas {
     /// None if nothing had been painted.
-    field: Option<Buffer<f32>>,
+    bias: Option<Buffer<f32>>,
+    /// As `bias`.
+    looks: Option<Buffer<f32>>,
 }
 
 impl Areas {
     /// Had nothing been painted?
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.field.is_none()
+        self.bias.is_none() && self.looks.is_none()
     }
 }
 
@@ -42,7 +45,7 @@ impl Simulation {
     /// back and does not wait; only the first dab makes its kernels, and the first one that attracts, repels or forbids makes the kernels
     /// of steps again. Returns the number of painted texels, which may be zero.
     ///
-    /// The trail that a dab adds spreads and decays like any other. Areas that attract, repel or forbid stay, and are part of snapshots,
+    /// The trail that a dab adds spreads and decays like any other. Areas that attract, repel, forbid or have the second look stay, and are part of snapshots,
     /// checkpoints and hashes from then on; scene files have them in a [map](super::super::areas) beside them.
     ///
     /// ```no_run
@@ -90,10 +93,14 @@ impl Simulation {
         if dab.makes_bias() {
             self.make_bias()?;
         }
+        if dab.makes_looks() {
+            self.make_looks()?;
+        }
         let count = texels.len() as u32;
         let of_bias = dab.of_bias(count).filter(|_| self.state.bias.is_some());
+        let of_looks = dab.of_looks(count).filter(|_| self.state.looks.is_some());
         let of_trail = dab.of_trail(count);
-        if of_bias.is_some() || of_trail.is_some() {
+        if of_bias.is_some() || of_looks.is_some() || of_trail.is_some() {
             let entries = texels.iter().map(|texel| (texel.texel, texel.weight));
             let entries = self.entries_of(entries)?;
             let state = &self.state;
@@ -103,6 +110,9 @@ impl Simulation {
             }
             if let (Some(params), Some(bias)) = (of_bias, &state.bias) {
                 self.paint_field(rec, &entries, bias, params);
+            }
+            if let (Some(params), Some(looks)) = (of_looks, &state.looks) {
+                self.paint_field(rec, &entries, looks, params);
             }
         }
         self.teleport(rec, dab, &texels)?;
@@ -140,6 +150,29 @@ impl Simulation {
             self.pipelines = pipelines_of(&self.ctx, self.setup(), &every)?;
         }
         self.state.bias = bias;
+        Ok(())
+    }
+
+    /// From now on there are weights of the second look, which are zero at first.
+    fn make_looks(&mut self) -> Result<()> {
+        if self.state.looks.is_some() {
+            return Ok(());
+        }
+        let looks = unlooked(&self.ctx, self.setup().atlas.density.len())?;
+        self.take_looks(Some(looks))
+    }
+
+    /// From now on particles follow the second look by these weights, or nowhere.
+    pub(super) fn take_looks(&mut self, looks: Option<Texture<f32>>) -> Result<()> {
+        if looks.is_some() != self.state.looks.is_some() {
+            let means = Means {
+                looks: looks.is_some(),
+                ..self.means()
+            };
+            let every = self.course.of_every_kernel(self.settings(), means);
+            self.pipelines = pipelines_of(&self.ctx, self.setup(), &every)?;
+        }
+        self.state.looks = looks;
         Ok(())
     }
 
@@ -219,7 +252,7 @@ impl Simulation {
     /// Does a brush change areas, if it touches anything?
     #[must_use]
     pub fn changes_areas(&self, brush: Brush) -> bool {
-        brush.changes_areas(self.state.bias.is_some())
+        brush.changes_areas(self.state.bias.is_some() || self.state.looks.is_some())
     }
 
     /// Records a copy, on the device, of the areas after everything recorded so far.
@@ -227,33 +260,57 @@ impl Simulation {
     /// # Errors
     /// When the device has no memory left.
     pub fn record_areas(&self, rec: &mut Recorder) -> Result<Areas> {
-        let Some(field) = &self.state.bias else {
-            return Ok(Areas { field: None });
+        let mut copy = |name: &str, field: &Option<Texture<f32>>| {
+            let Some(field) = field else {
+                return Ok(None);
+            };
+            let copy = Buffer::new(&self.ctx, name, field.len(), Domain::Device)?;
+            rec.copy(field, &copy);
+            Ok::<_, Error>(Some(copy))
         };
-        let copy = Buffer::new(&self.ctx, "bias.before", field.len(), Domain::Device)?;
-        rec.copy(field, &copy);
-        Ok(Areas { field: Some(copy) })
+        Ok(Areas {
+            bias: copy("bias.before", &self.state.bias)?,
+            looks: copy("looks.before", &self.state.looks)?,
+        })
     }
 
-    /// The texels of a span whose bias has changed since `before`. Everything recorded must have been submitted; waits for it.
+    /// The texels of a span of which anything painted has changed since `before`. Everything recorded must have been submitted; waits for it.
     ///
     /// # Errors
     /// When the device is lost or its memory is full.
     pub fn repainted(&self, before: &Areas, span: Range<u32>) -> Result<Vec<Repainted>> {
+        let state = &self.state;
+        let mut repainted = self.repainted_of(
+            PaintedField::Bias,
+            (&before.bias, &state.bias),
+            span.clone(),
+        )?;
+        let looks = (&before.looks, &state.looks);
+        repainted.extend(self.repainted_of(PaintedField::Looks, looks, span)?);
+        Ok(repainted)
+    }
+
+    fn repainted_of(
+        &self,
+        field: PaintedField,
+        (before, now): (&Option<Buffer<f32>>, &Option<Texture<f32>>),
+        span: Range<u32>,
+    ) -> Result<Vec<Repainted>> {
         let mut repainted = Vec::new();
-        let Some(bias) = &self.state.bias else {
+        let Some(now) = now else {
             return Ok(repainted);
         };
         for first in span.clone().step_by(COMPARED_AT_ONCE as usize) {
             let end = first.saturating_add(COMPARED_AT_ONCE).min(span.end);
             let part = first as usize..end as usize;
-            let after = self.ctx.download_range(bias, part.clone())?;
-            let before = match &before.field {
+            let after = self.ctx.download_range(now, part.clone())?;
+            let before = match before {
                 Some(field) => self.ctx.download_range(field, part)?,
                 None => vec![0.0; after.len()],
             };
             let all = (first..).zip(before.into_iter().zip(after));
             let all = all.map(|(texel, (before, after))| Repainted {
+                field,
                 texel,
                 before,
                 after,
@@ -276,8 +333,28 @@ impl Simulation {
         if texels.is_empty() {
             return Ok(());
         }
+        for field in [PaintedField::Bias, PaintedField::Looks] {
+            let own = texels.iter().filter(|texel| texel.field == field);
+            self.put_field(rec, field, &own.copied().collect::<Vec<_>>(), again)?;
+        }
+        Ok(())
+    }
+
+    fn put_field(
+        &mut self,
+        rec: &mut Recorder,
+        field: PaintedField,
+        texels: &[Repainted],
+        again: bool,
+    ) -> Result<()> {
+        if texels.is_empty() {
+            return Ok(());
+        }
         self.make_painter()?;
-        self.make_bias()?;
+        match field {
+            PaintedField::Bias => self.make_bias()?,
+            PaintedField::Looks => self.make_looks()?,
+        }
         let value = |texel: &Repainted| if again { texel.after } else { texel.before };
         let parts = texels.chunks(MOST_TEXELS).map(|part| {
             let ones = self.entries_of(part.iter().map(|texel| (texel.texel, 1.0)))?;
@@ -285,7 +362,7 @@ impl Simulation {
             Ok((part.len() as u32, ones, values))
         });
         for part in parts.collect::<Result<Vec<_>>>()? {
-            self.put_part(rec, part);
+            self.put_part(rec, field, part);
         }
         Ok(())
     }
@@ -294,9 +371,14 @@ impl Simulation {
     fn put_part(
         &self,
         rec: &mut Recorder,
+        field: PaintedField,
         (texel_count, ones, values): (u32, Buffer<UVec2>, Buffer<UVec2>),
     ) {
-        let Some(field) = &self.state.bias else {
+        let field = match field {
+            PaintedField::Bias => &self.state.bias,
+            PaintedField::Looks => &self.state.looks,
+        };
+        let Some(field) = field else {
             return;
         };
         // The old value is removed entirely; then the weight is added, in units.
@@ -343,11 +425,39 @@ impl Simulation {
         self.take_bias(bias_of(&self.ctx, bias)?)
     }
 
-    /// Removes all areas and the bias.
+    /// The present weights of the second look: one value per texel, gutters filled; empty if nothing was ever painted. Waits for all
+    /// submitted work.
     ///
     /// # Errors
-    /// When the kernels of a step without a bias cannot be made.
+    /// When the device is lost or its memory is full.
+    pub fn looks(&self) -> Result<Vec<f32>> {
+        match &self.state.looks {
+            Some(looks) => Ok(self.ctx.download(looks)?),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// Replaces all weights of the second look by ones that [`looks`](Self::looks) has returned.
+    ///
+    /// # Errors
+    /// When there is another number of texels, or the device has no memory left.
+    pub fn set_looks(&mut self, looks: &[f32]) -> Result<()> {
+        let texels = self.setup().atlas.density.len();
+        if ![0, texels].contains(&looks.len()) {
+            return Err(Error::Invalid(format!(
+                "there are {} texels of a second look, and the atlas has {texels}",
+                looks.len()
+            )));
+        }
+        self.take_looks(looks_of(&self.ctx, looks)?)
+    }
+
+    /// Removes all areas, the bias and the second look's weights.
+    ///
+    /// # Errors
+    /// When the kernels of a step without them cannot be made.
     pub fn forget_areas(&mut self) -> Result<()> {
-        self.take_bias(None)
+        self.take_bias(None)?;
+        self.take_looks(None)
     }
 }

@@ -129,6 +129,13 @@ impl Snapshot {
                 "the bias is {value} at texel {texel}, and {NO_GO:e} to {GREATEST:e} is possible"
             ));
         }
+        let mut looks = self.looks.iter().enumerate();
+        if let Some((texel, weight)) = looks.find(|(_, weight)| !(0.0..=BLENDED).contains(*weight))
+        {
+            return Err(format!(
+                "the weight of the second look is {weight} at texel {texel}, and 0 to 1 is possible"
+            ));
+        }
         self.check_pulses(setup)?;
         self.transfers.check_ranges(&self.particles, most_pending)
     }

@@ -10,6 +10,7 @@ use crate::scene::settings::{PhysarumSettings, Sensing, Strategy};
 use crate::sim::arrays::Arrays;
 use crate::sim::field::{atlas_position, texel_at, trail_at, unpacked_position, weights_at};
 use crate::sim::kernels::{Advance, AdvanceArgs, AdvanceConstants, AdvanceParams};
+use crate::sim::looks::mixed_look;
 use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::plan::Plan;
 use crate::sim::pulse::{Sweep, swept};
@@ -79,7 +80,9 @@ impl Plan<'_> {
         let kinds: Vec<PhysarumSettings> = objects
             .map(|object| object.physarum.over(&settings.physarum))
             .collect();
-        let any = |uses: fn(&PhysarumSettings) -> bool| kinds.iter().any(uses);
+        let second = (settings.second_look.look()).filter(|_| self.has_looks());
+        let kinds = || kinds.iter().chain(second.map(|look| &look.physarum));
+        let any = |uses: fn(&PhysarumSettings) -> bool| kinds().any(uses);
         Terms {
             sensor_noise: any(|p| p.sensor_noise > 0.0),
             favourite_density: any(|p| p.favourite_density > 0.0),
@@ -147,6 +150,7 @@ impl Plan<'_> {
                 painted: means.painted,
                 food: self.has_food(),
                 pulses: !self.shells.is_empty(),
+                looks: self.has_looks(),
             },
             params: AdvanceParams {
                 particle_count: self.particle_count(),
@@ -164,6 +168,7 @@ impl Plan<'_> {
                 fed_deposit: settings.feeding.fed_deposit,
                 fed_attraction: settings.feeding.fed_attraction,
                 shell_count: self.shells.len() as u32,
+                second_look: self.object_count(),
             },
         }
     }
@@ -228,6 +233,7 @@ impl StepKernel for Advance {
             plates: food.map(|food| &food.plates),
             meals: food.map(|food| &food.meals),
             shells: &s.objects.shells,
+            looks: s.looks.as_ref(),
         }
     }
 
@@ -256,6 +262,7 @@ impl StepKernel for Advance {
                 scent: &a.scent,
                 plates: &setup.food_set.plates,
                 shells: &a.shells,
+                looks: &a.weights,
             },
             Selection {
                 flow: &mut a.transfers.flow[0],
@@ -305,6 +312,8 @@ pub struct AdvanceInputs<'a> {
     pub plates: &'a [u32],
     /// The shells of live pulses.
     pub shells: &'a [Shell],
+    /// Weights of the second look, with filled gutters.
+    pub looks: &'a [f32],
 }
 
 impl<'a> AdvanceInputs<'a> {
@@ -327,6 +336,7 @@ impl<'a> AdvanceInputs<'a> {
             scent: &[],
             plates: &[],
             shells: &[],
+            looks: &[],
         }
     }
 }
@@ -419,7 +429,12 @@ fn advance_one(
 ) -> Outcome {
     let mut fed = if constants.food { motion.fed() } else { 0 };
     let mut flags = 0;
-    let own = physarum_on(constants, inputs, particle.triangle);
+    let mut own = physarum_on(constants, inputs, particle.triangle);
+    if constants.looks {
+        let at = inputs.position_of(particle.triangle, [particle.u, particle.v]);
+        let weight = inputs.looks[texel_at(at, params.pitch) as usize];
+        own = mixed_look(own, &inputs.physarums[params.second_look as usize], weight);
+    }
     let appetite = if fed == 0 { 1.0 } else { params.fed_attraction };
 
     let mut heading = [motion.heading_p, motion.heading_h];

@@ -83,6 +83,7 @@ impl Simulation {
         let means = Means {
             segments: Segments::of(self.arrays.particles.len() as u32, true),
             part_bits: 0,
+            looks: !self.arrays.weights.is_empty(),
             ..Means::of_host(!self.arrays.bias.is_empty(), capacity)
         };
         self.arrays.forms = [0; 4];
@@ -199,6 +200,7 @@ impl Simulation {
             trail,
             previous_deposits,
             bias,
+            weights,
             meals,
             transfers,
             ..
@@ -210,6 +212,7 @@ impl Simulation {
             deposits: previous_deposits.clone(),
             transfers: transfers.state(),
             bias: bias.clone(),
+            looks: weights.clone(),
             food: FoodState {
                 remaining: meals.iter().map(|meal| meal.remaining).collect(),
                 ..host.food
@@ -241,6 +244,7 @@ impl Simulation {
         arrays.deposits.fill(0);
         arrays.bins.fill(0);
         arrays.bias.clone_from(&snapshot.bias);
+        arrays.weights.clone_from(&snapshot.looks);
         arrays.serve(Some(&snapshot.food.remaining));
     }
 }

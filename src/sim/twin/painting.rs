@@ -22,6 +22,9 @@ impl Simulation {
         if dab.makes_bias() && a.bias.is_empty() {
             a.bias = vec![0.0; a.trail.len()];
         }
+        if dab.makes_looks() && a.weights.is_empty() {
+            a.weights = vec![0.0; a.trail.len()];
+        }
         let count = texels.len() as u32;
         let entries: Vec<UVec2> = (texels.iter())
             .map(|texel| UVec2::new(texel.texel, texel.weight.to_bits()))
@@ -33,6 +36,10 @@ impl Simulation {
         if let Some(params) = dab.of_bias(count).filter(|_| !a.bias.is_empty()) {
             paint(&params, &entries, &mut a.bias);
             exchange_seams(&a.setup.atlas.seams, &mut a.bias);
+        }
+        if let Some(params) = dab.of_looks(count).filter(|_| !a.weights.is_empty()) {
+            paint(&params, &entries, &mut a.weights);
+            exchange_seams(&a.setup.atlas.seams, &mut a.weights);
         }
         if let Some(params) = dab.of_particles(settings) {
             let Places { places, ranges } = dab.places(&a.setup, &texels, settings.seed);

@@ -1,0 +1,100 @@
+//! The second look, which places can have besides the scene's own.
+
+use std::sync::LazyLock;
+
+use serde::Serialize;
+
+use super::{PhysarumSettings, Settings, TrailSettings};
+use crate::scene::builtin::preset;
+use crate::scene::file::Reader;
+
+/// The names that a second look can have: none, and the built-in presets.
+pub const SECOND_LOOKS: [&str; 17] = [
+    NONE, "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores", "lace",
+    "bands", "waves", "mist", "streams", "feeding", "shy", "meeting",
+];
+/// No second look.
+const NONE: &str = "none";
+
+/// `[second_look]`
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SecondLookSettings {
+    /// The built-in preset that particles follow where it is painted; `none` for no second look.
+    pub preset: String,
+    /// A picture of the texture that says where; a path relative to the scene file, empty for nowhere.
+    pub map: String,
+}
+
+impl Default for SecondLookSettings {
+    fn default() -> Self {
+        Self {
+            preset: NONE.to_owned(),
+            map: String::new(),
+        }
+    }
+}
+
+/// What a preset says about particles, and about the trail in whose units it says it.
+#[derive(Clone, Debug)]
+pub struct SecondLook {
+    /// Its particles.
+    pub physarum: PhysarumSettings,
+    /// Its trail.
+    pub trail: TrailSettings,
+}
+
+impl SecondLookSettings {
+    /// Is there a second look?
+    #[must_use]
+    pub fn is_some(&self) -> bool {
+        self.index() > 0
+    }
+
+    /// Its index in [`SECOND_LOOKS`].
+    pub(in crate::scene) fn index(&self) -> usize {
+        let mut names = SECOND_LOOKS.iter();
+        names.position(|name| *name == self.preset).unwrap_or(0)
+    }
+
+    /// The look, if there is one.
+    #[must_use]
+    pub fn look(&self) -> Option<&'static SecondLook> {
+        static LOOKS: LazyLock<Vec<Option<SecondLook>>> =
+            LazyLock::new(|| SECOND_LOOKS.iter().map(|name| read(name)).collect());
+        LOOKS[self.index()].as_ref()
+    }
+}
+
+fn read(name: &str) -> Option<SecondLook> {
+    let mut reader = Reader::new(Settings::default());
+    reader.preset("", preset(name)?.text);
+    let Settings {
+        physarum, trail, ..
+    } = reader.finish().ok()?;
+    Some(SecondLook { physarum, trail })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::builtin::PRESETS;
+
+    /// Would catch: a preset that is added and cannot be a second look, and one that cannot be read.
+    #[test]
+    fn every_preset_can_be_a_second_look() {
+        let names = PRESETS.iter().map(|preset| preset.name);
+        assert!([NONE].into_iter().chain(names).eq(SECOND_LOOKS));
+        for (i, name) in SECOND_LOOKS.into_iter().enumerate() {
+            let look = SecondLookSettings {
+                preset: name.to_owned(),
+                ..SecondLookSettings::default()
+            };
+            assert_eq!(look.look().is_some(), i > 0, "{name}");
+        }
+        let cells = SecondLookSettings {
+            preset: "cells".to_owned(),
+            ..SecondLookSettings::default()
+        };
+        assert_ne!(cells.look().unwrap().physarum, PhysarumSettings::default());
+    }
+}
