@@ -125,6 +125,8 @@ pub struct Facts {
     pub only_colors: Option<&'static str>,
     /// States that are kept, the first one first.
     pub kept: Vec<KeptFacts>,
+    /// Has any place the second look?
+    pub has_looks: bool,
     /// Pulses that have begun and not ended.
     pub pulses: usize,
     /// The state that was left and can come back, if any.

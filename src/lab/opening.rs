@@ -330,6 +330,7 @@ fn mask_of<'a>(settings: &'a mut Settings, key: &str) -> Option<&'a mut String> 
     match key {
         "particles.start_mask" => return Some(&mut settings.particles.start_mask),
         "areas.map" => return Some(&mut settings.areas.map),
+        "second_look.map" => return Some(&mut settings.second_look.map),
         _ => {}
     }
     let object = key.strip_prefix("object.")?.strip_suffix(".start.mask")?;

@@ -647,6 +647,7 @@ pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
     ("feeding", "Feeding", false),
     ("particles", "Particles", false),
     ("areas", "Areas", false),
+    ("second_look", "Second look", false),
     ("time", "Time", false),
     ("distance", "Distances", false),
     ("transfer", "Transfer", false),

@@ -319,7 +319,8 @@ fn choose_object(ui: &mut Ui, key: &str, objects: &[ObjectSettings], chosen: &mu
 
 /// Does a row hold the path of a picture that is laid over the texture?
 fn names_a_mask(key: &str) -> bool {
-    key.ends_with("start_mask") || key.ends_with("start.mask") || key == "areas.map"
+    let maps = ["areas.map", "second_look.map"];
+    key.ends_with("start_mask") || key.ends_with("start.mask") || maps.contains(&key)
 }
 
 /// The row whose picture is to be chosen, once.

@@ -379,6 +379,7 @@ mod tests {
                     },
                     flux: vec![0, 7, 6, 0],
                 },
+                looks: vec![0.25; 55],
                 pulses: vec![
                     LivePulse {
                         center: [1.0, -2.0, 0.5],
@@ -473,12 +474,14 @@ mod tests {
         let mut plain = checkpoint();
         assert_eq!(bytes(&plain)[8], 7);
         plain.snapshot.pulses.clear();
+        assert_eq!(bytes(&plain)[8], 7);
+        plain.snapshot.looks.clear();
         let mut earlier = bytes(&plain);
         assert_eq!(earlier[8], 6);
         // Earlier programs wrote no such length.
         let length = u32::from_le_bytes(earlier[12..16].try_into().unwrap()) as usize;
         let header = std::str::from_utf8(&earlier[16..16 + length]).unwrap();
-        let header = header.replacen("\"pulses\":0,", "", 1);
+        let header = header.replacen("\"pulses\":0,\"looks\":0,", "", 1);
         assert!(header.len() < length);
         let mut whole = earlier[..12].to_vec();
         whole.extend((header.len() as u32).to_le_bytes());

@@ -93,3 +93,82 @@ pub fn weights_of(path: &Path, atlas: &Atlas) -> Result<Vec<f32>> {
         .for_each(|weight| *weight = settled(*weight));
     Ok(weights)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+    use crate::scene::settings::Settings;
+    use crate::sim::Setup;
+    use crate::sim::behaviour::physarums;
+    use image::{GrayImage, Luma};
+
+    fn setup(look: &str) -> (Settings, Setup) {
+        let mut settings = Settings::default();
+        settings.particles.count = 10;
+        settings.atlas.size = 61;
+        "builtin:cube".clone_into(&mut settings.objects[0].mesh);
+        look.clone_into(&mut settings.second_look.preset);
+        let scene = Scene::from_settings("cube".to_owned(), settings, "".into()).unwrap();
+        let setup = Setup::new(&scene).unwrap();
+        (scene.settings, setup)
+    }
+
+    /// Would catch: weights of other texels than the map's, and a map that says nothing without a word.
+    #[test]
+    fn maps_are_read_at_the_centres_of_texels() {
+        let (_, setup) = setup("none");
+        let (atlas, folder) = (&setup.atlas, tempfile::tempdir().unwrap());
+        let path = folder.path().join("map.png");
+        let map = GrayImage::from_fn(2, 1, |x, _| Luma([[51, 255][x as usize]]));
+        map.save(&path).unwrap();
+        let weights = weights_of(&path, atlas).unwrap();
+        for (texel, owner) in (0u32..).zip(&atlas.owner) {
+            if *owner != NONE {
+                let is_left = 2 * (texel % atlas.pitch) + 1 < atlas.size;
+                let expected = if is_left { 0.2 } else { 1.0 };
+                assert!((weights[texel as usize] - expected).abs() < 1e-4);
+            }
+        }
+        GrayImage::new(4, 4).save(&path).unwrap();
+        let problem = weights_of(&path, atlas).unwrap_err().to_string();
+        assert!(
+            problem.contains("map.png: the map of the second look is black"),
+            "{problem}"
+        );
+        std::fs::write(&path, "white").unwrap();
+        let problem = weights_of(&path, atlas).unwrap_err().to_string();
+        assert!(
+            problem.contains("map.png: the map of the second look must be a PNG"),
+            "{problem}"
+        );
+    }
+
+    /// Would catch: a mixture that leaves one look at 0 or does not get to the other at 1, and turns that are not of length one.
+    #[test]
+    fn mixtures_go_from_one_look_to_the_other() {
+        let (settings, setup) = setup("streams");
+        let rows = physarums(&settings, &setup);
+        let [one, other] = [rows[0], rows[1]];
+        assert_eq!(mixed_look(one, &other, 0.0), one);
+        let words = |row: &Physarum| bytemuck::cast::<_, [f32; 12]>(*row);
+        let near = |a: f32, b: f32| (a - b).abs() <= 1e-5 * (1.0 + a.abs());
+        let whole = mixed_look(one, &other, 1.0);
+        let mut both = words(&whole).into_iter().zip(words(&other));
+        assert!(both.all(|(a, b)| near(a, b)), "{whole:?}, {other:?}");
+        for k in 1..10 {
+            let mixed = mixed_look(one, &other, 0.1 * k as f32);
+            for (cos, sin) in [
+                (mixed.sensor_cos, mixed.sensor_sin),
+                (mixed.rotation_cos, mixed.rotation_sin),
+            ] {
+                assert!(near(cos.hypot(sin), 1.0), "{mixed:?}");
+            }
+            let (low, high) = (one.speed.min(other.speed), one.speed.max(other.speed));
+            assert!(low < mixed.speed && mixed.speed < high);
+            let has_favourite = mixed.favourite_density > 0.0;
+            let nearer = if k < 5 { &one } else { &other };
+            assert_eq!(has_favourite, nearer.favourite_density > 0.0, "{k}");
+        }
+    }
+}

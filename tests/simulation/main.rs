@@ -18,6 +18,7 @@ mod food;
 mod host_work;
 mod invariants;
 mod long;
+mod look;
 mod memory;
 mod moving;
 mod moving_together;

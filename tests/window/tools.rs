@@ -402,6 +402,36 @@ fn pulses_are_sent_and_end() {
     lab.quit();
 }
 
+/// The brush takes a second look, another one is chosen from its list, a stroke is undone and comes again, and the scene is saved with it.
+///
+/// Would catch: a brush that paints a look that there is not, and strokes of it that undo passes over.
+#[test]
+fn a_second_look_is_chosen_painted_and_undone() {
+    let Some((_folder, lab)) = with_scene("pair.toml", SCENE) else {
+        return;
+    };
+    lab.hold();
+    let value = |key: &str, words: &str| {
+        let (key, words) = (key.to_owned(), words.to_owned());
+        lab.wait(&key.clone(), |seen| seen["values"][&key] == words);
+    };
+    lab.click("tool=blend");
+    value("second", "felt");
+    value("second.painted", "false");
+    lab.click("second");
+    lab.click("second=mist");
+    value("second", "mist");
+    lab.paint_with("blend");
+    value("second.painted", "true");
+    lab.key("ctrl+z");
+    value("second.painted", "false");
+    lab.key("ctrl+shift+z");
+    value("second.painted", "true");
+    lab.key("period");
+    assert_eq!(lab.save("pair").second_look.preset, "mist");
+    lab.quit();
+}
+
 #[test]
 fn food_is_placed_moved_and_removed() {
     let Some((_folder, lab)) = with_scene("pair.toml", SCENE) else {

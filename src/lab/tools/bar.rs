@@ -229,6 +229,9 @@ fn second_look_control(ui: &mut Ui, desk: &mut Desk<'_>) {
     let hint = "The preset that particles follow where this brush paints. Erase takes it away";
     list.response.on_hover_text(hint).marked("second");
     note_value(ui.ctx(), "second", || chosen.clone());
+    note_value(ui.ctx(), "second.painted", || {
+        desk.facts.has_looks.to_string()
+    });
     let preset = &mut desk.document.edited.second_look.preset;
     if *preset != chosen {
         *preset = chosen;

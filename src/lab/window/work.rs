@@ -257,6 +257,7 @@ impl Lab {
         };
         let simulation = &stage.simulation;
         self.clocks.facts.has_areas = simulation.state().bias.is_some();
+        self.clocks.facts.has_looks = simulation.state().looks.is_some();
         self.clocks.facts.pulses = simulation.pulses().len();
         let (settings, setup) = (simulation.settings(), simulation.setup());
         let particles = f64::from(settings.particles.count);

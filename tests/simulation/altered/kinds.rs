@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::parts::{
-    BIAS, DEPOSITS, DISTANCE_POSES, FLOW, FOODS, KEPT_PAIRS, LAST_POSES, MOTIONS, PARTICLES,
+    BIAS, DEPOSITS, DISTANCE_POSES, FLOW, FOODS, KEPT_PAIRS, LAST_POSES, LOOKS, MOTIONS, PARTICLES,
     PULSES, Parts, TRAIL, WINDOWS,
 };
 
@@ -323,6 +323,16 @@ pub const ALTERATIONS: &[Alteration] = &[
         "a pulse that begins later",
         |p| p.set(PULSES, 0, 8, 16),
         Some("its pulse 0 is damaged"),
+    ),
+    (
+        "a look that is more than the second",
+        |p| p.set(LOOKS, 50, 0, 1.5_f32.to_bits()),
+        Some("the weight of the second look is 1.5"),
+    ),
+    (
+        "the second look everywhere",
+        |p| p.fill_all(LOOKS, 1.0),
+        None,
     ),
     (
         "nine pulses",

@@ -15,6 +15,7 @@ use myxo::gpu::Frames;
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::network::Network;
+use myxo::sim::paint::{Brush, Dab};
 use myxo::sim::{Setup, Simulation};
 use serde_json::json;
 
@@ -33,6 +34,8 @@ size = 96
 [areas]
 map = "builtin:maze"
 strength = 2.0
+[second_look]
+preset = "cells"
 [transfer]
 strategy = "STRATEGY"
 [[object]]
@@ -93,6 +96,17 @@ impl Trial {
         let scene = Scene::load(&file, &Overrides::default()).unwrap();
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
         let mut frames = Frames::new(&gpu.ctx, 2).unwrap();
+        let blend = Dab {
+            brush: Brush::Look { amount: 0.6 },
+            center: scene.center,
+            radius: scene.radius,
+            eye: None,
+            ring: None,
+            number: 0,
+        };
+        let mut rec = frames.begin().unwrap();
+        simulation.paint(&mut rec, &blend).unwrap();
+        frames.submit(rec).unwrap();
         run(&mut simulation, &mut frames, STEPS_BEFORE);
         let state = simulation.snapshot().unwrap();
         let setup = simulation.setup().clone();

@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde_json::{Value, json};
 
 /// Words of 32 bits in an element of each list, in the order of the file, and the header's key for the number of elements.
-pub const LISTS: [(&str, usize); 14] = [
+pub const LISTS: [(&str, usize); 15] = [
     ("particles", 4),
     ("particles", 4),
     ("texels", 1),
@@ -20,6 +20,7 @@ pub const LISTS: [(&str, usize); 14] = [
     ("bias", 1),
     ("foods", 1),
     ("pulses", 10),
+    ("looks", 1),
 ];
 pub const PARTICLES: usize = 0;
 pub const MOTIONS: usize = 1;
@@ -34,6 +35,7 @@ pub const KEPT_PAIRS: usize = 10;
 pub const BIAS: usize = 11;
 pub const FOODS: usize = 12;
 pub const PULSES: usize = 13;
+pub const LOOKS: usize = 14;
 
 /// The parts of a checkpoint's file.
 #[derive(Clone)]
