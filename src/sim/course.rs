@@ -12,7 +12,7 @@ use super::plan::{Changes, Means, Plan};
 use super::pulse::{LivePulse, MOST_PULSES, Pulse};
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
-use super::step::{advance_alone, step};
+use super::step::step;
 use super::types::{DistanceJob, Physarum, Pose, Shell};
 use super::work::Step;
 use crate::error::Result;
@@ -139,7 +139,7 @@ impl Course {
         let mut every = step(&plan);
         if !self.pulses.is_empty() || !settings.pulses.is_empty() {
             plan.shells = vec![Shell::zeroed()];
-            advance_alone(&mut every, &plan);
+            every.add_forms_of_advance(&plan);
         }
         every
     }

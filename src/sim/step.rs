@@ -54,9 +54,11 @@ pub fn step(plan: &Plan<'_>) -> Step {
     step
 }
 
-/// The kernels of a step that also depend on whether pulses are live.
-pub fn advance_alone(step: &mut Step, plan: &Plan<'_>) {
-    advance(step, plan, plan.terms());
+impl Step {
+    /// Adds the kernels that also depend on whether pulses are live.
+    pub fn add_forms_of_advance(&mut self, plan: &Plan<'_>) {
+        advance(self, plan, plan.terms());
+    }
 }
 
 /// Uploads values that have changed. They are part of the step's commands, so queued steps keep theirs.

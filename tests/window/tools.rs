@@ -419,8 +419,8 @@ fn a_second_look_is_chosen_painted_and_undone() {
     value("second", "felt");
     value("second.painted", "false");
     lab.click("second");
-    lab.click("second=mist");
-    value("second", "mist");
+    lab.click("second=cells");
+    value("second", "cells");
     lab.paint_with("blend");
     value("second.painted", "true");
     lab.key("ctrl+z");
@@ -428,7 +428,7 @@ fn a_second_look_is_chosen_painted_and_undone() {
     lab.key("ctrl+shift+z");
     value("second.painted", "true");
     lab.key("period");
-    assert_eq!(lab.save("pair").second_look.preset, "mist");
+    assert_eq!(lab.save("pair").second_look.preset, "cells");
     lab.quit();
 }
 
