@@ -258,7 +258,7 @@ const ROWS: &[Row] = rows! {
     Theme,          Window, NONE,       [T],            "T",            "light or dark interface";
     Brush,          Scene,  NONE,       [B],            "B",            "take the brush used last, or none";
     Food,           Scene,  NONE,       [O],            "O",            "take the food tool, or none";
-    Pulse,          Scene,  NONE,       [K],            "K",            "take the pulse tool, or none";
+    Pulse,          Scene,  NONE,       [M],            "M",            "take the pulse tool, or none";
     Probe,          Scene,  NONE,       [I],            "I",            "show what lies under the pointer";
     Duplicate,      Scene,  CTRL,       [D],            "Ctrl D",       "duplicate the selected object";
     Remove,         Scene,  NONE,       [Delete],       "Delete",       "remove the selected object or food";

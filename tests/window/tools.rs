@@ -372,11 +372,11 @@ fn pulses_are_sent_and_end() {
         return;
     };
     lab.hold();
-    lab.key("k");
+    lab.key("m");
     lab.wait("the tool is taken", |seen| {
         seen["values"]["tool"] == "pulse"
     });
-    lab.key("k");
+    lab.key("m");
     lab.wait("it is put down", |seen| seen["values"]["tool"] == "look");
     lab.click("tool=pulse");
     lab.type_until("pulse.strength", 0.9, "7", "pulse.strength", "1");

@@ -92,7 +92,7 @@ impl Tool {
             }
             Self::Pulse => {
                 "A click sends a wave from there, over seams and to other objects, which sweeps particles along. Up to 8 at once; \
-                 Ctrl Z does not take it back (K)"
+                 Ctrl Z does not take it back (M)"
             }
         }
     }
