@@ -247,7 +247,7 @@ fn sign(tool: Tool) -> &'static str {
         Tool::Attract => "➕",
         Tool::Repel => "➖",
         Tool::NoGo => "🚫",
-        Tool::Blend => "◐",
+        Tool::Blend => "🎨",
         Tool::Particles => "✨",
         Tool::Food => "🌾",
         Tool::Pulse => "◎",

@@ -61,7 +61,7 @@ fn pulse_control(ui: &mut Ui, key: &str, pulse: &mut PulseSettings) {
     let mut value = (number.get)(pulse);
     let slider = Slider::new(&mut value, number.slider.0..=number.slider.1)
         .logarithmic(number.scale == Scale::Logarithmic)
-        .max_decimals(4)
+        .max_decimals(3)
         .clamping(egui::SliderClamping::Never)
         .custom_parser(reader(ui, parse_number))
         .update_while_editing(false);

@@ -127,6 +127,7 @@ fn brushes_do_as_much_in_a_second_at_any_frame_rate() {
         let (one, half) = (tools.brush(0.1, 12.0), tools.brush(0.05, 12.0));
         match (one.unwrap(), half.unwrap()) {
             (Brush::Trail { amount: a }, Brush::Trail { amount: b })
+            | (Brush::Look { amount: a }, Brush::Look { amount: b })
             | (Brush::Attract { amount: a }, Brush::Attract { amount: b }) => {
                 assert!((a - 2.0 * b).abs() < 1e-4 && (a > 0.0) == (tool != Tool::Repel));
             }

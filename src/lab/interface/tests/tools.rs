@@ -502,7 +502,7 @@ fn every_tool_has_its_button() {
         ("➕ attract", Tool::Attract),
         ("➖ repel", Tool::Repel),
         ("🚫 no-go", Tool::NoGo),
-        ("◐ blend", Tool::Blend),
+        ("🎨 blend", Tool::Blend),
         ("✨ particles", Tool::Particles),
         ("◎ pulse", Tool::Pulse),
         ("👁 look", Tool::Look),
