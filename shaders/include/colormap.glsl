@@ -6,19 +6,17 @@
 
 const uint COLOR_COUNT = 256u;
 
-// A trail value as a brightness in [0, 1]; `brightest` is the value that gets the brightest colour.
+// A trail value as a brightness; `brightest` is the value that gets the brightest colour, at 1, and larger ones get up to 1.45.
 // Steep at first, so that thin veins show, and flat towards the end, so that thick ones keep their detail.
-float tone(float trail, float brightest) {
-    const float shoulder = 0.45;
-    float x = max(trail, 0.0) / brightest;
-    return min((1.0 + shoulder) * x / (x + shoulder), 1.0);
-}
-
-// The same of trail that may be more than that, up to 1.45.
 float tone_of_any(float trail, float brightest) {
     const float shoulder = 0.45;
     float x = max(trail, 0.0) / brightest;
     return (1.0 + shoulder) * x / (x + shoulder);
+}
+
+// The same in [0, 1].
+float tone(float trail, float brightest) {
+    return min(tone_of_any(trail, brightest), 1.0);
 }
 
 // The slope of the same, by the trail. It is not cut off at the brightest value, so the brightest trail is not flat.

@@ -77,6 +77,11 @@ impl Document {
         if (self.fitted).is_some_and(|(fitted, last)| fitted == self.view.camera && last != room) {
             let points = self.outline.1.iter().copied();
             let camera = &mut self.view.camera;
+            // From the same place each time, so that the same camera results.
+            camera.target = match self.loaded.camera.target == [0.0; 3] {
+                true => self.outline.0,
+                false => camera.target,
+            };
             // A scene that says where to look is fitted about that place.
             match self.loaded.camera.target == [0.0; 3] {
                 true => camera.fit_centered(points, room.size, margins(room.size, room.right)),

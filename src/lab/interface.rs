@@ -34,6 +34,7 @@ use crate::lab::renewal::place_among;
 use crate::lab::rows::take_wanted;
 use crate::lab::strip::{Strip, show_folded};
 use crate::lab::theme;
+use crate::lab::tools::bar::room_of_tools;
 use crate::lab::tools::{Tool, Tools};
 use crate::lab::views::{choose_view, note_view};
 use crate::lab::widgets::{take_pointed, take_refused};
@@ -75,8 +76,6 @@ pub struct Interface {
     pub autopilot: Autopilot,
     /// Is the key held?
     shift: bool,
-    /// Where the bar of tools was in the last frame.
-    bar: Option<egui::Rect>,
     /// The camera of the last frame, and since when it has been there.
     camera: (Camera, f64),
 }
@@ -112,7 +111,6 @@ impl Interface {
             notices: Notices::default(),
             autopilot: Autopilot::default(),
             shift: false,
-            bar: None,
             camera: (Camera::default(), 0.0),
         };
         interface.open(scene);
@@ -259,9 +257,10 @@ impl Interface {
         let whole = ui.available_rect_before_wrap();
         let (picture, beside) = desk.layout.parts(&ctx, whole, desk.document.view.show);
         let size = Vec2::new(picture.width(), picture.height());
-        // Where the bar of tools was in the last frame.
-        let bar = self.bar.filter(|bar| bar.intersects(picture));
-        let right = bar.map_or(0.0, |bar| picture.right() - bar.left());
+        let right = match self.layout.alone {
+            true => 0.0,
+            false => room_of_tools(picture, self.document.view.show),
+        };
         let room = Room { size, right };
         self.keep_in_picture(room);
         let mut desk = desk!(self, facts, &mut actions, &mut commands);
@@ -300,7 +299,6 @@ impl Interface {
         if !desk.layout.alone {
             bar = self.tools.show_tools(&ctx, picture, &mut desk);
         }
-        self.bar = bar;
         show_folded(&ctx, picture, &mut desk);
         show_help(&ctx, picture, bar, desk.layout);
         show_previewed(&ctx, picture, self.preview.look(), facts.only_colors);

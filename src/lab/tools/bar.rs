@@ -2,6 +2,7 @@
 
 use egui::{Align2, Rect, RichText, Slider, Ui, vec2};
 use myxo::mesh::builtin::BUILTINS;
+use myxo::scene::settings::Show;
 use myxo::scene::settings::SECOND_LOOKS;
 
 use crate::lab::actions::{Action, PICK_FIRST};
@@ -22,6 +23,24 @@ const NARROW: f32 = 24.0;
 /// A picture narrower than this would lose too much to names.
 const HAS_ROOM: f32 = 620.0;
 
+/// Between the bar and the edge of the picture, points, and the margin of the bar.
+const BESIDE: f32 = 10.0;
+const MARGIN: f32 = 6.0;
+
+/// Is a picture so small that it is only for looking? So is the atlas.
+fn has_no_tools(picture: Rect, show: Show) -> bool {
+    picture.width() < 260.0 || picture.height() < 330.0 || show.is_flat()
+}
+
+/// What the bar covers at the right side of a picture, with no brush in use, points.
+pub(in super::super) fn room_of_tools(picture: Rect, show: Show) -> f32 {
+    match has_no_tools(picture, show) {
+        true => 0.0,
+        false if picture.width() < HAS_ROOM => NARROW + 2.0 * MARGIN + BESIDE,
+        false => WIDTH + 2.0 * MARGIN + BESIDE,
+    }
+}
+
 impl Tools {
     /// Shows the bar at the right side of the picture, and gives where it is; none in a picture that is small, or flat.
     pub(in super::super) fn show_tools(
@@ -30,16 +49,14 @@ impl Tools {
         picture: Rect,
         desk: &mut Desk<'_>,
     ) -> Option<Rect> {
-        // A picture that small is for looking, and so is the atlas.
-        let is_small = picture.width() < 260.0 || picture.height() < 330.0;
-        if is_small || desk.document.view.show.is_flat() {
+        if has_no_tools(picture, desk.document.view.show) {
             return None;
         }
         let has_controls = self.tool != Tool::Look;
         let is_narrow = picture.width() < HAS_ROOM && !has_controls;
         let shown = egui::Area::new("tools".into())
             .pivot(Align2::RIGHT_TOP)
-            .fixed_pos(picture.right_top() + vec2(-10.0, 10.0))
+            .fixed_pos(picture.right_top() + vec2(-BESIDE, 10.0))
             .show(ctx, |ui| {
                 egui::Frame::popup(ui.style()).show(ui, |ui| {
                     ui.set_width(if is_narrow { NARROW } else { WIDTH });

@@ -513,7 +513,7 @@ const AFTER: &[Parameter] = &[
         key: "picture.ground",
         name: "Ground",
         unit: "",
-        help: "Is the ground under the objects drawn, with their shadow?",
+        help: "Is the ground under the objects drawn? Their shadow lies on it, soft where they come near.",
         effect: Effect::Live,
         kind: word!(picture.ground: Drawn),
     },
