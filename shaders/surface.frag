@@ -1,5 +1,5 @@
 // surface: lights a triangle and lays the trail on it, flat or as a relief.
-// Reads   trail (four texels by hand: a texel buffer has no sampler), colors, exposure, distances; for the relief the
+// Reads   trail (four texels by hand: a texel buffer has no sampler), colors, exposure, distances, looks; for the relief the
 //         triangle's corners and pose.
 // Writes  the pixel, in linear light; the image's format encodes sRGB.
 // One invocation per pixel and triangle; edges are multisampled.
@@ -16,10 +16,13 @@ layout(set = 0, binding = 5) uniform samplerBuffer trail_texels;
 layout(set = 0, binding = 6) readonly buffer Colors { vec4 colors[]; };
 layout(set = 0, binding = 7) readonly buffer Exposure { float brightest[]; };
 layout(set = 0, binding = 10) uniform samplerBuffer distances_texels;
+layout(set = 0, binding = 11) uniform samplerBuffer looks_texels;
 
 // May there be a relief, or charts, and other objects? CPU drivers run both sides of a branch.
 layout(constant_id = 1) const bool EXTRAS = true;
 layout(constant_id = 2) const bool OTHERS = true;
+// Is it the second look, in its own colours, laid over the first by the weight at each place?
+layout(constant_id = 3) const bool LOOKS = false;
 
 #include "colormap.glsl"
 #include "texels.glsl"
@@ -129,5 +132,13 @@ void main() {
     }
     float open = open_share;
     if (OTHERS) open *= open_beside_others(texel_at(uv));
+    float weight = 1.0;
+    if (LOOKS) {
+        Taps taps = taps_at(texel_at(uv));
+        weight = between(vec4(texel_of(looks, taps.texels.x), texel_of(looks, taps.texels.y),
+            texel_of(looks, taps.texels.z), texel_of(looks, taps.texels.w)), taps.weight);
+        if (weight <= 0.0) discard;
+    }
     color = lit(value, bare, normalize(normal), n, open);
+    if (LOOKS) color.a *= weight;
 }

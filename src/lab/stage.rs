@@ -244,6 +244,8 @@ impl Stage {
             view.most_particles = PARTICLES_ON_CPU;
             view.is_plain = self.is_plain;
         }
+        let second = &self.simulation.settings().second_look;
+        view.second_colors = second.look().map(|look| look.color_map);
         let step = self.simulation.step();
         if let Exposure::Auto {
             clipped_share,

@@ -55,6 +55,8 @@ struct Pipelines {
     surface: Sides<SurfaceDraw>,
     /// The surface without relief and charts.
     plain_surface: Sides<SurfaceDraw>,
+    /// The second look, without relief and with it, laid over the surface.
+    second_looks: [Sides<SurfaceDraw>; 2],
     /// The surface from shared vertices. With several samples per pixel, the shading point may lie beside the triangle, and the
     /// shader needs the triangle's own corners to move it back.
     quick_surface: Option<Sides<QuickSurfaceDraw>>,
@@ -91,14 +93,18 @@ impl Pipelines {
             blend: Blend::Add,
             ..behind
         };
-        let surface = |extras| {
-            let constants = SurfaceConstants {
-                paths,
-                extras,
-                others,
-            };
-            Sides::new(ctx, &constants, options)
+        let constants = |extras, looks| SurfaceConstants {
+            paths,
+            extras,
+            others,
+            looks,
         };
+        let surface = |extras| Sides::new(ctx, &constants(extras, false), options);
+        let over = RasterOptions {
+            blend: Blend::Alpha,
+            ..behind
+        };
+        let second_look = |extras| Sides::new(ctx, &constants(extras, true), over);
         let quick_surface = QuickSurfaceConstants { paths, others };
         let quick_surface = || Sides::new(ctx, &quick_surface, options);
         Ok(Self {
@@ -106,6 +112,7 @@ impl Pipelines {
             foods: foods::pipeline(ctx, format, samples)?,
             samples,
             surface: surface(true)?,
+            second_looks: [second_look(false)?, second_look(true)?],
             plain_surface: surface(false)?,
             quick_surface: (samples == 1).then(quick_surface).transpose()?,
             fields: Sides::new(ctx, &FieldsConstants { paths }, options)?,
@@ -147,6 +154,9 @@ pub struct Renderer {
     charts: Buffer<u32>,
     colors: Buffer<Vec4>,
     colors_are: Option<(ColorMap, f32)>,
+    /// Those of the second look.
+    second_colors: Buffer<Vec4>,
+    second_colors_are: Option<(ColorMap, f32)>,
     /// The slots of the particles that are drawn.
     order: Buffer<u32>,
     histogram: Buffer<u32>,
@@ -250,6 +260,8 @@ impl Renderer {
             charts: Buffer::from_slice(ctx, "charts", charts)?,
             colors: Buffer::zeroed(ctx, "colors", colormap::LENGTH)?,
             colors_are: None,
+            second_colors: Buffer::zeroed(ctx, "second_colors", colormap::LENGTH)?,
+            second_colors_are: None,
             order: Buffer::zeroed(ctx, "order", most_drawn(ctx, setup.particles.len()))?,
             histogram: Buffer::zeroed(ctx, "histogram", exposure::BIN_COUNT as usize)?,
             brightest: Buffer::from_slice(ctx, "brightest", &[1.0])?,
@@ -362,6 +374,9 @@ impl Renderer {
         if let Some(food) = &state.food {
             read.push(&food.meals);
         }
+        if let Some(looks) = &state.looks {
+            read.extend([&**looks as &dyn AnyBuffer, &self.second_colors]);
+        }
         read
     }
 
@@ -413,7 +428,10 @@ impl Renderer {
             }
             match field {
                 Some(field) => self.draw_fields(pass, &shot, field),
-                None => self.draw_surface(pass, &shot),
+                None => {
+                    self.draw_surface(pass, &shot);
+                    self.draw_second_look(pass, &shot);
+                }
             }
             // Painted areas and food are shown in every view of the surface.
             self.draw_painted(pass, &shot);
@@ -471,6 +489,11 @@ impl Renderer {
         if self.colors_are != Some(colors) {
             self.colors_are = Some(colors);
             rec.update(&self.colors, 0, &view.color_map.table(view.darkest));
+        }
+        let second = view.second_colors.map(|map| (map, view.darkest));
+        if let Some((map, darkest)) = second.filter(|_| self.second_colors_are != second) {
+            self.second_colors_are = second;
+            rec.update(&self.second_colors, 0, &map.table(darkest));
         }
         match view.exposure {
             Exposure::Fixed(brightest) => {

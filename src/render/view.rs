@@ -43,6 +43,8 @@ pub struct View {
     pub show: Show,
     /// Colours of the trail.
     pub color_map: ColorMap,
+    /// Colours of the trail where there is a second look; none take those of the first.
+    pub second_colors: Option<ColorMap>,
     /// The exposure of the trail.
     pub exposure: Exposure,
     /// Share of the brightest trail up to which everything has the darkest colour, 0 to below 1.
@@ -149,6 +151,7 @@ impl View {
             camera,
             show: Show::default(),
             color_map: ColorMap::default(),
+            second_colors: (scene.settings.second_look.look()).map(|look| look.color_map),
             exposure: Exposure::default(),
             darkest: 0.0,
             particle_size: 1.0,

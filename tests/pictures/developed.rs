@@ -35,7 +35,10 @@ fn bright_trail_shines_beyond_the_edge_of_its_object() {
     });
     // Above the sphere, where it does not reach.
     let [without, half, whole] = pictures.each_ref().map(|picture| row(picture, 22));
-    assert!(half > 1.2 * without + 2.0 && whole > half + 1.0, "{without}, {half}, {whole}");
+    assert!(
+        half > 1.2 * without + 2.0 && whole > half + 1.0,
+        "{without}, {half}, {whole}"
+    );
     // Dark trail does not bloom.
     stage.set_trail(&gpu.ctx, |_| 0.0);
     let dark = stage.picture(&gpu);
@@ -91,9 +94,17 @@ fn light_that_is_not_a_number_is_counted_and_not_shown() {
 fn quick_pictures_look_like_smooth_ones() {
     let Some(gpu) = gpu() else { return };
     let size = [320, 200];
-    let mut stage = Stage::new(&gpu, "builtin:torus", |settings| settings.camera.elevation = 35.0);
-    (stage.view.bloom, stage.view.wetness, stage.view.shows_ground) = (1.0, 0.7, true);
-    stage.set_trail(&gpu.ctx, |p| (0.5 + 0.5 * (9.0 * p.x).sin() * (9.0 * p.z).cos()).powi(4));
+    let mut stage = Stage::new(&gpu, "builtin:torus", |settings| {
+        settings.camera.elevation = 35.0
+    });
+    (
+        stage.view.bloom,
+        stage.view.wetness,
+        stage.view.shows_ground,
+    ) = (1.0, 0.7, true);
+    stage.set_trail(&gpu.ctx, |p| {
+        (0.5 + 0.5 * (9.0 * p.x).sin() * (9.0 * p.z).cos()).powi(4)
+    });
     let of = Vec2::new(size[0] as f32, size[1] as f32);
     stage.view.camera = myxo::render::View::of(&stage.scene, of).camera;
     let [quick, smooth] = [Quality::Quick, Quality::Smooth].map(|quality| {
@@ -111,7 +122,11 @@ fn quick_pictures_look_like_smooth_ones() {
     stage.canvas = Offscreen::with_quality(&gpu.ctx, size, Quality::Quick).unwrap();
     stage.view.is_plain = true;
     let plain = stage.picture(&gpu);
-    assert!(difference(&plain, &smooth) > 1.2 * apart, "{}", difference(&plain, &smooth));
+    assert!(
+        difference(&plain, &smooth) > 1.2 * apart,
+        "{}",
+        difference(&plain, &smooth)
+    );
     gpu.finish();
 }
 
@@ -133,7 +148,10 @@ fn objects_cast_a_shadow_on_the_ground() {
     let below = (60..118).map(|y| lit(&with, 80, y) - lit(&without, 80, y));
     assert!(below.fold(0.0, f32::min) < -12.0, "a shadow");
     let beside = [with.clone(), without.clone()].map(|picture| lit(&picture, 30, 108));
-    assert!(beside[0] > beside[1] + 8.0, "light on the ground: {beside:?}");
+    assert!(
+        beside[0] > beside[1] + 8.0,
+        "light on the ground: {beside:?}"
+    );
     // Hidden objects cast none.
     stage.view.shows_ground = true;
     stage.renderer.hide(&[true]);

@@ -205,10 +205,7 @@ fn a_bright_sphere_hides_all_of_the_background() {
         let Rgba([red, green, blue, alpha]) = *pixel;
         assert_eq!(alpha, 255);
         if from_middle < radius - 2.0 {
-            assert!(
-                green > 90,
-                "({x}, {y}) is ({red}, {green}, {blue})"
-            );
+            assert!(green > 90, "({x}, {y}) is ({red}, {green}, {blue})");
         } else if from_middle > 1.12 * radius {
             assert!(
                 green < 12 && red > 60 && red.abs_diff(blue) < 3,

@@ -2,8 +2,8 @@
 
 use egui::{Align2, Rect, RichText, Slider, Ui, vec2};
 use myxo::mesh::builtin::BUILTINS;
-use myxo::scene::settings::Show;
 use myxo::scene::settings::SECOND_LOOKS;
+use myxo::scene::settings::Show;
 
 use crate::lab::actions::{Action, PICK_FIRST};
 use crate::lab::command::{Command, ToolRequest};

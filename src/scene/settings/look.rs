@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use serde::Serialize;
 
-use super::{PhysarumSettings, Settings, TrailSettings};
+use super::{ColorMap, PhysarumSettings, Settings, TrailSettings};
 use crate::scene::builtin::preset;
 use crate::scene::file::Reader;
 
@@ -41,6 +41,8 @@ pub struct SecondLook {
     pub physarum: PhysarumSettings,
     /// Its trail.
     pub trail: TrailSettings,
+    /// Its colours.
+    pub color_map: ColorMap,
 }
 
 impl SecondLookSettings {
@@ -69,9 +71,16 @@ fn read(name: &str) -> Option<SecondLook> {
     let mut reader = Reader::new(Settings::default());
     reader.preset("", preset(name)?.text);
     let Settings {
-        physarum, trail, ..
+        physarum,
+        trail,
+        picture,
+        ..
     } = reader.finish().ok()?;
-    Some(SecondLook { physarum, trail })
+    Some(SecondLook {
+        physarum,
+        trail,
+        color_map: picture.color_map,
+    })
 }
 
 #[cfg(test)]
@@ -96,5 +105,6 @@ mod tests {
             ..SecondLookSettings::default()
         };
         assert_ne!(cells.look().unwrap().physarum, PhysarumSettings::default());
+        assert_eq!(cells.look().unwrap().color_map, ColorMap::Viridis);
     }
 }
