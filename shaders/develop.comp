@@ -97,8 +97,9 @@ void main() {
         ivec4 least = min(min(min(above, below), min(to_left, to_right)), own);
         for (uint x = 0u; x < 4u; x++) {
             int step = most[x] - least[x];
-            bool is_inside = 4u * column + x < last;
-            if (is_inside && step >= LEAST_STEP && 16 * step >= LEAST_SHARE * most[x]) {
+            // What lies to the right of the last pixel is not of the picture.
+            bool has_right = 4u * column + x < last;
+            if (has_right && step >= LEAST_STEP && 16 * step >= LEAST_SHARE * most[x]) {
                 edges[appended(params.in_group)] = 4u * i + x;
             }
         }

@@ -204,6 +204,9 @@ impl Render {
     /// Runs the steps and takes the pictures; returns whether all steps were run.
     fn film(&self, session: &mut Session, outputs: &mut Outputs, size: [u32; 2]) -> Result<bool> {
         let mut camera = Photographer::new(session, size, outputs.want_every_frame(), self.split)?;
+        if let Some(warning) = camera.offscreen.canvas().warning() {
+            console::message(&warning);
+        }
         camera.view.is_transparent = self.transparent;
         if self.turns != 0.0 && session.scene.settings.camera.distance <= 0.0 {
             camera.stand_back(&session.scene);
@@ -230,6 +233,12 @@ impl Render {
             }
         }
         let picture = camera.take(session)?;
+        let flaws = session.ctx.download(camera.renderer.flaws())?[0];
+        if flaws > 0 {
+            console::message(&format!(
+                "{flaws} pixels are black, because their light was not a number: the trail has values that are none, or without end"
+            ));
+        }
         outputs.last_frame(&picture, filmed == Some(done), &session.progress);
         Ok(done == self.steps)
     }
@@ -325,7 +334,7 @@ impl Photographer {
         let mut picture = if self.lens > 0.0 && !view.show.is_flat() {
             self.through_lens(session, view)?
         } else {
-            self.draw(session, view)?;
+            self.draw(session, view, true)?;
             self.offscreen.image()
         };
         self.taken += 1;
@@ -352,9 +361,10 @@ impl Photographer {
             (view.camera.eye() - hit.position).dot(view.camera.backward())
         });
         let mut mean = Mean::new(size);
-        for camera in lens::cameras(&view.camera, self.lens, focus) {
+        for (i, camera) in (0..).zip(lens::cameras(&view.camera, self.lens, focus)) {
             view.camera = camera;
-            self.draw(session, view)?;
+            // The texture beside it has no depth.
+            self.draw(session, view, i == 0)?;
             mean.add(&self.offscreen.image());
             if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
                 *adaptation = 0.0;
@@ -363,19 +373,20 @@ impl Photographer {
         Ok(mean.picture())
     }
 
-    /// Draws a picture, and the texture beside it, and waits for them.
-    fn draw(&mut self, session: &mut Session, view: View) -> Result<()> {
+    /// Draws a picture, and the texture beside it if `with_beside`, and waits for them.
+    fn draw(&mut self, session: &mut Session, view: View, with_beside: bool) -> Result<()> {
         let mut rec = session.frames.begin()?;
         let atlas = View {
             show: Show::Atlas,
             ..view
         };
         let mut pictures = vec![(view, self.offscreen.canvas())];
-        pictures.extend(self.beside.iter().map(|beside| (atlas, beside.canvas())));
+        let beside = self.beside.as_ref().filter(|_| with_beside);
+        pictures.extend(beside.map(|beside| (atlas, beside.canvas())));
         self.renderer
             .draw_beside(&mut rec, session.simulation.state(), &pictures);
         self.offscreen.record_readback(&mut rec);
-        if let Some(beside) = &self.beside {
+        if let Some(beside) = beside {
             beside.record_readback(&mut rec);
         }
         session.frames.submit(rec)?;

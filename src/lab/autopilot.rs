@@ -9,6 +9,8 @@ const HOLDS: f64 = 10.0;
 const TURNS: f32 = 1.0 / 90.0;
 /// A frame that took longer than this many seconds is no reason to jump.
 const LONGEST: f64 = 0.2;
+/// The time at which it begins becomes a number below this, which leads to a first look.
+const PRIME: u64 = 1_000_003;
 /// A pointer that moves less far does not end it, points: tables shake.
 const SHAKES: f32 = 8.0;
 
@@ -52,7 +54,7 @@ impl Autopilot {
             last: now,
             next: now,
             pointer: None,
-            looks: now.to_bits(),
+            looks: now.to_bits() % PRIME,
         });
     }
 
@@ -67,11 +69,13 @@ impl Autopilot {
         let is_users = |event: &Event| {
             matches!(
                 event,
-                Event::Key { pressed: true, .. }
-                    | Event::PointerButton { pressed: true, .. }
+                Event::Key {
+                    pressed: true,
+                    repeat: false,
+                    ..
+                } | Event::PointerButton { pressed: true, .. }
                     | Event::MouseWheel { .. }
                     | Event::Touch { .. }
-                    | Event::Text(_)
                     | Event::Paste(_)
                     | Event::Copy
             )
@@ -79,6 +83,11 @@ impl Autopilot {
         if !moved && !events.iter().any(is_users) {
             return None;
         }
+        self.drift.take().map(|drift| drift.was_alone)
+    }
+
+    /// Ends, and says whether the picture was alone before; none where it is off.
+    pub fn end(&mut self) -> Option<bool> {
         self.drift.take().map(|drift| drift.was_alone)
     }
 
@@ -144,8 +153,27 @@ mod tests {
         assert_eq!(pilot.end_by(&[], Some(pos2(30.0, 10.0))), Some(true));
         assert!(!pilot.is_on());
         pilot.begin(2.0, false);
-        let text = Event::Text("x".to_owned());
-        assert_eq!(pilot.end_by(&[text], None), Some(false));
+        let key = |repeat| Event::Key {
+            key: egui::Key::A,
+            physical_key: None,
+            pressed: true,
+            repeat,
+            modifiers: egui::Modifiers::NONE,
+        };
+        assert_eq!(pilot.end_by(&[key(true)], None), None, "the key is held");
+        assert_eq!(pilot.end_by(&[key(false)], None), Some(false));
+        // From any beginning all looks come.
+        for begun in [0.1_f64, 12.3, 4321.7] {
+            let (mut present, mut seen) = (Some(0), std::collections::HashSet::new());
+            pilot.begin(begun, true);
+            for turn in 0..80 {
+                let now = begun + 20.0 * f64::from(turn);
+                let look = pilot.advance(now).and_then(|drifted| drifted.look);
+                present = another(7, present, look.expect("it is due"));
+                seen.insert(present);
+            }
+            assert_eq!(seen.len(), 7, "{begun}: {seen:?}");
+        }
     }
 
     /// Would catch: the same look twice, and a list of one or of none.

@@ -117,6 +117,7 @@ impl Clocks {
         self.facts.flow = stage.flow;
         self.facts.flaws = stage.flaws;
         self.facts.is_plain = stage.is_plain;
+        self.facts.undeveloped = stage.undeveloped();
         if let Some(spans) = frames.timings().frames().last() {
             self.facts.times.history.push(spans);
             // Of frames without steps only the newest is kept, so the mean runs along.

@@ -109,6 +109,8 @@ pub struct Facts {
     pub brightest: Option<f32>,
     /// Pixels whose light was not a number.
     pub flaws: u32,
+    /// Why pictures of this size have no bloom, if they have none.
+    pub undeveloped: Option<String>,
     /// Are pictures drawn plainly, because the device is slow?
     pub is_plain: bool,
     /// Transfers between objects.

@@ -208,9 +208,9 @@ impl Interface {
         // A press that closes a list does nothing else.
         self.tools.is_covered = self.opening.is_open() || egui::Popup::is_any_open(&ctx);
         // A dialog has the keyboard to itself.
+        let has_ended = self.end_autopilot(&ctx);
         if !self.opening.is_open() {
             self.navigation.keep_keys(&ctx);
-            let has_ended = self.end_autopilot(&ctx);
             // A key that ends it does no more.
             let ends =
                 |action: &Action| has_ended && matches!(action, Action::Autopilot | Action::Back);
@@ -350,6 +350,9 @@ impl Interface {
 
     /// The axes were dragged or clicked, beside a picture of this size.
     fn turn(&mut self, turned: Turned, size: Vec2) {
+        if turned.drag != Vec2::ZERO {
+            self.navigation.stop(&mut self.document.view);
+        }
         let camera = &mut self.document.view.camera;
         if turned.drag != Vec2::ZERO {
             camera.orbit(turned.drag, size);
@@ -447,6 +450,8 @@ impl Interface {
             Action::Redo => self.redo(commands),
             Action::Panel => desk.layout.panel = !desk.layout.panel,
             Action::PictureAlone => self.show_alone(ctx),
+            // While it is on, its key is held.
+            Action::Autopilot if self.autopilot.is_on() => {}
             Action::Autopilot => self.begin_autopilot(ctx),
             Action::FullScreen => desk.commands.push(Command::FullScreen),
             Action::Theme => desk.layout.set_light(ctx, !desk.layout.light),
@@ -525,7 +530,10 @@ impl Interface {
     /// Any input ends the autopilot. Returns true if it has.
     fn end_autopilot(&mut self, ctx: &egui::Context) -> bool {
         let pilot = &mut self.autopilot;
-        let ended = ctx.input(|i| pilot.end_by(&i.events, i.pointer.latest_pos()));
+        let by_input = ctx.input(|i| pilot.end_by(&i.events, i.pointer.latest_pos()));
+        // A file that was dropped opens a dialog.
+        let by_dialog = self.opening.is_open().then(|| pilot.end()).flatten();
+        let ended = by_input.or(by_dialog);
         if ended == Some(false) && self.layout.alone {
             self.show_alone(ctx);
         }

@@ -164,7 +164,7 @@ impl Navigation {
     }
 
     /// Everything that goes on by itself stops where the picture shows it.
-    fn stop(&mut self, view: &mut View) {
+    pub fn stop(&mut self, view: &mut View) {
         view.camera = self.shown(&view.camera);
         self.easing = None;
         self.spin.stop();

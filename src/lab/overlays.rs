@@ -103,6 +103,9 @@ pub(super) fn status_line(ui: &mut Ui, document: &Document, facts: &Facts) {
                     format!("{} triangles", with_commas(facts.triangles as f64)),
                 );
                 fact(ui, format!("{} texels", with_commas(facts.texels as f64)));
+                if let Some(why) = &facts.undeveloped {
+                    fact(ui, "no bloom".to_owned()).on_hover_text(why);
+                }
                 if facts.is_plain {
                     let hint = "Pictures take long on this device: while something moves they have no bloom, and edges are jagged. A smaller window helps.";
                     fact(ui, "plain pictures".to_owned()).on_hover_text(hint);

@@ -115,6 +115,8 @@ pub struct Stage {
     pub flaws: u32,
     /// Are pictures drawn plainly while something moves, because they take long?
     pub is_plain: bool,
+    /// How long a full picture took when plain ones began, ms.
+    full_ms: f64,
 }
 
 impl Stage {
@@ -166,6 +168,7 @@ impl Stage {
             flaw_counter: Readback::new(ctx, "flaws", 1, COUNTERS_UNDER_WAY)?,
             flaws: 0,
             is_plain: false,
+            full_ms: 0.0,
         })
     }
 
@@ -242,8 +245,8 @@ impl Stage {
         };
         if is_quick {
             view.most_particles = PARTICLES_ON_CPU;
-            view.is_plain = self.is_plain;
         }
+        view.is_plain = is_moving && self.is_plain;
         let second = &self.simulation.settings().second_look;
         view.second_colors = second.look().map(|look| look.color_map);
         let step = self.simulation.step();
@@ -329,14 +332,25 @@ impl Stage {
         }
     }
 
+    /// Why pictures have no bloom, if they have none.
+    pub fn undeveloped(&self) -> Option<String> {
+        let (_, canvas) = self.shown.picture.as_ref()?;
+        canvas.warning()
+    }
+
     /// Pictures take so long now, in milliseconds: on a slow device their quality falls before their rate does.
     pub fn follow_times(&mut self, draw_ms: Option<f64>) {
-        let limit = if self.is_plain {
-            FULL_BELOW
-        } else {
-            PLAIN_ABOVE
+        let Some(ms) = draw_ms else {
+            return;
         };
-        self.is_plain = draw_ms.is_some_and(|ms| ms > limit);
+        if !self.is_plain && ms > PLAIN_ABOVE {
+            (self.is_plain, self.full_ms) = (true, ms);
+        }
+        // Where full pictures took far too long, plain ones have to be quick: it does not go back and forth.
+        let beyond = (self.full_ms - PLAIN_ABOVE).max(0.0);
+        if self.is_plain && ms + beyond < FULL_BELOW {
+            self.is_plain = false;
+        }
     }
 
     /// The contents of the canvas have changed between steps.

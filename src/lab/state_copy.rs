@@ -26,8 +26,12 @@ impl StateCopy {
 
     /// Brings a stage of the same scene back to this state. Food is what it was if the settings of food are.
     pub fn put(&self, stage: &mut Stage) -> Result<()> {
+        let before = stage.simulation.settings().clone();
         stage.simulation.apply(&self.settings)?;
-        stage.simulation.restore(&self.snapshot)?;
+        if let Err(error) = stage.simulation.restore(&self.snapshot) {
+            stage.simulation.apply(&before)?;
+            return Err(error);
+        }
         stage.forget_picture();
         Ok(())
     }
@@ -52,9 +56,10 @@ impl StateCopy {
     }
 }
 
-/// The size of a copy of a state on the host: particles with their states, and trail, deposits and areas.
+/// The size of a copy of a state on the host: particles with their states, and trail, deposits, areas and the second
+/// look.
 pub fn bytes_of(particles: usize, texels: usize) -> u64 {
     let particle = size_of::<Particle>() + size_of::<Motion>();
-    let texel = 3 * size_of::<f32>();
+    let texel = 4 * size_of::<f32>();
     (particles * particle + texels * texel) as u64
 }

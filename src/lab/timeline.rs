@@ -40,9 +40,12 @@ impl Timeline {
     /// Is it time to keep a state of so many bytes at this step?
     pub fn is_due(&self, now: Instant, step: u64, bytes: u64) -> bool {
         let last = self.states.last().map(|last| &last.facts);
+        // If the user has kept so many that there is no place, none is kept by itself.
+        let is_full =
+            self.states.len() >= MOST && self.states.iter().all(|kept| kept.facts.by_user);
         let is_new = last.is_none_or(|last| last.step != step && now >= last.since + INTERVAL);
         let has_failed = self.failed.is_some_and(|failed| now < failed + INTERVAL);
-        is_new && !has_failed && step >= GROWN_AT && 4 * bytes <= MOST_BYTES
+        is_new && !is_full && !has_failed && step >= GROWN_AT && 4 * bytes <= MOST_BYTES
     }
 
     /// A state could not be kept; the next one has its turn later.
@@ -86,6 +89,15 @@ impl Timeline {
         found.cloned()
     }
 
+    /// A state that may have gone comes back to its place; undo has its number.
+    pub fn keep_again(&mut self, kept: &Arc<KeptState>) {
+        if self.find(kept.facts.number).is_none() {
+            let number = kept.facts.number;
+            let place = (self.states).partition_point(|other| other.facts.number < number);
+            self.states.insert(place, Arc::clone(kept));
+        }
+    }
+
     /// What the interface shows of them.
     pub fn facts(&self) -> Vec<KeptFacts> {
         self.states.iter().map(|kept| kept.facts.clone()).collect()
@@ -113,9 +125,12 @@ impl Timeline {
                 let age = now.saturating_duration_since(at(i)).as_secs_f64();
                 gap / age.max(1e-3)
             };
-            let free = (1..last).filter(|i| !self.states[*i].facts.by_user);
+            let is_free = |i: &usize| !self.states[*i].facts.by_user;
+            let free = (1..last).filter(is_free);
             let least = free.min_by(|a, b| missed(a).total_cmp(&missed(b)));
-            self.states.remove(least.unwrap_or(0));
+            // Then the first one goes that the user has not kept, and only then those of the user.
+            let first = || (0..=last).find(is_free);
+            self.states.remove(least.or_else(first).unwrap_or(0));
         }
     }
 }

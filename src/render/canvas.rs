@@ -45,7 +45,7 @@ impl Canvas {
         };
         let darkroom = match Darkroom::new(ctx, size, format, samples == 1) {
             Ok(darkroom) => Some(darkroom),
-            Err(GpuError::Unsupported { .. }) => None,
+            Err(GpuError::Unsupported { .. } | GpuError::TooLarge { .. }) => None,
             Err(error) => return Err(error),
         };
         Ok(Self {
@@ -76,10 +76,13 @@ impl Canvas {
         self.resolved.as_ref().unwrap_or(&self.color)
     }
 
-    /// Can pictures of this size bloom on the device?
+    /// A remark if pictures of this size are not developed, because the device has no buffers of so many pixels.
     #[must_use]
-    pub fn is_developed(&self) -> bool {
-        self.darkroom.is_some()
+    pub fn warning(&self) -> Option<String> {
+        let [width, height] = self.size();
+        self.darkroom.is_none().then(|| {
+            format!("pictures of {width} x {height} have no bloom on this device: it has no buffers of so many pixels")
+        })
     }
 }
 

@@ -313,7 +313,7 @@ pub struct PictureSettings {
     pub light_elevation: f32,
     /// The strength of ambient occlusion, 0 to 1.
     pub occlusion: f32,
-    /// How strongly bright trail shines beyond its edges, 0 to 2.
+    /// How strongly bright trail shines beyond its edges, 0 to 4.
     pub bloom: f32,
     /// How wet the surface is, 0 to 1.
     pub wetness: f32,

@@ -1,11 +1,13 @@
 //! Bloom, the film curve, the ground, smooth edges of quick pictures.
 
-use crate::common::gpu;
+use crate::common::{gpu, gpu_within};
 use crate::pictures::{Stage, brightness};
 use glam::Vec2;
 use image::RgbaImage;
+use myxo::gpu::Limits;
 use myxo::render::{Offscreen, Quality};
-use myxo::scene::settings::Show;
+use myxo::scene::settings::{ColorMap, Show};
+use myxo::sim::paint::{Brush, Dab};
 
 /// The mean brightness of a row's pixels.
 fn row(picture: &RgbaImage, y: u32) -> f32 {
@@ -83,7 +85,7 @@ fn light_that_is_not_a_number_is_counted_and_not_shown() {
         }
         assert!(difference(&picture, &sound) < 0.05);
         let now = flaws(&stage);
-        assert!(wrong.is_infinite() || now > last + 20, "{now}");
+        assert!(now > last + 20, "{wrong}: {now} after {last}");
         last = now;
     }
     gpu.finish();
@@ -180,5 +182,87 @@ fn brighter_trail_is_never_darker_and_turns_white() {
     }
     let whiteness = |[r, _, b, _]: [u8; 4]| f32::from(b) / f32::from(r);
     assert!(whiteness(colors[6]) > whiteness(colors[3]), "{colors:?}");
+    gpu.finish();
+}
+
+/// Would catch: a second look without its colours, over all of the surface, or in a scene that has none.
+#[test]
+fn the_second_look_has_its_own_colours_where_it_is() {
+    let Some(gpu) = gpu() else { return };
+    let mut stage = Stage::new(&gpu, "builtin:icosphere", |settings| {
+        settings.picture.show = Show::Glow;
+        settings.picture.color_map = ColorMap::Ice;
+        "spots".clone_into(&mut settings.second_look.preset);
+    });
+    stage.set_trail(&gpu.ctx, |_| 0.4);
+    let before = stage.picture(&gpu);
+    // A dab on the right half of what is seen.
+    let hit = stage.hit(Vec2::new(105.0, 58.0));
+    let dab = Dab {
+        brush: Brush::Look { amount: 1.0 },
+        center: hit.position,
+        radius: 0.3 * stage.scene.radius,
+        eye: None,
+        ring: None,
+        number: 0,
+    };
+    gpu.run(|rec| {
+        stage.simulation.paint(rec, &dab).unwrap();
+    });
+    let after = stage.picture(&gpu);
+    let green = |picture: &RgbaImage, x: u32| {
+        let [r, g, b, _] = picture.get_pixel(x, 58).0;
+        i32::from(g) - i32::from(r.max(b))
+    };
+    assert!(
+        green(&before, 105) < 0 && green(&after, 105) > 5,
+        "moss, not ice"
+    );
+    assert_eq!(
+        before.get_pixel(60, 58),
+        after.get_pixel(60, 58),
+        "ice as it was"
+    );
+    gpu.finish();
+}
+
+/// Would catch: a device without buffers for so many pixels that draws nothing, and one that does not say so.
+#[test]
+fn a_device_without_room_draws_without_bloom_and_says_so() {
+    let limits = Limits {
+        texel_buffer_elements: 20_000,
+        storage_buffer_range: 1 << 27,
+    };
+    let Some(gpu) = gpu_within(Some(limits)) else {
+        return;
+    };
+    let mut stage = Stage::new(&gpu, "builtin:plane", |settings| settings.atlas.size = 64);
+    stage.view.bloom = 1.0;
+    stage.set_trail(&gpu.ctx, |_| 0.5);
+    let large = Offscreen::new(&gpu.ctx, [400, 300]).unwrap();
+    let small = std::mem::replace(&mut stage.canvas, large);
+    assert_eq!(small.canvas().warning(), None);
+    let warning = stage.canvas.canvas().warning().expect("120,000 pixels");
+    assert!(warning.contains("400 x 300"), "{warning}");
+    let picture = stage.picture(&gpu);
+    let brightest = picture.pixels().map(brightness).fold(0.0, f32::max);
+    assert!(brightest > 100.0, "{brightest}");
+    gpu.finish();
+}
+
+/// Would catch: pictures of one pixel, or of one row, that fail.
+#[test]
+fn the_smallest_pictures_are_drawn() {
+    let Some(gpu) = gpu() else { return };
+    let mut stage = Stage::new(&gpu, "builtin:icosphere", |_| {});
+    stage.view.bloom = 1.0;
+    for size in [[1, 1], [1, 9], [6, 1]] {
+        for quality in [Quality::Quick, Quality::Smooth] {
+            stage.canvas = Offscreen::with_quality(&gpu.ctx, size, quality).unwrap();
+            let picture = stage.picture(&gpu);
+            assert_eq!(picture.dimensions(), size.into());
+            assert!(picture.pixels().all(|pixel| pixel.0[3] == 255));
+        }
+    }
     gpu.finish();
 }

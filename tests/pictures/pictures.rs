@@ -68,7 +68,7 @@ impl Stage {
     }
 
     /// The surface point that a pixel shows.
-    fn hit(&self, pixel: Vec2) -> pick::Hit {
+    pub fn hit(&self, pixel: Vec2) -> pick::Hit {
         let ray = self.view.camera.ray(pixel, size());
         let poses = self.scene.world_from_object();
         pick::pick(&self.setup().surface, &poses, &ray).expect("an object is there")

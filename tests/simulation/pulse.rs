@@ -185,7 +185,7 @@ fn run_on(gpu: &Gpu, simulation: &mut Simulation, steps: u32) -> u64 {
 
 /// A checkpoint with a live pulse goes on to the same hash, also in a simulation that had none; without the pulse it does not.
 ///
-/// Would catch: pulses that a checkpoint loses or that begin anew, and a resumed simulation without kernels for them.
+/// Would catch: pulses that a checkpoint loses or that begin again, and a resumed simulation without kernels for them.
 #[test]
 fn a_live_pulse_is_kept() {
     let Some(gpu) = gpu() else { return };

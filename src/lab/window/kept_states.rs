@@ -5,7 +5,7 @@ use myxo::Result;
 
 use crate::lab::lost::is_loss;
 use crate::lab::state_copy::StateCopy;
-use crate::lab::timeline::Timeline;
+use crate::lab::timeline::{KeptState, Timeline};
 use crate::lab::window::Lab;
 use crate::room;
 
@@ -96,9 +96,12 @@ impl Lab {
             // There is no way back to it, then.
             Err(_) => None,
         };
-        if !self.put_state(number)? {
+        if !self.put_state(&kept)? {
             return Ok(());
         }
+        // Keeping the present state may have taken its place.
+        self.timeline.keep_again(&kept);
+        self.clocks.facts.kept = self.timeline.facts();
         let document = &mut self.interface.document;
         document.edited.clone_from(&kept.copy.settings);
         document.view.color_map = kept.colors;
@@ -113,22 +116,22 @@ impl Lab {
 
     /// Undo or redo has led to a kept state. The settings follow.
     pub(super) fn return_to_state(&mut self, number: u64) -> Result<()> {
-        if self.timeline.find(number).is_none() {
+        let Some(kept) = self.timeline.find(number) else {
             let text = "That state is no longer kept: the settings alone are back";
             self.notify(text, false);
             return Ok(());
-        }
-        self.put_state(number)?;
+        };
+        self.put_state(&kept)?;
         Ok(())
     }
 
     /// Lets the scene continue from a kept state; false if it cannot, which a notice says.
-    fn put_state(&mut self, number: u64) -> Result<bool> {
+    fn put_state(&mut self, kept: &KeptState) -> Result<bool> {
         self.paint_now()?;
-        let (Some(kept), Some(stage)) = (self.timeline.find(number), &mut self.runner.stage) else {
+        let Some(stage) = &mut self.runner.stage else {
             return Ok(false);
         };
-        let areas = stage.simulation.areas()?;
+        let painted = (stage.simulation.areas()?, stage.simulation.looks()?);
         if let Err(error) = kept.copy.put(stage) {
             self.report_unless_lost("The scene cannot go back to it", error)?;
             return Ok(false);
@@ -139,8 +142,9 @@ impl Lab {
         if let Some(checks) = &mut self.runner.checks {
             checks.restart();
         }
-        if areas != kept.copy.snapshot.bias {
-            // Strokes are differences of areas that are no longer there.
+        let snapshot = &kept.copy.snapshot;
+        if (&painted.0, &painted.1) != (&snapshot.bias, &snapshot.looks) {
+            // Strokes are differences of areas and looks that are no longer there.
             self.forget_strokes();
         }
         self.moved = self.host.now();

@@ -76,7 +76,8 @@ impl Lighting {
                 relief: 0.03,
                 ..Self::USUAL
             },
-            show if show.is_flat() || Field::of(show).is_some() => Self {
+            // Colours that mean something must stay as they are.
+            show if show.is_flat() || show == Show::Headings || Field::of(show).is_some() => Self {
                 bloom: None,
                 ..Self::USUAL
             },
