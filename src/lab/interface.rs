@@ -34,7 +34,6 @@ use crate::lab::renewal::place_among;
 use crate::lab::rows::take_wanted;
 use crate::lab::strip::{Strip, show_folded};
 use crate::lab::theme;
-use crate::lab::tools::bar::room_of_tools;
 use crate::lab::tools::{Tool, Tools};
 use crate::lab::views::{choose_view, note_view};
 use crate::lab::widgets::{take_pointed, take_refused};
@@ -259,7 +258,7 @@ impl Interface {
         let size = Vec2::new(picture.width(), picture.height());
         let right = match self.layout.alone {
             true => 0.0,
-            false => room_of_tools(picture, self.document.view.show),
+            false => Tools::room_of_bar(picture, self.document.view.show),
         };
         let room = Room { size, right };
         self.keep_in_picture(room);

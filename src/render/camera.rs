@@ -151,6 +151,14 @@ impl Camera {
         let extent = half * free / size / POINT_MARGIN;
         let (high, low) = (middle + extent, middle - extent);
         let (right, up, backward) = (self.right(), self.up(), self.backward());
+        let points: Vec<Vec3> = points.into_iter().collect();
+        // The target gets to the middle of them in depth, so that distances from it are positive.
+        let depths = points
+            .iter()
+            .map(|point| (point - self.target).dot(backward));
+        let none = (f32::INFINITY, f32::NEG_INFINITY);
+        let (near, far) = depths.fold(none, |(low, high), z| (low.min(z), high.max(z)));
+        let middle_z = 0.5 * (near + far);
         // A point at (x, y, z) from the target is in the free part of a camera that is moved by `a` and stands `d` away if its slope
         // (x - a) / (d - z) is from `low` to `high`: if a is at least the greatest x + high z, less high d, and at most the least
         // x + low z, less low d.
@@ -158,13 +166,13 @@ impl Camera {
         let (most, least) = points.into_iter().fold(none, |(most, least), point| {
             let from_target = point - self.target;
             let place = Vec2::new(from_target.dot(right), from_target.dot(up));
-            let z = from_target.dot(backward);
+            let z = from_target.dot(backward) - middle_z;
             (most.max(place + high * z), least.min(place + low * z))
         });
         let distance = ((most - least) / (high - low)).max_element();
         if distance > 0.0 && distance.is_finite() {
             let moved = 0.5 * ((most - high * distance) + (least - low * distance));
-            self.target += moved.x * right + moved.y * up;
+            self.target += moved.x * right + moved.y * up + middle_z * backward;
             self.distance = distance;
         }
     }

@@ -32,16 +32,16 @@ fn has_no_tools(picture: Rect, show: Show) -> bool {
     picture.width() < 260.0 || picture.height() < 330.0 || show.is_flat()
 }
 
-/// What the bar covers at the right side of a picture, with no brush in use, points.
-pub(in super::super) fn room_of_tools(picture: Rect, show: Show) -> f32 {
-    match has_no_tools(picture, show) {
-        true => 0.0,
-        false if picture.width() < HAS_ROOM => NARROW + 2.0 * MARGIN + BESIDE,
-        false => WIDTH + 2.0 * MARGIN + BESIDE,
-    }
-}
-
 impl Tools {
+    /// What the bar covers at the right side of a picture, with no brush in use, points.
+    pub fn room_of_bar(picture: Rect, show: Show) -> f32 {
+        match has_no_tools(picture, show) {
+            true => 0.0,
+            false if picture.width() < HAS_ROOM => NARROW + 2.0 * MARGIN + BESIDE,
+            false => WIDTH + 2.0 * MARGIN + BESIDE,
+        }
+    }
+
     /// Shows the bar at the right side of the picture, and gives where it is; none in a picture that is small, or flat.
     pub(in super::super) fn show_tools(
         &mut self,

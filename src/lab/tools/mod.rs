@@ -3,7 +3,7 @@
 //! The interface has the tool, the pointer and what lies under it as the window reported it; work that needs the simulation
 //! goes out as [`Work`], which `work.rs` does.
 
-pub mod bar;
+mod bar;
 pub mod food;
 mod gizmo;
 mod grips;
