@@ -20,14 +20,14 @@ layout(push_constant) uniform Params {
     float middle_z;
 } params;
 
-layout(set = 0, binding = 0) uniform samplerBuffer shadow;
+layout(std430, set = 0, binding = 0) readonly buffer Shadow { float shadow[]; };
 
 layout(location = 0) in vec2 place;
 
 layout(location = 0) out vec4 color;
 
 float shadow_of(uint x, uint y) {
-    return texelFetch(shadow, int(y * SIDE + x)).x;
+    return shadow[y * SIDE + x];
 }
 
 float shadow_at(vec2 place_in_square) {

@@ -142,6 +142,10 @@ impl Camera {
         size: Vec2,
         margins: [f32; 4],
     ) {
+        // A window that is hidden has no picture.
+        if size.min_element() <= 0.0 {
+            return;
+        }
         let half = (0.5 * self.vertical_fov).tan();
         let half = Vec2::new(half * aspect_ratio(size), half);
         let [left, above, right, below] = margins;

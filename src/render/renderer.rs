@@ -580,7 +580,7 @@ impl Renderer {
             middle_z: middle.z,
         };
         let args = BackgroundArgs {
-            shadow: &self.shadow.cells,
+            shadow: self.shadow.buffer(),
         };
         pass.draw(&shot.pipelines.background, 3, 1, args, params);
     }

@@ -246,8 +246,9 @@ fn pictures_without_a_background_have_alpha() {
     }
     let folder = Folder::new();
     let (clear, opaque) = (folder.file("clear.png"), folder.file("opaque.png"));
-    done(&short_render("cube", &clear, &["--transparent"]));
-    done(&short_render("cube", &opaque, &[]));
+    let plain = "--set=picture.bloom=0";
+    done(&short_render("cube", &clear, &["--transparent", plain]));
+    done(&short_render("cube", &opaque, &[plain]));
     let [clear, opaque] = [clear, opaque].map(|file| image::open(file).expect("a picture"));
     assert!(clear.color().has_alpha() && !opaque.color().has_alpha());
     let [clear, opaque] = [clear, opaque].map(|picture| picture.to_rgba8());

@@ -328,8 +328,14 @@ fn centred_points_fill_the_free_part_evenly() {
     let before = camera;
     camera.fit_centered([], SIZE, [0.0; 4]);
     assert_eq!(camera, before);
-    camera.fit_centered([Vec3::ONE], Vec2::ZERO, [0.0; 4]);
-    assert!(camera.target.is_finite() && camera.distance.is_finite());
+    // Hidden windows, and one that is smaller than its margins.
+    for size in [Vec2::ZERO, Vec2::new(100.0, 0.0), Vec2::new(1.0, 1.0)] {
+        camera.fit_centered(points.iter().copied(), size, [0.0, 0.0, 130.0, 0.0]);
+        assert!(
+            camera.target.is_finite() && camera.distance.is_finite(),
+            "{size}"
+        );
+    }
 }
 
 #[test]

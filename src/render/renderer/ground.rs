@@ -73,8 +73,6 @@ pub(super) struct Shadow {
     word_cells: Texels<u32>,
     /// The one that pictures read, and one to blur between.
     shadows: [Buffer<f32>; 2],
-    /// How pictures read it.
-    pub cells: Texels<f32>,
     cast: Option<Cast>,
 }
 
@@ -100,7 +98,6 @@ impl Shadow {
             depth: Image::new(ctx, "ground.depth", size, Format::Depth32, 1)?,
             word_cells: Texels::new(&words, 1)?,
             words,
-            cells: Texels::new(&shadows[0], 1)?,
             shadows,
             cast: None,
         })

@@ -114,6 +114,8 @@ fn a_model_looks_as_the_picture_of_its_scene() {
         let size = Vec2::new(SIZE[0] as f32, SIZE[1] as f32);
         let mut view = View::of(&run.scene, size);
         view.exposure = Exposure::default();
+        // Models have no bloom, and no water on them.
+        (view.bloom, view.wetness) = (0.0, 0.0);
         let mut renderer =
             Renderer::new(&gpu.ctx, run.simulation.setup(), offscreen::FORMAT).unwrap();
         let canvas = Offscreen::new(&gpu.ctx, SIZE).unwrap();
