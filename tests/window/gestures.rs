@@ -153,7 +153,6 @@ fn every_gesture_and_every_other_key_has_its_effect() {
 
     // Sections close and open.
     let row = |seen: &Value| seen["places"]["physarum.speed"].is_array();
-    lab.wait("it is open", row);
     lab.click("section=Picture");
     lab.wait("it is closed", |seen| {
         seen["places"]["colors"].is_null() && row(seen)
