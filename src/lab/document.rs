@@ -127,6 +127,13 @@ impl Document {
         if self.view.show.why_not(&scene.settings).is_some() {
             self.view.show = Show::default();
         }
+        // In the window the camera turns about the middle of the scene.
+        self.view.camera = Camera::from_settings(
+            &scene.settings.camera,
+            scene.center,
+            scene.radius,
+            Vec2::ONE,
+        );
         let camera = self.view.camera;
         self.home = camera;
         // Only the first frame has the size of the picture.

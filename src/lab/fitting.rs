@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use myxo::render::Camera;
-use myxo::render::view::{AtlasWindow, margins};
+use myxo::render::view::AtlasWindow;
 
 use crate::lab::document::{Document, Room};
 
@@ -53,8 +53,7 @@ impl Document {
         let low = places.iter().copied().fold(Vec3::MAX, Vec3::min);
         let high = places.iter().copied().fold(Vec3::MIN, Vec3::max);
         self.view.camera.target = low.midpoint(high);
-        let margins = margins(room.size, room.right);
-        (self.view.camera).fit_centered(places, room.size, margins);
+        self.view.camera.fit_points(places, room.size);
     }
 
     /// Is the camera where the last fit has put it?
@@ -77,16 +76,7 @@ impl Document {
         if (self.fitted).is_some_and(|(fitted, last)| fitted == self.view.camera && last != room) {
             let points = self.outline.1.iter().copied();
             let camera = &mut self.view.camera;
-            // From the same place each time, so that the same camera results.
-            camera.target = match self.loaded.camera.target == [0.0; 3] {
-                true => self.outline.0,
-                false => camera.target,
-            };
-            // A scene that says where to look is fitted about that place.
-            match self.loaded.camera.target == [0.0; 3] {
-                true => camera.fit_centered(points, room.size, margins(room.size, room.right)),
-                false => camera.fit_points(points, room.size),
-            }
+            camera.fit_points(points, room.size);
             self.fitted = Some((*camera, room));
         }
     }

@@ -236,7 +236,9 @@ fn a_device_without_room_draws_without_bloom_and_says_so() {
     let Some(gpu) = gpu_within(Some(limits)) else {
         return;
     };
-    let mut stage = Stage::new(&gpu, "builtin:plane", |settings| settings.atlas.size = 64);
+    let mut stage = Stage::new(&gpu, "builtin:plane?columns=2&rows=2", |settings| {
+        settings.atlas.size = 64
+    });
     stage.view.bloom = 1.0;
     stage.set_trail(&gpu.ctx, |_| 0.5);
     let large = Offscreen::new(&gpu.ctx, [400, 300]).unwrap();

@@ -81,8 +81,8 @@ fn a_recording_that_finds_the_disk_full_keeps_its_whole_frames() {
     if !can_open() {
         return;
     }
-    // Files end at 256 KiB.
-    let lab = Lab::start(program_with_little_room(512), &SMALL);
+    // Files end at 768 KiB.
+    let lab = Lab::start(program_with_little_room(1536), &SMALL);
     lab.click_until("out", "out", true);
     for (kind, ending) in [("GIF", "gif"), ("MP4", "mp4")] {
         lab.click(&format!("out.kind={kind}"));

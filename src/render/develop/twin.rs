@@ -39,7 +39,7 @@ fn part_way(from: Vec3, to: Vec3, part: f32) -> Vec3 {
     from + (to - from) * part
 }
 
-/// Twin of `bloom_first`; adds the number of marked pixels to `flaws`.
+/// Twin of `shaders/bloom_first.comp`; adds the number of marked pixels to `flaws`.
 pub fn bloom_first(
     shape: &Shape,
     bloom: &Bloom,
@@ -86,7 +86,7 @@ fn mean_of([a, b, c, d]: [Vec3; 4]) -> Vec3 {
     (a + d) * 0.125 + (b + c) * 0.375
 }
 
-/// Twin of `bloom_down`: fills the level after `fine`.
+/// Twin of `shaders/bloom_down.comp`: fills the level after `fine`.
 pub fn bloom_down(fine: Level, coarse: Level, levels: &mut [Vec3]) {
     for i in 0..coarse.count() as u32 {
         let (x, y) = (
@@ -98,7 +98,7 @@ pub fn bloom_down(fine: Level, coarse: Level, levels: &mut [Vec3]) {
     }
 }
 
-/// Twin of `bloom_up`: adds the level `coarse` to `fine`.
+/// Twin of `shaders/bloom_up.comp`: adds the level `coarse` to `fine`.
 pub fn bloom_up(fine: Level, coarse: Level, strength: f32, is_last: bool, levels: &mut [Vec3]) {
     let between = |near: Vec3, far: Vec3| near * 0.75 + far * 0.25;
     for i in 0..fine.count() as u32 {
@@ -139,7 +139,7 @@ fn word_at(shape: &Shape, picture: &[u32], place: IVec2) -> u32 {
     picture[(inside.y as u32 * shape.pitch() + inside.x as u32) as usize]
 }
 
-/// Twin of `develop`: the developed picture, and the pixels at edges. `levels` is empty where there is no bloom.
+/// Twin of `shaders/develop.comp`: the developed picture, and the pixels at edges. `levels` is empty where there is no bloom.
 #[must_use]
 pub fn develop(
     shape: &Shape,
@@ -175,7 +175,7 @@ pub fn develop(
     (developed.collect(), edges)
 }
 
-/// Twin of `smooth_edges`.
+/// Twin of `shaders/smooth_edges.comp`.
 pub fn smooth_edges(
     shape: &Shape,
     is_opaque: bool,
