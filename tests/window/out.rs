@@ -187,7 +187,10 @@ fn every_export_is_whole() {
     assert_eq!(frames.len(), 4);
     for frame in frames {
         let picture = image::open(frame).expect("it is a picture").into_rgba8();
-        assert_eq!(picture.get_pixel(0, 0).0[3], 0, "nothing is behind it");
+        assert!(
+            picture.get_pixel(0, 0).0[3] < 12,
+            "nothing but bloom is behind it"
+        );
         let there = picture.pixels().filter(|pixel| pixel.0[3] == 255);
         assert!(there.count() > 10_000, "it is there");
     }
