@@ -456,7 +456,12 @@ fn every_kernel_has_a_twin_and_a_mutant() {
             "{path} states no group size"
         );
         // What is counted on the device bounds some.
-        let bounds = [">= params.", ">= gl_WorkGroupSize", ">= flow[0]."];
+        let bounds = [
+            ">= params.",
+            ">= gl_WorkGroupSize",
+            ">= flow[0].",
+            ">= groups[1].",
+        ];
         assert!(
             bounds.iter().any(|bound| text.contains(bound)) && text.contains("return;"),
             "{path} does not begin with its bounds"
