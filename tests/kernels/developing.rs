@@ -36,7 +36,7 @@ fn picture(shape: &Shape) -> Vec<u32> {
         let (x, y) = (i % shape.pitch(), i / shape.pitch());
         let [noise, ..] = random(7, i, 0, Purpose::Start);
         let is_bar = (3 * x + 5 * y) / 31 % 2 == 0;
-        let color = if is_bar { 0xff_f0c8_50 } else { 0xff_0a08_10 };
+        let color = if is_bar { 0xfff0_c850 } else { 0xff0a_0810 };
         match noise % 23 {
             0 => noise,
             1 => color & 0x80ff_ffff,

@@ -538,6 +538,10 @@ fn food_is_placed_moved_and_removed() {
     lab.pull("picture", [9, 5]);
     lab.wait("it turns", |seen| seen["values"]["camera"] != camera);
     foods("0");
+    // The turn is undone before the removal.
+    lab.key("ctrl+z");
+    lab.wait("it is back", |seen| seen["values"]["camera"] == camera);
+    foods("0");
     lab.key("ctrl+z");
     foods("1");
     lab.key("ctrl+shift+z");
