@@ -91,6 +91,7 @@ fn what_had_grown_comes_back() {
     // The picture is as large as before.
     lab.key_until("g", "the gallery closes", "gallery", false);
     lab.look_at(2);
+    assert_eq!(probed(&lab), was, "it has come back, as it was");
     let is_unsaved = || lab.seen().expect("the lab has reported")["state"]["unsaved"].clone();
     assert_eq!(is_unsaved(), false, "the last change is in a file");
     lab.find("trail.decay");
