@@ -10,7 +10,7 @@ use crate::render::colormap::srgb_from_linear;
 use crate::render::exposure::{self, BIN_COUNT, Exposure, tone};
 
 /// The material under the trail, as in `shaders/include/shading.glsl`.
-const BARE: Vec3 = Vec3::new(0.021, 0.022, 0.025);
+const BARE: Vec3 = Vec3::new(0.014, 0.015, 0.017);
 
 /// Converts trail values to colours.
 pub struct Paint {

@@ -16,15 +16,6 @@ use crate::lab::renewal::{are_built_alike, place_among, take_back, with_changes_
 use crate::lab::saving::SceneFile;
 use crate::lab::undo::{Entry, Undo};
 
-/// Where pictures show the scene: the size of the picture, and what is over it at the right, points.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Room {
-    /// Of the picture, points.
-    pub size: Vec2,
-    /// Covered by the bar of tools.
-    pub right: f32,
-}
-
 /// A scene with its settings and its look.
 #[derive(Clone, Debug)]
 pub struct Document {
@@ -59,7 +50,7 @@ pub struct Document {
     /// The points that a fit brings into the picture: the scene's centre and every vertex.
     pub outline: (Vec3, Vec<Vec3>),
     /// The camera of the last fit and its picture's size. As long as the camera is that one, it keeps fitting.
-    pub fitted: Option<(Camera, Room)>,
+    pub fitted: Option<(Camera, Vec2)>,
     /// The scene's own camera.
     pub home: Camera,
     /// The camera was moved at once in this frame, and the picture is to follow slowly.
@@ -138,7 +129,7 @@ impl Document {
         self.home = camera;
         // Only the first frame has the size of the picture.
         let is_free = scene.settings.camera.distance <= 0.0;
-        self.fitted = is_free.then_some((camera, Room::default()));
+        self.fitted = is_free.then_some((camera, Vec2::ZERO));
     }
 
     /// The scene runs from step 0, with its settings. Changes made while it was being loaded are kept as edits.

@@ -16,7 +16,6 @@ use crate::lab::axes::{Turned, show_axes};
 use crate::lab::command::{Command, ExportRequest, ToolRequest};
 use crate::lab::desk::{Desk, desk};
 use crate::lab::document::Document;
-use crate::lab::document::Room;
 use crate::lab::export_panel::ExportPanel;
 use crate::lab::facts::Facts;
 use crate::lab::gallery::Gallery;
@@ -256,12 +255,7 @@ impl Interface {
         let whole = ui.available_rect_before_wrap();
         let (picture, beside) = desk.layout.parts(&ctx, whole, desk.document.view.show);
         let size = Vec2::new(picture.width(), picture.height());
-        let right = match self.layout.alone {
-            true => 0.0,
-            false => Tools::room_of_bar(picture, self.document.view.show),
-        };
-        let room = Room { size, right };
-        self.keep_in_picture(room);
+        self.keep_in_picture(size);
         let mut desk = desk!(self, facts, &mut actions, &mut commands);
         let response = ui
             .allocate_rect(picture, Sense::click_and_drag())
@@ -328,7 +322,7 @@ impl Interface {
         }
         if next > 0 {
             // Their changes of the camera are in the picture of this frame.
-            self.keep_in_picture(room);
+            self.keep_in_picture(size);
         }
         if std::mem::take(&mut self.document.eases) && shown_before != self.document.view.camera {
             self.navigation.ease(shown_before);
@@ -377,9 +371,9 @@ impl Interface {
     }
 
     /// Turns the camera to what it is to show, in a picture of this size. That is no entry to undo.
-    fn keep_in_picture(&mut self, room: Room) {
+    fn keep_in_picture(&mut self, size: Vec2) {
         let before = self.document.view.camera;
-        self.fit_into_picture(room);
+        self.fit_into_picture(size);
         let document = &mut self.document;
         let (after, fits) = (document.view.camera, document.is_fitted());
         if after != before {
@@ -387,12 +381,12 @@ impl Interface {
         }
     }
 
-    fn fit_into_picture(&mut self, room: Room) {
+    fn fit_into_picture(&mut self, size: Vec2) {
         let newcomer = std::mem::take(&mut self.tools.newcomer);
         let is_flying = self.navigation.is_flying();
-        self.document.keep_fitting(room, newcomer, is_flying);
+        self.document.keep_fitting(size, newcomer, is_flying);
         let framed = std::mem::take(&mut self.tools.framed);
-        self.document.frame(framed, room);
+        self.document.frame(framed, size);
     }
 
     /// Performs the action of a key, a button or the search; its commands are done in the same frame.

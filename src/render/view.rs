@@ -143,7 +143,7 @@ impl View {
             Camera::from_settings(&scene.settings.camera, scene.center, scene.radius, size);
         if scene.settings.camera.distance <= 0.0 {
             match scene.settings.camera.target == [0.0; 3] {
-                true => camera.fit_centered(points(scene), size, margins(size, 0.0)),
+                true => camera.fit_centered(points(scene), size, margins(size)),
                 false => camera.fit_points(points(scene), size),
             }
         }
@@ -253,11 +253,9 @@ impl View {
     }
 }
 
-/// What a picture leaves free round a scene, pixels: on the left, above, on the right, where so many pixels are covered, and below, where
-/// its shadow is.
-#[must_use]
-pub fn margins(size: Vec2, right: f32) -> [f32; 4] {
-    [0.0, 0.02 * size.y, right, 0.07 * size.y]
+/// What a picture leaves free round a scene, pixels: on the left, above, on the right, and below, where its shadow is.
+fn margins(size: Vec2) -> [f32; 4] {
+    [0.0, 0.02 * size.y, 0.0, 0.07 * size.y]
 }
 
 /// Every vertex of a scene, in world space, and the places of some vertices of moving objects in the first minute.

@@ -23,9 +23,8 @@ const NARROW: f32 = 24.0;
 /// A picture narrower than this would lose too much to names.
 const HAS_ROOM: f32 = 620.0;
 
-/// Between the bar and the edge of the picture, points, and the margin of the bar.
+/// Between the bar and the edge of the picture, points.
 const BESIDE: f32 = 10.0;
-const MARGIN: f32 = 6.0;
 
 /// Is a picture so small that it is only for looking? So is the atlas.
 fn has_no_tools(picture: Rect, show: Show) -> bool {
@@ -33,15 +32,6 @@ fn has_no_tools(picture: Rect, show: Show) -> bool {
 }
 
 impl Tools {
-    /// What the bar covers at the right side of a picture, with no brush in use, points.
-    pub fn room_of_bar(picture: Rect, show: Show) -> f32 {
-        match has_no_tools(picture, show) {
-            true => 0.0,
-            false if picture.width() < HAS_ROOM => NARROW + 2.0 * MARGIN + BESIDE,
-            false => WIDTH + 2.0 * MARGIN + BESIDE,
-        }
-    }
-
     /// Shows the bar at the right side of the picture, and gives where it is; none in a picture that is small, or flat.
     pub(in super::super) fn show_tools(
         &mut self,

@@ -285,9 +285,12 @@ fn an_object_that_comes_is_seen_whole() {
         let picture = harness.frame(vec![]).picture;
         let after = harness.interface.document.view.camera;
         assert_eq!(after.yaw, before.yaw);
-        if !is_fitted {
-            assert_eq!(after.target, before.target);
-        }
+        let middle = if is_fitted {
+            scene.center
+        } else {
+            before.target
+        };
+        assert_eq!(after.target, middle);
         assert!(after.distance > 1.2 * before.distance);
         let size = Vec2::new(picture.width(), picture.height());
         for place in myxo::render::view::points(&scene) {
