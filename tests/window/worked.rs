@@ -24,8 +24,8 @@ const PATIENCE: Duration = Duration::from_secs(3600);
 
 /// Controls of which there is one for each scene, look, file, map or word: one of them stands for all. Each other control, such as a tool
 /// or a view, counts on its own.
-const ANY: [&str; 9] = [
-    "card", "do", "preset", "recent", "left", "remove", "colors", "section", "kept",
+const ANY: [&str; 10] = [
+    "card", "do", "preset", "recent", "left", "remove", "colors", "section", "kept", "second",
 ];
 
 /// The beginnings of names whose words after `=` are controls of their own, though a dot is in them.
