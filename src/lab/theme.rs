@@ -125,6 +125,8 @@ pub fn switch(ui: &mut Ui, is_on: &mut bool, text: &str) -> egui::Response {
 
 /// Gives a context the look.
 pub fn apply(ctx: &egui::Context, light: bool) {
+    // On a slow device the frame between press and release may be a long one, and the click is one all the same.
+    ctx.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
     ctx.set_theme(if light {
         egui::Theme::Light
     } else {
