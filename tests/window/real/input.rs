@@ -67,7 +67,8 @@ fn pointer_keys_and_text_arrive() {
         [values["camera"].clone(), values["camera.target"].clone()]
     };
     let changes = |what: &str, act: &dyn Fn(), turns: bool| {
-        let before = camera(&lab.seen().expect("the lab has reported"));
+        // The camera goes on after a drag, so the one before has to come to rest.
+        let before = camera(&lab.wait("the camera rests", |seen| seen["rests"] == true));
         lab.again_until(what, act, |seen| camera(seen) != before);
         let after = camera(&lab.seen().expect("the lab has reported"));
         assert_eq!(
