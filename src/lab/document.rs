@@ -49,12 +49,21 @@ pub struct Document {
     renews: bool,
     /// The points that a fit brings into the picture: the scene's centre and every vertex.
     pub outline: (Vec3, Vec<Vec3>),
-    /// The camera of the last fit and its picture's size. As long as the camera is that one, it keeps fitting.
-    pub fitted: Option<(Camera, Vec2)>,
+    /// The camera of the last fit and its picture. As long as the camera is that one, it keeps fitting.
+    pub fitted: Option<(Camera, Room)>,
     /// The scene's own camera.
     pub home: Camera,
     /// The camera was moved at once in this frame, and the picture is to follow slowly.
     pub eases: bool,
+}
+
+/// The picture, in points.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Room {
+    /// Width and height.
+    pub size: Vec2,
+    /// The width of what covers its right side.
+    pub covered: f32,
 }
 
 /// The result of undo or redo.
@@ -129,7 +138,7 @@ impl Document {
         self.home = camera;
         // Only the first frame has the size of the picture.
         let is_free = scene.settings.camera.distance <= 0.0;
-        self.fitted = is_free.then_some((camera, Vec2::ZERO));
+        self.fitted = is_free.then_some((camera, Room::default()));
     }
 
     /// The scene runs from step 0, with its settings. Changes made while it was being loaded are kept as edits.

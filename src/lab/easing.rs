@@ -45,6 +45,7 @@ fn between(from: &Camera, to: &Camera, share: f32) -> Camera {
         yaw: (from.yaw + share * turn).rem_euclid(TAU),
         pitch: mix(from.pitch, to.pitch),
         vertical_fov: mix(from.vertical_fov, to.vertical_fov),
+        shift: from.shift.lerp(to.shift, share),
         ..*to
     }
 }

@@ -1,10 +1,17 @@
-//! The camera is kept where the scene fits into the picture, until the user moves it.
+//! The camera is kept where the scene fits into the free part of the picture, until the user moves it.
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use myxo::render::Camera;
-use myxo::render::view::AtlasWindow;
+use myxo::render::view::{AtlasWindow, margins};
 
-use crate::lab::document::Document;
+use crate::lab::document::{Document, Room};
+
+/// Brings these points into the middle of the free part of the picture.
+fn fit(camera: &mut Camera, points: impl IntoIterator<Item = Vec3>, room: Room) {
+    let [left, above, right, below] = margins(room.size);
+    let margins = [left, above, right + room.covered, below];
+    camera.fit_centered(points, room.size, margins);
+}
 
 impl Document {
     /// Looks at the whole scene, or at the whole atlas.
@@ -27,7 +34,7 @@ impl Document {
 
     /// Fits the scene into the picture from the present direction, and keeps it fitted.
     pub(super) fn refit(&mut self) {
-        self.fitted = Some((self.view.camera, Vec2::ZERO));
+        self.fitted = Some((self.view.camera, Room::default()));
     }
 
     /// Another field of view fits from elsewhere.
@@ -46,14 +53,14 @@ impl Document {
     }
 
     /// Looks at these places from the present direction.
-    pub(super) fn frame(&mut self, places: Vec<Vec3>, size: Vec2) {
+    pub(super) fn frame(&mut self, places: Vec<Vec3>, room: Room) {
         if places.is_empty() {
             return;
         }
         let low = places.iter().copied().fold(Vec3::MAX, Vec3::min);
         let high = places.iter().copied().fold(Vec3::MIN, Vec3::max);
         self.view.camera.target = low.midpoint(high);
-        self.view.camera.fit_points(places, size);
+        fit(&mut self.view.camera, places, room);
     }
 
     /// Is the camera where the last fit has put it?
@@ -61,23 +68,23 @@ impl Document {
         { self.fitted }.is_some_and(|(fitted, _)| fitted == self.view.camera)
     }
 
-    /// Fits the scene into a picture of another size, if the camera still is where the last fit has put it. An object that has come, with
+    /// Fits the scene into a picture that has another size or is covered otherwise, if the camera still is where the last fit has put it. An object that has come, with
     /// these vertices, is brought into the picture in any case.
-    pub(super) fn keep_fitting(&mut self, size: Vec2, newcomer: Vec<Vec3>, is_flying: bool) {
+    pub(super) fn keep_fitting(&mut self, room: Room, newcomer: Vec<Vec3>, is_flying: bool) {
         if self.is_fitted() && !newcomer.is_empty() {
             self.view.camera.target = self.outline.0;
             self.refit();
         } else if !is_flying {
             let mut wide = self.view.camera;
-            wide.fit_points(newcomer, size);
+            wide.fit_points(newcomer, room.size);
             let distance = &mut self.view.camera.distance;
             *distance = distance.max(wide.distance);
         }
-        if (self.fitted).is_some_and(|(fitted, last)| fitted == self.view.camera && last != size) {
+        if (self.fitted).is_some_and(|(fitted, last)| fitted == self.view.camera && last != room) {
             let points = self.outline.1.iter().copied();
             let camera = &mut self.view.camera;
-            camera.fit_points(points, size);
-            self.fitted = Some((*camera, size));
+            fit(camera, points, room);
+            self.fitted = Some((*camera, room));
         }
     }
 }

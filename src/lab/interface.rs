@@ -15,7 +15,7 @@ use crate::lab::autopilot::{Autopilot, MORPH};
 use crate::lab::axes::{Turned, show_axes};
 use crate::lab::command::{Command, ExportRequest, ToolRequest};
 use crate::lab::desk::{Desk, desk};
-use crate::lab::document::Document;
+use crate::lab::document::{Document, Room};
 use crate::lab::export_panel::ExportPanel;
 use crate::lab::facts::Facts;
 use crate::lab::gallery::Gallery;
@@ -255,7 +255,12 @@ impl Interface {
         let whole = ui.available_rect_before_wrap();
         let (picture, beside) = desk.layout.parts(&ctx, whole, desk.document.view.show);
         let size = Vec2::new(picture.width(), picture.height());
-        self.keep_in_picture(size);
+        let covered = match self.layout.alone {
+            true => 0.0,
+            false => self.tools.width(picture, self.document.view.show),
+        };
+        let room = Room { size, covered };
+        self.keep_in_picture(room);
         let mut desk = desk!(self, facts, &mut actions, &mut commands);
         let response = ui
             .allocate_rect(picture, Sense::click_and_drag())
@@ -322,7 +327,7 @@ impl Interface {
         }
         if next > 0 {
             // Their changes of the camera are in the picture of this frame.
-            self.keep_in_picture(size);
+            self.keep_in_picture(room);
         }
         if std::mem::take(&mut self.document.eases) && shown_before != self.document.view.camera {
             self.navigation.ease(shown_before);
@@ -370,10 +375,10 @@ impl Interface {
         }
     }
 
-    /// Turns the camera to what it is to show, in a picture of this size. That is no entry to undo.
-    fn keep_in_picture(&mut self, size: Vec2) {
+    /// Turns the camera to what it is to show. That is no entry to undo.
+    fn keep_in_picture(&mut self, room: Room) {
         let before = self.document.view.camera;
-        self.fit_into_picture(size);
+        self.fit_into_picture(room);
         let document = &mut self.document;
         let (after, fits) = (document.view.camera, document.is_fitted());
         if after != before {
@@ -381,12 +386,12 @@ impl Interface {
         }
     }
 
-    fn fit_into_picture(&mut self, size: Vec2) {
+    fn fit_into_picture(&mut self, room: Room) {
         let newcomer = std::mem::take(&mut self.tools.newcomer);
         let is_flying = self.navigation.is_flying();
-        self.document.keep_fitting(size, newcomer, is_flying);
+        self.document.keep_fitting(room, newcomer, is_flying);
         let framed = std::mem::take(&mut self.tools.framed);
-        self.document.frame(framed, size);
+        self.document.frame(framed, room);
     }
 
     /// Performs the action of a key, a button or the search; its commands are done in the same frame.

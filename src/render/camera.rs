@@ -22,13 +22,19 @@ const FIT_MARGIN: f32 = 1.06;
 /// Margin round the points of [`Camera::fit_points`], as a factor of the picture's sides.
 const POINT_MARGIN: f32 = 1.1;
 
+/// The least part of half of a picture's side that points are fitted into, however far the picture is shifted.
+const SOME_ROOM: Vec2 = Vec2::splat(0.1);
+
+/// How often [`Camera::fit_centered`] halves the distances among which it looks: to 1 in 100,000.
+const HALVINGS: u32 = 17;
+
 /// The number of directions that [`Camera::fit_all_round`] tests; the margin covers those between.
 const SIDES_OF_A_TURN: u32 = 24;
 
 /// A camera that turns about a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// The point in the middle of the picture, in world space.
+    /// The point that the camera turns about, in world space; in the middle of the picture, if that is not shifted.
     pub target: Vec3,
     /// From the eye to the target, world units.
     pub distance: f32,
@@ -40,6 +46,9 @@ pub struct Camera {
     pub vertical_fov: f32,
     /// World units that count as the size of the scene; bounds the distance.
     pub scene_radius: f32,
+    /// Where the target is in the picture: to the right of its middle and above, as a share of half of its sides. The picture is shifted,
+    /// and not turned, as by a lens that is moved sideways.
+    pub shift: Vec2,
 }
 
 impl Default for Camera {
@@ -51,6 +60,7 @@ impl Default for Camera {
             pitch: 28_f32.to_radians(),
             vertical_fov: 35_f32.to_radians(),
             scene_radius: 1.0,
+            shift: Vec2::ZERO,
         }
     }
 }
@@ -119,14 +129,18 @@ impl Camera {
     /// Looks at the target from the present direction, from where every point of `points` just fits into a picture of
     /// `size` pixels. Nearer than [`Camera::fit`] for everything that is no sphere. Without points nothing changes.
     pub fn fit_points(&mut self, points: impl IntoIterator<Item = Vec3>, size: Vec2) {
-        let half_height = (0.5 * self.vertical_fov).tan() / POINT_MARGIN;
-        let half_width = half_height * aspect_ratio(size);
+        let half = (0.5 * self.vertical_fov).tan();
+        let half = Vec2::new(half * aspect_ratio(size), half);
+        // What is free on either side of the target.
+        let left_below = half * (1.0 / POINT_MARGIN + self.shift).max(SOME_ROOM);
+        let right_above = half * (1.0 / POINT_MARGIN - self.shift).max(SOME_ROOM);
         let (right, up, backward) = (self.right(), self.up(), self.backward());
-        // A point is in the picture if |x| is at most half_width times its depth, `distance - z`, and |y| at most half_height times it.
+        // A point is in the picture if x is at most `right_above.x` times its depth, `distance - z`, and so on.
         let distance = points.into_iter().map(|point| {
             let from_target = point - self.target;
-            let (x, y) = (from_target.dot(right), from_target.dot(up));
-            from_target.dot(backward) + (x.abs() / half_width).max(y.abs() / half_height)
+            let place = Vec2::new(from_target.dot(right), from_target.dot(up));
+            let depth = (place / right_above).max(-place / left_below);
+            from_target.dot(backward) + depth.max_element()
         });
         let distance = distance.fold(0.0, f32::max);
         if distance > 0.0 && distance.is_finite() {
@@ -134,8 +148,8 @@ impl Camera {
         }
     }
 
-    /// Moves the camera without turning it, so that these points fill the middle of a picture of `size` pixels, less the `margins` of it on
-    /// the left, above, on the right and below, in pixels.
+    /// Goes nearer or farther and shifts the picture, so that these points fill the middle of a picture of `size` pixels, less the
+    /// `margins` of it on the left, above, on the right and below, in pixels. The target stays. Without points nothing changes.
     pub fn fit_centered(
         &mut self,
         points: impl IntoIterator<Item = Vec3>,
@@ -149,40 +163,51 @@ impl Camera {
         let half = (0.5 * self.vertical_fov).tan();
         let half = Vec2::new(half * aspect_ratio(size), half);
         let [left, above, right, below] = margins;
-        // Of the free part, the middle and half the size, as slopes from the axis of view; with what fit_points leaves free, too.
-        let free = (size - Vec2::new(left + right, above + below)).max(0.2 * size);
-        let middle = half * Vec2::new(left - right, below - above) / size;
-        let extent = half * free / size / POINT_MARGIN;
-        let (high, low) = (middle + extent, middle - extent);
-        let (right, up, backward) = (self.right(), self.up(), self.backward());
-        let points: Vec<Vec3> = points.into_iter().collect();
-        // The target gets to the middle of them in depth, so that distances from it are positive.
-        let depths = points
-            .iter()
-            .map(|point| (point - self.target).dot(backward));
-        let none = (f32::INFINITY, f32::NEG_INFINITY);
-        let (near, far) = depths.fold(none, |(low, high), z| (low.min(z), high.max(z)));
-        let middle_z = 0.5 * (near + far);
-        // A point at (x, y, z) from the target is in the free part of a camera that is moved by `a` and stands `d` away if its slope
-        // (x - a) / (d - z) is from `low` to `high`: if a is at least the greatest x + high z, less high d, and at most the least
-        // x + low z, less low d.
-        let none = (Vec2::NEG_INFINITY, Vec2::INFINITY);
-        let (most, least) = points.into_iter().fold(none, |(most, least), point| {
+        let free = (size - Vec2::new(left + right, above + below)).max(0.2 * size) / size;
+        let middle = Vec2::new(left - right, below - above) / size;
+        // Half the size of the free part, as slopes from the axis of view; with what fit_points leaves free, too.
+        let extent = half * free / POINT_MARGIN;
+        let axes = [self.right(), self.up(), self.backward()];
+        let places = points.into_iter().map(|point| {
             let from_target = point - self.target;
-            let place = Vec2::new(from_target.dot(right), from_target.dot(up));
-            let z = from_target.dot(backward) - middle_z;
-            (most.max(place + high * z), least.min(place + low * z))
+            Vec3::from_array(axes.map(|axis| from_target.dot(axis)))
         });
-        let distance = ((most - least) / (high - low)).max_element();
-        if distance > 0.0 && distance.is_finite() {
-            let moved = 0.5 * ((most - high * distance) + (least - low * distance));
-            self.target += moved.x * right + moved.y * up + middle_z * backward;
-            self.distance = distance;
+        let places: Vec<Vec3> = places.filter(|place| place.is_finite()).collect();
+        // At these distances every point is before the eye, and within the free part if that is in the middle of the picture.
+        let nearest = places.iter().map(|place| place.z).fold(0.0, f32::max);
+        let farthest = places
+            .iter()
+            .map(|place| place.z + (place.truncate().abs() / extent).max_element());
+        let farthest = farthest.fold(0.0, f32::max);
+        if farthest <= nearest || !farthest.is_finite() {
+            return;
         }
+        let slopes = |distance: f32| {
+            let none = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+            places.iter().fold(none, |(low, high), place| {
+                let slope = place.truncate() / (distance - place.z);
+                (low.min(slope), high.max(slope))
+            })
+        };
+        // The nearer, the more of the picture they fill.
+        let (mut near, mut far) = (nearest, farthest);
+        for _ in 0..HALVINGS {
+            let distance = 0.5 * (near + far);
+            let (low, high) = slopes(distance);
+            match (high - low).cmple(2.0 * extent).all() {
+                true => far = distance,
+                false => near = distance,
+            }
+        }
+        let (low, high) = slopes(far);
+        self.distance = far;
+        self.shift = middle - 0.5 * (low + high) / half;
     }
 
-    /// As [`fit_points`](Self::fit_points), for all directions on a turn about the target: at the distance that the widest view needs.
+    /// As [`fit_points`](Self::fit_points), for all directions on a turn about the target: at the distance that the widest view needs, and the
+    /// target in the middle of the picture.
     pub fn fit_all_round(&mut self, points: impl IntoIterator<Item = Vec3>, size: Vec2) {
+        self.shift = Vec2::ZERO;
         let points: Vec<Vec3> = points.into_iter().collect();
         let distances = (0..SIDES_OF_A_TURN).map(|side| {
             let mut turned = self.turned(side as f32 / SIDES_OF_A_TURN as f32);
@@ -236,8 +261,9 @@ impl Camera {
     /// pixels.
     #[must_use]
     pub fn near_corner(&self, size: Vec2) -> f32 {
-        let up = (0.5 * self.vertical_fov).tan();
-        let right = up * aspect_ratio(size);
+        let half = (0.5 * self.vertical_fov).tan();
+        let farthest = Vec2::new(half * aspect_ratio(size), half) * (1.0 + self.shift.abs());
+        let Vec2 { x: right, y: up } = farthest;
         self.near() * (1.0 + up * up + right * right).sqrt()
     }
 
@@ -250,15 +276,18 @@ impl Camera {
             self.near(),
         );
         let view_from_world = view::look_at_mat4(self.eye(), self.target, Vec3::Y);
-        clip_from_view * view_from_world
+        // In clip space y points down.
+        let shift = Vec3::new(self.shift.x, -self.shift.y, 0.0);
+        Mat4::from_translation(shift) * clip_from_view * view_from_world
     }
 
     /// The half line from the eye through a pixel position.
     #[must_use]
     pub fn ray(&self, pixel: Vec2, size: Vec2) -> Ray {
         let half_height = (0.5 * self.vertical_fov).tan();
-        let from_middle = (pixel - 0.5 * size) * (2.0 / size.y.max(1.0)) * half_height;
-        let direction = self.right() * from_middle.x - self.up() * from_middle.y - self.backward();
+        let target = 0.5 * size * (1.0 + Vec2::new(self.shift.x, -self.shift.y));
+        let from_target = (pixel - target) * (2.0 / size.y.max(1.0)) * half_height;
+        let direction = self.right() * from_target.x - self.up() * from_target.y - self.backward();
         Ray {
             origin: self.eye(),
             direction: direction.normalize(),

@@ -565,6 +565,7 @@ impl Renderer {
         let camera = &view.camera;
         let aspect = size.x / size.y;
         let half = (0.5 * camera.vertical_fov).tan();
+        let shift = camera.shift;
         let ground = view.ground_seen();
         let middle = ground.as_ref().map_or(Vec3::ZERO, ground::middle);
         let params = BackgroundParams {
@@ -576,7 +577,8 @@ impl Renderer {
             extent: ground.as_ref().map_or(0.0, Shadow::extent),
             up: half * camera.up(),
             middle_x: middle.x,
-            ahead: -camera.backward(),
+            ahead: -camera.backward()
+                - half * (aspect * shift.x * camera.right() + shift.y * camera.up()),
             middle_z: middle.z,
         };
         let args = BackgroundArgs {

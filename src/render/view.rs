@@ -254,7 +254,8 @@ impl View {
 }
 
 /// What a picture leaves free round a scene, pixels: on the left, above, on the right, and below, where its shadow is.
-fn margins(size: Vec2) -> [f32; 4] {
+#[must_use]
+pub fn margins(size: Vec2) -> [f32; 4] {
     [0.0, 0.02 * size.y, 0.0, 0.07 * size.y]
 }
 
@@ -299,6 +300,7 @@ impl Camera {
             pitch: settings.elevation.to_radians().clamp(-MAX_PITCH, MAX_PITCH),
             vertical_fov: settings.field_of_view.to_radians(),
             scene_radius: radius,
+            shift: Vec2::ZERO,
         };
         if settings.distance <= 0.0 {
             camera.fit(target, radius, size);

@@ -154,6 +154,31 @@ fn objects_cast_a_shadow_on_the_ground() {
         beside[0] > beside[1] + 8.0,
         "light on the ground: {beside:?}"
     );
+    // In a shifted picture the shadow moves with the sphere.
+    let ground_of = |stage: &mut Stage| {
+        [true, false].map(|is_seen| {
+            stage.view.shows_ground = is_seen;
+            stage.picture(&gpu)
+        })
+    };
+    let here = ground_of(&mut stage);
+    let unshifted = stage.view.camera.shift;
+    stage.view.camera.shift += Vec2::new(2.0 * 12.0 / 160.0, 2.0 * 8.0 / 120.0);
+    let there = ground_of(&mut stage);
+    stage.view.camera.shift = unshifted;
+    let darker = |[with, without]: &[RgbaImage; 2], x, y| lit(with, x, y) - lit(without, x, y);
+    let places: Vec<(u32, u32)> = (60..112).map(|y| (40 + y % 70, y)).collect();
+    let apart = |by: (u32, u32)| {
+        let each = (places.iter())
+            .map(|&(x, y)| (darker(&here, x, y) - darker(&there, x + by.0, y - by.1)).abs());
+        each.sum::<f32>() / places.len() as f32
+    };
+    assert!(
+        apart((12, 8)) < 1.5 && apart((0, 0)) > 4.0,
+        "{} {}",
+        apart((12, 8)),
+        apart((0, 0))
+    );
     // Hidden objects cast none.
     stage.view.shows_ground = true;
     stage.renderer.hide(&[true]);

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use glam::Vec2;
 use myxo::render::View;
 use myxo::render::output::Written;
 use myxo::scene::settings::Settings;
@@ -128,6 +129,9 @@ pub fn scaled(view: &View, from: [u32; 2], to: [u32; 2]) -> View {
     let narrower = (aspect(from) / aspect(to)).max(1.0);
     let fov = &mut view.camera.vertical_fov;
     *fov = 2.0 * (narrower * (0.5 * *fov).tan()).atan();
+    // What the window shows is in the middle.
+    let wider = narrower * aspect(to) / aspect(from);
+    view.camera.shift /= Vec2::new(wider, narrower);
     view.particle_size *= to[1] as f32 / from[1] as f32 / narrower;
     view
 }

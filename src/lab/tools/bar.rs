@@ -71,6 +71,15 @@ impl Tools {
         Some(shown.response.rect)
     }
 
+    /// How much of a picture the tools cover on its right side while none has controls, points.
+    pub(in super::super) fn width(&self, picture: Rect, show: Show) -> f32 {
+        match has_no_tools(picture, show) {
+            true => 0.0,
+            false if picture.width() < HAS_ROOM => NARROW + BESIDE,
+            false => WIDTH + BESIDE,
+        }
+    }
+
     fn tools(&mut self, ui: &mut Ui, is_narrow: bool) {
         let size = vec2(ui.available_width(), 20.0);
         let text = |sign: &str, word: &str| match is_narrow {
