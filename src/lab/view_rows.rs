@@ -217,6 +217,7 @@ fn color(ui: &mut Ui, value: &mut [f32; 3]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lab::document::Room;
     use myxo::scene::Scene;
 
     fn document(distance: f32) -> Document {
@@ -252,7 +253,11 @@ mod tests {
         for distance in [0.0, 3.0, 3.281_736_4] {
             let mut document = document(distance);
             for size in [[800.0, 600.0], [300.0, 900.0]] {
-                document.keep_fitting(size.into(), Vec::new(), false);
+                let room = Room {
+                    size: size.into(),
+                    covered: 0.0,
+                };
+                document.keep_fitting(room, Vec::new(), false);
                 let (seen, loaded) = (document.as_seen(), document.as_loaded());
                 assert_eq!((seen.camera, seen.picture), (loaded.camera, loaded.picture));
             }

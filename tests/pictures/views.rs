@@ -435,6 +435,7 @@ fn backs_that_are_hidden_are_not_missed_and_walls_are_there() {
         });
         let mut stage = Stage::new(&gpu, scene);
         (stage.view.camera.target, stage.view.camera.scene_radius) = (Vec3::ZERO, 1.0);
+        stage.view.camera.shift = Vec2::ZERO;
         stage.view.is_transparent = true;
         stage
     });
