@@ -28,6 +28,8 @@ pub struct Shown {
     /// Which of the scenes of this window it was: to return to it is no change of the scene.
     pub scene: u64,
     pub view: View,
+    /// The camera kept the scene fitted into the picture.
+    pub fits: bool,
     /// As it was loaded.
     pub loaded: Settings,
     /// The file in which it was saved or from which it was opened.
@@ -187,6 +189,7 @@ mod tests {
         let shown = Shown {
             scene: 0,
             view,
+            fits: false,
             loaded: stage.scene.settings.clone(),
             file: Some(SceneFile::saved(Path::new("/pair.toml"))),
             is_unsaved: false,

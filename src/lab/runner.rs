@@ -399,6 +399,7 @@ mod tests {
         Shown {
             scene: 0,
             view: View::of(&stage.scene, Vec2::ONE),
+            fits: false,
             loaded: stage.scene.settings.clone(),
             file: None,
             is_unsaved: false,

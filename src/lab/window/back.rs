@@ -28,6 +28,7 @@ impl Lab {
         let shown = Shown {
             scene: self.runner.back.scenes,
             view: self.interface.document.view,
+            fits: self.interface.document.is_fitted(),
             loaded: self.interface.document.loaded.clone(),
             file: self.interface.document.file.clone(),
             is_unsaved: self.interface.document.is_unsaved(),
@@ -48,6 +49,10 @@ impl Lab {
             .document
             .loaded
             .clone_from(&grown.shown.loaded);
+        // Scenes have no shift of their own.
+        let camera = &mut self.interface.document.view.camera;
+        camera.shift = grown.shown.view.camera.shift;
+        self.interface.document.fit_again(grown.shown.fits);
         if grown.shown.is_unsaved {
             self.interface.document.saved(None);
         }
