@@ -65,6 +65,7 @@ mod tests {
         let to = Camera {
             yaw: TAU - 0.3,
             distance: 2.0,
+            shift: glam::Vec2::new(-0.2, 0.1),
             ..Camera::default()
         };
         let easing = Easing::new(from, 5.0);
@@ -74,6 +75,7 @@ mod tests {
         let middle = easing.shown(&to, 5.15);
         assert!((middle.yaw - (TAU - 0.05)).abs() < 1e-4, "{middle:?}");
         assert!((middle.distance - 4.0).abs() < 1e-4, "{middle:?}");
+        assert!(middle.shift.distance(0.5 * to.shift) < 1e-4, "{middle:?}");
         assert_eq!(easing.shown(&to, 5.3), to);
     }
 }

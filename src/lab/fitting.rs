@@ -68,8 +68,8 @@ impl Document {
         { self.fitted }.is_some_and(|(fitted, _)| fitted == self.view.camera)
     }
 
-    /// Fits the scene into a picture that has another size or is covered otherwise, if the camera still is where the last fit has put it. An object that has come, with
-    /// these vertices, is brought into the picture in any case.
+    /// Fits the scene into a picture that has another size or is covered otherwise, if the camera still is where the last fit has put it.
+    /// An object that has come, with these vertices, is brought into the picture in any case.
     pub(super) fn keep_fitting(&mut self, room: Room, newcomer: Vec<Vec3>, is_flying: bool) {
         if self.is_fitted() && !newcomer.is_empty() {
             self.view.camera.target = self.outline.0;

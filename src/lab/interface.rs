@@ -33,7 +33,7 @@ use crate::lab::renewal::place_among;
 use crate::lab::rows::take_wanted;
 use crate::lab::strip::{Strip, show_folded};
 use crate::lab::theme;
-use crate::lab::tools::{Tool, Tools};
+use crate::lab::tools::{self, Tool, Tools};
 use crate::lab::views::{choose_view, note_view};
 use crate::lab::widgets::{take_pointed, take_refused};
 use crate::own_presets::with_preset;
@@ -257,7 +257,7 @@ impl Interface {
         let size = Vec2::new(picture.width(), picture.height());
         let covered = match self.layout.alone {
             true => 0.0,
-            false => self.tools.width(picture, self.document.view.show),
+            false => tools::covered(&ctx, picture, self.document.view.show),
         };
         let room = Room { size, covered };
         self.keep_in_picture(room);

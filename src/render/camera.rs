@@ -129,8 +129,7 @@ impl Camera {
     /// Looks at the target from the present direction, from where every point of `points` just fits into a picture of
     /// `size` pixels. Nearer than [`Camera::fit`] for everything that is no sphere. Without points nothing changes.
     pub fn fit_points(&mut self, points: impl IntoIterator<Item = Vec3>, size: Vec2) {
-        let half = (0.5 * self.vertical_fov).tan();
-        let half = Vec2::new(half * aspect_ratio(size), half);
+        let half = self.half_sides(size);
         // What is free on either side of the target.
         let left_below = half * (1.0 / POINT_MARGIN + self.shift).max(SOME_ROOM);
         let right_above = half * (1.0 / POINT_MARGIN - self.shift).max(SOME_ROOM);
@@ -160,8 +159,7 @@ impl Camera {
         if size.min_element() <= 0.0 {
             return;
         }
-        let half = (0.5 * self.vertical_fov).tan();
-        let half = Vec2::new(half * aspect_ratio(size), half);
+        let half = self.half_sides(size);
         let [left, above, right, below] = margins;
         let free = (size - Vec2::new(left + right, above + below)).max(0.2 * size) / size;
         let middle = Vec2::new(left - right, below - above) / size;
@@ -251,6 +249,12 @@ impl Camera {
         self.backward().cross(self.right())
     }
 
+    /// Half of the width and of the height that a picture of `size` pixels shows at a distance of 1.
+    #[must_use]
+    pub fn half_sides(&self, size: Vec2) -> Vec2 {
+        (0.5 * self.vertical_fov).tan() * Vec2::new(aspect_ratio(size), 1.0)
+    }
+
     /// The near distance: nearer points are not drawn, world units.
     #[must_use]
     pub fn near(&self) -> f32 {
@@ -261,8 +265,7 @@ impl Camera {
     /// pixels.
     #[must_use]
     pub fn near_corner(&self, size: Vec2) -> f32 {
-        let half = (0.5 * self.vertical_fov).tan();
-        let farthest = Vec2::new(half * aspect_ratio(size), half) * (1.0 + self.shift.abs());
+        let farthest = self.half_sides(size) * (1.0 + self.shift.abs());
         let Vec2 { x: right, y: up } = farthest;
         self.near() * (1.0 + up * up + right * right).sqrt()
     }

@@ -563,22 +563,20 @@ impl Renderer {
             return;
         }
         let camera = &view.camera;
-        let aspect = size.x / size.y;
-        let half = (0.5 * camera.vertical_fov).tan();
-        let shift = camera.shift;
+        let half = camera.half_sides(size);
+        let (right, up) = (half.x * camera.right(), half.y * camera.up());
         let ground = view.ground_seen();
         let middle = ground.as_ref().map_or(Vec3::ZERO, ground::middle);
         let params = BackgroundParams {
             color: shot.lighting.background * view.background_light(),
-            aspect,
+            aspect: size.x / size.y,
             eye: camera.eye(),
             ground: middle.y,
-            right: half * aspect * camera.right(),
+            right,
             extent: ground.as_ref().map_or(0.0, Shadow::extent),
-            up: half * camera.up(),
+            up,
             middle_x: middle.x,
-            ahead: -camera.backward()
-                - half * (aspect * shift.x * camera.right() + shift.y * camera.up()),
+            ahead: -camera.backward() - camera.shift.x * right - camera.shift.y * up,
             middle_z: middle.z,
         };
         let args = BackgroundArgs {

@@ -190,7 +190,8 @@ mod tests {
     fn what_the_window_shows_is_in_pictures_of_any_shape() {
         let scene = Scene::load("cube".as_ref(), &Overrides::default()).unwrap();
         let from = [1104, 876];
-        let view = View::of(&scene, Vec2::new(1104.0, 876.0));
+        let mut view = View::of(&scene, Vec2::new(1104.0, 876.0));
+        view.camera.shift = Vec2::new(-0.3, 0.2);
         // Lengths at a distance of 1: half of the picture's width and height, and of a pixel.
         let half = |view: &View, [width, height]: [u32; 2]| {
             let up = (0.5 * view.camera.vertical_fov).tan();
@@ -204,6 +205,13 @@ mod tests {
             let seen = [its_across / across, its_up / up];
             assert!(seen.iter().all(|share| *share > 0.9999), "{to:?}: {seen:?}");
             assert!(seen.iter().any(|share| *share < 1.0001), "{to:?}: {seen:?}");
+            // The target is as far beside the middle as in the window.
+            let beside = view.camera.shift * Vec2::new(across, up);
+            let its_beside = other.camera.shift * Vec2::new(its_across, its_up);
+            assert!(
+                beside.distance(its_beside) < 1e-5,
+                "{to:?}: {its_beside}, not {beside}"
+            );
             let size = other.particle_size * its_pixel / (view.particle_size * pixel);
             assert!((size - 1.0).abs() < 1e-3, "{to:?}: {size}");
         }

@@ -31,6 +31,20 @@ fn has_no_tools(picture: Rect, show: Show) -> bool {
     picture.width() < 260.0 || picture.height() < 330.0 || show.is_flat()
 }
 
+/// How much of a picture the tools cover on its right side, points. In a narrow one it does not depend on the tool that is taken, so that the
+/// scene stays where it is.
+pub fn covered(ctx: &egui::Context, picture: Rect, show: Show) -> f32 {
+    if has_no_tools(picture, show) {
+        return 0.0;
+    }
+    let contents = match picture.width() < HAS_ROOM {
+        true => NARROW,
+        false => WIDTH,
+    };
+    let frame = egui::Frame::popup(&ctx.global_style()).total_margin();
+    BESIDE + contents + frame.sum().x
+}
+
 impl Tools {
     /// Shows the bar at the right side of the picture, and gives where it is; none in a picture that is small, or flat.
     pub(in super::super) fn show_tools(
@@ -69,15 +83,6 @@ impl Tools {
                 });
             });
         Some(shown.response.rect)
-    }
-
-    /// How much of a picture the tools cover on its right side while none has controls, points.
-    pub(in super::super) fn width(&self, picture: Rect, show: Show) -> f32 {
-        match has_no_tools(picture, show) {
-            true => 0.0,
-            false if picture.width() < HAS_ROOM => NARROW + BESIDE,
-            false => WIDTH + BESIDE,
-        }
     }
 
     fn tools(&mut self, ui: &mut Ui, is_narrow: bool) {

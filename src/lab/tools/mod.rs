@@ -26,6 +26,7 @@ use crate::lab::document::Document;
 use crate::lab::navigation::Drags;
 use crate::lab::renewal::place_among;
 use crate::lab::wheel::Wheel;
+pub use bar::covered;
 use grips::{FoodDrag, Grab};
 use hold::{Held, Hold, Way};
 pub use tool::Tool;

@@ -244,6 +244,36 @@ fn the_button_fits_the_scene_in_the_picture_of_its_own_frame() {
     assert_eq!(harness.interface.document.view.camera, fitted);
 }
 
+/// Would catch: a scene partly under the tool bar, room for a bar that is not shown, and one that stays where it was in another room.
+#[test]
+fn the_scene_is_in_the_middle_of_what_the_tools_leave_free() {
+    let mut harness = Harness::new();
+    for alone in [false, true, false] {
+        harness.interface.layout.alone = alone;
+        (0..3).for_each(|_| drop(harness.frame(vec![])));
+        let picture = harness.frame(vec![]).picture;
+        let bar = harness.ctx.memory(|memory| memory.area_rect("tools"));
+        let right = match alone {
+            true => picture.right(),
+            false => bar.expect("it is shown").left(),
+        };
+        let free = right - picture.left();
+        let size = Vec2::new(picture.width(), picture.height());
+        let document = &harness.interface.document;
+        let (low, high) = (document.outline.1.iter())
+            .map(|&point| document.view.camera.pixel(point, size).unwrap().x)
+            .fold((f32::MAX, f32::MIN), |(low, high), x| {
+                (low.min(x), high.max(x))
+            });
+        let middle = 0.5 * (low + high);
+        assert!(
+            (middle - 0.5 * free).abs() < 1.0,
+            "{middle} of {free}, alone: {alone}"
+        );
+        assert!(low > 0.0 && high < free, "{low} to {high} of {free}");
+    }
+}
+
 /// Would catch: a camera that jumps, a picture that is on its way for ever, and files and tools that get a camera from half way.
 #[test]
 fn the_picture_follows_the_camera_home_in_a_moment() {
