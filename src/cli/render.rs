@@ -8,7 +8,8 @@ use image::RgbaImage;
 use myxo::gpu::GpuError;
 use myxo::plain_text::{Shown as _, escaped};
 use myxo::render::exposure::Exposure;
-use myxo::render::lens::{self, Mean};
+use myxo::render::lens;
+use myxo::render::mean::Mean;
 use myxo::render::offscreen::{self, Offscreen};
 use myxo::render::pick;
 use myxo::render::renderer::Renderer;
@@ -28,8 +29,6 @@ use crate::console;
 
 /// The most turns of the camera.
 const MOST_TURNS: f32 = 1000.0;
-/// The widest lens, scene radii.
-const WIDEST_LENS: f32 = 1.0;
 
 /// Run a scene without a window and write pictures
 ///
@@ -247,10 +246,10 @@ impl Render {
 /// Reads the diameter of a lens.
 fn aperture(text: &str) -> Result<f32, String> {
     let aperture: f32 = text.parse().map_err(|_| "it is no number".to_owned())?;
-    if (0.0..=WIDEST_LENS).contains(&aperture) {
+    if (0.0..=lens::WIDEST).contains(&aperture) {
         Ok(aperture)
     } else {
-        Err(format!("it must be from 0 to {WIDEST_LENS}"))
+        Err(format!("it must be from 0 to {}", lens::WIDEST))
     }
 }
 
@@ -293,6 +292,8 @@ struct Photographer {
     turns: f32,
     /// Diameter of the lens, world units; 0 for all in focus.
     lens: f32,
+    /// The mean of pictures through the lens, once there was one.
+    mean: Option<Mean>,
     /// Pictures in a row: the exposure follows the trail slowly, so that films do not flicker.
     film: bool,
     taken: u32,
@@ -313,6 +314,7 @@ impl Photographer {
             pictures: 1,
             turns: 0.0,
             lens: 0.0,
+            mean: None,
             film,
             taken: 0,
         })
@@ -331,12 +333,12 @@ impl Photographer {
         // The last picture of a film is taken again for outputs of the last frame.
         let number = self.taken.min(self.pictures - 1);
         view.camera = (view.camera).turned(self.turns * number as f32 / self.pictures as f32);
-        let mut picture = if self.lens > 0.0 && !view.show.is_flat() {
-            self.through_lens(session, view)?
+        if self.lens > 0.0 && !view.show.is_flat() {
+            self.through_lens(session, view)?;
         } else {
-            self.draw(session, view, true)?;
-            self.offscreen.image()
-        };
+            self.draw(session, view, true, None)?;
+        }
+        let mut picture = self.offscreen.image();
         self.taken += 1;
         if let (true, Exposure::Auto { adaptation, .. }) = (self.film, &mut self.view.exposure) {
             *adaptation = (1.0 / (self.taken as f32 + 1.0)).max(SLOWEST_ADAPTATION);
@@ -351,30 +353,38 @@ impl Photographer {
     }
 
     /// The mean of pictures from all over the lens.
-    fn through_lens(&mut self, session: &mut Session, mut view: View) -> Result<RgbaImage> {
+    fn through_lens(&mut self, session: &mut Session, mut view: View) -> Result<()> {
         let size = self.offscreen.canvas().size();
         let middle = 0.5 * glam::UVec2::from_array(size).as_vec2();
         let poses = session.simulation.world_from_object();
         let ray = view.camera.ray(middle, 2.0 * middle);
         let hit = pick::pick(&session.scene.surface, &poses, &ray);
-        let focus = hit.map_or(view.camera.distance, |hit| {
-            (view.camera.eye() - hit.position).dot(view.camera.backward())
-        });
-        let mut mean = Mean::new(size);
+        let focus = lens::focus(&view.camera, hit);
+        let mut mean = match self.mean.take() {
+            Some(mean) => mean,
+            None => Mean::new(&session.ctx, size).map_err(|error| too_large(size, error))?,
+        };
+        mean.restart();
         for (i, camera) in (0..).zip(lens::cameras(&view.camera, self.lens, focus)) {
             view.camera = camera;
             // The texture beside it has no depth.
-            self.draw(session, view, i == 0)?;
-            mean.add(&self.offscreen.image());
+            self.draw(session, view, i == 0, Some(&mut mean))?;
             if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
                 *adaptation = 0.0;
             }
         }
-        Ok(mean.picture())
+        self.mean = Some(mean);
+        Ok(())
     }
 
-    /// Draws a picture, and the texture beside it if `with_beside`, and waits for them.
-    fn draw(&mut self, session: &mut Session, view: View, with_beside: bool) -> Result<()> {
+    /// Draws a picture, and the texture beside it if `with_beside`, and waits for them. With a `mean`, the picture is the mean with it.
+    fn draw(
+        &mut self,
+        session: &mut Session,
+        view: View,
+        with_beside: bool,
+        mean: Option<&mut Mean>,
+    ) -> Result<()> {
         let mut rec = session.frames.begin()?;
         let atlas = View {
             show: Show::Atlas,
@@ -385,6 +395,9 @@ impl Photographer {
         pictures.extend(beside.map(|beside| (atlas, beside.canvas())));
         self.renderer
             .draw_beside(&mut rec, session.simulation.state(), &pictures);
+        if let Some(mean) = mean {
+            mean.record(&mut rec, self.offscreen.canvas().image());
+        }
         self.offscreen.record_readback(&mut rec);
         if let Some(beside) = beside {
             beside.record_readback(&mut rec);

@@ -5,6 +5,7 @@ use std::path::Path;
 use egui::{Align2, DragValue, Rect, RichText, Ui, vec2};
 use myxo::export::Colors;
 use myxo::plain_text::Shown as _;
+use myxo::render::lens;
 use serde::{Deserialize, Serialize};
 
 use crate::lab::actions::Action;
@@ -92,6 +93,8 @@ const CUSTOM: (u32, u32) = (16, 16_384);
 const SECONDS: (f64, f64) = (0.1, 3600.0);
 /// How often its camera goes round.
 const TURNS: (f64, f64) = (-100.0, 100.0);
+/// Diameters of lenses, scene radii.
+const LENS: (f64, f64) = (0.0, lens::WIDEST as f64);
 /// Steps from one of its frames to the next.
 const EVERY: (u32, u32) = (1, 1000);
 /// Frames a second of films.
@@ -115,6 +118,10 @@ pub struct ExportPanel {
     pub transparent: bool,
     /// Are films that are folders of pictures written with transparency?
     pub film_transparent: bool,
+    /// The diameter of the lens of pictures, scene radii; 0 has all in focus.
+    pub lens: f64,
+    /// That of films.
+    pub film_lens: f64,
     /// The format of recordings and films.
     pub kind: Kind,
     /// Frames a second of recordings.
@@ -140,6 +147,8 @@ impl Default for ExportPanel {
             custom: [2048, 2048],
             transparent: false,
             film_transparent: false,
+            lens: 0.0,
+            film_lens: 0.0,
             kind: Kind::Mp4,
             fps: 30,
             film_fps: 30,
@@ -160,7 +169,7 @@ impl ExportPanel {
     /// The choices that another window has kept since this one opened, except those that were changed in this one.
     pub fn over(&self, opened: &Self, kept: &Self) -> Self {
         merged! { self, opened, kept: [
-            folder, size, film_size, custom, transparent, film_transparent, kind, fps, film_fps, seconds, every, turns, colors
+            folder, size, film_size, custom, transparent, film_transparent, lens, film_lens, kind, fps, film_fps, seconds, every, turns, colors
         ] }
     }
 
@@ -178,6 +187,8 @@ impl ExportPanel {
             seconds: within(self.seconds, SECONDS, usual.seconds),
             every: self.every.clamp(EVERY.0, EVERY.1),
             turns: within(self.turns, TURNS, usual.turns),
+            lens: within(self.lens, LENS, usual.lens),
+            film_lens: within(self.film_lens, LENS, usual.film_lens),
             ..self.clone()
         }
     }
@@ -289,6 +300,7 @@ impl ExportPanel {
             theme::switch(ui, &mut out.transparent, "transparent")
                 .on_hover_text("Leaves out the background")
                 .marked("out.transparent");
+            lens_width(ui, "out.lens", &mut out.lens, is_flat);
         });
 
         title(ui, "Recording and film", "What they are written as.");
@@ -387,6 +399,7 @@ impl ExportPanel {
             });
         });
         note_value(ui.ctx(), "out.turns", || format!("{}", out.turns));
+        lens_width(ui, "out.film_lens", &mut out.film_lens, is_flat);
         let label = format!("🎬 Film {} frames", out.film_frames());
         if ui
             .add_enabled(is_free, egui::Button::new(label))
@@ -498,6 +511,26 @@ fn number(
     );
     note_value(ui.ctx(), key, || format!("{value}"));
     response.marked(key)
+}
+
+/// The width of the lens.
+fn lens_width(ui: &mut Ui, key: &str, lens: &mut f64, is_flat: bool) {
+    let width = DragValue::new(lens)
+        .range(LENS.0..=LENS.1)
+        .speed(0.002)
+        .max_decimals(3)
+        .custom_parser(reader(ui, parse_number))
+        .update_while_editing(false)
+        .prefix("lens ");
+    ui.add_enabled(!is_flat, width)
+        .on_hover_text(format!(
+            "Depth of field: the diameter of the lens, in scene radii. What is nearer or farther than the middle of the picture is out \
+             of focus; 0.05 shows it well, 0 has all in focus. Each picture is the mean of {}, and takes as many times as long.",
+            lens::PLACES
+        ))
+        .on_disabled_hover_text("This view is flat")
+        .marked(key);
+    note_value(ui.ctx(), key, || format!("{lens}"));
 }
 
 /// The red dot, with time and frames; over the picture and not in it.

@@ -306,6 +306,7 @@ mod tests {
     fn every_kernel_of_a_step_is_described() {
         let without = [
             "arithmetic",
+            "average",
             "bloom_down",
             "bloom_first",
             "bloom_up",

@@ -19,6 +19,8 @@ pub struct Shot<'a> {
     pub picture: Place,
     pub beside: Option<Place>,
     pub is_moving: bool,
+    /// Is the picture refined if it is there already?
+    pub refines: bool,
     /// The interface over both.
     pub primitives: &'a [egui::ClippedPrimitive],
     pub pixels_per_point: f32,

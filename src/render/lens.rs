@@ -1,17 +1,26 @@
 //! Depth of field: a lens of some width sees each picture from many places at once. Pictures from places spread over the lens, all
-//! aimed at the point in focus, are averaged as light, which is exact up to their number and needs no blur.
+//! aimed at the point in focus, are averaged as light ([`Mean`](super::mean::Mean)), which is exact up to their number and needs no blur.
 
 use std::f32::consts::TAU;
-use std::sync::LazyLock;
 
 use glam::Vec2;
-use image::RgbaImage;
 
 use super::camera::{Camera, MAX_PITCH};
-use super::colormap::{linear_from_srgb, srgb_from_linear};
+use super::pick::Hit;
 
 /// Places on the lens.
 pub const PLACES: u32 = 32;
+
+/// The widest lens, scene radii.
+pub const WIDEST: f32 = 1.0;
+
+/// The distance before a camera of what is in focus: of what the middle of the picture shows, if it shows a surface, or of the target.
+#[must_use]
+pub fn focus(camera: &Camera, middle: Option<Hit>) -> f32 {
+    middle.map_or(camera.distance, |hit| {
+        (camera.eye() - hit.position).dot(camera.backward())
+    })
+}
 
 /// The cameras of one picture: spread over a lens of this diameter, world units, and aimed at what is at this distance before the middle
 /// of the picture.
@@ -37,63 +46,6 @@ pub fn cameras(camera: &Camera, diameter: f32, focus: f32) -> Vec<Camera> {
             }
         })
         .collect()
-}
-
-/// The mean of pictures of one size, as light.
-#[derive(Clone, Debug)]
-pub struct Mean {
-    size: [u32; 2],
-    /// Four for each pixel: light with premultiplied alpha, and alpha.
-    sums: Vec<f32>,
-    count: u32,
-}
-
-impl Mean {
-    /// Of no pictures yet.
-    #[must_use]
-    pub fn new(size: [u32; 2]) -> Self {
-        Self {
-            size,
-            sums: vec![0.0; 4 * size[0] as usize * size[1] as usize],
-            count: 0,
-        }
-    }
-
-    /// One picture more, with premultiplied alpha, in sRGB.
-    ///
-    /// # Panics
-    /// If it has another size.
-    pub fn add(&mut self, picture: &RgbaImage) {
-        assert_eq!(
-            picture.dimensions(),
-            self.size.into(),
-            "pictures of one size"
-        );
-        static LIGHT: LazyLock<[f32; 256]> =
-            LazyLock::new(|| std::array::from_fn(|i| linear_from_srgb(i as f32 / 255.0)));
-        let light = &*LIGHT;
-        for (sums, pixel) in self.sums.chunks_exact_mut(4).zip(picture.pixels()) {
-            let [r, g, b, alpha] = pixel.0;
-            for (sum, channel) in sums.iter_mut().zip([r, g, b]) {
-                *sum += light[usize::from(channel)];
-            }
-            sums[3] += f32::from(alpha);
-        }
-        self.count += 1;
-    }
-
-    /// Their mean, in sRGB; black and transparent if there were none.
-    #[must_use]
-    pub fn picture(&self) -> RgbaImage {
-        let share = 1.0 / self.count.max(1) as f32;
-        let [width, height] = self.size;
-        RgbaImage::from_fn(width, height, |x, y| {
-            let first = 4 * (y as usize * width as usize + x as usize);
-            let light = |k: usize| (255.0 * srgb_from_linear(share * self.sums[first + k])).round();
-            let alpha = (share * self.sums[first + 3]).round();
-            image::Rgba([light(0), light(1), light(2), alpha].map(|byte| byte as u8))
-        })
-    }
 }
 
 #[cfg(test)]
@@ -124,16 +76,5 @@ mod tests {
         let all = cameras(&camera, 0.2, focus);
         let mean = all.iter().map(Camera::eye).sum::<Vec3>() / PLACES as f32;
         assert!(mean.distance(camera.eye()) < 0.01, "{mean}");
-    }
-
-    /// Would catch: a mean of encoded values in place of light, and one without alpha.
-    #[test]
-    fn pictures_are_averaged_as_light() {
-        let of = |bytes| RgbaImage::from_pixel(2, 1, image::Rgba(bytes));
-        let mut mean = Mean::new([2, 1]);
-        assert_eq!(mean.picture(), of([0; 4]));
-        mean.add(&of([0, 10, 255, 255]));
-        mean.add(&of([255, 10, 255, 0]));
-        assert_eq!(mean.picture(), of([188, 10, 255, 128]));
     }
 }

@@ -12,6 +12,7 @@ pub mod exposure;
 pub mod gui;
 pub mod hues;
 pub mod lens;
+pub mod mean;
 pub mod normals;
 pub mod occlusion;
 pub mod offscreen;

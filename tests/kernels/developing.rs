@@ -4,13 +4,14 @@ use crate::common::gpu;
 use glam::Vec3;
 use myxo::gpu::{Buffer, DispatchGroups, Kernel as _, Pipeline, Texels, Threads};
 use myxo::render::develop::{Bloom, LEVEL_WEIGHT, Shape, twin};
+use myxo::render::mean;
 use myxo::render::renderer::ground;
 use myxo::rng::{Purpose, random};
 use myxo::sim::kernels::{
-    BloomDown, BloomDownArgs, BloomDownParams, BloomFirst, BloomFirstArgs, BloomFirstParams,
-    BloomUp, BloomUpArgs, BloomUpParams, Develop, DevelopArgs, DevelopConstants, DevelopParams,
-    SmoothEdges, SmoothEdgesArgs, SmoothEdgesConstants, SmoothEdgesParams, Soften, SoftenArgs,
-    SoftenConstants, SoftenParams,
+    Average, AverageArgs, AverageParams, BloomDown, BloomDownArgs, BloomDownParams, BloomFirst,
+    BloomFirstArgs, BloomFirstParams, BloomUp, BloomUpArgs, BloomUpParams, Develop, DevelopArgs,
+    DevelopConstants, DevelopParams, SmoothEdges, SmoothEdgesArgs, SmoothEdgesConstants,
+    SmoothEdgesParams, Soften, SoftenArgs, SoftenConstants, SoftenParams,
 };
 
 /// From one pixel on, with sides that are no multiples of four, and one that has all levels.
@@ -272,6 +273,46 @@ fn soften_agrees_with_its_twin() {
                 (0.93..1.0).contains(&(after / before)),
                 "{after} of {before}"
             );
+        }
+    }
+    gpu.finish();
+}
+
+/// Would catch: a mean of pictures that differs from its twin, one that begins with what a former mean has left, and pixels that are left out.
+#[test]
+fn average_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    let ctx = &gpu.ctx;
+    let average = Pipeline::<Average>::new(ctx, &()).unwrap();
+    let light = Buffer::from_slice(ctx, "light", mean::light()).unwrap();
+    let light = Texels::new(&light, 1).unwrap();
+    for pixel_count in [1, 63, 1000] {
+        let all = pixel_count as usize;
+        let stale = vec![0x1234_5678_u32; 4 * all];
+        let sums = Buffer::from_slice(ctx, "sums", &stale).unwrap();
+        let all_sums = Texels::new(&sums, 4).unwrap();
+        let mut twin_sums = vec![[7; 4]; all];
+        for pictures in 1..=5 {
+            let words = (0..pixel_count).map(|i| random(pictures, i, 0, Purpose::Start)[0]);
+            let mut twin: Vec<u32> = words.collect();
+            let picture = Buffer::from_slice(ctx, "picture", &twin).unwrap();
+            let texels = Texels::new(&picture, 1).unwrap();
+            gpu.run(|rec| {
+                let args = AverageArgs {
+                    light: &light,
+                    sums: &all_sums,
+                    picture: &texels,
+                };
+                let params = AverageParams {
+                    pixel_count,
+                    pictures,
+                };
+                rec.dispatch(&average, Threads(pixel_count), args, params);
+            });
+            mean::average(pictures, &mut twin_sums, &mut twin);
+            assert_eq!(ctx.download(&picture).unwrap(), twin, "{pictures}");
+            let found = ctx.download(&sums).unwrap();
+            assert_eq!(found, twin_sums.as_flattened(), "{pictures}");
         }
     }
     gpu.finish();

@@ -194,6 +194,24 @@ fn every_export_is_whole() {
         let there = picture.pixels().filter(|pixel| pixel.0[3] == 255);
         assert!(there.count() > 10_000, "it is there");
     }
+    // Through a wide lens what is nearer or farther than the middle is out of focus: the outline is softer.
+    lab.click("out.size=window");
+    let partly_covered = [("5", "0.2"), ("6", "0")].map(|(number, lens)| {
+        lab.type_until("out.lens", 0.5, lens, "out.lens", lens);
+        lab.click("out.picture");
+        let file = arrived(&lab, &format!("screenshot_00000{number}.png"));
+        let picture = image::open(file).expect("it is a picture").into_rgba8();
+        let partly = |pixel: &&image::Rgba<u8>| (20..236).contains(&pixel.0[3]);
+        picture.pixels().filter(partly).count()
+    });
+    assert!(
+        partly_covered[0] > 2 * partly_covered[1] && partly_covered[1] > 50,
+        "{partly_covered:?}"
+    );
+    lab.type_until("out.film_lens", 0.5, "0.1", "out.film_lens", "0.1");
+    lab.type_until("out.seconds", 0.5, "0.1", "out.seconds", "0.1");
+    lab.click("out.film");
+    assert_eq!(frames_in(&arrived(&lab, "film_000003")).len(), 2);
     lab.click("out.kind=GIF");
     // A cancelled film leaves no file.
     lab.type_until("out.seconds", 0.5, "600", "out.seconds", "600");

@@ -187,12 +187,13 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Nothing is drawn.
+    /// Nothing is drawn; `lens` is the diameter of the lens, world units.
     pub fn begin(
         ctx: &Arc<Context>,
         size: [u32; 2],
         format: Format,
         mut view: View,
+        lens: f32,
         name: Reserved,
     ) -> Result<Self> {
         // As bright as the window is now.
@@ -200,7 +201,7 @@ impl Picture {
             *adaptation = 0.0;
         }
         Ok(Self {
-            shot: Some(Shot::new(ctx, size, format)?),
+            shot: Some(Shot::new(ctx, size, format, lens)?),
             view,
             name: Arc::new(name),
             writer: None,
@@ -253,7 +254,7 @@ pub struct Film {
 }
 
 impl Film {
-    /// Begins with a picture of the state as it is.
+    /// Begins with a picture of the state as it is; `lens` is the diameter of the lens, world units.
     #[expect(clippy::too_many_arguments, reason = "each is asked for once")]
     pub fn begin(
         ctx: &Arc<Context>,
@@ -261,12 +262,13 @@ impl Film {
         size: [u32; 2],
         format: Format,
         view: View,
+        lens: f32,
         name: Reserved,
         panel: &ExportPanel,
         step: u64,
     ) -> Result<Self> {
         Ok(Self {
-            shot: Some(Shot::new(ctx, size, format)?),
+            shot: Some(Shot::new(ctx, size, format, lens)?),
             view,
             path: name.path().to_owned(),
             encoder: Encoder::begin(output, size, name),

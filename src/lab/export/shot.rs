@@ -1,12 +1,16 @@
-//! A picture of any size, drawn in parts that are small enough for the window to continue between them.
+//! A picture of any size, drawn in parts that are small enough for the window to continue between them; one through a lens is the mean
+//! of many.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use glam::UVec2;
 use myxo::Result;
 use myxo::gpu::{Buffer, Context, Domain, Format, Frames};
 use myxo::render::exposure::Exposure;
-use myxo::render::{Canvas, View};
+use myxo::render::lens;
+use myxo::render::mean::Mean;
+use myxo::render::{Camera, Canvas, View};
 
 use crate::lab::export::encoder::Frame;
 use crate::lab::stage::Stage;
@@ -21,20 +25,41 @@ pub struct Shot {
     canvas: Canvas,
     pixels: Buffer<[u8; 4]>,
     format: Format,
+    lens: Option<Lens>,
     /// Rows that are drawn.
     done: u32,
     /// Rows of the next part.
     rows: u32,
 }
 
+/// A lens with pictures from all over it.
+struct Lens {
+    /// World units.
+    diameter: f32,
+    mean: Mean,
+    /// Of the present picture, and the place of the one that draws.
+    cameras: Vec<Camera>,
+    at: usize,
+}
+
 impl Shot {
-    /// Nothing is drawn.
-    pub fn new(ctx: &Arc<Context>, size: [u32; 2], format: Format) -> Result<Self> {
+    /// Nothing is drawn. `lens` is the diameter of the lens, world units; 0 has all in focus, and so have flat views.
+    pub fn new(ctx: &Arc<Context>, size: [u32; 2], format: Format, lens: f32) -> Result<Self> {
+        let lens = match lens > 0.0 {
+            true => Some(Lens {
+                diameter: lens,
+                mean: Mean::new(ctx, size)?,
+                cameras: Vec::new(),
+                at: 0,
+            }),
+            false => None,
+        };
         let count = size[0] as usize * size[1] as usize;
         Ok(Self {
             canvas: Canvas::new(ctx, size, format)?,
             pixels: Buffer::new(ctx, "picture.pixels", count, Domain::Readback)?,
             format,
+            lens,
             done: 0,
             rows: FIRST_ROWS,
         })
@@ -42,7 +67,11 @@ impl Shot {
 
     /// The share that is drawn.
     pub fn share(&self) -> f32 {
-        self.done as f32 / self.canvas.size()[1] as f32
+        let share = self.done as f32 / self.canvas.size()[1] as f32;
+        match &self.lens {
+            Some(lens) => (lens.at as f32 + share) / lens.cameras.len().max(1) as f32,
+            None => share,
+        }
     }
 
     /// Draws the next part and waits for it; true when the picture is whole. The state must stay as it is until then. The
@@ -52,18 +81,34 @@ impl Shot {
         let height = self.canvas.size()[1];
         let end = height.min(self.done + self.rows);
         let mut view = *view;
-        if let (1.., Exposure::Auto { adaptation, .. }) = (self.done, &mut view.exposure) {
+        let mut is_first = self.done == 0;
+        if let Some(lens) = &mut self.lens {
+            if is_first && lens.at == 0 {
+                lens.begin(stage, &view, self.canvas.size());
+            }
+            is_first &= lens.at == 0;
+            view.camera = lens.cameras[lens.at];
+        }
+        if let (false, Exposure::Auto { adaptation, .. }) = (is_first, &mut view.exposure) {
             *adaptation = 0.0;
         }
         let mut rec = frames.begin()?;
         stage.draw_rows(&mut rec, &view, &self.canvas, self.done..end);
-        let is_whole = end == height;
+        self.done = end;
+        let mut is_whole = end == height;
+        if let Some(lens) = self.lens.as_mut().filter(|_| is_whole) {
+            lens.mean.record(&mut rec, self.canvas.image());
+            lens.at += 1;
+            is_whole = lens.at == lens.cameras.len();
+            if !is_whole {
+                self.done = 0;
+            }
+        }
         if is_whole {
             rec.copy_image(self.canvas.image(), &self.pixels);
         }
         frames.submit(rec)?;
         frames.wait_idle()?;
-        self.done = end;
         let factor = PART.as_secs_f64() / begun.elapsed().as_secs_f64().max(1e-4);
         self.rows = (f64::from(self.rows) * factor.clamp(0.25, 2.0)).ceil() as u32;
         Ok(is_whole)
@@ -72,6 +117,9 @@ impl Shot {
     /// The whole picture; the next one begins.
     pub fn take(&mut self, number: u64, view: &View) -> Frame {
         self.done = 0;
+        if let Some(lens) = &mut self.lens {
+            lens.at = 0;
+        }
         Frame {
             number,
             size: self.canvas.size(),
@@ -79,5 +127,20 @@ impl Shot {
             is_blue_first: self.format == Format::Bgra8Srgb,
             is_transparent: view.is_transparent,
         }
+    }
+}
+
+impl Lens {
+    /// The cameras of a picture, which is focused on what is in its middle.
+    fn begin(&mut self, stage: &Stage, view: &View, size: [u32; 2]) {
+        self.mean.restart();
+        self.cameras = match view.show.is_flat() {
+            true => vec![view.camera],
+            false => {
+                let size = UVec2::from_array(size).as_vec2();
+                let focus = lens::focus(&view.camera, stage.pick(view, 0.5 * size, size));
+                lens::cameras(&view.camera, self.diameter, focus)
+            }
+        };
     }
 }

@@ -106,6 +106,7 @@ impl Lab {
             picture: seen.picture,
             beside: seen.beside,
             is_moving: false,
+            refines: false,
             primitives: &seen.primitives,
             pixels_per_point: seen.pixels_per_point,
         };

@@ -60,9 +60,9 @@ impl Lab {
     }
 
     fn begin_picture(&mut self, picture: [u32; 2]) -> Result<()> {
-        if self.runner.stage.is_none() {
+        let Some(stage) = &self.runner.stage else {
             return Ok(());
-        }
+        };
         self.is_free()?;
         let panel = &self.interface.exports;
         let size = panel.size.pixels(picture, panel.custom);
@@ -71,7 +71,8 @@ impl Lab {
         let name = Reserved::next(&self.export_folder(), "screenshot", "png")?;
         let mut view = scaled(&self.interface.document.view, picture, size);
         view.is_transparent = panel.transparent;
-        let made = Picture::begin(&self.runner.ctx, size, self.runner.format, view, name);
+        let lens = panel.lens as f32 * stage.scene.radius;
+        let made = Picture::begin(&self.runner.ctx, size, self.runner.format, view, lens, name);
         self.jobs.exports.job = Some(Export::Picture(
             made.map_err(|error| too_large(size, error))?,
         ));
@@ -132,8 +133,9 @@ impl Lab {
             return Ok(());
         };
         let first_step = stage.simulation.step();
-        self.is_free()?;
         let panel = self.interface.exports.clone();
+        let lens = panel.film_lens as f32 * stage.scene.radius;
+        self.is_free()?;
         let size = panel.film_size.pixels(picture, panel.custom);
         check_size(size, LARGEST_FILM)?;
         let (name, output) = self.output("film", panel.kind, size, panel.film_fps)?;
@@ -148,6 +150,7 @@ impl Lab {
             size,
             self.runner.format,
             view,
+            lens,
             name,
             &panel,
             first_step,

@@ -63,6 +63,8 @@ const SETTLES_AFTER: Duration = Duration::from_millis(250);
 const EXPOSURE_SPEED: f32 = 3.0;
 /// How often a window without a size is looked at again.
 const HIDDEN_INTERVAL: Duration = Duration::from_millis(100);
+/// A picture is refined once nothing has moved, and no input has come, for this long.
+const REFINES_AFTER: Duration = Duration::from_millis(600);
 /// The places in the report are final if no frame is due for this long.
 const RESTS_FOR: Duration = Duration::from_millis(250);
 /// How often it is shown how far a scene is that loads, and asked for food that is on its way.
@@ -95,6 +97,8 @@ pub struct Lab {
     pub closing: bool,
     /// Test actions after a number of pictures.
     pub(super) countdown: Countdown,
+    /// When input last came.
+    asked: Instant,
     /// When the picture last moved.
     pub(super) moved: Instant,
     /// The number of messages of the validation layers.
@@ -186,6 +190,7 @@ impl Lab {
                 closes: options.frames,
                 loses_device: options.lose_device.iter().copied().collect(),
             },
+            asked: host.now(),
             moved: host.now(),
             message_count: 0,
             atlases: options.atlases.clone(),
@@ -289,7 +294,11 @@ impl Lab {
         if task.steps > 0 || seen.shown.touched || holds {
             self.moved = self.host.now();
         }
+        if seen.is_asked {
+            self.asked = self.host.now();
+        }
         let is_moving = self.is_moving();
+        let refines = (self.refines_at(seen)).is_some_and(|at| at <= self.host.now());
         self.record_tools(&mut rec)?;
         self.record_export(&mut rec);
         // An export may wait for what this frame copies.
@@ -311,6 +320,7 @@ impl Lab {
                 picture: seen.picture,
                 beside: seen.beside,
                 is_moving,
+                refines,
                 primitives: &seen.primitives,
                 pixels_per_point: seen.pixels_per_point,
             };
@@ -337,7 +347,7 @@ impl Lab {
             let rests = next.is_none_or(|next| next > self.host.now() + RESTS_FOR);
             self.report_places(seen.pixels_per_point, rests)?;
         }
-        Ok(next)
+        Ok([next, self.refines_at(seen)].into_iter().flatten().min())
     }
 
     /// Begins to draw the picture in slices, if another one is to be shown.
@@ -399,6 +409,18 @@ impl Lab {
         let loading = waits.then(|| now + LOADING_INTERVAL);
         let repaint = repaint.and_then(|delay| now.checked_add(delay));
         [settles, loading, repaint].into_iter().flatten().min()
+    }
+
+    /// When the picture is drawn once more to be smoother, if it still is to be. Until then the window rests.
+    fn refines_at(&self, seen: &Seen) -> Option<Instant> {
+        let is_busy = self.runs()
+            || seen.picture.is_empty()
+            || self.runner.single_steps > 0
+            || self.jobs.exports.is_busy()
+            || self.jobs.are_waited_for()
+            || self.runner.previewing.is_some();
+        let stage = self.runner.stage.as_ref().filter(|_| !is_busy)?;
+        (stage.can_refine()).then(|| self.moved.max(self.asked) + REFINES_AFTER)
     }
 
     /// Does the simulation run without single steps? It waits for a load if both would use the same processors.

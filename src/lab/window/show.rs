@@ -63,6 +63,8 @@ impl Lab {
                 if shot.answers {
                     self.runner.order.owe_picture();
                 }
+            } else if shot.refines && stage.has_picture(&shot.view, shot.sizes(), shot.is_moving) {
+                stage.refine(&mut rec);
             } else {
                 stage.draw(&mut rec, &shot.view, shot.sizes(), shot.is_moving)?;
             }

@@ -1,0 +1,149 @@
+//! The mean of pictures, as light: of a lens that sees from many places, and of a picture that is drawn again and again a little beside
+//! itself, for edges and fine lines without steps. All is done by integers, which give the same bits on every device.
+
+use std::sync::{Arc, LazyLock};
+
+use super::colormap::linear_from_srgb;
+use crate::gpu::{Buffer, Context, GpuError, Image, Pipeline, Recorder, Texels, Threads};
+use crate::sim::kernels::{Average, AverageArgs, AverageParams};
+
+/// The most pictures of a mean.
+pub const MOST_PICTURES: u32 = 65_536;
+
+/// The light of each byte of sRGB, 0 to 65,535; each larger than the one before.
+#[must_use]
+pub fn light() -> &'static [u32; 256] {
+    static LIGHT: LazyLock<[u32; 256]> = LazyLock::new(|| {
+        std::array::from_fn(|byte| {
+            (65_535.0 * linear_from_srgb(byte as f32 / 255.0)).round() as u32
+        })
+    });
+    &LIGHT
+}
+
+/// Sums of pictures of one size.
+pub struct Mean {
+    size: [u32; 2],
+    average: Pipeline<Average>,
+    light: Texels<u32>,
+    sums: Texels<u32>,
+    words: Buffer<u32>,
+    picture: Texels<u32>,
+    count: u32,
+}
+
+impl Mean {
+    /// Of no pictures yet, of `size` pixels.
+    ///
+    /// # Errors
+    /// When the device has no memory for 20 bytes a pixel, or no buffers of so many pixels.
+    pub fn new(ctx: &Arc<Context>, size: [u32; 2]) -> Result<Self, GpuError> {
+        let pixel_count = size[0] as usize * size[1] as usize;
+        let light = Buffer::from_slice(ctx, "picture.light", light())?;
+        let sums = Buffer::<u32>::zeroed(ctx, "picture.sums", 4 * pixel_count)?;
+        let words = Buffer::<u32>::zeroed(ctx, "picture.mean", pixel_count)?;
+        Ok(Self {
+            size,
+            average: Pipeline::new(ctx, &())?,
+            light: Texels::new(&light, 1)?,
+            sums: Texels::new(&sums, 4)?,
+            picture: Texels::new(&words, 1)?,
+            words,
+            count: 0,
+        })
+    }
+
+    /// Width and height, pixels.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// The number of pictures.
+    #[must_use]
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Forgets all pictures.
+    pub fn restart(&mut self) {
+        self.count = 0;
+    }
+
+    /// Records that a picture, in sRGB and with premultiplied alpha, is added; the mean takes its place.
+    ///
+    /// # Panics
+    /// If it has another size, or is one more than [`MOST_PICTURES`].
+    pub fn record(&mut self, rec: &mut Recorder, image: &Image) {
+        assert_eq!(image.size(), self.size, "pictures of one size");
+        assert!(self.count < MOST_PICTURES, "too many pictures");
+        self.count += 1;
+        rec.copy_image(image, &self.words);
+        let pixel_count = self.size[0] * self.size[1];
+        rec.dispatch(
+            &self.average,
+            Threads(pixel_count),
+            AverageArgs {
+                light: &self.light,
+                sums: &self.sums,
+                picture: &self.picture,
+            },
+            AverageParams {
+                pixel_count,
+                pictures: self.count,
+            },
+        );
+        rec.copy_to_image(&self.words, image, self.size[0]);
+    }
+}
+
+/// Twin of `shaders/average.comp`: adds `picture` to `sums`, of `pictures` with this one, and puts the mean in its place.
+pub fn average(pictures: u32, sums: &mut [[u32; 4]], picture: &mut [u32]) {
+    let light = light();
+    let byte_of = |mean: u32| {
+        let mut found = 0;
+        for step in (0..8).rev().map(|bit| 1 << bit) {
+            let next = found + step;
+            if 2 * mean >= light[next - 1] + light[next] {
+                found = next;
+            }
+        }
+        found as u32
+    };
+    for (sum, word) in sums.iter_mut().zip(picture) {
+        let [r, g, b, alpha] = word.to_le_bytes();
+        let [r, g, b] = [r, g, b].map(|byte| light[usize::from(byte)]);
+        let before = if pictures > 1 { *sum } else { [0; 4] };
+        *sum = [r, g, b, u32::from(alpha)];
+        for (sum, before) in sum.iter_mut().zip(before) {
+            *sum += before;
+        }
+        let [r, g, b, alpha] = sum.map(|sum| (sum + pictures / 2) / pictures);
+        *word = byte_of(r) | byte_of(g) << 8 | byte_of(b) << 16 | alpha << 24;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Would catch: a mean of encoded values in place of light, one without alpha, and one that changes what does not change.
+    #[test]
+    fn pictures_are_averaged_as_light() {
+        let mut sums = [[0; 4]; 1];
+        let mut word = [u32::from_le_bytes([0, 10, 255, 255])];
+        average(1, &mut sums, &mut word);
+        assert_eq!(word[0].to_le_bytes(), [0, 10, 255, 255]);
+        word = [u32::from_le_bytes([255, 10, 255, 0])];
+        average(2, &mut sums, &mut word);
+        assert_eq!(word[0].to_le_bytes(), [188, 10, 255, 128]);
+        for byte in 0..=255_u8 {
+            let same = u32::from_le_bytes([byte; 4]);
+            for pictures in 1..=40 {
+                word = [same];
+                average(pictures, &mut sums, &mut word);
+                assert_eq!(word, [same], "{pictures} of {byte}");
+            }
+        }
+    }
+}
