@@ -9,7 +9,7 @@ use myxo::gpu::GpuError;
 use myxo::plain_text::{Shown as _, escaped};
 use myxo::render::exposure::Exposure;
 use myxo::render::lens;
-use myxo::render::mean::Mean;
+use myxo::render::mean::{self, Mean};
 use myxo::render::offscreen::{self, Offscreen};
 use myxo::render::pick;
 use myxo::render::renderer::Renderer;
@@ -82,9 +82,13 @@ pub struct Render {
     #[arg(long, value_name = "N", default_value_t = 0.0, value_parser = turns, allow_negative_numbers = true)]
     turns: f32,
     /// Diameter of the camera's lens, in scene radii: what is nearer or farther than the middle of the picture is out of focus. Each
-    /// picture is drawn 32 times
+    /// picture is the mean of 32, or of --passes
     #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = aperture)]
     aperture: f32,
+    /// Draws each picture so many times, each time a part of a pixel beside the last, and takes the mean: fine lines become smooth. The
+    /// window's picture at rest has 8
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    passes: Option<u32>,
     /// Pictures a second in a film
     #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=240))]
     fps: u32,
@@ -192,6 +196,11 @@ impl Render {
                 "--aperture has no effect on the view {word}, which is flat: omit it, or choose another --view"
             )));
         }
+        if self.passes.is_some() && show.is_flat() {
+            return Err(Error::Invalid(format!(
+                "--passes has no effect on the view {word}, which is flat: omit it, or choose another --view"
+            )));
+        }
         if self.split && (show.is_flat() || self.size.width < 2) {
             return Err(Error::Invalid(format!(
                 "--split cannot show the view {word} beside the texture: choose another --view, and a --size 2 pixels wide at least"
@@ -215,6 +224,8 @@ impl Render {
         camera.pictures = pictures.max(1);
         camera.turns = self.turns;
         camera.lens = self.aperture * session.scene.radius;
+        let usual = if self.aperture > 0.0 { lens::PLACES } else { 1 };
+        camera.passes = self.passes.unwrap_or(usual);
         let mut filmed = None;
         let mut done = 0;
         while done < self.steps && !interrupt::requested() {
@@ -292,7 +303,9 @@ struct Photographer {
     turns: f32,
     /// Diameter of the lens, world units; 0 for all in focus.
     lens: f32,
-    /// The mean of pictures through the lens, once there was one.
+    /// How often each picture is drawn for its mean.
+    passes: u32,
+    /// The mean, once there was one.
     mean: Option<Mean>,
     /// Pictures in a row: the exposure follows the trail slowly, so that films do not flicker.
     film: bool,
@@ -314,6 +327,7 @@ impl Photographer {
             pictures: 1,
             turns: 0.0,
             lens: 0.0,
+            passes: 1,
             mean: None,
             film,
             taken: 0,
@@ -333,8 +347,8 @@ impl Photographer {
         // The last picture of a film is taken again for outputs of the last frame.
         let number = self.taken.min(self.pictures - 1);
         view.camera = (view.camera).turned(self.turns * number as f32 / self.pictures as f32);
-        if self.lens > 0.0 && !view.show.is_flat() {
-            self.through_lens(session, view)?;
+        if self.passes > 1 || self.lens > 0.0 {
+            self.draw_mean(session, view)?;
         } else {
             self.draw(session, view, true, None)?;
         }
@@ -352,22 +366,27 @@ impl Photographer {
         })
     }
 
-    /// The mean of pictures from all over the lens.
-    fn through_lens(&mut self, session: &mut Session, mut view: View) -> Result<()> {
+    /// Draws the mean of pictures from all over the lens, or from one place.
+    fn draw_mean(&mut self, session: &mut Session, mut view: View) -> Result<()> {
         let size = self.offscreen.canvas().size();
-        let middle = 0.5 * glam::UVec2::from_array(size).as_vec2();
-        let poses = session.simulation.world_from_object();
-        let ray = view.camera.ray(middle, 2.0 * middle);
-        let hit = pick::pick(&session.scene.surface, &poses, &ray);
-        let focus = lens::focus(&view.camera, hit);
+        let camera = view.camera;
+        let cameras = if self.lens > 0.0 {
+            let middle = 0.5 * glam::UVec2::from_array(size).as_vec2();
+            let poses = session.simulation.world_from_object();
+            let ray = camera.ray(middle, 2.0 * middle);
+            let hit = pick::pick(&session.scene.surface, &poses, &ray);
+            lens::cameras(&camera, self.lens, lens::focus(&camera, hit), self.passes)
+        } else {
+            vec![camera; self.passes as usize]
+        };
         let mut mean = match self.mean.take() {
             Some(mean) => mean,
             None => Mean::new(&session.ctx, size).map_err(|error| too_large(size, error))?,
         };
         mean.restart();
-        for (i, camera) in (0..).zip(lens::cameras(&view.camera, self.lens, focus)) {
-            view.camera = camera;
-            // The texture beside it has no depth.
+        for (i, camera) in (0..).zip(cameras) {
+            view.camera = mean::beside(&camera, size, i);
+            // The texture beside it stays as it is.
             self.draw(session, view, i == 0, Some(&mut mean))?;
             if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
                 *adaptation = 0.0;

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::{Affine3A, UVec2, Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3};
 use myxo::gpu::{Context, DeviceKind, Format, Image, Readback, Recorder};
 use myxo::render::exposure::Exposure;
-use myxo::render::mean::Mean;
+use myxo::render::mean::{self, Mean};
 use myxo::render::pick::{self, Hit};
 use myxo::render::{Canvas, Prepared, Quality, Renderer, View};
 use myxo::scene::Scene;
@@ -38,11 +38,6 @@ const SETTLED: f32 = 1e-3;
 
 /// Copies of the counters that may be on their way to the host.
 const COUNTERS_UNDER_WAY: usize = 4;
-
-/// Pictures that a resting picture is the mean of in the end, and how far apart they are: the parts of a pixel by which each is farther to
-/// the right and higher than the one before (Roberts 2018: they cover the pixel evenly, however many there are).
-pub const REFINED: u32 = 8;
-const APART: Vec2 = Vec2::new(0.754_877_7, 0.569_840_3);
 
 /// Sizes of the picture and of the atlas beside it.
 pub type Sizes = ([u32; 2], Option<[u32; 2]>);
@@ -224,7 +219,7 @@ impl Stage {
     /// Would a resting picture be smoother for another one?
     pub fn can_refine(&self) -> bool {
         let is_flat = |drawn: &Drawn| drawn.view.show.is_flat();
-        let may = !self.cannot_refine && self.refined_count() < REFINED;
+        let may = !self.cannot_refine && self.refined_count() < mean::SMOOTH;
         may && self.drawn.as_ref().is_some_and(|drawn| !is_flat(drawn))
     }
 
@@ -255,8 +250,7 @@ impl Stage {
             mean.restart();
             mean.record(rec, canvas.image());
         }
-        let part = (0.5 + count as f32 * APART).fract_gl() - 0.5;
-        drawn.view.camera.shift += 2.0 * part / UVec2::from_array(size).as_vec2();
+        drawn.view.camera = mean::beside(&drawn.view.camera, size, count);
         if let Exposure::Auto { adaptation, .. } = &mut drawn.view.exposure {
             *adaptation = 0.0;
         }
@@ -670,7 +664,7 @@ mod tests {
                 assert_eq!(stage.refined_count(), count);
                 assert!(stage.has_picture(view, SIZES, false));
             }
-            assert_eq!(count, REFINED);
+            assert_eq!(count, mean::SMOOTH);
             (plain, last)
         };
         let difference = |a: &[[u8; 4]], b: &[[u8; 4]]| {

@@ -8,7 +8,7 @@ use glam::Vec2;
 use super::camera::{Camera, MAX_PITCH};
 use super::pick::Hit;
 
-/// Places on the lens.
+/// Places on a lens that show no steps if it is not too wide.
 pub const PLACES: u32 = 32;
 
 /// The widest lens, scene radii.
@@ -22,15 +22,15 @@ pub fn focus(camera: &Camera, middle: Option<Hit>) -> f32 {
     })
 }
 
-/// The cameras of one picture: spread over a lens of this diameter, world units, and aimed at what is at this distance before the middle
+/// The cameras of one picture: so many, spread over a lens of this diameter, world units, and aimed at what is at this distance before the middle
 /// of the picture.
 #[must_use]
-pub fn cameras(camera: &Camera, diameter: f32, focus: f32) -> Vec<Camera> {
+pub fn cameras(camera: &Camera, diameter: f32, focus: f32, places: u32) -> Vec<Camera> {
     let target = camera.eye() - focus * camera.backward();
-    (0..PLACES)
+    (0..places)
         .map(|i| {
             // A spiral that covers the disc evenly (Vogel, 1979).
-            let radius = 0.5 * diameter * ((i as f32 + 0.5) / PLACES as f32).sqrt();
+            let radius = 0.5 * diameter * ((i as f32 + 0.5) / places as f32).sqrt();
             let angle = TAU * (i as f32 * 0.618_034).fract();
             let Vec2 { x, y } = radius * Vec2::from_angle(angle);
             let eye = camera.eye() + x * camera.right() + y * camera.up();
@@ -66,14 +66,14 @@ mod tests {
         let focus = 3.0;
         let at = |distance: f32| camera.eye() - distance * camera.backward();
         let spread = |point: Vec3| {
-            let pixels = cameras(&camera, 0.2, focus).into_iter();
+            let pixels = cameras(&camera, 0.2, focus, PLACES).into_iter();
             let pixels = pixels.map(|camera| camera.pixel(point, size).unwrap());
             let from_middle = pixels.map(|pixel| pixel.distance(0.5 * size));
             from_middle.fold(0.0, f32::max)
         };
         assert!(spread(at(focus)) < 0.1, "{}", spread(at(focus)));
         assert!(spread(at(2.0)) > 10.0 && spread(at(6.0)) > 5.0);
-        let all = cameras(&camera, 0.2, focus);
+        let all = cameras(&camera, 0.2, focus, PLACES);
         let mean = all.iter().map(Camera::eye).sum::<Vec3>() / PLACES as f32;
         assert!(mean.distance(camera.eye()) < 0.01, "{mean}");
     }

@@ -3,9 +3,29 @@
 
 use std::sync::{Arc, LazyLock};
 
+use glam::{UVec2, Vec2};
+
+use super::camera::Camera;
 use super::colormap::linear_from_srgb;
 use crate::gpu::{Buffer, Context, GpuError, Image, Pipeline, Recorder, Texels, Threads};
 use crate::sim::kernels::{Average, AverageArgs, AverageParams};
+
+/// Pictures that make a mean whose edges and lines look smooth.
+pub const SMOOTH: u32 = 8;
+
+/// The parts of a pixel by which each picture of a mean is farther to the right and higher than the one before: so they cover the pixel
+/// evenly, however many there are (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
+const APART: Vec2 = Vec2::new(0.754_877_7, 0.569_840_3);
+
+/// The camera of one of the pictures of a mean, of `size` pixels: a part of a pixel beside `camera`, which is that of number 0.
+#[must_use]
+pub fn beside(camera: &Camera, size: [u32; 2], number: u32) -> Camera {
+    let part = (0.5 + number as f32 * APART).fract_gl() - 0.5;
+    Camera {
+        shift: camera.shift + 2.0 * part / UVec2::from_array(size).as_vec2(),
+        ..*camera
+    }
+}
 
 /// The most pictures of a mean.
 pub const MOST_PICTURES: u32 = 65_536;
@@ -145,5 +165,24 @@ mod tests {
                 assert_eq!(word, [same], "{pictures} of {byte}");
             }
         }
+    }
+
+    /// Would catch: pictures that are farther than half a pixel away, or all on one side.
+    #[test]
+    fn pictures_lie_all_round_within_a_pixel() {
+        let (size, camera) = ([64, 40], Camera::default());
+        assert_eq!(beside(&camera, size, 0), camera);
+        let pixels = UVec2::from_array(size).as_vec2();
+        let places: Vec<Vec2> = (0..SMOOTH)
+            .map(|number| 0.5 * beside(&camera, size, number).shift * pixels)
+            .collect();
+        assert!(places.iter().all(|place| place.abs().max_element() <= 0.5));
+        let mean = places.iter().sum::<Vec2>() / SMOOTH as f32;
+        assert!(mean.length() < 0.1, "{mean}");
+        let apart = places.iter().enumerate().flat_map(|(i, one)| {
+            let others = places[..i].iter();
+            others.map(move |other| one.distance(*other))
+        });
+        assert!(apart.fold(1.0, f32::min) > 0.15);
     }
 }

@@ -37,6 +37,19 @@ fn views_are_listed_and_impossible_ones_are_refused_in_a_line() {
     assert!(message.contains("use --steps 1 or more"), "{message}");
     let message = refused(1, &render(&["cube", "--view=atlas", "--split"]));
     assert!(message.contains("choose another --view"), "{message}");
+    for (option, name) in [("--aperture=0.1", "--aperture"), ("--passes=4", "--passes")] {
+        let message = refused(1, &render(&["cube", "--view=atlas", option]));
+        let says = format!("{name} has no effect on the view atlas, which is flat");
+        assert!(message.contains(&says), "{message}");
+    }
+    for option in [
+        "--aperture=1.5",
+        "--aperture=nan",
+        "--passes=0",
+        "--passes=5000",
+    ] {
+        refused(2, &render(&["cube", option]));
+    }
     let message = refused(2, &render(&["cube", "--view=shiny"]));
     assert!(message.contains("wireframe"), "{message}");
     assert!(!file.exists());
@@ -68,4 +81,44 @@ fn the_texture_stands_beside_the_chosen_view() {
         };
         assert_eq!(pixel, expected, "({x}, {y})");
     }
+}
+
+/// Would catch: a lens that leaves the outline as sharp as it was, and more passes that change the picture or leave it as it is.
+#[test]
+fn pictures_are_means_of_many_through_a_lens_or_from_one_place() {
+    let folder = Folder::new();
+    let of = |name: &str, more: &[&str]| {
+        let file = folder.file(name);
+        let set = [
+            "--set=particles.count=2000",
+            "--set=atlas.size=64",
+            "--steps=5",
+            "--size=96x80",
+            "--transparent",
+        ];
+        let fixed = ["--set=picture.brightest=5", "--out", path(&file)];
+        done(&[&["render", "cube"][..], &set, &fixed, more].concat());
+        image::open(&file).expect("it is a picture").into_rgba8()
+    };
+    let partly_covered = |picture: &image::RgbaImage| {
+        let partly = |pixel: &&image::Rgba<u8>| (30..225).contains(&pixel.0[3]);
+        picture.pixels().filter(partly).count()
+    };
+    let difference = |a: &image::RgbaImage, b: &image::RgbaImage| {
+        let pairs = a.as_raw().iter().zip(b.as_raw());
+        let sum: u64 = pairs.map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+        sum as f64 / a.as_raw().len() as f64
+    };
+    let plain = of("plain.png", &[]);
+    let smooth = of("smooth.png", &["--passes=8"]);
+    let wide = of("wide.png", &["--aperture=0.3"]);
+    let again = of("again.png", &["--aperture=0.3", "--passes=32"]);
+    assert!(wide == again);
+    let change = difference(&plain, &smooth);
+    assert!((0.01..2.0).contains(&change), "{change}");
+    let [plain, smooth, wide] = [&plain, &smooth, &wide].map(partly_covered);
+    assert!(
+        smooth < 2 * plain && wide > 3 * plain,
+        "{plain}, {smooth}, {wide}"
+    );
 }

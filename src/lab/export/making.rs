@@ -16,7 +16,7 @@ use myxo::scene::settings::Settings;
 
 use crate::lab::command::Model;
 use crate::lab::export::encoder::{Encoder, Frame};
-use crate::lab::export::shot::Shot;
+use crate::lab::export::shot::{Care, Shot};
 use crate::lab::export_panel::ExportPanel;
 use crate::lab::facts::Making;
 use crate::lab::job::Job;
@@ -187,13 +187,13 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Nothing is drawn; `lens` is the diameter of the lens, world units.
+    /// Nothing is drawn.
     pub fn begin(
         ctx: &Arc<Context>,
         size: [u32; 2],
         format: Format,
         mut view: View,
-        lens: f32,
+        care: Care,
         name: Reserved,
     ) -> Result<Self> {
         // As bright as the window is now.
@@ -201,7 +201,7 @@ impl Picture {
             *adaptation = 0.0;
         }
         Ok(Self {
-            shot: Some(Shot::new(ctx, size, format, lens)?),
+            shot: Some(Shot::new(ctx, size, format, care)?),
             view,
             name: Arc::new(name),
             writer: None,
@@ -254,7 +254,7 @@ pub struct Film {
 }
 
 impl Film {
-    /// Begins with a picture of the state as it is; `lens` is the diameter of the lens, world units.
+    /// Begins with a picture of the state as it is.
     #[expect(clippy::too_many_arguments, reason = "each is asked for once")]
     pub fn begin(
         ctx: &Arc<Context>,
@@ -262,13 +262,13 @@ impl Film {
         size: [u32; 2],
         format: Format,
         view: View,
-        lens: f32,
+        care: Care,
         name: Reserved,
         panel: &ExportPanel,
         step: u64,
     ) -> Result<Self> {
         Ok(Self {
-            shot: Some(Shot::new(ctx, size, format, lens)?),
+            shot: Some(Shot::new(ctx, size, format, care)?),
             view,
             path: name.path().to_owned(),
             encoder: Encoder::begin(output, size, name),

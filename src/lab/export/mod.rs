@@ -22,7 +22,7 @@ use crate::lab::facts::ExportFacts;
 use crate::lab::stage::Stage;
 use making::Export;
 use recording::Recording;
-pub use shot::Shot;
+pub use shot::{Care, Shot};
 
 /// The largest picture of a film, pixels a side.
 pub const LARGEST_FILM: u32 = 4096;

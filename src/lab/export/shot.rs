@@ -1,5 +1,5 @@
-//! A picture of any size, drawn in parts that are small enough for the window to continue between them; one through a lens is the mean
-//! of many.
+//! A picture of any size, drawn in parts that are small enough for the window to continue between them; it may be the
+//! mean of many.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use myxo::Result;
 use myxo::gpu::{Buffer, Context, Domain, Format, Frames};
 use myxo::render::exposure::Exposure;
 use myxo::render::lens;
-use myxo::render::mean::Mean;
+use myxo::render::mean::{self, Mean};
 use myxo::render::{Camera, Canvas, View};
 
 use crate::lab::export::encoder::Frame;
@@ -25,17 +25,38 @@ pub struct Shot {
     canvas: Canvas,
     pixels: Buffer<[u8; 4]>,
     format: Format,
-    lens: Option<Lens>,
+    passes: Option<Passes>,
     /// Rows that are drawn.
     done: u32,
     /// Rows of the next part.
     rows: u32,
 }
 
-/// A lens with pictures from all over it.
-struct Lens {
-    /// World units.
-    diameter: f32,
+/// Where a picture is drawn from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Care {
+    /// From one place.
+    Plain,
+    /// From places within a pixel, as the window's picture at rest.
+    Smooth,
+    /// From all over a lens of this diameter, world units, above 0; as `Smooth` where the view is flat.
+    Lens(f32),
+}
+
+impl Care {
+    /// With a lens of this diameter, world units, if that is above 0.
+    pub fn with_lens(self, diameter: f32) -> Self {
+        if diameter > 0.0 {
+            Self::Lens(diameter)
+        } else {
+            self
+        }
+    }
+}
+
+/// The pictures whose mean a picture is.
+struct Passes {
+    care: Care,
     mean: Mean,
     /// Of the present picture, and the place of the one that draws.
     cameras: Vec<Camera>,
@@ -43,23 +64,23 @@ struct Lens {
 }
 
 impl Shot {
-    /// Nothing is drawn. `lens` is the diameter of the lens, world units; 0 has all in focus, and so have flat views.
-    pub fn new(ctx: &Arc<Context>, size: [u32; 2], format: Format, lens: f32) -> Result<Self> {
-        let lens = match lens > 0.0 {
-            true => Some(Lens {
-                diameter: lens,
+    /// Nothing is drawn.
+    pub fn new(ctx: &Arc<Context>, size: [u32; 2], format: Format, care: Care) -> Result<Self> {
+        let passes = match care {
+            Care::Plain => None,
+            _ => Some(Passes {
+                care,
                 mean: Mean::new(ctx, size)?,
                 cameras: Vec::new(),
                 at: 0,
             }),
-            false => None,
         };
         let count = size[0] as usize * size[1] as usize;
         Ok(Self {
             canvas: Canvas::new(ctx, size, format)?,
             pixels: Buffer::new(ctx, "picture.pixels", count, Domain::Readback)?,
             format,
-            lens,
+            passes,
             done: 0,
             rows: FIRST_ROWS,
         })
@@ -68,8 +89,8 @@ impl Shot {
     /// The share that is drawn.
     pub fn share(&self) -> f32 {
         let share = self.done as f32 / self.canvas.size()[1] as f32;
-        match &self.lens {
-            Some(lens) => (lens.at as f32 + share) / lens.cameras.len().max(1) as f32,
+        match &self.passes {
+            Some(passes) => (passes.at as f32 + share) / passes.cameras.len().max(1) as f32,
             None => share,
         }
     }
@@ -82,12 +103,12 @@ impl Shot {
         let end = height.min(self.done + self.rows);
         let mut view = *view;
         let mut is_first = self.done == 0;
-        if let Some(lens) = &mut self.lens {
-            if is_first && lens.at == 0 {
-                lens.begin(stage, &view, self.canvas.size());
+        if let Some(passes) = &mut self.passes {
+            if is_first && passes.at == 0 {
+                passes.begin(stage, &view, self.canvas.size());
             }
-            is_first &= lens.at == 0;
-            view.camera = lens.cameras[lens.at];
+            is_first &= passes.at == 0;
+            view.camera = passes.cameras[passes.at];
         }
         if let (false, Exposure::Auto { adaptation, .. }) = (is_first, &mut view.exposure) {
             *adaptation = 0.0;
@@ -96,10 +117,10 @@ impl Shot {
         stage.draw_rows(&mut rec, &view, &self.canvas, self.done..end);
         self.done = end;
         let mut is_whole = end == height;
-        if let Some(lens) = self.lens.as_mut().filter(|_| is_whole) {
-            lens.mean.record(&mut rec, self.canvas.image());
-            lens.at += 1;
-            is_whole = lens.at == lens.cameras.len();
+        if let Some(passes) = self.passes.as_mut().filter(|_| is_whole) {
+            passes.mean.record(&mut rec, self.canvas.image());
+            passes.at += 1;
+            is_whole = passes.at == passes.cameras.len();
             if !is_whole {
                 self.done = 0;
             }
@@ -117,8 +138,8 @@ impl Shot {
     /// The whole picture; the next one begins.
     pub fn take(&mut self, number: u64, view: &View) -> Frame {
         self.done = 0;
-        if let Some(lens) = &mut self.lens {
-            lens.at = 0;
+        if let Some(passes) = &mut self.passes {
+            passes.at = 0;
         }
         Frame {
             number,
@@ -130,17 +151,22 @@ impl Shot {
     }
 }
 
-impl Lens {
-    /// The cameras of a picture, which is focused on what is in its middle.
+impl Passes {
+    /// The cameras of a picture; a lens is focused on what is in its middle.
     fn begin(&mut self, stage: &Stage, view: &View, size: [u32; 2]) {
         self.mean.restart();
-        self.cameras = match view.show.is_flat() {
-            true => vec![view.camera],
-            false => {
+        let camera = &view.camera;
+        let all = match self.care {
+            Care::Lens(diameter) if !view.show.is_flat() => {
                 let size = UVec2::from_array(size).as_vec2();
-                let focus = lens::focus(&view.camera, stage.pick(view, 0.5 * size, size));
-                lens::cameras(&view.camera, self.diameter, focus)
+                let focus = lens::focus(camera, stage.pick(view, 0.5 * size, size));
+                lens::cameras(camera, diameter, focus, lens::PLACES)
             }
+            _ => vec![*camera; mean::SMOOTH as usize],
         };
+        let all = (0..).zip(&all);
+        self.cameras = all
+            .map(|(number, camera)| mean::beside(camera, size, number))
+            .collect();
     }
 }

@@ -4,6 +4,7 @@ use crate::lab::command::{ExportRequest, Model};
 use crate::lab::document::Document;
 use crate::lab::export::making::{Export, FileExport, Film, Picture};
 use crate::lab::export::recording::Recording;
+use crate::lab::export::shot::Care;
 use crate::lab::export::times::save_times;
 use crate::lab::export::*;
 use crate::lab::export_panel::Kind;
@@ -71,8 +72,8 @@ impl Lab {
         let name = Reserved::next(&self.export_folder(), "screenshot", "png")?;
         let mut view = scaled(&self.interface.document.view, picture, size);
         view.is_transparent = panel.transparent;
-        let lens = panel.lens as f32 * stage.scene.radius;
-        let made = Picture::begin(&self.runner.ctx, size, self.runner.format, view, lens, name);
+        let care = Care::Smooth.with_lens(panel.lens as f32 * stage.scene.radius);
+        let made = Picture::begin(&self.runner.ctx, size, self.runner.format, view, care, name);
         self.jobs.exports.job = Some(Export::Picture(
             made.map_err(|error| too_large(size, error))?,
         ));
@@ -134,7 +135,7 @@ impl Lab {
         };
         let first_step = stage.simulation.step();
         let panel = self.interface.exports.clone();
-        let lens = panel.film_lens as f32 * stage.scene.radius;
+        let care = Care::Plain.with_lens(panel.film_lens as f32 * stage.scene.radius);
         self.is_free()?;
         let size = panel.film_size.pixels(picture, panel.custom);
         check_size(size, LARGEST_FILM)?;
@@ -150,7 +151,7 @@ impl Lab {
             size,
             self.runner.format,
             view,
-            lens,
+            care,
             name,
             &panel,
             first_step,

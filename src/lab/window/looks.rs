@@ -8,7 +8,7 @@ use myxo::render::exposure::Exposure;
 use myxo::scene::{Overrides, Scene};
 use myxo::{Error, Result};
 
-use crate::lab::export::{Shot, scaled};
+use crate::lab::export::{Care, Shot, scaled};
 use crate::lab::loading::Origin;
 use crate::lab::window::Lab;
 use crate::own_presets::{check_name, with_preset};
@@ -99,7 +99,7 @@ impl Lab {
         if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
             *adaptation = 0.0;
         }
-        let mut shot = Shot::new(&self.runner.ctx, PICTURE, self.runner.format, 0.0)?;
+        let mut shot = Shot::new(&self.runner.ctx, PICTURE, self.runner.format, Care::Plain)?;
         while !shot.advance(&mut self.runner.frames, stage, &view)? {}
         Ok(Some(shot.take(0, &view).into_picture()))
     }
