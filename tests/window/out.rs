@@ -212,6 +212,7 @@ fn every_export_is_whole() {
     lab.type_until("out.seconds", 0.5, "0.1", "out.seconds", "0.1");
     lab.click("out.film");
     assert_eq!(frames_in(&arrived(&lab, "film_000003")).len(), 2);
+    lab.type_until("out.film_lens", 0.5, "0", "out.film_lens", "0");
     lab.click("out.kind=GIF");
     // A cancelled film leaves no file.
     lab.type_until("out.seconds", 0.5, "600", "out.seconds", "600");
