@@ -145,5 +145,8 @@ pub mod render;
 
 pub mod export;
 
+#[cfg(feature = "python")]
+mod python;
+
 pub use commit::commit;
 pub use error::{Error, Result};

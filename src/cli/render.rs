@@ -225,7 +225,7 @@ impl Render {
         camera.turns = self.turns;
         camera.lens = self.aperture * session.scene.radius;
         let usual = if self.aperture > 0.0 { lens::PLACES } else { 1 };
-        camera.passes = self.passes.unwrap_or(usual);
+        camera.average(session, size, self.passes.unwrap_or(usual))?;
         let mut filmed = None;
         let mut done = 0;
         while done < self.steps && !interrupt::requested() {
@@ -305,8 +305,10 @@ struct Photographer {
     lens: f32,
     /// How often each picture is drawn for its mean.
     passes: u32,
-    /// The mean, once there was one.
+    /// The mean, if there are several.
     mean: Option<Mean>,
+    /// The distance that is in focus, once a picture was taken. It stays for all pictures of a film, so that the blur does not jump.
+    focus: Option<f32>,
     /// Pictures in a row: the exposure follows the trail slowly, so that films do not flicker.
     film: bool,
     taken: u32,
@@ -329,6 +331,7 @@ impl Photographer {
             lens: 0.0,
             passes: 1,
             mean: None,
+            focus: None,
             film,
             taken: 0,
         })
@@ -347,10 +350,9 @@ impl Photographer {
         // The last picture of a film is taken again for outputs of the last frame.
         let number = self.taken.min(self.pictures - 1);
         view.camera = (view.camera).turned(self.turns * number as f32 / self.pictures as f32);
-        if self.passes > 1 || self.lens > 0.0 {
-            self.draw_mean(session, view)?;
-        } else {
-            self.draw(session, view, true, None)?;
+        match self.mean.take() {
+            Some(mean) => self.draw_mean(session, view, mean)?,
+            None => self.draw(session, view, true, None)?,
         }
         let mut picture = self.offscreen.image();
         self.taken += 1;
@@ -366,26 +368,37 @@ impl Photographer {
         })
     }
 
-    /// Draws the mean of pictures from all over the lens, or from one place.
-    fn draw_mean(&mut self, session: &mut Session, mut view: View) -> Result<()> {
+    /// Each picture is the mean of so many from now on; `whole` is the size with the texture beside it.
+    fn average(&mut self, session: &Session, whole: [u32; 2], passes: u32) -> Result<()> {
+        self.passes = passes;
+        if passes > 1 {
+            let mean = Mean::new(&session.ctx, self.offscreen.canvas().size());
+            self.mean = Some(mean.map_err(|error| too_large(whole, error))?);
+        }
+        Ok(())
+    }
+
+    /// Draws the mean of pictures from all over the lens, or from one place; of fewer if the run is to end.
+    fn draw_mean(&mut self, session: &mut Session, mut view: View, mut mean: Mean) -> Result<()> {
         let size = self.offscreen.canvas().size();
         let camera = view.camera;
         let cameras = if self.lens > 0.0 {
-            let middle = 0.5 * glam::UVec2::from_array(size).as_vec2();
-            let poses = session.simulation.world_from_object();
-            let ray = camera.ray(middle, 2.0 * middle);
-            let hit = pick::pick(&session.scene.surface, &poses, &ray);
-            lens::cameras(&camera, self.lens, lens::focus(&camera, hit), self.passes)
+            let pixels = glam::UVec2::from_array(size).as_vec2();
+            let focus = *self.focus.get_or_insert_with(|| {
+                let poses = session.simulation.world_from_object();
+                let ray = camera.ray(0.5 * pixels, pixels);
+                lens::focus(&camera, pick::pick(&session.scene.surface, &poses, &ray))
+            });
+            lens::cameras(&camera, self.lens, focus, self.passes, pixels)
         } else {
             vec![camera; self.passes as usize]
         };
-        let mut mean = match self.mean.take() {
-            Some(mean) => mean,
-            None => Mean::new(&session.ctx, size).map_err(|error| too_large(size, error))?,
-        };
         mean.restart();
         for (i, camera) in (0..).zip(cameras) {
-            view.camera = mean::beside(&camera, size, i);
+            if i > 0 && interrupt::requested() {
+                break;
+            }
+            view.camera = mean::within_pixel(&camera, size, i);
             // The texture beside it stays as it is.
             self.draw(session, view, i == 0, Some(&mut mean))?;
             if let Exposure::Auto { adaptation, .. } = &mut view.exposure {

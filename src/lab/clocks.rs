@@ -120,9 +120,10 @@ impl Clocks {
         self.facts.undeveloped = stage.undeveloped();
         if let Some(spans) = frames.timings().frames().last() {
             self.facts.times.history.push(spans);
-            // Of frames without steps only the newest is kept, so the mean runs along.
-            if let Some(ms) = draw_ms(spans) {
-                let times = &mut self.facts.times;
+            // Of frames without steps only the newest is kept, so the mean runs along. Pictures at rest take longer, and do not count.
+            let times = &mut self.facts.times;
+            let counts = stage.drew_moving || times.draw_ms.is_none();
+            if let Some(ms) = draw_ms(spans).filter(|_| counts) {
                 let before = times.draw_ms.unwrap_or(ms);
                 times.draw_ms = Some(before + NEW_FRAME * (ms - before));
             }

@@ -525,7 +525,7 @@ fn lens_width(ui: &mut Ui, key: &str, lens: &mut f64, is_flat: bool) {
     ui.add_enabled(!is_flat, width)
         .on_hover_text(format!(
             "Depth of field: the diameter of the lens, in scene radii. What is nearer or farther than the middle of the picture is out \
-             of focus; 0.05 shows it well, 0 has all in focus. Each picture is the mean of {}, and takes as many times as long.",
+             of focus; 0.05 shows it well, 0 has all in focus. Each picture is the mean of {}, and takes long.",
             lens::PLACES
         ))
         .on_disabled_hover_text("This view is flat")

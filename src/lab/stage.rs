@@ -99,8 +99,12 @@ pub struct Stage {
     coming: Option<Drawn>,
     /// The mean that the picture is, and the number of the picture that it was last.
     refined: Option<(Mean, u64)>,
-    /// There was no memory for a mean.
-    cannot_refine: bool,
+    /// A size of pictures for whose mean there was no memory.
+    not_refined: Option<[u32; 2]>,
+    /// How often the contents of pictures have changed between steps.
+    pub changes: u64,
+    /// Was the last picture one of moving things?
+    pub drew_moving: bool,
     drawn_at: Instant,
     exposure: Readback<f32>,
     /// The trail that has the brightest colour, as of some frames ago; none before the first picture.
@@ -161,7 +165,9 @@ impl Stage {
             drawn: None,
             coming: None,
             refined: None,
-            cannot_refine: false,
+            not_refined: None,
+            changes: 0,
+            drew_moving: false,
             drawn_at: Instant::now(),
             marks: RunningMarks::default(),
             exposure: Readback::new(ctx, "exposure", 1, COUNTERS_UNDER_WAY)?,
@@ -201,6 +207,8 @@ impl Stage {
             self.drawn = None;
         }
         if self.drawn.as_ref() != Some(&now) {
+            self.forget_mean_of(&now);
+            self.drew_moving = is_moving;
             self.record(rec, &now, 1);
             self.drawn = Some(now);
             self.pictures += 1;
@@ -208,6 +216,13 @@ impl Stage {
         }
         self.read_back();
         Ok(self.picture())
+    }
+
+    /// Frees the memory of a mean when steps go on.
+    fn forget_mean_of(&mut self, now: &Drawn) {
+        if (self.drawn.as_ref()).is_some_and(|drawn| drawn.step != now.step) {
+            self.refined = None;
+        }
     }
 
     /// Do the canvases show this already?
@@ -218,9 +233,11 @@ impl Stage {
 
     /// Would a resting picture be smoother for another one?
     pub fn can_refine(&self) -> bool {
-        let is_flat = |drawn: &Drawn| drawn.view.show.is_flat();
-        let may = !self.cannot_refine && self.refined_count() < mean::SMOOTH;
-        may && self.drawn.as_ref().is_some_and(|drawn| !is_flat(drawn))
+        let (Some(drawn), Some((_, canvas))) = (&self.drawn, &self.shown.picture) else {
+            return false;
+        };
+        let is_possible = !drawn.view.show.is_flat() && self.not_refined != Some(canvas.size());
+        is_possible && self.refined_count() < mean::FINE
     }
 
     /// Of how many pictures the picture is the mean.
@@ -243,18 +260,19 @@ impl Stage {
         let kept = self.refined.take().map(|(mean, _)| mean);
         let kept = kept.filter(|mean| mean.size() == size);
         let Some(mut mean) = kept.or_else(|| Mean::new(&self.ctx, size).ok()) else {
-            self.cannot_refine = true;
+            self.not_refined = Some(size);
             return;
         };
         if count == 1 {
             mean.restart();
             mean.record(rec, canvas.image());
         }
-        drawn.view.camera = mean::beside(&drawn.view.camera, size, count);
+        drawn.view.camera = mean::within_pixel(&drawn.view.camera, size, count);
         if let Exposure::Auto { adaptation, .. } = &mut drawn.view.exposure {
             *adaptation = 0.0;
         }
         drawn.beside = None;
+        self.drew_moving = false;
         self.record(rec, &drawn, 1);
         mean.record(rec, self.shown.canvases().0.image());
         self.pictures += 1;
@@ -272,6 +290,8 @@ impl Stage {
         let (quality, now) = self.next_picture(view, sizes, is_moving);
         (self.next).fit((&self.ctx, self.format), quality, sizes)?;
         std::mem::swap(&mut self.shown, &mut self.next);
+        self.forget_mean_of(&now);
+        self.drew_moving = is_moving;
         self.record(rec, &now, BANDS);
         std::mem::swap(&mut self.shown, &mut self.next);
         self.coming = Some(now);
@@ -408,6 +428,7 @@ impl Stage {
 
     /// The contents of the canvas have changed between steps.
     pub fn forget_picture(&mut self) {
+        self.changes += 1;
         self.drawn = None;
         // What is drawn in slices now is no longer right, either.
         self.coming = None;
@@ -446,6 +467,13 @@ impl Stage {
     pub fn has_sizes(&self, sizes: Sizes) -> bool {
         let quality = self.shown.picture.as_ref().map(|(quality, _)| *quality);
         quality.is_some_and(|quality| self.shown.fits(quality, sizes))
+    }
+
+    /// Are there canvases, of other sizes than these?
+    pub fn is_resized(&self, (size, beside): Sizes) -> bool {
+        let size_of = |canvas: &Option<(Quality, Canvas)>| Some(canvas.as_ref()?.1.size());
+        let has = size_of(&self.shown.picture);
+        has.is_some() && (has, size_of(&self.shown.beside)) != (Some(size), beside)
     }
 
     /// The last picture; see [`Self::shows`].
@@ -664,7 +692,7 @@ mod tests {
                 assert_eq!(stage.refined_count(), count);
                 assert!(stage.has_picture(view, SIZES, false));
             }
-            assert_eq!(count, mean::SMOOTH);
+            assert_eq!(count, mean::FINE);
             (plain, last)
         };
         let difference = |a: &[[u8; 4]], b: &[[u8; 4]]| {

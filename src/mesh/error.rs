@@ -59,6 +59,14 @@ pub enum MeshProblem {
     /// A path that is not a file of a sensible size.
     #[error("{0}")]
     NotAFile(String),
+    /// A triangle in memory names a vertex that is not there.
+    #[error("a triangle has the vertex {vertex}, and there are {count}, counted from 0")]
+    MissingVertex {
+        /// The vertex.
+        vertex: u32,
+        /// The number of vertices.
+        count: usize,
+    },
     /// A model's animation that an object cannot follow.
     #[error("{0}")]
     Animation(String),

@@ -5,6 +5,8 @@ use std::io::Read;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+use glam::DVec3;
+
 use super::error::MeshProblem;
 use super::soup::{MOST_TRIANGLES, Soup};
 use super::{Mesh, MeshError, RigidTrack, gltf, obj, ply, stl};
@@ -55,6 +57,37 @@ impl Mesh {
             Extent::Scene,
             MOST_TRIANGLES as u64,
         )
+    }
+
+    /// A mesh of triangles that are in memory: vertices, and three of them for each triangle.
+    ///
+    /// # Errors
+    /// When a vertex is missing or no number, or no triangle is left.
+    pub fn from_triangles(
+        name: &str,
+        positions: Vec<DVec3>,
+        triangles: Vec<[u32; 3]>,
+    ) -> Result<Self, MeshError> {
+        let bad = |problem| MeshError::Bad {
+            place: name.to_owned(),
+            problem,
+        };
+        let count = positions.len();
+        let missing = triangles
+            .as_flattened()
+            .iter()
+            .find(|&&corner| corner as usize >= count);
+        if let Some(corner) = missing {
+            let vertex = *corner;
+            return Err(bad(MeshProblem::MissingVertex { vertex, count }));
+        }
+        check_count(triangles.len() as u64, MOST_TRIANGLES as u64).map_err(bad)?;
+        let soup = Soup {
+            positions,
+            triangles,
+            ..Soup::default()
+        };
+        Self::from_soup(name, soup).map_err(bad)
     }
 
     /// A built-in mesh (`builtin:NAME`) or a file, relative to a folder.

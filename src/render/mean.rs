@@ -7,11 +7,11 @@ use glam::{UVec2, Vec2};
 
 use super::camera::Camera;
 use super::colormap::linear_from_srgb;
-use crate::gpu::{Buffer, Context, GpuError, Image, Pipeline, Recorder, Texels, Threads};
+use crate::gpu::{Buffer, Context, Domain, GpuError, Image, Pipeline, Recorder, Texels, Threads};
 use crate::sim::kernels::{Average, AverageArgs, AverageParams};
 
-/// Pictures that make a mean whose edges and lines look smooth.
-pub const SMOOTH: u32 = 8;
+/// Pictures that make a mean with smooth edges and lines.
+pub const FINE: u32 = 8;
 
 /// The parts of a pixel by which each picture of a mean is farther to the right and higher than the one before: so they cover the pixel
 /// evenly, however many there are (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
@@ -19,7 +19,7 @@ const APART: Vec2 = Vec2::new(0.754_877_7, 0.569_840_3);
 
 /// The camera of one of the pictures of a mean, of `size` pixels: a part of a pixel beside `camera`, which is that of number 0.
 #[must_use]
-pub fn beside(camera: &Camera, size: [u32; 2], number: u32) -> Camera {
+pub fn within_pixel(camera: &Camera, size: [u32; 2], number: u32) -> Camera {
     let part = (0.5 + number as f32 * APART).fract_gl() - 0.5;
     Camera {
         shift: camera.shift + 2.0 * part / UVec2::from_array(size).as_vec2(),
@@ -60,7 +60,8 @@ impl Mean {
     pub fn new(ctx: &Arc<Context>, size: [u32; 2]) -> Result<Self, GpuError> {
         let pixel_count = size[0] as usize * size[1] as usize;
         let light = Buffer::from_slice(ctx, "picture.light", light())?;
-        let sums = Buffer::<u32>::zeroed(ctx, "picture.sums", 4 * pixel_count)?;
+        // The first picture of a mean writes them.
+        let sums = Buffer::<u32>::new(ctx, "picture.sums", 4 * pixel_count, Domain::Texels)?;
         let words = Buffer::<u32>::zeroed(ctx, "picture.mean", pixel_count)?;
         Ok(Self {
             size,
@@ -171,13 +172,13 @@ mod tests {
     #[test]
     fn pictures_lie_all_round_within_a_pixel() {
         let (size, camera) = ([64, 40], Camera::default());
-        assert_eq!(beside(&camera, size, 0), camera);
+        assert_eq!(within_pixel(&camera, size, 0), camera);
         let pixels = UVec2::from_array(size).as_vec2();
-        let places: Vec<Vec2> = (0..SMOOTH)
-            .map(|number| 0.5 * beside(&camera, size, number).shift * pixels)
+        let places: Vec<Vec2> = (0..FINE)
+            .map(|number| 0.5 * within_pixel(&camera, size, number).shift * pixels)
             .collect();
         assert!(places.iter().all(|place| place.abs().max_element() <= 0.5));
-        let mean = places.iter().sum::<Vec2>() / SMOOTH as f32;
+        let mean = places.iter().sum::<Vec2>() / FINE as f32;
         assert!(mean.length() < 0.1, "{mean}");
         let apart = places.iter().enumerate().flat_map(|(i, one)| {
             let others = places[..i].iter();

@@ -5,6 +5,7 @@ use crate::pictures::{Stage, brightness};
 use glam::Vec2;
 use image::RgbaImage;
 use myxo::gpu::Limits;
+use myxo::render::mean::Mean;
 use myxo::render::{Offscreen, Quality};
 use myxo::scene::settings::{ColorMap, Show};
 use myxo::sim::paint::{Brush, Dab};
@@ -282,6 +283,21 @@ fn a_device_without_room_draws_without_bloom_and_says_so() {
     let picture = stage.picture(&gpu);
     let brightest = picture.pixels().map(brightness).fold(0.0, f32::max);
     assert!(brightest > 100.0, "{brightest}");
+    gpu.finish();
+}
+
+/// Would catch: a mean for which the sums have to fit into one binding, so that large pictures have none.
+#[test]
+fn means_need_no_binding_that_is_as_large_as_their_sums() {
+    let limits = Limits {
+        texel_buffer_elements: 100_000,
+        storage_buffer_range: 500_000,
+    };
+    let Some(gpu) = gpu_within(Some(limits)) else {
+        return;
+    };
+    assert!(Mean::new(&gpu.ctx, [300, 300]).is_ok(), "1.4 MB of sums");
+    assert!(Mean::new(&gpu.ctx, [400, 300]).is_err(), "120,000 pixels");
     gpu.finish();
 }
 

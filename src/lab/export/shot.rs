@@ -26,28 +26,32 @@ pub struct Shot {
     pixels: Buffer<[u8; 4]>,
     format: Format,
     passes: Option<Passes>,
+    /// The stage's changes when the picture was begun.
+    changes: u64,
     /// Rows that are drawn.
     done: u32,
     /// Rows of the next part.
     rows: u32,
 }
 
-/// Where a picture is drawn from.
+/// How often a picture is drawn, and from where.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Care {
-    /// From one place.
-    Plain,
-    /// From places within a pixel, as the window's picture at rest.
-    Smooth,
-    /// From all over a lens of this diameter, world units, above 0; as `Smooth` where the view is flat.
+    /// Once.
+    Once,
+    /// Several times from places within a pixel, as the window's picture at rest.
+    Fine,
+    /// From all over a lens of this diameter, world units, above 0.
     Lens(f32),
 }
 
 impl Care {
-    /// With a lens of this diameter, world units, if that is above 0.
-    pub fn with_lens(self, diameter: f32) -> Self {
-        if diameter > 0.0 {
-            Self::Lens(diameter)
+    /// For this view, with a lens of this diameter, world units, if that is above 0. Flat views have no use for more than one picture.
+    pub fn of(self, view: &View, lens: f32) -> Self {
+        if view.show.is_flat() {
+            Self::Once
+        } else if lens > 0.0 {
+            Self::Lens(lens)
         } else {
             self
         }
@@ -58,29 +62,37 @@ impl Care {
 struct Passes {
     care: Care,
     mean: Mean,
-    /// Of the present picture, and the place of the one that draws.
+    /// The cameras of the present picture.
     cameras: Vec<Camera>,
+    /// The number of the pass that is drawn.
     at: usize,
+    /// Of the lens. It stays for all pictures of a film, so that the blur does not jump.
+    focus: Option<f32>,
 }
 
 impl Shot {
     /// Nothing is drawn.
     pub fn new(ctx: &Arc<Context>, size: [u32; 2], format: Format, care: Care) -> Result<Self> {
-        let passes = match care {
-            Care::Plain => None,
-            _ => Some(Passes {
-                care,
-                mean: Mean::new(ctx, size)?,
-                cameras: Vec::new(),
-                at: 0,
-            }),
+        let mean = match care {
+            Care::Once => None,
+            // Where there is no memory for it, the picture is drawn once.
+            Care::Fine => Mean::new(ctx, size).ok(),
+            Care::Lens(_) => Some(Mean::new(ctx, size)?),
         };
+        let passes = mean.map(|mean| Passes {
+            care,
+            mean,
+            cameras: Vec::new(),
+            at: 0,
+            focus: None,
+        });
         let count = size[0] as usize * size[1] as usize;
         Ok(Self {
             canvas: Canvas::new(ctx, size, format)?,
             pixels: Buffer::new(ctx, "picture.pixels", count, Domain::Readback)?,
             format,
             passes,
+            changes: 0,
             done: 0,
             rows: FIRST_ROWS,
         })
@@ -99,6 +111,11 @@ impl Shot {
     /// exposure follows the trail in the first part only.
     pub fn advance(&mut self, frames: &mut Frames, stage: &mut Stage, view: &View) -> Result<bool> {
         let begun = Instant::now();
+        if self.changes != stage.changes {
+            // What was painted or hidden meanwhile is in all of the picture, or in none of it.
+            self.changes = stage.changes;
+            self.begin_again();
+        }
         let height = self.canvas.size()[1];
         let end = height.min(self.done + self.rows);
         let mut view = *view;
@@ -135,12 +152,16 @@ impl Shot {
         Ok(is_whole)
     }
 
-    /// The whole picture; the next one begins.
-    pub fn take(&mut self, number: u64, view: &View) -> Frame {
+    fn begin_again(&mut self) {
         self.done = 0;
         if let Some(passes) = &mut self.passes {
             passes.at = 0;
         }
+    }
+
+    /// The whole picture; the next one begins.
+    pub fn take(&mut self, number: u64, view: &View) -> Frame {
+        self.begin_again();
         Frame {
             number,
             size: self.canvas.size(),
@@ -152,21 +173,23 @@ impl Shot {
 }
 
 impl Passes {
-    /// The cameras of a picture; a lens is focused on what is in its middle.
+    /// The cameras of a picture; a lens is focused on what was in the middle of the first one.
     fn begin(&mut self, stage: &Stage, view: &View, size: [u32; 2]) {
         self.mean.restart();
         let camera = &view.camera;
         let all = match self.care {
-            Care::Lens(diameter) if !view.show.is_flat() => {
+            Care::Lens(diameter) => {
                 let size = UVec2::from_array(size).as_vec2();
-                let focus = lens::focus(camera, stage.pick(view, 0.5 * size, size));
-                lens::cameras(camera, diameter, focus, lens::PLACES)
+                let focus = *self
+                    .focus
+                    .get_or_insert_with(|| lens::focus(camera, stage.pick(view, 0.5 * size, size)));
+                lens::cameras(camera, diameter, focus, lens::PLACES, size)
             }
-            _ => vec![*camera; mean::SMOOTH as usize],
+            _ => vec![*camera; mean::FINE as usize],
         };
         let all = (0..).zip(&all);
         self.cameras = all
-            .map(|(number, camera)| mean::beside(camera, size, number))
+            .map(|(number, camera)| mean::within_pixel(camera, size, number))
             .collect();
     }
 }

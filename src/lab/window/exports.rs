@@ -72,7 +72,7 @@ impl Lab {
         let name = Reserved::next(&self.export_folder(), "screenshot", "png")?;
         let mut view = scaled(&self.interface.document.view, picture, size);
         view.is_transparent = panel.transparent;
-        let care = Care::Smooth.with_lens(panel.lens as f32 * stage.scene.radius);
+        let care = Care::Fine.of(&view, panel.lens as f32 * stage.scene.radius);
         let made = Picture::begin(&self.runner.ctx, size, self.runner.format, view, care, name);
         self.jobs.exports.job = Some(Export::Picture(
             made.map_err(|error| too_large(size, error))?,
@@ -135,7 +135,7 @@ impl Lab {
         };
         let first_step = stage.simulation.step();
         let panel = self.interface.exports.clone();
-        let care = Care::Plain.with_lens(panel.film_lens as f32 * stage.scene.radius);
+        let lens = panel.film_lens as f32 * stage.scene.radius;
         self.is_free()?;
         let size = panel.film_size.pixels(picture, panel.custom);
         check_size(size, LARGEST_FILM)?;
@@ -145,6 +145,7 @@ impl Lab {
         if panel.turns != 0.0 {
             self.interface.document.stand_back(&mut view.camera, size);
         }
+        let care = Care::Once.of(&view, lens);
         let film = Film::begin(
             &self.runner.ctx,
             output,

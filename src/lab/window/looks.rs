@@ -99,7 +99,7 @@ impl Lab {
         if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
             *adaptation = 0.0;
         }
-        let mut shot = Shot::new(&self.runner.ctx, PICTURE, self.runner.format, Care::Plain)?;
+        let mut shot = Shot::new(&self.runner.ctx, PICTURE, self.runner.format, Care::Once)?;
         while !shot.advance(&mut self.runner.frames, stage, &view)? {}
         Ok(Some(shot.take(0, &view).into_picture()))
     }

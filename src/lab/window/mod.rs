@@ -98,7 +98,7 @@ pub struct Lab {
     /// Test actions after a number of pictures.
     pub(super) countdown: Countdown,
     /// When input last came.
-    asked: Instant,
+    last_input: Instant,
     /// When the picture last moved.
     pub(super) moved: Instant,
     /// The number of messages of the validation layers.
@@ -190,7 +190,7 @@ impl Lab {
                 closes: options.frames,
                 loses_device: options.lose_device.iter().copied().collect(),
             },
-            asked: host.now(),
+            last_input: host.now(),
             moved: host.now(),
             message_count: 0,
             atlases: options.atlases.clone(),
@@ -291,11 +291,13 @@ impl Lab {
             self.forget_places();
             return Ok(Some(self.host.now() + HIDDEN_INTERVAL));
         }
-        if task.steps > 0 || seen.shown.touched || holds {
+        let stage = self.runner.stage.as_ref();
+        let is_resized = stage.is_some_and(|stage| stage.is_resized(seen.sizes()));
+        if task.steps > 0 || seen.shown.touched || holds || is_resized {
             self.moved = self.host.now();
         }
         if seen.is_asked {
-            self.asked = self.host.now();
+            self.last_input = self.host.now();
         }
         let is_moving = self.is_moving();
         let refines = (self.refines_at(seen)).is_some_and(|at| at <= self.host.now());
@@ -420,7 +422,7 @@ impl Lab {
             || self.jobs.are_waited_for()
             || self.runner.previewing.is_some();
         let stage = self.runner.stage.as_ref().filter(|_| !is_busy)?;
-        (stage.can_refine()).then(|| self.moved.max(self.asked) + REFINES_AFTER)
+        (stage.can_refine()).then(|| self.moved.max(self.last_input) + REFINES_AFTER)
     }
 
     /// Does the simulation run without single steps? It waits for a load if both would use the same processors.

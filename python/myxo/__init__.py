@@ -1,0 +1,32 @@
+"""Physarum growing on the surfaces of 3D objects.
+
+    import myxo
+
+    sim = myxo.Simulation("torus", particles=200_000, seed=7)
+    sim.step(400)
+    image = sim.render(1280, 720, view="relief")    # (720, 1280, 4), uint8
+    trail = sim.trail                               # (texels, texels), float32
+    sim["physarum.speed"] = 0.006
+    sim.save("torus.state")
+
+`Simulation` runs a scene: a built-in one, a file, a dictionary, or a `Scene` of meshes in memory. `scenes`, `presets` and
+`parameters` list what there is. Errors of the library are exceptions with one sentence that says what, where and what to do.
+"""
+
+from ._myxo import DeviceError, parameters, presets, scenes
+from ._myxo import version as __version__
+from ._scene import Scene
+from ._simulation import PARTICLE, Object, Objects, Simulation
+
+__all__ = [
+    "PARTICLE",
+    "DeviceError",
+    "Object",
+    "Objects",
+    "Scene",
+    "Simulation",
+    "__version__",
+    "parameters",
+    "presets",
+    "scenes",
+]

@@ -1,0 +1,144 @@
+"""Scenes whose meshes are arrays."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Arrays = tuple[NDArray[np.float64], NDArray[np.int64]]
+
+
+class Scene:
+    """A scene that is put together in Python: objects, and the keys of a scene file.
+
+        scene = myxo.Scene(preset="network")
+        scene.add("ball", (vertices, faces), position=[0, 1, 0])
+        scene.add("floor", "builtin:plane", scale=3.0)
+        sim = myxo.Simulation(scene, particles=100_000)
+
+    Parameters
+    ----------
+    keys
+        A scene file as a dictionary, nested (`{"trail": {"decay": 0.9}}`) or with dotted keys (`{"trail.decay": 0.9}`).
+        The objects under `"object"` may have arrays as their `"mesh"`, as in `add`.
+    preset
+        The name of a preset, or the path of one.
+    folder
+        Where relative paths of meshes and maps begin.
+    """
+
+    def __init__(
+        self,
+        keys: Mapping[str, Any] | None = None,
+        *,
+        preset: str | None = None,
+        folder: str | os.PathLike[str] = "",
+    ) -> None:
+        table = nested(keys or {})
+        objects = table.pop("object", [])
+        if not isinstance(objects, (list, tuple)):
+            raise TypeError("the key `object` of a scene is a list of dictionaries, one for each object")
+        self.preset = preset
+        self.folder = os.fspath(folder)
+        self._keys = table
+        self._objects: list[dict[str, Any]] = []
+        self._meshes: list[tuple[str, Arrays] | None] = []
+        for number, entry in enumerate(objects):
+            entry = dict(entry)
+            mesh = entry.pop("mesh", None)
+            if mesh is None:
+                raise ValueError(f"object {number} of the scene has no mesh")
+            self.add(entry.pop("name", ""), mesh, **entry)
+
+    def add(self, name: str, mesh: Any, **keys: Any) -> Scene:
+        """Adds an object, and returns the scene.
+
+        Parameters
+        ----------
+        name
+            Its name; empty for the name of its mesh.
+        mesh
+            `builtin:NAME`, the path of a model, vertices (n, 3) and faces (m, 3) as a pair of arrays, or a mesh of trimesh or
+            PyVista. Vertices are in the object's own coordinates. Faces count vertices from 0.
+        keys
+            Keys of an `[[object]]`: `position`, `rotation` (degrees), `scale`, `texels`, `start`, ...
+
+        Raises
+        ------
+        ValueError
+            If an array has another shape.
+        """
+        if isinstance(mesh, (str, os.PathLike)):
+            self._meshes.append(None)
+            path = os.fspath(mesh)
+        else:
+            number = len(self._objects)
+            label = name or f"object {number}"
+            self._meshes.append((label, arrays_of(mesh, label)))
+            # No path: the mesh is in memory.
+            path = f"memory:{label}"
+        entry = nested(keys)
+        entry["mesh"] = path
+        if name:
+            entry["name"] = name
+        self._objects.append(entry)
+        return self
+
+    def table(self) -> dict[str, Any]:
+        """The scene as a dictionary, as a scene file has it."""
+        return {**self._keys, "object": [dict(entry) for entry in self._objects]}
+
+    def meshes(self) -> list[tuple[str, Arrays] | None]:
+        """For each object, its name and arrays, or None if its mesh is a file or built in."""
+        return list(self._meshes)
+
+    def __repr__(self) -> str:
+        return f"<myxo.Scene of {len(self._objects)} objects>"
+
+
+def nested(keys: Mapping[str, Any]) -> dict[str, Any]:
+    """A dictionary whose dotted keys are dictionaries within."""
+    table: dict[str, Any] = {}
+    for key, value in keys.items():
+        *sections, last = key.split(".")
+        place = table
+        for section in sections:
+            place = place.setdefault(section, {})
+            if not isinstance(place, dict):
+                raise ValueError(f"the key `{key}` lies within `{section}`, which has a value")
+        if isinstance(value, Mapping):
+            value = nested(value)
+            if isinstance(place.get(last), dict):
+                place[last].update(value)
+                continue
+        place[last] = value
+    return table
+
+
+def arrays_of(mesh: Any, label: str) -> Arrays:
+    """Vertices and faces of a pair of arrays, or of a mesh of trimesh or PyVista."""
+    if hasattr(mesh, "regular_faces"):
+        mesh = mesh if getattr(mesh, "is_all_triangles", True) else mesh.triangulate()
+        vertices, faces = mesh.points, mesh.regular_faces
+    elif hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
+        vertices, faces = mesh.vertices, mesh.faces
+    else:
+        try:
+            vertices, faces = mesh
+        except (TypeError, ValueError):
+            raise TypeError(
+                f"the mesh of `{label}` is a {type(mesh).__name__}: use a name, a path, a pair of arrays (vertices, faces), "
+                "or a mesh of trimesh or PyVista"
+            ) from None
+    places = np.ascontiguousarray(vertices, dtype=np.float64)
+    corners = np.asarray(faces)
+    if not (np.issubdtype(corners.dtype, np.integer) or corners.size == 0):
+        raise TypeError(f"the faces of `{label}` are {corners.dtype}: they are numbers of vertices, integers")
+    for array, what in ((places, "vertices"), (corners, "faces")):
+        if array.ndim != 2 or array.shape[1] != 3:
+            raise ValueError(f"the {what} of `{label}` have the shape {array.shape}: (n, 3) is needed")
+    return places, np.ascontiguousarray(corners, dtype=np.int64)

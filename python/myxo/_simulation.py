@@ -1,0 +1,379 @@
+"""A simulation, and what it consists of."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._myxo import Engine, encode_png
+from ._scene import Scene
+
+PARTICLE = np.dtype(
+    [
+        ("position", "<f4", 3),
+        ("heading", "<f4", 3),
+        ("texel", "<f4", 2),
+        ("uv", "<f4", 2),
+        ("triangle", "<i4"),
+        ("object", "<i4"),
+        ("pending", "<f4"),
+        ("fed", "<i4"),
+    ]
+)
+"""A row of `Simulation.particles`.
+
+`position` in world units, `heading` a unit vector in the world, `texel` column and row in the texture, `uv` the weights of the
+triangle's corners 1 and 2, `triangle` and `object` counted from 0, `pending` world units of the walk that are left for the next
+step, `fed` steps for which the particle has eaten.
+"""
+
+
+class Simulation:
+    """A scene that grows.
+
+    Parameters
+    ----------
+    scene
+        The name of a built-in scene (`myxo.scenes()`), the path of a scene file or a model, a dictionary as for `myxo.Scene`,
+        or a `myxo.Scene`.
+    particles
+        How many there are; the same as the key `particles.count`.
+    seed
+        Of all random numbers; equal seeds give equal states, bit by bit, on every device.
+    preset
+        The name of a look (`myxo.presets()`), or the path of one. It lies over the scene.
+    settings
+        Values of parameters (`myxo.parameters()`), by dotted keys. They lie over scene and preset.
+    device
+        A number or a part of the name of the device; the best one if it is left out.
+
+    Raises
+    ------
+    ValueError
+        If the scene, a key or a value cannot be used.
+    FileNotFoundError
+        If a file is missing.
+    DeviceError
+        If there is no device, or it has too little memory.
+    """
+
+    def __init__(
+        self,
+        scene: str | os.PathLike[str] | Mapping[str, Any] | Scene,
+        *,
+        particles: int | None = None,
+        seed: int | None = None,
+        preset: str | None = None,
+        settings: Mapping[str, Any] | None = None,
+        device: str | int | None = None,
+    ) -> None:
+        self._engine = _engine(scene, particles, seed, preset, settings, device, None)
+
+    @classmethod
+    def resume(
+        cls,
+        path: str | os.PathLike[str],
+        scene: str | os.PathLike[str] | Mapping[str, Any] | Scene | None = None,
+        *,
+        settings: Mapping[str, Any] | None = None,
+        device: str | int | None = None,
+    ) -> Simulation:
+        """Goes on from a checkpoint, with its own scene unless another one is given.
+
+        Raises
+        ------
+        ValueError
+            If the file is no checkpoint, or one of another scene.
+        """
+        self = cls.__new__(cls)
+        self._engine = _engine(scene, None, None, None, settings, device, path)
+        return self
+
+    # Growing
+
+    def step(self, count: int = 1) -> Simulation:
+        """Takes `count` steps, waits for them, and returns the simulation. Other threads go on meanwhile; Ctrl-C ends it after
+        the step that runs.
+        """
+        if count < 0:
+            raise ValueError(f"a number of steps is 0 or more, not {count}")
+        self._engine.step(count)
+        return self
+
+    @property
+    def steps(self) -> int:
+        """Steps that are done."""
+        return self._engine.step_count()
+
+    @property
+    def time(self) -> float:
+        """Seconds of the objects' motion."""
+        return self._engine.time()
+
+    # Pictures
+
+    def render(
+        self,
+        width: int = 1280,
+        height: int = 720,
+        *,
+        view: str | None = None,
+        transparent: bool = False,
+        passes: int = 1,
+        settings: Mapping[str, Any] | None = None,
+    ) -> NDArray[np.uint8]:
+        """A picture of the present state: (height, width, 4), sRGB, straight alpha.
+
+        Parameters
+        ----------
+        width, height
+            Pixels.
+        view
+            What is drawn: `trail`, `relief`, `glow`, `particles`, `atlas`, ...; the same as `picture.show`.
+        transparent
+            Leaves out the background.
+        passes
+            Draws it so many times and takes the mean, for smooth fine lines.
+        settings
+            Values of `camera` and `picture` keys for this picture alone.
+        """
+        values = dict(settings or {})
+        if view is not None:
+            values["picture.show"] = view
+        return self._engine.render(width, height, values, transparent, passes)
+
+    def _repr_png_(self) -> bytes | None:
+        if self._engine.is_closed():
+            return None
+        return encode_png(self.render(640, 400, passes=4))
+
+    # State
+
+    @property
+    def trail(self) -> NDArray[np.float32]:
+        """The trail, (texels, texels), in trail units; a copy of the present state."""
+        return self._engine.trail()
+
+    @property
+    def deposits(self) -> NDArray[np.uint32]:
+        """How many particles were counted on each texel in the last step, (texels, texels)."""
+        return self._engine.deposits()
+
+    @property
+    def particles(self) -> NDArray[np.void]:
+        """All particles, (particles,), of the type `myxo.PARTICLE`; row i is the one with the id i in every step."""
+        _, count, _, _ = self._engine.sizes()
+        rows = np.empty(count, PARTICLE)
+        self._engine.fill_particles(rows.view(np.uint8))
+        return rows
+
+    @property
+    def texel_area(self) -> NDArray[np.float32]:
+        """The area of surface in each texel, (texels, texels), world units squared."""
+        return self._engine.texel_areas()
+
+    @property
+    def texel_object(self) -> NDArray[np.int32]:
+        """The object of each texel, (texels, texels); -1 where there is none."""
+        return self._engine.texel_objects()
+
+    @property
+    def texel_triangle(self) -> NDArray[np.int32]:
+        """The triangle of each texel, (texels, texels); -1 where there is none."""
+        return self._engine.texel_triangles()
+
+    @property
+    def texel_position(self) -> NDArray[np.float32]:
+        """The place of each texel in world units, (texels, texels, 3); not a number where there is none."""
+        return self._engine.texel_positions()
+
+    @property
+    def objects(self) -> Objects:
+        """The objects, by name or number."""
+        return Objects(self._engine)
+
+    @property
+    def radius(self) -> float:
+        """The scene radius, in world units: the unit of lengths in settings."""
+        return self._engine.sizes()[0]
+
+    def measures(self) -> dict[str, Any]:
+        """Measures of the network: `mean_trail`, `covered` (share of the surface), `on_network` (share of the particles),
+        `length` (scene radii), `pieces`, `regions`, `below`, and `objects`, the same for each object by its name.
+        """
+        text, parts = self._engine.measures()
+        measures: dict[str, Any] = json.loads(text)
+        keys = ("particles", "mean_trail", "covered", "length")
+        names = self._engine.object_names()
+        measures["objects"] = {name: dict(zip(keys, part)) for name, part in zip(names, parts)}
+        return measures
+
+    @property
+    def state_hash(self) -> str:
+        """The hash of the whole state, 16 hexadecimal digits: equal on every device for the same scene, seed and step."""
+        return self._engine.state_hash()
+
+    def validate(self) -> None:
+        """Checks that no particle is lost or doubled, and that every value is possible.
+
+        Raises
+        ------
+        ValueError
+            That says what is wrong.
+        """
+        self._engine.validate()
+
+    # Parameters
+
+    def __getitem__(self, key: str) -> Any:
+        """The value of a parameter, such as `sim["physarum.speed"]` or `sim["object.0.scale"]`."""
+        return self._engine.get(key)
+
+    def __setitem__(self, key: str, value: Any) -> None:
+        """Changes a parameter from the next step or picture on.
+
+        Raises
+        ------
+        KeyError
+            If there is no such parameter; it names the nearest.
+        ValueError
+            If the value is not allowed, or the parameter can only be set at the start.
+        """
+        self._engine.set({key: value})
+
+    def update(self, values: Mapping[str, Any]) -> None:
+        """Changes several parameters together, or none if one is wrong."""
+        self._engine.set(dict(values))
+
+    # Files
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes a checkpoint, from which `Simulation.resume` and the program go on to the same states."""
+        self._engine.save(path)
+
+    def export(self, path: str | os.PathLike[str], *, vertex_colors: bool = False) -> list[str]:
+        """Writes the state by the ending of `path`: `.glb` (a model with the trail as texture, or with vertex colours), `.ply`,
+        `.npz` (all arrays) or `.toml` (a scene file). Returns the files that were written.
+        """
+        return [os.fspath(file) for file in self._engine.export(path, vertex_colors)]
+
+    @property
+    def scene(self) -> str:
+        """The scene as the text of a scene file, with the values of now."""
+        return self._engine.scene_text()
+
+    # The device
+
+    @property
+    def device(self) -> str:
+        """The name of the device that computes, and its driver."""
+        _, device, driver = self._engine.names()
+        return f"{device}, {driver}"
+
+    def close(self) -> None:
+        """Frees the device. Everything but `close` is an error afterwards."""
+        self._engine.close()
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        if self._engine.is_closed():
+            return "<myxo.Simulation, closed>"
+        name, device, _ = self._engine.names()
+        _, particles, triangles, side = self._engine.sizes()
+        return (
+            f"<myxo.Simulation {name}: step {self.steps}, {particles:,} particles, {triangles:,} triangles, "
+            f"{side} x {side} texels, on {device}>"
+        )
+
+
+class Object:
+    """One object of a simulation."""
+
+    def __init__(self, engine: Engine, number: int, name: str) -> None:
+        self._engine = engine
+        self.number = number
+        self.name = name
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """World from scaled object coordinates, (4, 4), rows first; in the last step, or as it was set since."""
+        return self._engine.poses()[self.number]
+
+    @pose.setter
+    def pose(self, pose: ArrayLike | None) -> None:
+        """Sets the pose from the next step on; it turns and moves, and does not scale. None gives it back to the scene."""
+        matrix = None if pose is None else np.asarray(pose, dtype=np.float64)
+        if matrix is not None and matrix.shape != (4, 4):
+            raise ValueError(f"a pose is a matrix of shape (4, 4), not {matrix.shape}")
+        self._engine.set_pose(self.number, matrix)
+
+    @property
+    def mesh(self) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+        """Vertices (n, 3) in scaled object coordinates, and faces (m, 3), as the simulation has them: joined and repaired."""
+        vertices, faces, ranges = self._engine.surface()
+        first, end = ranges[self.number]
+        own = (faces[:, 0] >= first) & (faces[:, 0] < end)
+        return vertices[first:end], faces[own] - first
+
+    def __repr__(self) -> str:
+        return f"<myxo.Object {self.number}: {self.name}>"
+
+
+class Objects(Mapping[str, Object]):
+    """The objects of a simulation, by name; by number, too."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+
+    def __getitem__(self, key: str | int) -> Object:
+        names = self._engine.object_names()
+        if isinstance(key, str):
+            if key not in names:
+                raise KeyError(f"there is no object `{key}`: the scene has {', '.join(names)}")
+            return Object(self._engine, names.index(key), key)
+        number = range(len(names))[key]
+        return Object(self._engine, number, names[number])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._engine.object_names())
+
+    def __len__(self) -> int:
+        return len(self._engine.object_names())
+
+    def __repr__(self) -> str:
+        return f"<myxo.Objects: {', '.join(self)}>"
+
+
+def _engine(
+    scene: str | os.PathLike[str] | Mapping[str, Any] | Scene | None,
+    particles: int | None,
+    seed: int | None,
+    preset: str | None,
+    settings: Mapping[str, Any] | None,
+    device: str | int | None,
+    resume: str | os.PathLike[str] | None,
+) -> Engine:
+    values = dict(settings or {})
+    if particles is not None:
+        values["particles.count"] = particles
+    device = None if device is None else str(device)
+    if scene is None or isinstance(scene, (str, os.PathLike)):
+        return Engine(scene, None, [], "", preset, values, seed, device, resume)
+    if not isinstance(scene, Scene):
+        scene = Scene(scene)
+    preset = scene.preset if preset is None else preset
+    meshes = scene.meshes()
+    return Engine(None, scene.table(), meshes, scene.folder, preset, values, seed, device, resume)

@@ -1,0 +1,697 @@
+//! A simulation as Python's classes use it. All of its methods may be called from any thread; one runs at a time, and other threads of
+//! Python go on meanwhile.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use glam::{DAffine3, DMat4, DVec3, UVec2};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods as _, PyReadonlyArray2, ToPyArray as _};
+use pyo3::exceptions::{PyIndexError, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::arrays::{self, Row};
+use super::errors::{exception, no_parameter};
+use super::values::{from_text, to_toml};
+use crate::export::{self, Colors, Export, ExportFile, Watch};
+use crate::gpu::{Context, ContextOptions, Frames, default_cache_folder};
+use crate::mesh::Mesh;
+use crate::mesh::atlas::Control;
+use crate::render::exposure::Exposure;
+use crate::render::mean::{self, Mean};
+use crate::render::{Offscreen, Renderer, View, offscreen};
+use crate::scene::file::Reader;
+use crate::scene::parameters::{self, FOOD_PARAMETERS, OBJECT_PARAMETERS, Parameter};
+use crate::scene::settings::Settings;
+use crate::scene::{Overrides, Scene, SceneError};
+use crate::sim::Simulation;
+use crate::sim::checkpoint::Checkpoint;
+use crate::sim::memory;
+use crate::sim::network::Network;
+use crate::{Error, Result};
+
+/// Steps that the host may be ahead of the device.
+const FRAMES_IN_FLIGHT: usize = 2;
+/// While steps are submitted, Python is asked for signals this often.
+const ASKS_EVERY: Duration = Duration::from_millis(50);
+/// The widest picture, pixels.
+const WIDEST: u32 = 65_536;
+
+/// A mesh in memory: vertices and corners of triangles.
+type Arrays<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, i64>);
+
+/// A scene on a device.
+struct Running {
+    ctx: Arc<Context>,
+    scene: Scene,
+    simulation: Simulation,
+    frames: Frames,
+    renderer: Option<Renderer>,
+    canvas: Option<Offscreen>,
+}
+
+/// A scene on a device, until it is closed.
+#[pyclass(module = "myxo._myxo", frozen)]
+pub struct Engine {
+    running: Mutex<Option<Running>>,
+}
+
+/// Is it open?
+fn opened(running: &mut Option<Running>) -> PyResult<&mut Running> {
+    running.as_mut().ok_or_else(|| {
+        PyRuntimeError::new_err("the simulation is closed: make another one to go on")
+    })
+}
+
+impl Engine {
+    fn lock(&self) -> MutexGuard<'_, Option<Running>> {
+        // After a panic the state is as it was, or the device says what is wrong with it.
+        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Does some work without holding up other threads of Python.
+    fn with<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut Running) -> Result<T> + Send,
+    ) -> PyResult<T> {
+        py.detach(|| {
+            let mut running = self.lock();
+            work(opened(&mut running)?).map_err(exception)
+        })
+    }
+}
+
+#[pymethods]
+impl Engine {
+    /// Puts a scene on a device.
+    ///
+    /// `scene`: a name or a path; or `text`: a scene file's text, with the objects' meshes in `meshes` where they are in memory.
+    #[new]
+    #[pyo3(signature = (scene, text, meshes, folder, preset, settings, seed, device, resume))]
+    #[expect(clippy::too_many_arguments, reason = "the class in Python names them")]
+    fn new(
+        py: Python<'_>,
+        scene: Option<PathBuf>,
+        text: Option<&Bound<'_, PyDict>>,
+        meshes: Vec<Option<(String, Arrays<'_>)>>,
+        folder: PathBuf,
+        preset: Option<String>,
+        settings: &Bound<'_, PyDict>,
+        seed: Option<u64>,
+        device: Option<String>,
+        resume: Option<PathBuf>,
+    ) -> PyResult<Self> {
+        let set = assignments(settings)?;
+        let overrides = Overrides { preset, set, seed };
+        let text = text.map(|table| to_toml(table)).transpose()?;
+        let text = text.map(|table| table.to_string_as_file()).transpose()?;
+        let meshes: Vec<_> = meshes
+            .into_iter()
+            .map(|mesh| {
+                mesh.map(|(name, arrays)| mesh_of(&name, &arrays))
+                    .transpose()
+            })
+            .collect::<PyResult<_>>()?;
+        let running = py.detach(|| {
+            let scene = match (scene, text) {
+                (Some(scene), _) => Scene::load(&scene, &overrides)?,
+                (None, Some(text)) => scene_of(&text, &overrides, meshes, folder)?,
+                (None, None) => {
+                    let path = resume.as_deref().unwrap_or(Path::new(""));
+                    Checkpoint::read(path)?.own_scene(path, &overrides)?
+                }
+            };
+            open(scene, device, resume.as_deref())
+        });
+        Ok(Self {
+            running: Mutex::new(Some(running.map_err(exception)?)),
+        })
+    }
+
+    /// Takes `count` steps, and waits for them. After Ctrl-C, as many as were begun.
+    fn step(&self, py: Python<'_>, count: u64) -> PyResult<()> {
+        let mut left = count;
+        while left > 0 {
+            left = self.with(py, |running| {
+                let begun = Instant::now();
+                while left > 0 && begun.elapsed() < ASKS_EVERY {
+                    let mut rec = running.frames.begin()?;
+                    let simulation = &mut running.simulation;
+                    rec.scope("step", |rec| simulation.record_step(rec));
+                    running.frames.submit(rec)?;
+                    left -= 1;
+                }
+                Ok(left)
+            })?;
+            py.check_signals()?;
+        }
+        self.with(py, |running| Ok(running.frames.wait_idle()?))
+    }
+
+    /// Steps done.
+    fn step_count(&self) -> PyResult<u64> {
+        Ok(opened(&mut self.lock())?.simulation.step())
+    }
+
+    /// Seconds of the objects' motion.
+    fn time(&self) -> PyResult<f64> {
+        Ok(opened(&mut self.lock())?.simulation.time())
+    }
+
+    /// The name of the scene, of the device and its driver.
+    fn names(&self) -> PyResult<(String, String, String)> {
+        let mut running = self.lock();
+        let Running { ctx, scene, .. } = opened(&mut running)?;
+        let info = ctx.info();
+        let driver = format!("{} {}", info.driver, info.driver_version);
+        Ok((scene.name.clone(), info.name.clone(), driver))
+    }
+
+    /// The scene's radius in world units, and how many particles, triangles and texels a side there are.
+    fn sizes(&self) -> PyResult<(f32, usize, usize, u32)> {
+        let mut running = self.lock();
+        let Running {
+            scene, simulation, ..
+        } = opened(&mut running)?;
+        let particles = simulation.state().particles.len();
+        let triangles = scene.surface.corners.len();
+        Ok((
+            scene.radius,
+            particles,
+            triangles,
+            simulation.setup().atlas.size,
+        ))
+    }
+
+    /// The names of the objects.
+    fn object_names(&self) -> PyResult<Vec<String>> {
+        let mut running = self.lock();
+        let objects = opened(&mut running)?.simulation.settings().objects.iter();
+        Ok(objects.map(|object| object.name.clone()).collect())
+    }
+
+    /// The scene as the text of a file, with the values of now.
+    fn scene_text(&self) -> PyResult<String> {
+        let mut running = self.lock();
+        let Running {
+            scene, simulation, ..
+        } = opened(&mut running)?;
+        Ok(scene.to_toml_as(simulation.settings()))
+    }
+
+    /// The value of a parameter.
+    fn get<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
+        let mut running = self.lock();
+        let settings = opened(&mut running)?.simulation.settings();
+        from_text(py, &value_of(settings, key)?)
+    }
+
+    /// Changes parameters together, from the next step or picture on.
+    fn set(&self, py: Python<'_>, values: &Bound<'_, PyDict>) -> PyResult<()> {
+        for key in values.keys() {
+            let key: String = key.extract()?;
+            value_of(opened(&mut self.lock())?.simulation.settings(), &key)?;
+        }
+        let set = assignments(values)?;
+        self.with(py, |running| {
+            let settings = changed(&running.scene.name, running.simulation.settings(), &set)?;
+            running.simulation.apply(&settings)?;
+            running.scene.settings = settings;
+            Ok(())
+        })
+    }
+
+    /// The pose of each object, (objects, 4, 4), from scaled object coordinates to world coordinates.
+    fn poses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let poses = self.with(py, |running| {
+            Ok(arrays::poses(&running.scene, &running.simulation))
+        })?;
+        let count = poses.len();
+        let flat = poses.as_flattened().as_flattened().to_pyarray(py);
+        flat.reshape([count, 4, 4])
+    }
+
+    /// Sets the pose of an object from the next step on, (4, 4); `None` gives it back to the scene.
+    fn set_pose(&self, object: usize, pose: Option<PyReadonlyArray2<'_, f64>>) -> PyResult<()> {
+        let pose = pose.map(|pose| {
+            let pose = pose.as_array();
+            if pose.shape() != [4, 4] {
+                let shape = pose.shape();
+                return Err(PyValueError::new_err(format!(
+                    "a pose is a matrix of shape (4, 4), not {shape:?}"
+                )));
+            }
+            let columns: [f64; 16] = std::array::from_fn(|i| pose[[i % 4, i / 4]]);
+            let matrix = DMat4::from_cols_array(&columns);
+            if [3, 7, 11].map(|i| columns[i]) != [0.0; 3] || columns[15] != 1.0 {
+                return Err(PyValueError::new_err(
+                    "the last row of a pose is 0, 0, 0, 1: it turns and moves, and nothing else",
+                ));
+            }
+            Ok(DAffine3::from_mat4(matrix))
+        });
+        let pose = pose.transpose()?;
+        let mut running = self.lock();
+        let simulation = &mut opened(&mut running)?.simulation;
+        if object >= simulation.settings().objects.len() {
+            let count = simulation.settings().objects.len();
+            return Err(PyIndexError::new_err(format!(
+                "there is no object {object}: the scene has {count}"
+            )));
+        }
+        simulation.set_pose(object, pose).map_err(exception)
+    }
+
+    /// A picture, (height, width, 4), sRGB with straight alpha.
+    #[pyo3(signature = (width, height, settings, transparent, passes))]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        width: u32,
+        height: u32,
+        settings: &Bound<'_, PyDict>,
+        transparent: bool,
+        passes: u32,
+    ) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        if [width, height].contains(&0) || width.max(height) > WIDEST {
+            return Err(PyValueError::new_err(format!(
+                "a picture of {width} x {height} pixels cannot be drawn: each side is 1 or more, and at most {WIDEST}"
+            )));
+        }
+        if !(1..=4096).contains(&passes) {
+            return Err(PyValueError::new_err(format!(
+                "passes is from 1 to 4096, not {passes}"
+            )));
+        }
+        let set = assignments(settings)?;
+        let bytes = self.with(py, |running| {
+            draw(running, [width, height], &set, transparent, passes)
+        })?;
+        let flat = PyArray1::from_vec(py, bytes);
+        flat.reshape([height as usize, width as usize, 4])
+    }
+
+    /// The trail, (texels, texels).
+    fn trail<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        self.texels(py, |running| {
+            let simulation = &running.simulation;
+            let trail = running.ctx.download(&simulation.state().trail.front)?;
+            Ok(arrays::rows_of(simulation.setup(), &trail))
+        })
+    }
+
+    /// Particles per texel in the last step, (texels, texels).
+    fn deposits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        self.texels(py, |running| {
+            let simulation = &running.simulation;
+            let snapshot = simulation.snapshot()?;
+            Ok(arrays::rows_of(simulation.setup(), &snapshot.deposits))
+        })
+    }
+
+    /// The area of each texel in world units squared, (texels, texels).
+    fn texel_areas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        self.texels(py, |running| {
+            let setup = running.simulation.setup();
+            Ok(arrays::rows_of(setup, &setup.atlas.area))
+        })
+    }
+
+    /// The object of each texel, -1 where there is none, (texels, texels).
+    fn texel_objects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
+        self.texels(py, |running| {
+            let setup = running.simulation.setup();
+            let triangles = &setup.surface.triangles;
+            Ok(arrays::of_owners(setup, |t| triangles[t as usize].object))
+        })
+    }
+
+    /// The triangle of each texel, -1 where there is none, (texels, texels).
+    fn texel_triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
+        self.texels(py, |running| {
+            Ok(arrays::of_owners(running.simulation.setup(), |t| t))
+        })
+    }
+
+    /// The place of each texel in world coordinates, not a number where there is none, (texels, texels, 3).
+    fn texel_positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f32>>> {
+        let (places, side) = self.with(py, |running| {
+            let side = running.simulation.setup().atlas.size as usize;
+            Ok((arrays::texel_places(&running.simulation), side))
+        })?;
+        places
+            .as_flattened()
+            .to_pyarray(py)
+            .reshape([side, side, 3])
+    }
+
+    /// Fills the memory of an array of particles: a row of 56 bytes for each, in the order of their ids.
+    fn fill_particles(&self, py: Python<'_>, rows: &Bound<'_, PyArray1<u8>>) -> PyResult<()> {
+        let mut rows = rows.readwrite();
+        let bytes = rows.as_slice_mut()?;
+        let rows: &mut [Row] = bytemuck::try_cast_slice_mut(bytes)
+            .map_err(|_| PyValueError::new_err("the array is not one of particles"))?;
+        self.with(py, |running| {
+            if rows.len() != running.simulation.state().particles.len() {
+                return Err(Error::Invalid(
+                    "the array has another number of particles".into(),
+                ));
+            }
+            arrays::fill_particles(&running.simulation, rows)
+        })
+    }
+
+    /// Vertices of the surface in object coordinates, scaled, (vertices, 3), and corners of its triangles, (triangles, 3).
+    #[expect(clippy::type_complexity, reason = "two arrays")]
+    fn surface<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(
+        Bound<'py, PyArray2<f32>>,
+        Bound<'py, PyArray2<i32>>,
+        Vec<[u32; 2]>,
+    )> {
+        let mut running = self.lock();
+        let surface = &opened(&mut running)?.scene.surface;
+        let vertices: Vec<[f32; 3]> = surface.positions.iter().map(|p| p.to_array()).collect();
+        let corners: Vec<[i32; 3]> = surface
+            .corners
+            .iter()
+            .map(|corners| corners.map(|corner| corner as i32))
+            .collect();
+        let parts = surface.objects.iter();
+        let ranges = parts.map(|range| [range.vertices.0, range.vertices.1]);
+        let flat = vertices.as_flattened().to_pyarray(py);
+        let corner_array = corners.as_flattened().to_pyarray(py);
+        Ok((
+            flat.reshape([vertices.len(), 3])?,
+            corner_array.reshape([corners.len(), 3])?,
+            ranges.collect(),
+        ))
+    }
+
+    /// The measures of the network as JSON, and the shares of each object.
+    fn measures(&self, py: Python<'_>) -> PyResult<(String, Vec<(u64, f64, f64, f64)>)> {
+        self.with(py, |running| {
+            let simulation = &running.simulation;
+            let network = Network::of(&simulation.snapshot()?, simulation.setup());
+            let objects = network.objects.iter();
+            let objects =
+                objects.map(|part| (part.particles, part.mean_trail, part.covered, part.length));
+            let text = serde_json::to_string(&network)
+                .map_err(|error| Error::Invalid(error.to_string()))?;
+            Ok((text, objects.collect()))
+        })
+    }
+
+    /// The hash of the state, 16 hexadecimal digits.
+    fn state_hash(&self, py: Python<'_>) -> PyResult<String> {
+        self.with(py, |running| {
+            Ok(format!("{:016x}", running.simulation.snapshot()?.hash()))
+        })
+    }
+
+    /// Checks that no particle is lost and no value impossible.
+    fn validate(&self, py: Python<'_>) -> PyResult<()> {
+        self.with(py, |running| {
+            let simulation = &running.simulation;
+            let snapshot = simulation.snapshot()?;
+            snapshot
+                .validate(simulation.setup())
+                .map_err(Error::Invalid)
+        })
+    }
+
+    /// Writes the state into a checkpoint, and as other files.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        self.with(py, |running| {
+            let snapshot = running.simulation.snapshot()?;
+            let export = Export::of(&running.scene, &running.simulation, &snapshot)?;
+            export::write_checkpoint(export, &path, &Watch::default())?;
+            Ok(())
+        })
+    }
+
+    /// Writes the state as GLB, PLY, NPZ or a scene file, by the ending of the path; the files that were written.
+    fn export(&self, py: Python<'_>, path: PathBuf, vertex_colors: bool) -> PyResult<Vec<PathBuf>> {
+        let colors = if vertex_colors {
+            Colors::Vertex
+        } else {
+            Colors::Texture
+        };
+        self.with(py, |running| {
+            let file = ExportFile::create(&path)?;
+            let snapshot = running.simulation.snapshot()?;
+            let export = Export::of(&running.scene, &running.simulation, &snapshot)?;
+            Ok(file.write(&export, colors)?.files)
+        })
+    }
+
+    /// Frees the device. Nothing else can be done afterwards.
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        py.detach(|| {
+            let Some(mut running) = self.lock().take() else {
+                return Ok(());
+            };
+            let ended = running.frames.wait_idle();
+            ended.map_err(|error| exception(error.into()))
+        })
+    }
+
+    /// Is it closed?
+    fn is_closed(&self) -> bool {
+        self.lock().is_none()
+    }
+}
+
+impl Engine {
+    fn texels<'py, T: numpy::Element + Copy + Send>(
+        &self,
+        py: Python<'py>,
+        read: impl FnOnce(&mut Running) -> Result<Vec<T>> + Send,
+    ) -> PyResult<Bound<'py, PyArray2<T>>> {
+        let (values, side) = self.with(py, |running| {
+            let side = running.simulation.setup().atlas.size as usize;
+            Ok((read(running)?, side))
+        })?;
+        PyArray1::from_vec(py, values).reshape([side, side])
+    }
+}
+
+/// Text of a scene file.
+trait AsFile {
+    fn to_string_as_file(&self) -> PyResult<String>;
+}
+
+impl AsFile for toml::Value {
+    fn to_string_as_file(&self) -> PyResult<String> {
+        toml::to_string(self).map_err(|error| PyValueError::new_err(format!("the scene: {error}")))
+    }
+}
+
+/// `KEY=VALUE` for each entry, as the command line has them.
+fn assignments(values: &Bound<'_, PyDict>) -> PyResult<Vec<String>> {
+    let assignments = values.iter().map(|(key, value)| {
+        let key: String = key.extract()?;
+        Ok(format!("{key}={}", to_toml(&value)?))
+    });
+    assignments.collect()
+}
+
+/// Settings with some changes.
+fn changed(name: &str, settings: &Settings, set: &[String]) -> Result<Settings> {
+    let mut reader = Reader::new(settings.clone());
+    for assignment in set {
+        reader.assignment(assignment);
+    }
+    let changed = reader.finish().map_err(|problems| SceneError::Problems {
+        scene: name.into(),
+        problems,
+    });
+    Ok(changed?)
+}
+
+/// The value of a parameter, as scene files have it.
+fn value_of(settings: &Settings, key: &str) -> PyResult<String> {
+    if let Some(parameter) = parameters::find(key) {
+        return Ok(parameter.value(settings));
+    }
+    let of_list = || {
+        let (list, rest) = key.split_once('.')?;
+        let (number, own) = rest.split_once('.')?;
+        let number: usize = number.parse().ok()?;
+        match list {
+            "object" => own_value(OBJECT_PARAMETERS, settings.objects.get(number)?, own),
+            "food" => own_value(FOOD_PARAMETERS, settings.foods.get(number)?, own),
+            _ => None,
+        }
+    };
+    of_list().ok_or_else(|| no_parameter(key))
+}
+
+fn own_value<T>(table: &[Parameter<T>], of: &T, key: &str) -> Option<String> {
+    let parameter = table.iter().find(|parameter| parameter.key == key)?;
+    Some(parameter.value(of))
+}
+
+/// A mesh in memory.
+fn mesh_of(name: &str, (vertices, faces): &Arrays<'_>) -> PyResult<Mesh> {
+    let (vertices, faces) = (vertices.as_array(), faces.as_array());
+    for (array, what) in [(vertices.shape(), "vertices"), (faces.shape(), "faces")] {
+        if array[1] != 3 {
+            return Err(PyValueError::new_err(format!(
+                "the {what} of `{name}` have the shape {array:?}: (n, 3) is needed"
+            )));
+        }
+    }
+    let positions: Vec<DVec3> = vertices
+        .rows()
+        .into_iter()
+        .map(|row| DVec3::new(row[0], row[1], row[2]))
+        .collect();
+    let count = positions.len();
+    let corner = |corner: i64| {
+        let is_there = usize::try_from(corner).is_ok_and(|corner| corner < count);
+        is_there.then_some(corner as u32).ok_or_else(|| {
+            PyValueError::new_err(format!(
+                "a face of `{name}` has the corner {corner}: there are {count} vertices, counted from 0"
+            ))
+        })
+    };
+    let triangles: Vec<[u32; 3]> = faces
+        .rows()
+        .into_iter()
+        .map(|row| Ok([corner(row[0])?, corner(row[1])?, corner(row[2])?]))
+        .collect::<PyResult<_>>()?;
+    Mesh::from_triangles(name, positions, triangles).map_err(|error| exception(error.into()))
+}
+
+/// A scene of a text, in which some meshes are in memory.
+fn scene_of(
+    text: &str,
+    overrides: &Overrides,
+    meshes: Vec<Option<Mesh>>,
+    folder: PathBuf,
+) -> Result<Scene> {
+    let name = "scene".to_owned();
+    let settings = Scene::read_text(Path::new(&name), text, overrides)?;
+    if meshes.iter().all(Option::is_none) {
+        return Ok(Scene::from_settings(name, settings, folder)?);
+    }
+    let mut all = Vec::new();
+    for (object, mesh) in settings.objects.iter().zip(meshes) {
+        all.push(match mesh {
+            Some(mesh) => mesh,
+            None => Mesh::open(&object.mesh, &folder)?,
+        });
+    }
+    if all.len() != settings.objects.len() {
+        return Err(Error::Invalid(format!(
+            "the scene has {} objects, and meshes for {}",
+            settings.objects.len(),
+            all.len()
+        )));
+    }
+    Ok(Scene::from_meshes(name, settings, all, folder)?)
+}
+
+/// Opens a device and puts a scene on it.
+fn open(scene: Scene, device: Option<String>, resume: Option<&Path>) -> Result<Running> {
+    let ctx = Context::new(&ContextOptions {
+        device,
+        cache_folder: default_cache_folder(),
+        ..ContextOptions::default()
+    })?;
+    memory::check(ctx.info(), &scene)?;
+    let checkpoint = resume.map(Checkpoint::read).transpose()?;
+    let cache = default_cache_folder().map(|folder| folder.join("atlases"));
+    let control = Control {
+        cache: cache.as_deref(),
+        ..Control::default()
+    };
+    let mut simulation = Simulation::with_control(&ctx, &scene, &control)?;
+    if let Some(checkpoint) = checkpoint {
+        (checkpoint.check(&scene, simulation.setup())).map_err(|problem| {
+            Error::Invalid(format!("cannot continue from this checkpoint: {problem}"))
+        })?;
+        simulation.restore(&checkpoint.snapshot)?;
+    }
+    Ok(Running {
+        frames: Frames::new(&ctx, FRAMES_IN_FLIGHT)?,
+        ctx,
+        scene,
+        simulation,
+        renderer: None,
+        canvas: None,
+    })
+}
+
+/// Draws a picture; its bytes.
+fn draw(
+    running: &mut Running,
+    size: [u32; 2],
+    set: &[String],
+    transparent: bool,
+    passes: u32,
+) -> Result<Vec<u8>> {
+    let Running {
+        ctx,
+        scene,
+        simulation,
+        frames,
+        renderer,
+        canvas,
+    } = running;
+    let settings = changed(&scene.name, simulation.settings(), set)?;
+    if let Some(why) = settings.picture.show.why_not(&settings) {
+        return Err(Error::Invalid(format!(
+            "the view {} cannot be shown: {why}",
+            settings.picture.show.title()
+        )));
+    }
+    let kept = std::mem::replace(&mut scene.settings, settings);
+    let mut view = View::of(scene, UVec2::from_array(size).as_vec2());
+    scene.settings = kept;
+    view.is_transparent = transparent;
+    if renderer.is_none() {
+        *renderer = Some(Renderer::new(ctx, simulation.setup(), offscreen::FORMAT)?);
+    }
+    let renderer = renderer.as_mut().expect("it was made");
+    if canvas
+        .as_ref()
+        .is_none_or(|canvas| canvas.canvas().size() != size)
+    {
+        *canvas = None;
+        *canvas = Some(Offscreen::new(ctx, size)?);
+    }
+    let canvas = canvas.as_ref().expect("it was made");
+    let mut mean = match passes {
+        1 => None,
+        _ => Some(Mean::new(ctx, size)?),
+    };
+    let camera = view.camera;
+    for number in 0..passes {
+        view.camera = mean::beside(&camera, size, number);
+        let mut rec = frames.begin()?;
+        simulation.record_poses(&mut rec);
+        renderer.draw_beside(&mut rec, simulation.state(), &[(view, canvas.canvas())]);
+        if let Some(mean) = &mut mean {
+            mean.record(&mut rec, canvas.canvas().image());
+        }
+        if number + 1 == passes {
+            canvas.record_readback(&mut rec);
+        }
+        frames.submit(rec)?;
+        if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
+            *adaptation = 0.0;
+        }
+    }
+    frames.wait_idle()?;
+    let mut picture = canvas.image();
+    if transparent {
+        offscreen::unmultiply(&mut picture);
+    }
+    Ok(picture.into_raw())
+}
