@@ -680,7 +680,7 @@ mod tests {
         view.exposure = Exposure::Fixed(2.0);
         let mut frames = Frames::new(&ctx, 1).unwrap();
         run(&mut frames, &mut stage.simulation, 10);
-        let mut refined = |frames: &mut Frames, stage: &mut Stage, view: &View| {
+        let refined = |frames: &mut Frames, stage: &mut Stage, view: &View| {
             let plain = pixels(&ctx, frames, stage, |rec, stage| {
                 stage.draw(rec, view, SIZES, false).unwrap();
             });

@@ -673,7 +673,7 @@ fn draw(
     };
     let camera = view.camera;
     for number in 0..passes {
-        view.camera = mean::beside(&camera, size, number);
+        view.camera = mean::within_pixel(&camera, size, number);
         let mut rec = frames.begin()?;
         simulation.record_poses(&mut rec);
         renderer.draw_beside(&mut rec, simulation.state(), &[(view, canvas.canvas())]);

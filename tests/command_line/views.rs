@@ -118,7 +118,7 @@ fn pictures_are_means_of_many_through_a_lens_or_from_one_place() {
     assert!((0.01..2.0).contains(&change), "{change}");
     let [plain, smooth, wide] = [&plain, &smooth, &wide].map(partly_covered);
     assert!(
-        smooth < 2 * plain && wide > 3 * plain,
+        2 * smooth < 3 * plain && wide > 2 * plain,
         "{plain}, {smooth}, {wide}"
     );
 }

@@ -1,0 +1,48 @@
+"""Points of a sweep: values of parameters."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+Point = dict[str, Any]
+
+
+def grid(axes: Mapping[str, Iterable[Any]]) -> list[Point]:
+    """Every combination of the values of each parameter; the last parameter changes fastest.
+
+        myxo.grid({"physarum.sensor_angle": [15, 30], "trail.decay": [0.9, 0.95]})    # four points
+    """
+    for key, values in axes.items():
+        if isinstance(values, str) or not isinstance(values, Iterable):
+            raise TypeError(f"the values of `{key}` are {values!r}: a list is needed")
+    return [dict(zip(axes, values)) for values in itertools.product(*axes.values())]
+
+
+def sample(
+    ranges: Mapping[str, Sequence[float]], count: int, *, method: str = "latin", seed: int = 0
+) -> list[Point]:
+    """`count` points within ranges `(low, high)`, by a Latin hypercube (`latin`), Sobol's sequence (`sobol`) or at random (`random`);
+    the same for the same seed. Latin and Sobol use SciPy.
+    """
+    import numpy as np
+
+    if count < 1:
+        raise ValueError(f"a sample has 1 point or more, not {count}")
+    for key, limits in ranges.items():
+        if len(limits) != 2 or not limits[0] < limits[1]:
+            raise ValueError(f"the range of `{key}` is {limits!r}: (low, high) is needed, the first below the second")
+    if method == "random":
+        shares = np.random.default_rng(seed).random((count, len(ranges)))
+    elif method in ("latin", "sobol"):
+        from scipy.stats import qmc
+
+        kind = qmc.LatinHypercube if method == "latin" else qmc.Sobol
+        shares = kind(len(ranges), seed=seed).random(count)
+    else:
+        raise ValueError(f"there is no way of sampling `{method}`: latin, sobol or random")
+    return [
+        {key: float(low + share * (high - low)) for (key, (low, high)), share in zip(ranges.items(), row)}
+        for row in shares
+    ]

@@ -1,0 +1,67 @@
+"""One run of a sweep, as a worker does it."""
+
+from __future__ import annotations
+
+import io
+import os
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+Run = Callable[..., Mapping[str, Any]]
+
+
+def begin_worker(one_thread: bool) -> None:
+    """Prepares a process that does runs side by side with others: on drivers that compute on the processor, each has one thread."""
+    if one_thread:
+        os.environ.setdefault("LP_NUM_THREADS", "1")
+        os.environ.setdefault("RAYON_NUM_THREADS", "1")
+
+
+def do(job: Mapping[str, Any]) -> tuple[dict[str, Any], bytes | None]:
+    """Does a run: its row, and its fields as the bytes of an NPZ file. What fails is a row with its error."""
+    row: dict[str, Any] = {}
+    begun = time.perf_counter()
+    fields: dict[str, Any] = {}
+    try:
+        from ._simulation import Simulation
+
+        scene, steps, run = job["scene"], job["steps"], job["run"]
+        settings = {**job["settings"], **job["point"]}
+        with Simulation(
+            scene, seed=job["seed"], preset=job["preset"], settings=settings, device=job["device"]
+        ) as sim:
+            if run is None:
+                sim.step(steps)
+                found: Mapping[str, Any] = {}
+            else:
+                found = run(sim, dict(job["point"])) or {}
+            row["step"] = sim.steps
+            row["state_hash"] = sim.state_hash
+            measures = sim.measures()
+            row.update({key: value for key, value in measures.items() if isinstance(value, (int, float))})
+            row["device"] = sim.device
+            for name in job["fields"]:
+                fields[name] = getattr(sim, name)
+            for name, value in found.items():
+                if hasattr(value, "ndim") and value.ndim > 0:
+                    fields[name] = value
+                else:
+                    row[name] = value.item() if hasattr(value, "item") else value
+        row["error"] = None
+    except Exception as error:  # A row says what went wrong, and the sweep goes on.
+        text = error.args[0] if isinstance(error, KeyError) and error.args else error
+        row["error"] = f"{type(error).__name__}: {text}"
+    row["seconds"] = round(time.perf_counter() - begun, 3)
+    return row, packed(fields)
+
+
+def packed(fields: Mapping[str, Any]) -> bytes | None:
+    """Arrays as the bytes of an NPZ file, if there are any."""
+    if not fields:
+        return None
+    import numpy as np
+
+    file = io.BytesIO()
+    np.savez_compressed(file, **fields)
+    return file.getvalue()

@@ -1,0 +1,248 @@
+"""The package as people use it: simulations, arrays, errors."""
+
+import gc
+import os
+import signal
+import threading
+import time
+
+import myxo
+import numpy as np
+import pytest
+
+SMALL = {"particles.count": 3000, "atlas.size": 128}
+
+
+@pytest.fixture(scope="module")
+def torus():
+    with myxo.Simulation("torus", seed=7, settings=SMALL) as sim:
+        yield sim.step(20)
+
+
+def test_pictures_have_the_size_and_the_view_that_are_asked_for(torus):
+    image = torus.render(120, 80)
+    assert image.shape == (80, 120, 4) and image.dtype == np.uint8
+    assert (image[..., 3] == 255).all() and image[..., :3].max() > 60
+    clear = torus.render(120, 80, transparent=True)
+    assert (clear[..., 3] == 0).any() and (clear[..., 3] == 255).any()
+    relief = torus.render(120, 80, view="relief")
+    assert (relief != image).any()
+    assert (torus.render(120, 80) == image).all(), "a view is for one picture"
+    smooth = torus.render(120, 80, passes=4)
+    difference = np.abs(smooth.astype(int) - image.astype(int)).mean()
+    assert 0 < difference < 3
+    turned = torus.render(120, 80, settings={"camera.azimuth": 120})
+    assert (turned != image).any()
+
+
+def test_arrays_agree_with_each_other(torus):
+    side = torus["atlas.size"]
+    trail, area, objects = torus.trail, torus.texel_area, torus.texel_object
+    assert trail.shape == area.shape == objects.shape == (side, side)
+    assert trail.dtype == np.float32 and trail.max() > 0
+    assert torus.deposits.sum() == 3000
+    owned = objects >= 0
+    assert (torus.texel_triangle[owned] >= 0).all()
+    assert np.isfinite(torus.texel_position[owned]).all() and np.isnan(torus.texel_position[~owned]).all()
+    particles = torus.particles
+    assert particles.shape == (3000,) and particles.dtype == myxo.PARTICLE
+    lengths = np.linalg.norm(particles["heading"], axis=1)
+    assert np.allclose(lengths, 1.0, atol=1e-3)
+    # A particle lies where the texel under it does.
+    column, row = np.floor(particles["texel"]).astype(int).T
+    at = torus.texel_position[row, column]
+    there = np.isfinite(at).all(axis=1)
+    texel = np.sqrt(area[owned].mean())
+    assert there.mean() > 0.9
+    assert np.linalg.norm(at - particles["position"], axis=1)[there].max() < 4 * texel
+    vertices, faces = torus.objects[0].mesh
+    a, b, c = (vertices[faces[particles["triangle"], k]] for k in range(3))
+    u, v = particles["uv"].T[..., None]
+    assert np.allclose(a + u * (b - a) + v * (c - a), particles["position"], atol=1e-4)
+
+
+def test_the_same_seed_gives_the_same_state_whatever_the_pieces():
+    hashes = set()
+    for pieces in ([12], [5, 7], [1] * 12):
+        with myxo.Simulation("cube", seed=3, settings=SMALL) as sim:
+            for count in pieces:
+                sim.step(count)
+                sim.render(40, 30)
+            sim.validate()
+            assert sim.steps == 12
+            hashes.add(sim.state_hash)
+    with myxo.Simulation("cube", seed=4, settings=SMALL) as sim:
+        hashes.add(sim.step(12).state_hash)
+    assert len(hashes) == 2
+
+
+def test_a_checkpoint_and_exports_continue_and_can_be_read(tmp_path):
+    with myxo.Simulation("pair", settings=SMALL) as sim:
+        sim.step(6).save(tmp_path / "a.state")
+        wanted = sim.step(6).state_hash
+        sim.export(tmp_path / "a.npz")
+        files = sim.export(tmp_path / "a.glb")
+        trail, particles = sim.trail, sim.particles
+    assert files == [str(tmp_path / "a.glb")]
+    with np.load(tmp_path / "a.npz") as arrays:
+        assert str(arrays["state_hash"]) == wanted
+        assert (arrays["trail"] == trail).all()
+        for name in ("position", "heading", "object", "triangle", "uv", "texel", "pending"):
+            assert (arrays[f"particle_{name}"] == particles[name]).all(), name
+    with myxo.Simulation.resume(tmp_path / "a.state") as sim:
+        assert sim.steps == 6 and sim.step(6).state_hash == wanted
+    with pytest.raises(FileNotFoundError, match="none.state"):
+        myxo.Simulation.resume(tmp_path / "none.state")
+
+
+def test_parameters_are_read_and_changed_while_it_runs():
+    with myxo.Simulation("torus", settings=SMALL) as sim:
+        sim["physarum.speed"] = 0.006
+        assert sim["physarum.speed"] == pytest.approx(0.006)
+        sim["physarum.sensor_angle"] = np.float32(30)
+        sim.update({"trail.decay": 0.9, "picture.show": "relief"})
+        assert sim["trail.decay"] == pytest.approx(0.9) and sim["picture.show"] == "relief"
+        assert sim["object.0.scale"] == 1.0
+        with pytest.raises(KeyError, match="do you mean `physarum.speed`"):
+            sim["physarum.sped"] = 1
+        with pytest.raises(ValueError, match="trail.decay"):
+            sim.update({"physarum.speed": 0.01, "trail.decay": 7})
+        assert sim["physarum.speed"] == pytest.approx(0.006), "all or nothing"
+        with pytest.raises(ValueError, match="particles.count"):
+            sim["particles.count"] = 10
+        with pytest.raises(TypeError, match="object"):
+            sim["trail.decay"] = object()
+    keys = {row["key"] for row in myxo.parameters()}
+    assert {"physarum.speed", "trail.decay"} <= keys
+    assert "torus" in myxo.scenes() and "network" in myxo.presets()
+
+
+def tetrahedron():
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float)
+    return vertices, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+
+
+def test_meshes_are_arrays_and_poses_come_from_outside():
+    vertices, faces = tetrahedron()
+    scene = myxo.Scene({"trail": {"decay": 0.9}}, preset="network")
+    scene.add("left", (vertices, faces)).add("right", "builtin:icosphere", position=[3, 0, 0])
+    with myxo.Simulation(scene, settings=SMALL) as sim:
+        assert list(sim.objects) == ["left", "right"] and sim["trail.decay"] == pytest.approx(0.9)
+        found, corners = sim.objects["left"].mesh
+        assert len(found) == 4 and len(corners) == 4
+        assert {tuple(row) for row in found.round(5).tolist()} == {tuple(row) for row in vertices.tolist()}
+        assert sim.objects["right"].pose[0, 3] == pytest.approx(3)
+        pose = np.eye(4)
+        pose[:3, 3] = [0, 2, 0]
+        sim.objects["left"].pose = pose
+        sim.step(3)
+        assert np.allclose(sim.objects["left"].pose, pose)
+        on_left = sim.particles[sim.particles["object"] == 0]
+        assert on_left["position"][:, 1].min() >= 2 - 1e-5
+        sim.objects["left"].pose = None
+        assert np.allclose(sim.step().objects["left"].pose, np.eye(4))
+        for wrong in (np.eye(3), 2 * np.eye(4), np.diag([2.0, 1, 1, 1])):
+            with pytest.raises(ValueError, match="pose|rigid"):
+                sim.objects["left"].pose = wrong
+        with pytest.raises(KeyError, match="left, right"):
+            sim.objects["middle"]
+    as_dictionary = {"object": [{"mesh": (vertices, faces), "name": "a"}], "trail.decay": 0.8}
+    with myxo.Simulation(as_dictionary, settings=SMALL) as sim:
+        assert sim["trail.decay"] == pytest.approx(0.8) and list(sim.objects) == ["a"]
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "says"),
+    [
+        (np.zeros((4, 2)), [[0, 1, 2]], r"vertices of `m` have the shape \(4, 2\)"),
+        (np.zeros((4, 3)), [[0, 1]], r"faces of `m` have the shape"),
+        (np.zeros((4, 3)), [[0.5, 1, 2]], "integers"),
+        (np.zeros((4, 3)), [[0, 1, 9]], "corner 9"),
+        (np.zeros((4, 3)), [[0, 1, -1]], "corner -1"),
+        (np.zeros((4, 3)), np.zeros((0, 3), int), "no triangles"),
+        (np.zeros((4, 3)), [[0, 1, 2]], "none has an area"),
+        (np.full((4, 3), np.nan), [[0, 1, 2]], "m"),
+    ],
+)
+def test_bad_meshes_are_refused_in_a_sentence(vertices, faces, says):
+    with pytest.raises((ValueError, TypeError), match=says) as raised:
+        myxo.Simulation(myxo.Scene().add("m", (vertices, np.asarray(faces))), settings=SMALL)
+    assert "\n" not in str(raised.value)
+
+
+def test_bad_scenes_devices_and_pictures_are_refused(torus, tmp_path):
+    with pytest.raises(ValueError, match="there is no scene `toros`, did you mean `torus`"):
+        myxo.Simulation("toros")
+    with pytest.raises(ValueError, match="particles.count"):
+        myxo.Simulation("torus", particles=-1)
+    with pytest.raises(myxo.DeviceError):
+        myxo.Simulation("torus", settings=SMALL, device="no such device")
+    with pytest.raises(TypeError, match="list of dictionaries"):
+        myxo.Scene({"object": "torus"})
+    with pytest.raises(ValueError, match="object 0 of the scene has no mesh"):
+        myxo.Scene({"object": [{"name": "a"}]})
+    with pytest.raises(ValueError, match="0 x 10"):
+        torus.render(0, 10)
+    with pytest.raises(ValueError, match="shiny"):
+        torus.render(10, 10, view="shiny")
+    with pytest.raises(ValueError, match="distance"):
+        torus.render(10, 10, view="distance")
+    with pytest.raises(ValueError, match="-1"):
+        torus.step(-1)
+    with pytest.raises(ValueError, match="ending|a.xyz"):
+        torus.export(tmp_path / "a.xyz")
+    with pytest.raises(OSError):
+        torus.save("/proc/none/a.state")
+
+
+def test_a_closed_simulation_says_so_and_frees_its_device():
+    sim = myxo.Simulation("torus", settings=SMALL)
+    sim.close()
+    sim.close()
+    for use in (sim.step, lambda: sim.trail, lambda: sim.steps, lambda: sim.render(9, 9)):
+        with pytest.raises(RuntimeError, match="closed"):
+            use()
+    assert "closed" in repr(sim) and sim._repr_png_() is None
+    gc.collect()
+
+
+def test_several_run_in_one_process_and_from_other_threads():
+    sims = [myxo.Simulation("torus", seed=seed, settings=SMALL) for seed in (1, 2, 1)]
+    threads = [threading.Thread(target=sim.step, args=(10,)) for sim in sims]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    first, second, third = [sim.state_hash for sim in sims]
+    assert first == third != second
+    for sim in sims:
+        sim.close()
+
+
+def test_other_threads_go_on_and_ctrl_c_ends_steps():
+    sim = myxo.Simulation("torus", settings=SMALL)
+    counted = []
+    begun = time.monotonic()
+    interrupt = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))
+    ticks = threading.Thread(target=lambda: [counted.append(time.sleep(0.02)) for _ in range(30)])
+    interrupt.start(), ticks.start()
+    with pytest.raises(KeyboardInterrupt):
+        sim.step(10**7)
+    assert time.monotonic() - begun < 20
+    ticks.join()
+    assert len(counted) == 30
+    done = sim.steps
+    assert 0 < done < 10**7
+    sim.step().validate()
+    assert sim.steps == done + 1
+    sim.close()
+
+
+def test_notebooks_show_the_picture_and_help_is_complete(torus):
+    assert torus._repr_png_()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert "torus" in repr(torus) and "step" in repr(torus)
+    for kind in (myxo.Simulation, myxo.Scene, myxo.Object, myxo.Objects):
+        assert kind.__doc__
+        for name in vars(kind):
+            if not name.startswith("_"):
+                assert getattr(kind, name).__doc__, f"{kind.__name__}.{name}"
