@@ -73,6 +73,10 @@ impl Mesh {
             problem,
         };
         let count = positions.len();
+        if triangles.is_empty() {
+            let found = format!("{count} vertices, and no faces");
+            return Err(bad(MeshProblem::NoTriangles { found }));
+        }
         let missing = triangles
             .as_flattened()
             .iter()
