@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test hashes long fuzz mutants power-cut bench atlases gallery pictures guide keys window window-times notices bundle advisories clean
+.PHONY: help demo test python hashes long fuzz mutants power-cut bench atlases gallery pictures guide keys window window-times notices bundle advisories clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -28,6 +28,10 @@ ONLY ?=
 test: ## set up what is missing, and run every test with Vulkan's validation layers on
 	@.ci/setup test
 	@.ci/test $(ONLY)
+
+python: ## build the Python package into target/python, and run its tests (minutes)
+	@.ci/setup test
+	@.ci/python
 
 hashes: ## write the states that `myxo selftest` expects to assets/hashes.tsv; a change of them goes into CHANGELOG.md
 	@.ci/setup demo

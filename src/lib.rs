@@ -33,6 +33,7 @@
 //!
 //! ```text
 //! bin        arguments, window, panel, reports           src/main.rs, src/cli/, src/lab/
+//! python     the package's extension module, if built    src/python/, python/
 //! export     models, data and scene files of a state     src/export/
 //! render     draws what sim owns; swapchain, interface   src/render/
 //! sim        particles, trail, step                      src/sim/   (step/: its kernels)

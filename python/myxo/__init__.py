@@ -9,14 +9,16 @@
     sim["physarum.speed"] = 0.006
     sim.save("torus.state")
 
-`Simulation` runs a scene: a built-in one, a file, a dictionary, or a `Scene` of meshes in memory. `scenes`, `presets` and
-`parameters` list what there is. Errors of the library are exceptions with one sentence that says what, where and what to do.
+`Simulation` runs a scene: a built-in one, a file, a dictionary, or a `Scene` of meshes in memory. `sweep` runs one at many points of
+its parameters, over processes or a cluster. `scenes`, `presets` and `parameters` list what there is. Errors of the library are exceptions with one sentence that says what, where and what to do.
 """
 
 from ._myxo import DeviceError, parameters, presets, scenes
 from ._myxo import version as __version__
+from ._points import grid, sample
 from ._scene import Scene
 from ._simulation import PARTICLE, Object, Objects, Simulation
+from ._sweep import read_fields, read_study, read_sweep, sweep, to_dataset
 
 __all__ = [
     "PARTICLE",
@@ -26,7 +28,14 @@ __all__ = [
     "Scene",
     "Simulation",
     "__version__",
+    "grid",
     "parameters",
     "presets",
+    "read_fields",
+    "read_study",
+    "read_sweep",
+    "sample",
     "scenes",
+    "sweep",
+    "to_dataset",
 ]

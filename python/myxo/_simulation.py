@@ -310,7 +310,8 @@ class Object:
     @property
     def pose(self) -> NDArray[np.float64]:
         """World from scaled object coordinates, (4, 4), rows first; in the last step, or as it was set since."""
-        return self._engine.poses()[self.number]
+        pose: NDArray[np.float64] = self._engine.poses()[self.number]
+        return pose
 
     @pose.setter
     def pose(self, pose: ArrayLike | None) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import concurrent.futures
 import hashlib
 import inspect
+import io
 import json
 import multiprocessing
 import os
@@ -99,7 +100,7 @@ def sweep(
     RuntimeError
         If another sweep writes into the folder.
     """
-    pandas = _pandas()
+    library = _pandas()
     if isinstance(points, (str, os.PathLike)):
         study = read_study(points)
     else:
@@ -124,11 +125,11 @@ def sweep(
             finally:
                 if bar:
                     bar.end()
-                _write_table(folder, pandas)
+                _write_table(folder, library)
         elif not (folder / "table.parquet").exists():
-            _write_table(folder, pandas)
+            _write_table(folder, library)
     wanted = {_row_file(folder, job).name for job in jobs}
-    return _table(folder, pandas, wanted)
+    return _table(folder, library, wanted)
 
 
 def read_study(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -206,7 +207,7 @@ def _jobs(study: Mapping[str, Any], run: _runs.Run | None, fields: tuple[str, ..
         if key not in known and key.split(".")[0] not in ("object", "food", "pulse"):
             raise KeyError(f"there is no parameter `{key}`: `myxo.parameters()` lists them all")
     fixed = _fixed(study, run)
-    jobs = []
+    jobs: list[dict[str, Any]] = []
     for number, point in enumerate(points):
         for seed in seeds:
             key = _digest({**fixed, "point": point, "seed": seed, "fields": fields})
@@ -397,19 +398,20 @@ def _write(file: Path, content: bytes) -> None:
         raise
 
 
-def _table(folder: Path, pandas: Any, wanted: set[str] | None) -> Any:
+def _table(folder: Path, library: Any, wanted: set[str] | None) -> pandas.DataFrame:
     files = [file for file in (folder / "runs").glob("*.json") if wanted is None or file.name in wanted]
     rows = [json.loads(file.read_text(encoding="utf-8")) for file in files]
-    table = pandas.DataFrame(rows)
+    table: pandas.DataFrame = library.DataFrame(rows)
     if table.empty:
         return table
     last = [column for column in (*LAST, "key") if column in table]
     middle = [column for column in table if column not in FIRST and column not in last]
-    return table[[*FIRST, *middle, *last]].sort_values(list(FIRST), ignore_index=True)
+    sorted_table: pandas.DataFrame = table[[*FIRST, *middle, *last]].sort_values(list(FIRST), ignore_index=True)
+    return sorted_table
 
 
-def _write_table(folder: Path, pandas: Any) -> None:
-    table = _table(folder, pandas, None)
+def _write_table(folder: Path, library: Any) -> None:
+    table = _table(folder, library, None)
     if table.empty:
         return
     # A column with lists has a text for each.
@@ -417,8 +419,6 @@ def _write_table(folder: Path, pandas: Any) -> None:
         if table[column].map(lambda value: isinstance(value, (list, dict))).any():
             table[column] = table[column].map(json.dumps)
     _write(folder / "table.csv", table.to_csv(index=False).encode())
-    import io
-
     file = io.BytesIO()
     table.to_parquet(file, index=False)
     _write(folder / "table.parquet", file.getvalue())
