@@ -265,11 +265,11 @@ def _name_of(run: _runs.Run | None) -> str | None:
     return f"{name} {hashlib.sha256(source.encode()).hexdigest()[:12]}"
 
 
-def _plain(value: Any) -> str:
+def _plain(value: Any, *, sort: bool = True) -> str:
     def simple(item: Any) -> Any:
         return item.tolist() if hasattr(item, "tolist") else str(item)
 
-    return json.dumps(value, sort_keys=True, default=simple)
+    return json.dumps(value, sort_keys=sort, default=simple)
 
 
 def _digest(value: Any) -> str:
@@ -381,7 +381,7 @@ def _keep(folder: Path, job: Mapping[str, Any], row: Mapping[str, Any], packed: 
         (folder / "fields").mkdir(exist_ok=True)
         _write(folder / "fields" / f"{job['key']}.npz", packed)
     whole = {"run": job["number"], "seed": job["seed"], **job["point"], **row, "key": job["key"]}
-    _write(_row_file(folder, job), _plain(whole).encode())
+    _write(_row_file(folder, job), _plain(whole, sort=False).encode())
 
 
 def _write(file: Path, content: bytes) -> None:

@@ -6,6 +6,7 @@ use std::process::Command;
 
 use crate::program::{self, Folder, TINY, done, no_device, path, text};
 use image::imageops;
+use serde_json::Value;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -235,7 +236,12 @@ fn examples_say_what_they_are_for() {
             .expect("a name")
             .to_string_lossy()
             .into_owned();
-        let file = if file.is_dir() {
+        if name == "notebooks" {
+            notebooks_say_what_they_are_for(&file);
+        }
+        let file = if name == "notebooks" {
+            root().join("docs/python.md")
+        } else if file.is_dir() {
             file.join("main.rs")
         } else {
             file
@@ -243,6 +249,7 @@ fn examples_say_what_they_are_for() {
         let source = fs::read_to_string(&file).expect("it is text");
         match file.extension().and_then(|ending| ending.to_str()) {
             Some("rs") => assert!(source.starts_with("//! "), "{name}"),
+            Some("md") => {}
             Some("py") => assert!(source.contains("\n\"\"\""), "{name}"),
             _ => panic!("{name}: what is it?"),
         }
@@ -253,6 +260,33 @@ fn examples_say_what_they_are_for() {
         names.push(name);
     }
     assert!(names.len() >= 5, "{names:?}");
+}
+
+/// Notebooks begin with a heading, lie in the repository without results, and are on the page for Python.
+fn notebooks_say_what_they_are_for(folder: &Path) {
+    let page = file_of("docs/python.md");
+    let entries = fs::read_dir(folder).expect("there are notebooks");
+    let files = entries.map(|entry| entry.expect("it can be listed").path());
+    let mut count = 0;
+    for file in files.filter(|file| file.extension().is_some_and(|ending| ending == "ipynb")) {
+        let name = file
+            .file_name()
+            .expect("a name")
+            .to_string_lossy()
+            .into_owned();
+        let text = fs::read_to_string(&file).expect("it is text");
+        let notebook: Value = serde_json::from_str(&text).expect("it is JSON");
+        let cells = notebook["cells"].as_array().expect("it has cells");
+        assert_eq!(cells[0]["cell_type"], "markdown", "{name}");
+        let heading = cells[0]["source"][0].as_str().unwrap_or_default();
+        assert!(heading.starts_with("# "), "{name}: {heading}");
+        for cell in cells.iter().filter(|cell| cell["cell_type"] == "code") {
+            assert_eq!(cell["outputs"], Value::Array(Vec::new()), "{name}");
+        }
+        assert!(page.contains(&name), "docs/python.md does not name {name}");
+        count += 1;
+    }
+    assert!(count >= 5, "{count}");
 }
 
 fn file_of(name: &str) -> String {
