@@ -41,6 +41,9 @@ const WIDEST: u32 = 65_536;
 /// A mesh in memory: vertices and corners of triangles.
 type Arrays<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, i64>);
 
+/// The measures of an object: particles, mean trail, covered share, length.
+type Part = (u64, f64, f64, f64);
+
 /// A scene on a device.
 struct Running {
     ctx: Arc<Context>,
@@ -392,8 +395,8 @@ impl Engine {
         ))
     }
 
-    /// The measures of the network as JSON, and the shares of each object.
-    fn measures(&self, py: Python<'_>) -> PyResult<(String, Vec<(u64, f64, f64, f64)>)> {
+    /// The measures of the network as JSON, and those of each object.
+    fn measures(&self, py: Python<'_>) -> PyResult<(String, Vec<Part>)> {
         self.with(py, |running| {
             let simulation = &running.simulation;
             let network = Network::of(&simulation.snapshot()?, simulation.setup());
