@@ -11,8 +11,8 @@ import multiprocessing
 import os
 import sys
 import time
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,9 @@ from ._scene import Scene
 if TYPE_CHECKING:
     import pandas
 
-# A run whose process dies is begun again so often.
+# A row, and fields as the bytes of a file.
+_Result = tuple[dict[str, Any], bytes | None]
+# A run whose process dies is begun again alone so often.
 ATTEMPTS = 3
 # An executor without futures of the standard library is asked this often, seconds.
 ASKS_EVERY = 0.2
@@ -279,11 +281,22 @@ def _digest(value: Any) -> str:
 # Doing it
 
 
+class _Died(Exception):
+    """A process of a pool ended; these runs were under way."""
+
+    def __init__(self, jobs: list[dict[str, Any]]) -> None:
+        self.jobs = jobs
+
+
 def _results(
     jobs: list[dict[str, Any]], executor: Any, workers: int | None, device: Any, says: bool
-) -> Iterator[tuple[dict[str, Any], tuple[dict[str, Any], bytes | None]]]:
+) -> Iterator[tuple[dict[str, Any], _Result]]:
+    waiting = deque(jobs)
     if executor is not None:
-        yield from _from(executor, jobs, {})
+        try:
+            yield from _from(executor, waiting, None)
+        except _Died:
+            raise RuntimeError("a process of the executor died; what is done is kept: begin the sweep again with another one") from None
         return
     count = workers if workers is not None else _fitting(device)
     if count < 1:
@@ -291,33 +304,48 @@ def _results(
     count = min(count, len(jobs))
     if says:
         print(f"myxo: {len(jobs)} runs by {count} processes", file=sys.stderr)
-    attempts: dict[str, int] = {}
-    left = {job["key"]: job for job in jobs}
+    while waiting:
+        suspects: list[dict[str, Any]] = []
+        with _pool(count, count > 1) as pool:
+            try:
+                yield from _from(pool, waiting, count)
+            except _Died as died:
+                suspects = died.jobs
+        # One of them has ended its process: each is begun again alone, so that none is blamed for another.
+        for job in suspects:
+            yield job, _alone(job, count > 1)
+
+
+def _pool(count: int, one_thread: bool) -> concurrent.futures.ProcessPoolExecutor:
     # A process that has a device open cannot be forked.
     context = multiprocessing.get_context("spawn")
-    while left:
-        pool = concurrent.futures.ProcessPoolExecutor(
-            count, mp_context=context, initializer=_runs.begin_worker, initargs=(count > 1,)
-        )
-        with pool:
+    return concurrent.futures.ProcessPoolExecutor(
+        count, mp_context=context, initializer=_runs.begin_worker, initargs=(one_thread,)
+    )
+
+
+def _alone(job: dict[str, Any], one_thread: bool) -> _Result:
+    for _ in range(ATTEMPTS):
+        with _pool(1, one_thread) as pool:
             try:
-                for job, result in _from(pool, list(left.values()), attempts):
-                    del left[job["key"]]
-                    yield job, result
-            except BrokenProcessPool:
-                # One of the runs that were begun has ended its process: all that are not done are begun again.
+                return pool.submit(_runs.do, job).result()
+            except concurrent.futures.BrokenExecutor:
                 continue
-            except BaseException:
-                pool.shutdown(wait=True, cancel_futures=True)
-                raise
+    return {"error": f"its process died {ATTEMPTS} times", "seconds": None}, None
 
 
 def _from(
-    executor: Any, jobs: list[dict[str, Any]], attempts: dict[str, int]
-) -> Iterator[tuple[dict[str, Any], tuple[dict[str, Any], bytes | None]]]:
-    pending = {executor.submit(_runs.do, job): job for job in jobs}
-    is_broken = False
-    while pending:
+    executor: Any, waiting: deque[dict[str, Any]], most: int | None
+) -> Iterator[tuple[dict[str, Any], _Result]]:
+    """The results of jobs in the order in which they end; at most so many are under way."""
+    pending: dict[Any, dict[str, Any]] = {}
+    while waiting or pending:
+        while waiting and (most is None or len(pending) < most):
+            job = waiting.popleft()
+            try:
+                pending[executor.submit(_runs.do, job)] = job
+            except concurrent.futures.BrokenExecutor:
+                raise _Died([job, *pending.values()]) from None
         if all(isinstance(future, concurrent.futures.Future) for future in pending):
             ended, _ = concurrent.futures.wait(pending, return_when=concurrent.futures.FIRST_COMPLETED)
         else:
@@ -325,20 +353,15 @@ def _from(
             if not ended:
                 time.sleep(ASKS_EVERY)
         for future in ended:
-            job = pending.pop(future)
             try:
-                yield job, future.result()
-            except BrokenProcessPool:
-                is_broken = True
-                attempts[job["key"]] = attempts.get(job["key"], 0) + 1
-                if attempts[job["key"]] >= ATTEMPTS:
-                    yield job, ({"error": f"its process died {ATTEMPTS} times", "seconds": None}, None)
+                result = future.result()
+            except concurrent.futures.BrokenExecutor:
+                raise _Died(list(pending.values())) from None
             except concurrent.futures.CancelledError:
                 raise
             except Exception as error:
-                yield job, ({"error": f"{type(error).__name__}: {error}", "seconds": None}, None)
-    if is_broken:
-        raise BrokenProcessPool("a process died")
+                result = {"error": f"{type(error).__name__}: {error}", "seconds": None}, None
+            yield pending.pop(future), result
 
 
 def _fitting(device: Any) -> int:
@@ -357,9 +380,11 @@ def _claim(folder: Path, study: Mapping[str, Any], run: _runs.Run | None) -> Non
     """Writes what the study is into its folder, or checks that the folder is of this one."""
     (folder / "runs").mkdir(parents=True, exist_ok=True)
     file = folder / "study.json"
+    # In this order: another shard may begin at the same time.
+    has_runs = any((folder / "runs").iterdir())
     fixed = json.loads(_plain(_fixed(study, run)))
     if not file.exists():
-        if any((folder / "runs").iterdir()):
+        if has_runs:
             raise ValueError(f"{folder}/runs has files, and no study.json that says of which study: choose another folder")
         _write(file, json.dumps(fixed, indent=2).encode())
         return

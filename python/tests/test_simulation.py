@@ -228,9 +228,9 @@ def test_other_threads_go_on_and_ctrl_c_ends_steps():
     interrupt.start(), ticks.start()
     with pytest.raises(KeyboardInterrupt):
         sim.step(10**7)
-    assert time.monotonic() - begun < 20
+    # All 30 ticks, 0.6 s, came before the interrupt; had the steps kept other threads waiting, few would have.
+    assert len(counted) >= 25 and time.monotonic() - begun < 20
     ticks.join()
-    assert len(counted) == 30
     done = sim.steps
     assert 0 < done < 10**7
     sim.step().validate()

@@ -39,6 +39,14 @@ def dies_once(sim, point):
     return {}
 
 
+def dies_at_low_decay(sim, point):
+    """Ends its process at every second point."""
+    if point["trail.decay"] < 0.92:
+        os.kill(os.getpid(), signal.SIGKILL)
+    sim.step(2)
+    return {}
+
+
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     out = tmp_path_factory.mktemp("whole")
@@ -108,6 +116,13 @@ def test_a_process_that_dies_is_replaced(tmp_path, monkeypatch):
     monkeypatch.setenv("MYXO_TEST_MARK", str(tmp_path / "mark"))
     table = myxo.sweep(ANGLES, dies_once, out=tmp_path / "out", workers=2, **STUDY)
     assert len(table) == 4 and table["error"].isna().all()
+
+
+def test_a_run_that_always_dies_is_a_row_and_blames_no_other(tmp_path):
+    points = [{"trail.decay": decay} for decay in (0.95, 0.9, 0.96, 0.97, 0.98)]
+    table = myxo.sweep(points, dies_at_low_decay, out=tmp_path, workers=2, **STUDY)
+    assert table["error"].notna().tolist() == [False, True, False, False, False]
+    assert table["error"][1] == "its process died 3 times" and table["step"][2] == 2
 
 
 def test_a_killed_sweep_goes_on_where_it_was(whole, tmp_path):
