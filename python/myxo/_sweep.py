@@ -81,7 +81,8 @@ def sweep(
         Anything with the `submit` of `concurrent.futures.Executor`, such as Dask's `client.get_executor()`, mpi4py's `MPIPoolExecutor` or
         an executor of submitit. By default, processes on this machine.
     workers
-        The number of these processes; by default as many as there are processors, or one on a graphics card.
+        The number of these processes; by default as many as there are processors, or one if a `device` is chosen. On a graphics card,
+        which runs one thing at a time, 1 is best.
     device
         As for `Simulation`.
     shard
@@ -365,7 +366,7 @@ def _from(
 
 
 def _fitting(device: Any) -> int:
-    """The processes that fit: one on a graphics card, which runs one thing at a time, otherwise as many as there are processors."""
+    """One process on a device that was chosen, otherwise as many as there are processors."""
     if device is not None:
         return 1
     if hasattr(os, "sched_getaffinity"):
