@@ -470,10 +470,8 @@ impl Stage {
     }
 
     /// Are there canvases, of other sizes than these?
-    pub fn is_resized(&self, (size, beside): Sizes) -> bool {
-        let size_of = |canvas: &Option<(Quality, Canvas)>| Some(canvas.as_ref()?.1.size());
-        let has = size_of(&self.shown.picture);
-        has.is_some() && (has, size_of(&self.shown.beside)) != (Some(size), beside)
+    pub fn is_resized(&self, sizes: Sizes) -> bool {
+        self.shown.picture.is_some() && !self.has_sizes(sizes)
     }
 
     /// The last picture; see [`Self::shows`].

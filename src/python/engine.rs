@@ -154,68 +154,65 @@ impl Engine {
     }
 
     /// Steps done.
-    fn step_count(&self) -> PyResult<u64> {
-        Ok(opened(&mut self.lock())?.simulation.step())
+    fn step_count(&self, py: Python<'_>) -> PyResult<u64> {
+        self.with(py, |running| Ok(running.simulation.step()))
     }
 
     /// Seconds of the objects' motion.
-    fn time(&self) -> PyResult<f64> {
-        Ok(opened(&mut self.lock())?.simulation.time())
+    fn time(&self, py: Python<'_>) -> PyResult<f64> {
+        self.with(py, |running| Ok(running.simulation.time()))
     }
 
     /// The name of the scene, of the device and its driver.
-    fn names(&self) -> PyResult<(String, String, String)> {
-        let mut running = self.lock();
-        let Running { ctx, scene, .. } = opened(&mut running)?;
-        let info = ctx.info();
-        let driver = format!("{} {}", info.driver, info.driver_version);
-        Ok((scene.name.clone(), info.name.clone(), driver))
+    fn names(&self, py: Python<'_>) -> PyResult<(String, String, String)> {
+        self.with(py, |running| {
+            let info = running.ctx.info();
+            let driver = format!("{} {}", info.driver, info.driver_version);
+            Ok((running.scene.name.clone(), info.name.clone(), driver))
+        })
     }
 
     /// The scene's radius in world units, and how many particles, triangles and texels a side there are.
-    fn sizes(&self) -> PyResult<(f32, usize, usize, u32)> {
-        let mut running = self.lock();
-        let Running {
-            scene, simulation, ..
-        } = opened(&mut running)?;
-        let particles = simulation.state().particles.len();
-        let triangles = scene.surface.corners.len();
-        Ok((
-            scene.radius,
-            particles,
-            triangles,
-            simulation.setup().atlas.size,
-        ))
+    fn sizes(&self, py: Python<'_>) -> PyResult<(f32, usize, usize, u32)> {
+        self.with(py, |running| {
+            let (scene, simulation) = (&running.scene, &running.simulation);
+            let particles = simulation.state().particles.len();
+            let triangles = scene.surface.corners.len();
+            let side = simulation.setup().atlas.size;
+            Ok((scene.radius, particles, triangles, side))
+        })
     }
 
     /// The names of the objects.
-    fn object_names(&self) -> PyResult<Vec<String>> {
-        let mut running = self.lock();
-        let objects = opened(&mut running)?.simulation.settings().objects.iter();
-        Ok(objects.map(|object| object.name.clone()).collect())
+    fn object_names(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        self.with(py, |running| {
+            let objects = running.simulation.settings().objects.iter();
+            Ok(objects.map(|object| object.name.clone()).collect())
+        })
     }
 
     /// The scene as the text of a file, with the values of now.
-    fn scene_text(&self) -> PyResult<String> {
-        let mut running = self.lock();
-        let Running {
-            scene, simulation, ..
-        } = opened(&mut running)?;
-        Ok(scene.to_toml_as(simulation.settings()))
+    fn scene_text(&self, py: Python<'_>) -> PyResult<String> {
+        self.with(py, |running| {
+            Ok(running.scene.to_toml_as(running.simulation.settings()))
+        })
     }
 
     /// The value of a parameter.
     fn get<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
-        let mut running = self.lock();
-        let settings = opened(&mut running)?.simulation.settings();
-        from_text(py, &value_of(settings, key)?)
+        let value = self.with(py, |running| {
+            Ok(value_of(running.simulation.settings(), key))
+        })?;
+        from_text(py, &value?)
     }
 
     /// Changes parameters together, from the next step or picture on.
     fn set(&self, py: Python<'_>, values: &Bound<'_, PyDict>) -> PyResult<()> {
         for key in values.keys() {
             let key: String = key.extract()?;
-            value_of(opened(&mut self.lock())?.simulation.settings(), &key)?;
+            self.with(py, |running| {
+                Ok(value_of(running.simulation.settings(), &key))
+            })??;
         }
         let set = assignments(values)?;
         self.with(py, |running| {
@@ -237,7 +234,12 @@ impl Engine {
     }
 
     /// Sets the pose of an object from the next step on, (4, 4); `None` gives it back to the scene.
-    fn set_pose(&self, object: usize, pose: Option<PyReadonlyArray2<'_, f64>>) -> PyResult<()> {
+    fn set_pose(
+        &self,
+        py: Python<'_>,
+        object: usize,
+        pose: Option<PyReadonlyArray2<'_, f64>>,
+    ) -> PyResult<()> {
         let pose = pose.map(|pose| {
             let pose = pose.as_array();
             if pose.shape() != [4, 4] {
@@ -256,15 +258,15 @@ impl Engine {
             Ok(DAffine3::from_mat4(matrix))
         });
         let pose = pose.transpose()?;
-        let mut running = self.lock();
-        let simulation = &mut opened(&mut running)?.simulation;
-        if object >= simulation.settings().objects.len() {
-            let count = simulation.settings().objects.len();
+        let count = self.with(py, |running| {
+            Ok(running.simulation.settings().objects.len())
+        })?;
+        if object >= count {
             return Err(PyIndexError::new_err(format!(
                 "there is no object {object}: the scene has {count}"
             )));
         }
-        simulation.set_pose(object, pose).map_err(exception)
+        self.with(py, |running| running.simulation.set_pose(object, pose))
     }
 
     /// A picture, (height, width, 4), sRGB with straight alpha.

@@ -4,7 +4,6 @@ use crate::lab::command::{ExportRequest, Model};
 use crate::lab::document::Document;
 use crate::lab::export::making::{Export, FileExport, Film, Picture};
 use crate::lab::export::recording::Recording;
-use crate::lab::export::shot::Care;
 use crate::lab::export::times::save_times;
 use crate::lab::export::*;
 use crate::lab::export_panel::Kind;
@@ -134,9 +133,9 @@ impl Lab {
             return Ok(());
         };
         let first_step = stage.simulation.step();
+        self.is_free()?;
         let panel = self.interface.exports.clone();
         let lens = panel.film_lens as f32 * stage.scene.radius;
-        self.is_free()?;
         let size = panel.film_size.pixels(picture, panel.custom);
         check_size(size, LARGEST_FILM)?;
         let (name, output) = self.output("film", panel.kind, size, panel.film_fps)?;
