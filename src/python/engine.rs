@@ -378,22 +378,23 @@ impl Engine {
         Bound<'py, PyArray2<i32>>,
         Vec<[u32; 2]>,
     )> {
-        let mut running = self.lock();
-        let surface = &opened(&mut running)?.scene.surface;
-        let vertices: Vec<[f32; 3]> = surface.positions.iter().map(|p| p.to_array()).collect();
-        let corners: Vec<[i32; 3]> = surface
-            .corners
-            .iter()
-            .map(|corners| corners.map(|corner| corner as i32))
-            .collect();
-        let parts = surface.objects.iter();
-        let ranges = parts.map(|range| [range.vertices.0, range.vertices.1]);
+        let (vertices, corners, ranges) = self.with(py, |running| {
+            let surface = &running.scene.surface;
+            let vertices = surface.positions.iter().map(|place| place.to_array());
+            let corners = surface.corners.iter();
+            let corners = corners.map(|corners| corners.map(|corner| corner as i32));
+            let parts = surface.objects.iter();
+            let ranges = parts.map(|range| [range.vertices.0, range.vertices.1]);
+            let vertices: Vec<[f32; 3]> = vertices.collect();
+            let corners: Vec<[i32; 3]> = corners.collect();
+            Ok((vertices, corners, ranges.collect()))
+        })?;
         let flat = vertices.as_flattened().to_pyarray(py);
         let corner_array = corners.as_flattened().to_pyarray(py);
         Ok((
             flat.reshape([vertices.len(), 3])?,
             corner_array.reshape([corners.len(), 3])?,
-            ranges.collect(),
+            ranges,
         ))
     }
 
@@ -466,8 +467,8 @@ impl Engine {
     }
 
     /// Is it closed?
-    fn is_closed(&self) -> bool {
-        self.lock().is_none()
+    fn is_closed(&self, py: Python<'_>) -> bool {
+        py.detach(|| self.lock().is_none())
     }
 }
 
