@@ -133,6 +133,7 @@ fn kernels_of_direct_transfers_run_alone() {
     every_kernel_runs_alone("direct", "raster", own);
 }
 
+/// Takes long, as the one before.
 #[test]
 fn kernels_of_respawning_run_alone() {
     every_kernel_runs_alone("respawn", "bvh", "advance close_list respawn");
