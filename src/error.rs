@@ -30,6 +30,9 @@ pub enum Error {
     /// A picture or a video could not be written.
     #[error(transparent)]
     Output(#[from] crate::render::output::OutputError),
+    /// Another process is using it; the text says what.
+    #[error("{0}")]
+    Busy(String),
     /// A request that cannot be fulfilled; the text says what, why and what to do.
     #[error("{0}")]
     Invalid(String),

@@ -34,6 +34,7 @@
 //! ```text
 //! bin        arguments, window, panel, reports           src/main.rs, src/cli/, src/lab/
 //! python     the package's extension module, if built    src/python/, python/
+//! sweep      many runs, and a table of them              src/sweep/
 //! export     models, data and scene files of a state     src/export/
 //! render     draws what sim owns; swapchain, interface   src/render/
 //! sim        particles, trail, step                      src/sim/   (step/: its kernels)
@@ -145,6 +146,9 @@ pub mod sim;
 pub mod render;
 
 pub mod export;
+
+#[cfg(feature = "sweep")]
+pub mod sweep;
 
 #[cfg(feature = "python")]
 mod python;

@@ -17,6 +17,8 @@ pub enum Purpose {
     Food = 4,
     /// The choice of particles that leave if more are selected than the lists hold; used on the host only.
     Limit = 5,
+    /// The points of a sample of parameters; used on the host only.
+    Sample = 6,
 }
 
 /// Four random words for one (seed, particle, step, purpose).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,6 +98,19 @@ class Scene:
 
     def __repr__(self) -> str:
         return f"<myxo.Scene of {len(self._objects)} objects>"
+
+
+Source = tuple[
+    Union[str, "os.PathLike[str]", None], Optional[dict[str, Any]], list[Optional[tuple[str, Arrays]]], str, Optional[str]
+]
+
+
+def source(scene: str | os.PathLike[str] | Mapping[str, Any] | Scene, preset: str | None) -> Source:
+    """A scene as the compiled part takes it: a name or a path; or keys, meshes and a folder; and the preset."""
+    if isinstance(scene, (str, os.PathLike)):
+        return scene, None, [], "", preset
+    made = scene if isinstance(scene, Scene) else Scene(scene)
+    return None, made.table(), made.meshes(), made.folder, made.preset if preset is None else preset
 
 
 def nested(keys: Mapping[str, Any]) -> dict[str, Any]:

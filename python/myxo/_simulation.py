@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._myxo import Engine, encode_png
-from ._scene import Scene
+from ._scene import Scene, source
 
 PARTICLE = np.dtype(
     [
@@ -371,10 +371,7 @@ def _engine(
     if particles is not None:
         values["particles.count"] = particles
     device = None if device is None else str(device)
-    if scene is None or isinstance(scene, (str, os.PathLike)):
-        return Engine(scene, None, [], "", preset, values, seed, device, resume)
-    if not isinstance(scene, Scene):
-        scene = Scene(scene)
-    preset = scene.preset if preset is None else preset
-    meshes = scene.meshes()
-    return Engine(None, scene.table(), meshes, scene.folder, preset, values, seed, device, resume)
+    if scene is None:
+        return Engine(None, None, [], "", preset, values, seed, device, resume)
+    path, table, meshes, folder, preset = source(scene, preset)
+    return Engine(path, table, meshes, folder, preset, values, seed, device, resume)

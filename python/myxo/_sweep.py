@@ -7,8 +7,10 @@ import hashlib
 import inspect
 import io
 import json
+import math
 import multiprocessing
 import os
+import shutil
 import sys
 import time
 from collections import deque
@@ -18,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _myxo, _runs
 from ._points import Point, grid, sample
-from ._scene import Scene
+from ._scene import Scene, source
 
 if TYPE_CHECKING:
     import pandas
@@ -45,10 +47,12 @@ def sweep(
     preset: str | None = None,
     settings: Mapping[str, Any] | None = None,
     fields: Sequence[str] = (),
+    store: str = "npz",
     executor: Any = None,
     workers: int | None = None,
     device: str | int | None = None,
     shard: tuple[int, int] | None = None,
+    retry: bool = False,
     progress: bool = True,
 ) -> pandas.DataFrame:
     """Runs a scene at many points of its parameters, and returns a table with a row for each run.
@@ -76,17 +80,21 @@ def sweep(
     seeds
         So many from 0 on, or a list.
     fields
-        Arrays of each run that are kept as NPZ: `trail`, `particles`, `deposits`, `texel_area`, ...
+        Arrays of each run that are kept: `trail`, `particles`, `deposits`, `texel_area`, ...
+    store
+        How they are kept: `npz`, a file for each run, or `zarr`, a group for each run in chunks, of which parts can be read.
     executor
         Anything with the `submit` of `concurrent.futures.Executor`, such as Dask's `client.get_executor()`, mpi4py's `MPIPoolExecutor` or
         an executor of submitit. By default, processes on this machine.
     workers
-        The number of these processes; by default as many as there are processors, or one if a `device` is chosen. On a graphics card,
-        which runs one thing at a time, 1 is best.
+        The number of these processes; by default, on a driver that computes on the processor, as many as there are cores and memory
+        for, and on a graphics card, which runs one kernel at a time, one.
     device
         As for `Simulation`.
     shard
         `(i, n)`: only each n-th run from the i-th on, counted from 0, for job arrays that share the folder.
+    retry
+        Does runs that have failed once more.
     progress
         Shows how far it is.
 
@@ -104,70 +112,50 @@ def sweep(
         If another sweep writes into the folder.
     """
     library = _pandas()
+    if store not in ("npz", "zarr"):
+        raise ValueError(f"fields are stored as `npz` or `zarr`, not `{store}`")
+    if store == "zarr":
+        import zarr  # noqa: F401
     if isinstance(points, (str, os.PathLike)):
         study = read_study(points)
     else:
         study = {"points": points, "scene": scene, "steps": steps, "seeds": seeds, "preset": preset, "settings": settings}
-    jobs = _jobs(study, run, tuple(fields), device)
-    folder = Path(out)
-    _claim(folder, study, run)
+    fixed = _fixed(study, run)
+    jobs = _jobs(study, fixed, run, tuple(fields), device)
     number, of = shard or (0, 1)
-    if not 0 <= number < of:
-        raise ValueError(f"shard ({number}, {of}): the first is from 0 to below the second")
-    own = [job for job in jobs if job["index"] % of == number]
-    with _Lock(folder / f".lock-{number}-of-{of}"):
-        missing = [job for job in own if not _row_file(folder, job).exists()]
-        done = len(own) - len(missing)
-        if missing:
-            bar = _Progress(len(own), done) if progress else None
-            try:
-                for job, (row, packed) in _results(missing, executor, workers, device, progress):
-                    _keep(folder, job, row, packed)
-                    if bar:
-                        bar.step(row["error"])
-            finally:
+    folder = _myxo.Folder(out, _plain(fixed), (number, of))
+    try:
+        own = jobs[number::of]
+        missing = [job for job in own if not folder.has(job["key"], retry)]
+        bar = _Progress(len(own), len(own) - len(missing)) if progress and missing else None
+        try:
+            for job, (row, packed) in _results(missing, executor, workers, progress):
+                whole = {"run": job["number"], "seed": job["seed"], **job["point"], **row, "key": job["key"]}
+                if packed is not None and store == "zarr":
+                    _write_zarr(Path(out), job["key"], packed)
+                    packed = None
+                folder.keep(job["key"], _plain(whole), packed)
                 if bar:
-                    bar.end()
-                _write_table(folder, library)
-        elif not (folder / "table.parquet").exists():
-            _write_table(folder, library)
-    wanted = {_row_file(folder, job).name for job in jobs}
-    return _table(folder, library, wanted)
+                    bar.step(row["error"])
+        finally:
+            if bar:
+                bar.end()
+            folder.write_table()
+    finally:
+        folder.close()
+    return _table(Path(out), library, {f"{job['key']}.json" for job in jobs})
 
 
 def read_study(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """A study file: `scene`, `steps`, `seeds`, `preset`, `[set]`, and `[grid]`, `[sample]` or `[[point]]`."""
-    try:
-        import tomllib
-    except ModuleNotFoundError:
-        import tomli as tomllib  # type: ignore[no-redef, import-not-found, unused-ignore]
-    file = Path(path)
-    table = tomllib.loads(file.read_text(encoding="utf-8"))
-    known = {"scene", "steps", "seeds", "preset", "set", "grid", "sample", "point"}
-    for key in table:
-        if key not in known:
-            raise ValueError(f"{file}: there is no key `{key}` in a study: {', '.join(sorted(known))}")
-    ways = [way for way in ("grid", "sample", "point") if way in table]
-    if len(ways) != 1:
-        raise ValueError(f"{file}: a study has one of [grid], [sample] and [[point]], not {len(ways)}")
-    points: list[Point]
-    if "grid" in table:
-        points = grid(table["grid"])
-    elif "point" in table:
-        points = table["point"]
-    else:
-        of = table["sample"]
-        points = sample(of["ranges"], of["count"], method=of.get("method", "latin"), seed=of.get("seed", 0))
-    scene = table.get("scene", "torus")
-    beside = file.parent / scene
-    return {
-        "points": points,
-        "scene": str(beside) if beside.is_file() else scene,
-        "steps": table.get("steps", 400),
-        "seeds": table.get("seeds", 1),
-        "preset": table.get("preset"),
-        "settings": table.get("set"),
-    }
+    """A study file, as `myxo sweep` takes it: `scene`, `steps`, `seeds`, `preset`, `settings` and `points`, for `sweep`.
+
+    Raises
+    ------
+    ValueError
+        With the line, if a key or a value is wrong.
+    """
+    study: dict[str, Any] = json.loads(_myxo.read_study(path))
+    return study
 
 
 def read_sweep(out: str | os.PathLike[str]) -> pandas.DataFrame:
@@ -175,11 +163,18 @@ def read_sweep(out: str | os.PathLike[str]) -> pandas.DataFrame:
     return _table(Path(out), _pandas(), None)
 
 
-def read_fields(out: str | os.PathLike[str], row: Mapping[str, Any]) -> dict[str, Any]:
-    """The arrays of a run, given its row of the table."""
+def read_fields(out: str | os.PathLike[str], row: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The arrays of a run, given its row of the table: NumPy's, or those of a Zarr group, which read what is asked of them."""
+    fields = Path(out) / "fields"
+    group = fields / f"{row['key']}.zarr"
+    if group.exists():
+        import zarr
+
+        opened = zarr.open_group(str(group), mode="r")
+        return {name: opened[name] for name in opened.array_keys()}
     import numpy as np
 
-    with np.load(Path(out) / "fields" / f"{row['key']}.npz") as file:
+    with np.load(fields / f"{row['key']}.npz") as file:
         return {name: file[name] for name in file.files}
 
 
@@ -197,26 +192,23 @@ def to_dataset(table: pandas.DataFrame, *axes: str) -> Any:
 # What there is to do
 
 
-def _jobs(study: Mapping[str, Any], run: _runs.Run | None, fields: tuple[str, ...], device: Any) -> list[dict[str, Any]]:
+def _jobs(
+    study: Mapping[str, Any], fixed: Mapping[str, Any], run: _runs.Run | None, fields: tuple[str, ...], device: Any
+) -> list[dict[str, Any]]:
     points = study["points"]
     points = grid(points) if isinstance(points, Mapping) else [dict(point) for point in points]
     if not points:
         raise ValueError("there are no points: a sweep has one or more")
     seeds = study["seeds"]
     seeds = list(range(seeds)) if isinstance(seeds, int) else list(seeds)
-    known = {row["key"] for row in _myxo.parameters()}
     settings = dict(study["settings"] or {})
-    for key in {key for point in [*points, settings] for key in point}:
-        if key not in known and key.split(".")[0] not in ("object", "food", "pulse"):
-            raise KeyError(f"there is no parameter `{key}`: `myxo.parameters()` lists them all")
-    fixed = _fixed(study, run)
+    _myxo.check_keys(sorted({key for point in [*points, settings] for key in point}))
     jobs: list[dict[str, Any]] = []
     for number, point in enumerate(points):
         for seed in seeds:
-            key = _digest({**fixed, "point": point, "seed": seed, "fields": fields})
+            key = _myxo.run_key(_plain({**fixed, "point": point, "seed": seed, "fields": fields}))
             jobs.append(
                 {
-                    "index": len(jobs),
                     "run": run,
                     "number": number,
                     "key": key,
@@ -237,12 +229,10 @@ def _fixed(study: Mapping[str, Any], run: _runs.Run | None) -> dict[str, Any]:
     """What all runs of a study share, in a form that can be compared."""
     scene = study["scene"]
     if isinstance(scene, (str, os.PathLike)):
-        path = Path(scene)
-        name = path.name if path.is_file() else os.fspath(scene)
-        scene_text = f"{name} {hashlib.sha256(path.read_bytes()).hexdigest()}" if path.is_file() else name
+        scene_text = _identity(scene)
     else:
         made = scene if isinstance(scene, Scene) else Scene(scene)
-        digest = hashlib.sha256(_plain(made.table()).encode())
+        digest = hashlib.sha256(_myxo.run_key(_plain(made.table())).encode())
         for mesh in made.meshes():
             for array in mesh[1] if mesh else ():
                 digest.update(array.tobytes())
@@ -250,11 +240,17 @@ def _fixed(study: Mapping[str, Any], run: _runs.Run | None) -> dict[str, Any]:
     return {
         "scene": scene_text,
         "steps": None if run else study["steps"],
-        "preset": study["preset"],
+        "preset": None if study["preset"] is None else _identity(study["preset"]),
         "settings": dict(study["settings"] or {}),
         "run": _name_of(run),
         "version": _myxo.version,
     }
+
+
+def _identity(name: str | os.PathLike[str]) -> str:
+    """The name of a scene or preset, or of a file with the digest of its content."""
+    path = Path(name)
+    return f"{path.name} {hashlib.sha256(path.read_bytes()).hexdigest()}" if path.is_file() else os.fspath(name)
 
 
 def _name_of(run: _runs.Run | None) -> str | None:
@@ -268,15 +264,20 @@ def _name_of(run: _runs.Run | None) -> str | None:
     return f"{name} {hashlib.sha256(source.encode()).hexdigest()[:12]}"
 
 
-def _plain(value: Any, *, sort: bool = True) -> str:
+def _plain(value: Any) -> str:
+    """JSON; numbers that are not finite, which it has not, are null."""
     def simple(item: Any) -> Any:
         return item.tolist() if hasattr(item, "tolist") else str(item)
 
-    return json.dumps(value, sort_keys=sort, default=simple)
+    def finite(item: Any) -> Any:
+        item = simple(item) if hasattr(item, "tolist") else item
+        if isinstance(item, Mapping):
+            return {str(key): finite(value) for key, value in item.items()}
+        if isinstance(item, (list, tuple)):
+            return [finite(value) for value in item]
+        return None if isinstance(item, float) and not math.isfinite(item) else item
 
-
-def _digest(value: Any) -> str:
-    return hashlib.sha256(_plain(value).encode()).hexdigest()[:16]
+    return json.dumps(finite(value), default=simple)
 
 
 # Doing it
@@ -290,7 +291,7 @@ class _Died(Exception):
 
 
 def _results(
-    jobs: list[dict[str, Any]], executor: Any, workers: int | None, device: Any, says: bool
+    jobs: list[dict[str, Any]], executor: Any, workers: int | None, says: bool
 ) -> Iterator[tuple[dict[str, Any], _Result]]:
     waiting = deque(jobs)
     if executor is not None:
@@ -299,7 +300,9 @@ def _results(
         except _Died:
             raise RuntimeError("a process of the executor died; what is done is kept: begin the sweep again with another one") from None
         return
-    count = workers if workers is not None else _fitting(device)
+    if not waiting:
+        return
+    count = _processes(jobs[0]) if workers is None else workers
     if count < 1:
         raise ValueError(f"workers is 1 or more, not {count}")
     count = min(count, len(jobs))
@@ -315,6 +318,14 @@ def _results(
         # One of them has ended its process: each is begun again alone, so that none is blamed for another.
         for job in suspects:
             yield job, _alone(job, count > 1)
+
+
+def _processes(job: dict[str, Any]) -> int:
+    """As many as there are cores and memory for."""
+    device = None if job["device"] is None else str(job["device"])
+    path, table, meshes, folder, preset = source(job["scene"], job["preset"])
+    settings = {**job["settings"], **job["point"]}
+    return _myxo.processes(path, table, meshes, folder, preset, settings, device)
 
 
 def _pool(count: int, one_thread: bool) -> concurrent.futures.ProcessPoolExecutor:
@@ -365,62 +376,25 @@ def _from(
             yield pending.pop(future), result
 
 
-def _fitting(device: Any) -> int:
-    """One process on a device that was chosen, otherwise as many as there are processors."""
-    if device is not None:
-        return 1
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 # The folder
 
 
-def _claim(folder: Path, study: Mapping[str, Any], run: _runs.Run | None) -> None:
-    """Writes what the study is into its folder, or checks that the folder is of this one."""
-    (folder / "runs").mkdir(parents=True, exist_ok=True)
-    file = folder / "study.json"
-    # In this order: another shard may begin at the same time.
-    has_runs = any((folder / "runs").iterdir())
-    fixed = json.loads(_plain(_fixed(study, run)))
-    if not file.exists():
-        if has_runs:
-            raise ValueError(f"{folder}/runs has files, and no study.json that says of which study: choose another folder")
-        _write(file, json.dumps(fixed, indent=2).encode())
-        return
-    before = json.loads(file.read_text(encoding="utf-8"))
-    other = [key for key in fixed if before.get(key) != fixed[key]]
-    if other:
-        key = other[0]
-        raise ValueError(
-            f"{folder} holds another study: its {key} is {before.get(key)!r}, and here it is {fixed[key]!r}: choose another folder"
-        )
+def _write_zarr(folder: Path, key: str, packed: bytes) -> None:
+    """Writes arrays as a Zarr group, which is whole or not there."""
+    import numpy as np
+    import zarr
 
-
-def _row_file(folder: Path, job: Mapping[str, Any]) -> Path:
-    return folder / "runs" / f"{job['key']}.json"
-
-
-def _keep(folder: Path, job: Mapping[str, Any], row: Mapping[str, Any], packed: bytes | None) -> None:
-    if packed is not None:
-        (folder / "fields").mkdir(exist_ok=True)
-        _write(folder / "fields" / f"{job['key']}.npz", packed)
-    whole = {"run": job["number"], "seed": job["seed"], **job["point"], **row, "key": job["key"]}
-    _write(_row_file(folder, job), _plain(whole, sort=False).encode())
-
-
-def _write(file: Path, content: bytes) -> None:
-    """Writes a file that is whole or not there."""
-    part = file.with_name(f".{file.name}.{os.getpid()}.part")
+    fields = folder / "fields"
+    part, group = fields / f".{key}.{os.getpid()}.part", fields / f"{key}.zarr"
+    fields.mkdir(exist_ok=True)
     try:
-        with open(part, "wb") as out:
-            out.write(content)
-            out.flush()
-            os.fsync(out.fileno())
-        os.replace(part, file)
-    except OSError:
-        part.unlink(missing_ok=True)
+        with np.load(io.BytesIO(packed)) as file:
+            zarr.save_group(str(part), **{name: file[name] for name in file.files})
+        # One that is there is of a run that has failed or whose row was removed.
+        shutil.rmtree(group, ignore_errors=True)
+        os.replace(part, group)
+    except BaseException:
+        shutil.rmtree(part, ignore_errors=True)
         raise
 
 
@@ -434,42 +408,6 @@ def _table(folder: Path, library: Any, wanted: set[str] | None) -> pandas.DataFr
     middle = [column for column in table if column not in FIRST and column not in last]
     sorted_table: pandas.DataFrame = table[[*FIRST, *middle, *last]].sort_values(list(FIRST), ignore_index=True)
     return sorted_table
-
-
-def _write_table(folder: Path, library: Any) -> None:
-    table = _table(folder, library, None)
-    if table.empty:
-        return
-    # A column with lists has a text for each.
-    for column in table:
-        if table[column].map(lambda value: isinstance(value, (list, dict))).any():
-            table[column] = table[column].map(json.dumps)
-    _write(folder / "table.csv", table.to_csv(index=False).encode())
-    file = io.BytesIO()
-    table.to_parquet(file, index=False)
-    _write(folder / "table.parquet", file.getvalue())
-
-
-class _Lock:
-    """Keeps other sweeps out of a folder; the system ends it with the process, however that ends."""
-
-    def __init__(self, file: Path) -> None:
-        self.file = file
-
-    def __enter__(self) -> None:
-        self.open = open(self.file, "w")
-        try:
-            import fcntl
-        except ModuleNotFoundError:
-            return
-        try:
-            fcntl.flock(self.open, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            self.open.close()
-            raise RuntimeError(f"another sweep writes into {self.file.parent}: wait for it, or choose another folder") from None
-
-    def __exit__(self, *_: object) -> None:
-        self.open.close()
 
 
 class _Progress:

@@ -47,6 +47,16 @@ def dies_at_low_decay(sim, point):
     return {}
 
 
+def fails_at_first(sim, point):
+    """Fails the first time that it is called."""
+    mark = os.environ["MYXO_TEST_MARK"]
+    sim.step(1)
+    if not os.path.exists(mark):
+        open(mark, "w").close()
+        raise RuntimeError("not yet")
+    return {"nothing": float("nan")}
+
+
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     out = tmp_path_factory.mktemp("whole")
@@ -191,7 +201,7 @@ def test_a_study_file_says_the_same(whole, tmp_path):
         found = myxo.sweep(study, out=tmp_path / "out", executor=threads, progress=False)
     assert hashes(found) == hashes(table)
     study.write_text('scenes = "cube"\n[grid]\n')
-    with pytest.raises(ValueError, match="no key `scenes`"):
+    with pytest.raises(ValueError, match="study.toml:1: there is no key `scenes`"):
         myxo.sweep(study, out=tmp_path / "b")
     study.write_text('scene = "cube"\n')
     with pytest.raises(ValueError, match="one of"):
@@ -248,3 +258,124 @@ def test_executors_that_have_to_be_asked_do_as_well(whole, tmp_path):
     assert hashes(found) == hashes(table)
     kept = json.loads((tmp_path / "study.json").read_text())
     assert kept["steps"] == 5 and kept["version"] == myxo.__version__
+
+
+MPI = """
+import sys
+import myxo
+from mpi4py.futures import MPIPoolExecutor
+
+if __name__ == "__main__":
+    with MPIPoolExecutor() as executor:
+        myxo.sweep(sys.argv[1], out=sys.argv[2], fields=("trail",), executor=executor, progress=False)
+"""
+STUDY_FILE = """
+scene = "cube"
+steps = 5
+seeds = 2
+[set]
+"particles.count" = 500
+"atlas.size" = 64
+[grid]
+"physarum.sensor_angle" = [15.0, 30.0]
+"trail.decay" = [0.9, 0.95]
+"""
+
+
+def test_mpi_gives_the_same_table(whole, tmp_path):
+    """Catches jobs and rows that cannot go from one MPI process to another."""
+    out, table = whole
+    script, study = tmp_path / "script.py", tmp_path / "study.toml"
+    script.write_text(MPI)
+    study.write_text(STUDY_FILE)
+    command = ["mpiexec", "--allow-run-as-root", "--oversubscribe", "-n", "3", sys.executable, "-m", "mpi4py.futures"]
+    subprocess.run([*command, str(script), str(study), str(tmp_path / "out")], check=True, timeout=250)
+    found = myxo.read_sweep(tmp_path / "out")
+    assert hashes(found) == hashes(table)
+    assert (myxo.read_fields(tmp_path / "out", found.iloc[5])["trail"] == myxo.read_fields(out, table.iloc[5])["trail"]).all()
+
+
+def test_jobs_of_a_batch_system_give_the_same_table(whole, tmp_path):
+    """Catches jobs that a file cannot carry, and results that are asked for in another way than futures."""
+    import submitit
+
+    _, table = whole
+    executor = submitit.LocalExecutor(tmp_path / "logs")
+    executor.update_parameters(timeout_min=5)
+    found = myxo.sweep(ANGLES, out=tmp_path / "out", executor=executor, **STUDY)
+    first = table[table["seed"] == 0]
+    assert hashes(found) == hashes(first)
+
+
+def test_the_program_goes_on_with_a_folder(whole, tmp_path):
+    """Catches two formats of one folder: names of runs, rows, and the study that all have in common."""
+    _, table = whole
+    study = tmp_path / "study.toml"
+    study.write_text(STUDY_FILE.replace("seeds = 2", "seeds = [1]"))
+    with concurrent.futures.ThreadPoolExecutor(1) as threads:
+        myxo.sweep(study, out=tmp_path / "out", executor=threads, progress=False)
+    study.write_text(STUDY_FILE)
+    program = os.environ.get("MYXO_PROGRAM")
+    if program is None:
+        pytest.skip("MYXO_PROGRAM names no program")
+    command = [program, "sweep", str(study), "--out", str(tmp_path / "out")]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert "4 of 8 runs to do" in done.stderr
+    found = myxo.read_sweep(tmp_path / "out")
+    assert hashes(found) == hashes(table)
+    measures = ["mean_trail", "length", "pieces", "device"]
+    assert (found[measures] == table[measures]).all().all()
+
+
+def test_fields_in_zarr_are_the_same(whole, tmp_path):
+    out, table = whole
+    with concurrent.futures.ThreadPoolExecutor(1) as threads:
+        found = myxo.sweep(ANGLES, out=tmp_path, executor=threads, fields=("trail",), store="zarr", **STUDY)
+    one = found.iloc[2]
+    same = table[(table["run"] == one["run"]) & (table["seed"] == one["seed"])].iloc[0]
+    trail = myxo.read_fields(tmp_path, one)["trail"]
+    assert trail.shape == (64, 64)
+    assert (trail[10:20] == myxo.read_fields(out, same)["trail"][10:20]).all()
+    with pytest.raises(ValueError, match="as `npz` or `zarr`, not `hdf`"):
+        myxo.sweep(ANGLES, out=tmp_path, store="hdf", **STUDY)
+
+
+def test_failed_runs_can_be_done_once_more(tmp_path, monkeypatch):
+    """Catches a run that stays failed for good, and one that went well and is done again."""
+    monkeypatch.setenv("MYXO_TEST_MARK", str(tmp_path / "mark"))
+    with concurrent.futures.ThreadPoolExecutor(1) as threads:
+        table = myxo.sweep(ANGLES, fails_at_first, out=tmp_path / "out", executor=threads, **STUDY)
+        assert table["error"].notna().tolist() == [True, False, False, False]
+        again = myxo.sweep(ANGLES, fails_at_first, out=tmp_path / "out", executor=threads, **STUDY)
+        assert again["error"].notna().tolist() == [True, False, False, False]
+        kept = again["seconds"][1:].tolist()
+        again = myxo.sweep(ANGLES, fails_at_first, out=tmp_path / "out", executor=threads, retry=True, **STUDY)
+    assert again["error"].isna().all() and again["seconds"][1:].tolist() == kept
+    assert again["nothing"].isna().all()
+
+
+def test_a_full_disk_ends_a_sweep_and_loses_nothing(tmp_path):
+    """Catches half a file under its name, and arrays without a row."""
+    import resource
+
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
+    try:
+        with concurrent.futures.ThreadPoolExecutor(1) as threads, pytest.raises(OSError, match="limit of file sizes"):
+            myxo.sweep(ANGLES, out=tmp_path, executor=threads, fields=("particles",), **STUDY)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert not list(tmp_path.glob("runs/*.json")) and not list(tmp_path.glob("fields/*"))
+    with concurrent.futures.ThreadPoolExecutor(1) as threads:
+        table = myxo.sweep(ANGLES, out=tmp_path, executor=threads, fields=("particles",), **STUDY)
+    assert len(table) == 4 and table["error"].isna().all()
+
+
+def test_without_a_device_there_is_one_sentence(tmp_path):
+    """Catches a study whose every row says that there is no device."""
+    code = "import myxo\nmyxo.sweep({'trail.decay': [0.9]}, out='out', scene='cube', steps=1)\n"
+    environment = {**os.environ, "VK_DRIVER_FILES": "/nowhere.json", "VK_ICD_FILENAMES": "/nowhere.json"}
+    ended = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert ended.returncode == 1 and "Traceback" in ended.stderr
+    last = ended.stderr.strip().splitlines()[-1]
+    assert last.startswith("myxo.DeviceError: ") and not list(tmp_path.glob("out/runs/*"))

@@ -21,6 +21,7 @@ mod render;
 mod scenes;
 mod selftest;
 mod session;
+mod sweep;
 
 use std::ffi::{OsStr, OsString};
 use std::io::Write as _;
@@ -49,6 +50,7 @@ Examples:
   myxo                                           open the lab
   myxo render torus --steps 400 --out torus.png  a picture without a window
   myxo export torus --steps 400 --out torus.glb  the same as a model, as data, as a scene
+  myxo sweep study.toml --out study              many runs, and a table of them
   myxo profile cube --steps 200                  GPU time of every kernel
   myxo bench --quick                             how times grow with particles, texture, objects, ...
   myxo atlas suzanne --out atlas.png             how a mesh lies in the texture
@@ -105,6 +107,7 @@ commands! {
         Render(render::Render),
         Export(export::ExportCommand),
         Profile(profile::Profile),
+        Sweep(sweep::Sweep),
         Bench(bench::Bench),
         Atlas(atlas::Atlas),
         Query(query::Query),
@@ -112,6 +115,7 @@ commands! {
         Scenes(scenes::Scenes),
         Info(info::Info),
         Selftest(selftest::SelfTest),
+        SweepWorker(sweep::SweepWorker),
     }
 }
 

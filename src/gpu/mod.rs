@@ -39,6 +39,7 @@ mod draws;
 mod error;
 mod frame;
 mod frame_resources;
+mod free;
 mod image;
 mod info;
 mod instance;
@@ -81,6 +82,7 @@ pub use debug::{DebugEntries, DebugEntry, DebugValue};
 pub use draws::{Blend, DepthTest, RasterOptions, RasterPipeline, Topology};
 pub use error::{GpuError, GpuResult};
 pub use frame::Frames;
+pub use free::Free;
 pub use image::{Format, Image};
 pub use info::{DeviceInfo, DeviceKind, Heap};
 pub use kernel::{

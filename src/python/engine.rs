@@ -39,7 +39,7 @@ const ASKS_EVERY: Duration = Duration::from_millis(50);
 const WIDEST: u32 = 65_536;
 
 /// A mesh in memory: vertices and corners of triangles.
-type Arrays<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, i64>);
+pub type Arrays<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, i64>);
 
 /// The measures of an object: particles, mean trail, covered share, length.
 type Part = (u64, f64, f64, f64);
@@ -108,24 +108,15 @@ impl Engine {
     ) -> PyResult<Self> {
         let set = assignments(settings)?;
         let overrides = Overrides { preset, set, seed };
-        let text = text.map(|table| to_toml(table)).transpose()?;
-        let text = text.map(|table| table.to_string_as_file()).transpose()?;
-        let meshes: Vec<_> = meshes
-            .into_iter()
-            .map(|mesh| {
-                mesh.map(|(name, arrays)| mesh_of(&name, &arrays))
-                    .transpose()
-            })
-            .collect::<PyResult<_>>()?;
+        let load = match &resume {
+            Some(path) if scene.is_none() && text.is_none() => {
+                let path = path.clone();
+                Box::new(move || Checkpoint::read(&path)?.own_scene(&path, &overrides))
+            }
+            _ => scene_from(scene, text, meshes, folder, overrides)?,
+        };
         let running = py.detach(|| {
-            let scene = match (scene, text) {
-                (Some(scene), _) => Scene::load(&scene, &overrides)?,
-                (None, Some(text)) => scene_of(&text, &overrides, meshes, folder)?,
-                (None, None) => {
-                    let path = resume.as_deref().unwrap_or(Path::new(""));
-                    Checkpoint::read(path)?.own_scene(path, &overrides)?
-                }
-            };
+            let scene = load()?;
             open(scene, device, resume.as_deref())
         });
         Ok(Self {
@@ -498,7 +489,7 @@ impl AsFile for toml::Value {
 }
 
 /// `KEY=VALUE` for each entry, as the command line has them.
-fn assignments(values: &Bound<'_, PyDict>) -> PyResult<Vec<String>> {
+pub fn assignments(values: &Bound<'_, PyDict>) -> PyResult<Vec<String>> {
     let assignments = values.iter().map(|(key, value)| {
         let key: String = key.extract()?;
         Ok(format!("{key}={}", to_toml(&value)?))
@@ -574,6 +565,41 @@ fn mesh_of(name: &str, (vertices, faces): &Arrays<'_>) -> PyResult<Mesh> {
     Mesh::from_triangles(name, positions, triangles).map_err(|error| exception(error.into()))
 }
 
+/// Loads a scene.
+type Load = Box<dyn FnOnce() -> Result<Scene> + Send>;
+
+/// Takes a scene from Python, a name or a path, or a text with meshes; loading it needs Python no more.
+pub fn scene_from(
+    scene: Option<PathBuf>,
+    text: Option<&Bound<'_, PyDict>>,
+    meshes: Vec<Option<(String, Arrays<'_>)>>,
+    folder: PathBuf,
+    overrides: Overrides,
+) -> PyResult<Load> {
+    if let Some(scene) = scene {
+        return Ok(Box::new(move || Ok(Scene::load(&scene, &overrides)?)));
+    }
+    let text = text.ok_or_else(|| PyValueError::new_err("there is no scene"))?;
+    let text = to_toml(text)?.to_string_as_file()?;
+    let mesh = |mesh: Option<(String, Arrays<'_>)>| {
+        mesh.map(|(name, arrays)| mesh_of(&name, &arrays))
+            .transpose()
+    };
+    let meshes: Vec<_> = meshes.into_iter().map(mesh).collect::<PyResult<_>>()?;
+    Ok(Box::new(move || {
+        scene_of(&text, &overrides, meshes, folder)
+    }))
+}
+
+/// Opens a device.
+pub fn open_device(device: Option<String>) -> Result<Arc<Context>> {
+    Ok(Context::new(&ContextOptions {
+        device,
+        cache_folder: default_cache_folder(),
+        ..ContextOptions::default()
+    })?)
+}
+
 /// A scene of a text, in which some meshes are in memory.
 fn scene_of(
     text: &str,
@@ -605,11 +631,7 @@ fn scene_of(
 
 /// Opens a device and puts a scene on it.
 fn open(scene: Scene, device: Option<String>, resume: Option<&Path>) -> Result<Running> {
-    let ctx = Context::new(&ContextOptions {
-        device,
-        cache_folder: default_cache_folder(),
-        ..ContextOptions::default()
-    })?;
+    let ctx = open_device(device)?;
     memory::check(ctx.info(), &scene)?;
     let checkpoint = resume.map(Checkpoint::read).transpose()?;
     let cache = default_cache_folder().map(|folder| folder.join("atlases"));

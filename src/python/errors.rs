@@ -23,6 +23,7 @@ pub fn exception(error: Error) -> PyErr {
         Error::Io { source, .. } => of_system(&source, text),
         Error::Scene(SceneError::Read { source, .. }) => of_system(&source, text),
         Error::Gpu(_) => DeviceError::new_err(text),
+        Error::Busy(_) => PyRuntimeError::new_err(text),
         Error::Output(OutputError::File { source, .. }) => of_system(&source, text),
         _ => PyValueError::new_err(text),
     }

@@ -4,6 +4,7 @@
 mod arrays;
 mod engine;
 mod errors;
+mod sweep;
 mod values;
 
 use numpy::PyReadonlyArray3;
@@ -26,6 +27,11 @@ fn extension(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(presets, module)?)?;
     module.add_function(wrap_pyfunction!(parameters, module)?)?;
     module.add_function(wrap_pyfunction!(encode_png, module)?)?;
+    module.add_class::<sweep::Folder>()?;
+    module.add_function(wrap_pyfunction!(sweep::read_study, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::run_key, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::check_keys, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::processes, module)?)?;
     Ok(())
 }
 

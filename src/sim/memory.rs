@@ -9,7 +9,7 @@ use super::texel_paths::TexelPaths;
 use super::types::{ObjectPair, Particle, Seam, SurfaceSample, Vertex};
 use super::{brute, raster};
 use crate::error::{Error, Result};
-use crate::gpu::{DeviceInfo, Tables, most_in_pages};
+use crate::gpu::{DeviceInfo, DeviceKind, Tables, most_in_pages};
 use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod, MAX_SIZE, PackedEntries, PackedRow};
 use crate::mesh::strip::StripTriangle;
 use crate::scene::Scene;
@@ -29,6 +29,14 @@ pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
 #[must_use]
 pub fn needed(scene: &Scene) -> u64 {
     bytes(&Counts::about(scene))
+}
+
+/// About how many bytes a scene takes in all that takes so many on the device: twice as many on a processor, where setting up and reading back take as much
+/// again.
+#[must_use]
+pub fn in_all(on_device: u64, kind: DeviceKind) -> u64 {
+    let times = if kind == DeviceKind::Cpu { 2 } else { 1 };
+    times * on_device
 }
 
 /// Bytes of a painted bias, before there is an atlas.

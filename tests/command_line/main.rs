@@ -31,4 +31,5 @@ mod selftest;
 mod shaders;
 #[cfg(unix)]
 mod special_files;
+mod sweep;
 mod views;

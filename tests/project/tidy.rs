@@ -51,6 +51,7 @@ const LAYERS: &[&[&str]] = &[
     &["sim"],
     &["render"],
     &["export"],
+    &["sweep"],
     &["python"],
 ];
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use myxo::gpu::{Context, ContextOptions, Frames, GpuError, Timings, default_cache_folder};
+use myxo::gpu::{Context, ContextOptions, Frames, Free, GpuError, Timings, default_cache_folder};
 use myxo::mesh::atlas::{AtlasError, Control};
 use myxo::scene::Scene;
 use myxo::sim::sorting::SORT_INTERVAL;
@@ -18,7 +18,7 @@ use crate::cli::options::DeviceOptions;
 use crate::cli::progress::{Progress, atlas_cache};
 use crate::cli::report::{Bandwidth, Repetition, Times, widen};
 use crate::cli::{interrupt, times};
-use crate::room::{self, Free, LARGE};
+use crate::room::{self, LARGE};
 
 /// Frames that the host may be ahead of the device.
 const FRAMES_IN_FLIGHT: usize = 2;
@@ -131,7 +131,7 @@ impl Rig {
 
     /// Refuses a scene that does not fit into the free memory with some to spare; returns about how many bytes it takes.
     pub fn check_room(&self, scene: &Scene) -> Result<u64> {
-        let needed = room::needed(memory::needed(scene), self.ctx.info().kind);
+        let needed = memory::in_all(memory::needed(scene), self.ctx.info().kind);
         room::within(needed, Free::on(self.ctx.info()))?;
         Ok(needed)
     }

@@ -1,0 +1,432 @@
+//! `myxo sweep`: the runs of a study, by several processes. Each process is this program again: it reads jobs from its standard input and
+//! writes a row for each to its standard output, a line of JSON each. A process that dies takes one run with it and no others.
+
+use std::io::{self, BufRead as _, BufReader, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command as Process, Stdio};
+use std::str::FromStr;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+
+use clap::Args;
+use myxo::gpu::{Context, ContextOptions, DeviceKind, default_cache_folder};
+use myxo::plain_text::{Shown as _, escaped};
+use myxo::sweep::{Folder, Job, Row, Shard, Study, check_keys, processes};
+use myxo::{Error, Result};
+
+use super::progress::Progress;
+use super::{Command, Outcome, interrupt};
+use crate::console;
+
+/// A run whose process dies is begun again until it was tried so often.
+const ATTEMPTS: usize = 3;
+/// So many errors of runs are printed; all are in the table.
+const PRINTED: usize = 5;
+
+/// Run a scene at many points of its parameters, and write a table of them
+///
+/// A study file names the scene and the points: a grid, a sample or a list. Each run that is done is written at once, so
+/// the same command goes on where an earlier one was ended, and runs nothing twice. The folder gets table.csv and table.parquet,
+/// with a row for each run: its parameters, measures of its network, the hash of its state, and its error if it failed.
+///
+/// Exits 1 if a run has failed.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "\
+A study:
+  scene = \"plane\"             # a built-in name, a scene file or a model
+  steps = 400
+  seeds = 3                   # 0, 1 and 2; or a list
+  preset = \"network\"
+  set.\"particles.count\" = 100000
+  [grid]                      # every combination
+  \"physarum.sensor_angle\" = [15, 30, 45]
+  \"physarum.rotation_angle\" = [15, 30, 45]
+
+In place of [grid]:
+  [sample]                    # points within ranges
+  count = 100
+  method = \"latin\"            # or sobol, random
+  ranges.\"physarum.speed\" = [0.002, 0.01]
+
+  [[point]]                   # a list
+  \"trail.decay\" = 0.9
+
+Examples:
+  myxo sweep angles.toml --out angles
+  myxo sweep angles.toml --out angles --shard $SLURM_ARRAY_TASK_ID/100   one part of a job array
+  myxo sweep angles.toml --out angles --retry                            failed runs once more")]
+pub struct Sweep {
+    /// The study file
+    #[arg(value_name = "STUDY")]
+    study: PathBuf,
+    /// The folder for rows and tables; it is made if it is missing
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// How many runs at once; by default as many as there are cores and memory for, on a graphics card one
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    workers: Option<u16>,
+    /// Only each N-th run from the I-th on, counted from 0: all shards share a folder
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Part>,
+    /// Does runs that have failed once more
+    #[arg(long)]
+    retry: bool,
+    /// Computes on this device: its number or a part of its name, as `myxo info` lists them
+    #[arg(long, value_name = "N|NAME")]
+    device: Option<String>,
+}
+
+/// `--shard`.
+#[derive(Clone, Copy, Debug)]
+struct Part(Shard);
+
+impl FromStr for Part {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').and_then(|(number, of)| {
+            let number = number.trim().parse().ok()?;
+            Some((number, of.trim().parse().ok()?))
+        });
+        let Some((number, of)) = numbers else {
+            return Err("I/N is expected, such as 0/4".to_owned());
+        };
+        Shard::new(number, of)
+            .map(Self)
+            .map_err(|error| error.to_string())
+    }
+}
+
+impl Command for Sweep {
+    fn run(&self) -> Result<Outcome> {
+        let study = Study::read(&self.study)?;
+        let keys = study
+            .settings
+            .0
+            .iter()
+            .chain(study.points.iter().flat_map(|point| &point.0));
+        check_keys(keys.map(|(key, _)| key.as_str()))
+            .map_err(|error| Error::Invalid(format!("{}: {error}", self.study.shown())))?;
+        let (jobs, fixed) = study.jobs()?;
+        let shard = self.shard.map_or(Shard::WHOLE, |part| part.0);
+        let jobs = shard.part(jobs);
+        let folder = Folder::claim(&self.out, &fixed, shard)?;
+        let mut missing = Vec::new();
+        for job in &jobs {
+            if !folder.has(&job.key, self.retry)? {
+                missing.push(job.clone());
+            }
+        }
+        let mut done = Done::default();
+        if !missing.is_empty() {
+            interrupt::install_with("waiting for the runs under way", || {})?;
+            let workers = self.workers(&missing)?;
+            let name = self.study.file_stem().unwrap_or_default().to_string_lossy();
+            let mut progress = Progress::counting(jobs.len() as u64, &name, "runs");
+            console::message(&format!(
+                "{} of {} runs to do, by {} process{}",
+                missing.len(),
+                jobs.len(),
+                workers.count,
+                if workers.count == 1 { "" } else { "es" }
+            ));
+            (missing.len()..jobs.len()).for_each(|_| progress.step());
+            let result = workers.run(missing, |row| {
+                progress.step();
+                done.count(&row, &progress);
+                let key = row
+                    .get("key")
+                    .and_then(|key| key.as_str())
+                    .unwrap_or_default();
+                folder.keep(key, &row, None)
+            });
+            progress.finish();
+            // What is done is in the table, whatever ended the sweep.
+            let written = folder.write_table();
+            result?;
+            written?;
+        }
+        self.end(&folder, &jobs, &done)
+    }
+}
+
+impl Sweep {
+    /// Opens the device once, to learn what it is.
+    fn workers(&self, jobs: &[Job]) -> Result<Workers> {
+        let ctx = open(self.device.clone())?;
+        let info = ctx.info();
+        // A scene that cannot be loaded is a row with its error.
+        let fitting = || {
+            (jobs.iter().take(PRINTED))
+                .find_map(|job| job.scene().ok())
+                .map(|scene| processes(info, &scene))
+        };
+        let count = match self.workers {
+            Some(count) => count.into(),
+            None => fitting().unwrap_or(1),
+        };
+        let count = count.min(jobs.len());
+        Ok(Workers {
+            count,
+            // Side by side, each has one core.
+            has_one_thread: count > 1 && info.kind == DeviceKind::Cpu,
+            device: self.device.clone(),
+        })
+    }
+
+    fn end(&self, folder: &Folder, jobs: &[Job], done: &Done) -> Result<Outcome> {
+        let (mut there, mut failed) = (0, 0);
+        for job in jobs {
+            if folder.has(&job.key, false)? {
+                there += 1;
+                failed += usize::from(!folder.has(&job.key, true)?);
+            }
+        }
+        if done.failed > PRINTED {
+            console::message(&format!("and {} more errors", done.failed - PRINTED));
+        }
+        if there < jobs.len() {
+            console::message(&format!(
+                "{there} of {} runs are done: the same command goes on",
+                jobs.len()
+            ));
+            return Ok(Outcome::Interrupted);
+        }
+        // Another shard may have been killed before it wrote the table.
+        let files = folder.write_table()?;
+        let failures = match failed {
+            0 => String::new(),
+            failed => format!(", {failed} of which have an error (--retry does them once more)"),
+        };
+        let files = files.each_ref().map(|file| file.shown());
+        console::message(&format!(
+            "{there} runs are done{failures}: {} and {}",
+            files[0], files[1]
+        ));
+        Ok(if failed > 0 {
+            Outcome::Failed
+        } else {
+            Outcome::Done
+        })
+    }
+}
+
+/// What has come of the runs.
+#[derive(Default)]
+struct Done {
+    failed: usize,
+}
+
+impl Done {
+    fn count(&mut self, row: &Row, progress: &Progress) {
+        if !row.failed() {
+            return;
+        }
+        self.failed += 1;
+        if self.failed <= PRINTED {
+            let run = row
+                .get("run")
+                .and_then(|run| run.as_u64())
+                .unwrap_or_default();
+            let error = row
+                .get("error")
+                .and_then(|error| error.as_str())
+                .unwrap_or_default();
+            progress.say(&format!("run {run}: {}", escaped(error)));
+        }
+    }
+}
+
+fn open(device: Option<String>) -> Result<Arc<Context>> {
+    Ok(Context::new(&ContextOptions {
+        device,
+        cache_folder: default_cache_folder(),
+        ..ContextOptions::default()
+    })?)
+}
+
+/// Processes that do runs.
+struct Workers {
+    count: usize,
+    has_one_thread: bool,
+    device: Option<String>,
+}
+
+impl Workers {
+    /// Does all jobs, and passes on the row of each as soon as it is there. After Ctrl-C or an error of `keep` no more are begun.
+    fn run(&self, jobs: Vec<Job>, mut keep: impl FnMut(Row) -> Result<()>) -> Result<()> {
+        let program = std::env::current_exe().map_err(Error::io("find", "myxo"))?;
+        let (give, jobs_to_do) = channel();
+        jobs.into_iter()
+            .for_each(|job| give.send(job).expect("it is open"));
+        drop(give);
+        let jobs_to_do = Mutex::new(jobs_to_do);
+        let (send, rows) = channel();
+        let stop = Mutex::new(None);
+        thread::scope(|scope| {
+            for _ in 0..self.count {
+                let (send, jobs, program) = (send.clone(), &jobs_to_do, &program);
+                let stop = &stop;
+                scope.spawn(move || self.work(program, jobs, stop, &send));
+            }
+            drop(send);
+            for row in rows {
+                let kept = row.and_then(&mut keep);
+                if let Err(error) = kept {
+                    stop.lock()
+                        .unwrap_or_else(PoisonError::into_inner)
+                        .get_or_insert(error);
+                }
+            }
+        });
+        let stopped = stop.into_inner().unwrap_or_else(PoisonError::into_inner);
+        stopped.map_or(Ok(()), Err)
+    }
+
+    /// Does jobs by one process, until there are none left.
+    fn work(
+        &self,
+        program: &Path,
+        jobs: &Mutex<Receiver<Job>>,
+        stop: &Mutex<Option<Error>>,
+        send: &Sender<Result<Row>>,
+    ) {
+        let mut worker = None;
+        loop {
+            let is_stopped = stop.lock().map_or(true, |stop| stop.is_some());
+            if is_stopped || interrupt::requested() {
+                break;
+            }
+            let next = jobs
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .try_recv();
+            let Ok(job) = next else { break };
+            let row = self.row(program, &mut worker, &job);
+            let is_error = row.is_err();
+            if send.send(row).is_err() || is_error {
+                break;
+            }
+        }
+    }
+
+    /// The row of a job; fails only if no process can be begun.
+    fn row(&self, program: &Path, worker: &mut Option<Worker>, job: &Job) -> Result<Row> {
+        let mut ended = String::new();
+        for _ in 0..ATTEMPTS {
+            let current = match worker.take() {
+                Some(current) => current,
+                None => self.begin(program).map_err(Error::io("start", program))?,
+            };
+            match current.run(job) {
+                Ok((row, current)) => {
+                    *worker = Some(current);
+                    return Ok(row);
+                }
+                Err(how) => ended = how,
+            }
+        }
+        Ok(job.lost(&format!("its process has died {ATTEMPTS} times: {ended}")))
+    }
+
+    fn begin(&self, program: &Path) -> io::Result<Worker> {
+        let mut process = Process::new(program);
+        process.arg("sweep-worker");
+        if let Some(device) = &self.device {
+            process.args(["--device", device]);
+        }
+        if self.has_one_thread {
+            for name in ["LP_NUM_THREADS", "RAYON_NUM_THREADS"] {
+                if std::env::var_os(name).is_none() {
+                    process.env(name, "1");
+                }
+            }
+        }
+        // Ctrl-C in a terminal goes to its whole group; the runs under way are to be finished.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut process, 0);
+        let mut child = process
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()?;
+        let (to, from) = (child.stdin.take(), child.stdout.take());
+        Ok(Worker {
+            child,
+            to,
+            from: BufReader::new(from.expect("it is piped")),
+        })
+    }
+}
+
+/// A process that does one run after the other.
+struct Worker {
+    child: Child,
+    to: Option<ChildStdin>,
+    from: BufReader<ChildStdout>,
+}
+
+impl Worker {
+    /// Does a run; if the process has died, how it ended.
+    fn run(mut self, job: &Job) -> Result<(Row, Self), String> {
+        let mut line = serde_json::to_string(job).expect("it is plain");
+        line.push('\n');
+        let to = self.to.as_mut().expect("it is open");
+        let sent = to.write_all(line.as_bytes()).and_then(|()| to.flush());
+        let mut answer = String::new();
+        let read = sent.and_then(|()| self.from.read_line(&mut answer));
+        let row = read.ok().and_then(|_| serde_json::from_str(&answer).ok());
+        match row {
+            Some(row) => Ok((row, self)),
+            None => {
+                let _ = self.child.kill();
+                let ended = self.child.wait();
+                Err(ended.map_or_else(|error| error.to_string(), |status| status.to_string()))
+            }
+        }
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        // At the end of its input it ends.
+        self.to = None;
+        let _ = self.child.wait();
+    }
+}
+
+/// Do jobs of `myxo sweep`, from the standard input
+#[derive(Clone, Debug, Args)]
+#[command(hide = true)]
+pub struct SweepWorker {
+    /// The device
+    #[arg(long, value_name = "N|NAME")]
+    device: Option<String>,
+}
+
+impl Command for SweepWorker {
+    fn run(&self) -> Result<Outcome> {
+        let mut ctx = None;
+        for line in io::stdin().lines() {
+            let line = line.map_err(Error::io("read", "the standard input"))?;
+            let job: Job = serde_json::from_str(&line)
+                .map_err(|error| Error::Invalid(format!("this is no job of a sweep: {error}")))?;
+            let row = match &ctx {
+                Some(ctx) => job.run(ctx),
+                None => match open(self.device.clone()) {
+                    Ok(opened) => job.run(ctx.insert(opened)),
+                    Err(error) => job.lost(&error.to_string()),
+                },
+            };
+            // After an error the device may be lost: the next run opens it again.
+            if row.failed() {
+                ctx = None;
+            }
+            console::print(format!(
+                "{}\n",
+                serde_json::to_string(&row).expect("it is plain")
+            ))?;
+        }
+        Ok(Outcome::Done)
+    }
+}

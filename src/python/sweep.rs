@@ -1,0 +1,131 @@
+//! What sweeps of Python and of `myxo sweep` share: study files, names of runs, the folder, and the number of processes.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+use pyo3::exceptions::{PyKeyError, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::Value;
+
+use super::engine::{Arrays, assignments, open_device, scene_from};
+use super::errors::exception;
+use crate::scene::Overrides;
+use crate::sweep::{self, Row, Shard, Study};
+use crate::{Error, Result};
+
+/// Reads a study file: JSON.
+#[pyfunction]
+pub fn read_study(py: Python<'_>, path: PathBuf) -> PyResult<String> {
+    let study = py.detach(|| Study::read(&path)).map_err(exception)?;
+    serde_json::to_string(&study).map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
+/// The name of a run, 16 digits, for JSON that has all that its result depends on.
+#[pyfunction]
+pub fn run_key(text: &str) -> PyResult<String> {
+    Ok(sweep::key_of(&from_json::<Value>(text)?))
+}
+
+/// Refuses parameters that do not exist.
+#[pyfunction]
+pub fn check_keys(keys: Vec<String>) -> PyResult<()> {
+    sweep::check_keys(keys.iter().map(String::as_str))
+        .map_err(|error| PyKeyError::new_err(error.to_string()))
+}
+
+/// How many processes a sweep takes on this device, for runs of this scene; as for an engine.
+#[pyfunction]
+#[pyo3(signature = (scene, text, meshes, folder, preset, settings, device))]
+#[expect(clippy::too_many_arguments, reason = "as for an engine")]
+pub fn processes(
+    py: Python<'_>,
+    scene: Option<PathBuf>,
+    text: Option<&Bound<'_, PyDict>>,
+    meshes: Vec<Option<(String, Arrays<'_>)>>,
+    folder: PathBuf,
+    preset: Option<String>,
+    settings: &Bound<'_, PyDict>,
+    device: Option<String>,
+) -> PyResult<usize> {
+    let overrides = Overrides {
+        preset,
+        set: assignments(settings)?,
+        seed: None,
+    };
+    let load = scene_from(scene, text, meshes, folder, overrides)?;
+    py.detach(|| {
+        let ctx = open_device(device)?;
+        // A scene that cannot be loaded is a row with its error.
+        let scene = load().ok();
+        Ok(scene.map_or(1, |scene| sweep::processes(ctx.info(), &scene)))
+    })
+    .map_err(exception)
+}
+
+/// The folder of a sweep, until it is closed.
+#[pyclass(module = "myxo._myxo", frozen)]
+pub struct Folder {
+    open: Mutex<Option<sweep::Folder>>,
+}
+
+impl Folder {
+    fn with<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&sweep::Folder) -> Result<T> + Send,
+    ) -> PyResult<T> {
+        py.detach(|| {
+            let open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
+            let folder = (open.as_ref())
+                .ok_or_else(|| PyRuntimeError::new_err("the folder of the sweep is closed"))?;
+            work(folder).map_err(exception)
+        })
+    }
+}
+
+#[pymethods]
+impl Folder {
+    /// Makes the folder, or checks that it is of this study, as JSON.
+    #[new]
+    fn new(py: Python<'_>, path: PathBuf, study: &str, shard: (usize, usize)) -> PyResult<Self> {
+        let fixed: Value = from_json(study)?;
+        let claim = || {
+            let shard = Shard::new(shard.0, shard.1)?;
+            sweep::Folder::claim(&path, &fixed, shard)
+        };
+        Ok(Self {
+            open: Mutex::new(Some(py.detach(claim).map_err(exception)?)),
+        })
+    }
+
+    /// Is there a row of this run? With `retry`, one without an error?
+    fn has(&self, py: Python<'_>, key: &str, retry: bool) -> PyResult<bool> {
+        self.with(py, |folder| folder.has(key, retry))
+    }
+
+    /// Writes the row of a run, as JSON, after its fields, which are an NPZ file.
+    #[pyo3(signature = (key, row, fields))]
+    fn keep(&self, py: Python<'_>, key: &str, row: &str, fields: Option<&[u8]>) -> PyResult<()> {
+        let row: Row = from_json(row)?;
+        self.with(py, |folder| folder.keep(key, &row, fields))
+    }
+
+    /// Writes the table of all runs that are done.
+    fn write_table(&self, py: Python<'_>) -> PyResult<()> {
+        self.with(py, |folder| folder.write_table().map(drop))
+    }
+
+    /// Lets others write into it.
+    fn close(&self) {
+        *self.open.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+}
+
+fn from_json<T: serde::de::DeserializeOwned>(text: &str) -> PyResult<T> {
+    serde_json::from_str(text).map_err(|error| {
+        exception(Error::Invalid(format!(
+            "this is not the JSON of a sweep: {error}"
+        )))
+    })
+}

@@ -1,0 +1,297 @@
+//! The folder of a sweep: what the study is, a row for each run that is done, and the table of them.
+
+use std::fs::{self, File, TryLockError};
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use super::row::Row;
+use super::table::Table;
+use crate::error::{Error, Result};
+use crate::plain_text::Shown as _;
+use crate::whole_file::write_whole;
+
+/// Held by a whole sweep alone, and by shards together.
+const LOCK: &str = ".lock";
+const STUDY: &str = "study.json";
+const RUNS: &str = "runs";
+const FIELDS: &str = "fields";
+
+/// A part of a sweep: each `of`-th job from the `number`-th on, counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Which part.
+    pub number: usize,
+    /// Of so many.
+    pub of: usize,
+}
+
+impl Shard {
+    /// All jobs.
+    pub const WHOLE: Self = Self { number: 0, of: 1 };
+
+    /// A part of a sweep.
+    ///
+    /// # Errors
+    /// When there is no such part.
+    pub fn new(number: usize, of: usize) -> Result<Self> {
+        if number >= of {
+            return Err(Error::Invalid(format!(
+                "there is no shard {number} of {of}: they are counted from 0"
+            )));
+        }
+        Ok(Self { number, of })
+    }
+
+    /// Its part of all jobs.
+    pub fn part<T>(self, jobs: Vec<T>) -> Vec<T> {
+        jobs.into_iter()
+            .skip(self.number)
+            .step_by(self.of)
+            .collect()
+    }
+}
+
+/// The folder of a sweep, into which no other process writes the same rows as long as this is kept.
+#[derive(Debug)]
+pub struct Folder {
+    path: PathBuf,
+    _locks: Vec<File>,
+}
+
+impl Folder {
+    /// Makes the folder, or checks that it is of this study. `fixed` is what all runs of the study have in common.
+    ///
+    /// # Errors
+    /// When the folder holds another study, another process writes into it ([`Error::Busy`]), or it cannot be written.
+    pub fn claim(path: &Path, fixed: &Value, shard: Shard) -> Result<Self> {
+        let runs = path.join(RUNS);
+        fs::create_dir_all(&runs).map_err(Error::io("create", &runs))?;
+        let mut locks = vec![lock(path, LOCK, shard != Shard::WHOLE)?];
+        if shard != Shard::WHOLE {
+            let own = format!("{LOCK}-{}-of-{}", shard.number, shard.of);
+            locks.push(lock(path, &own, false)?);
+        }
+        let folder = Self {
+            path: path.to_owned(),
+            _locks: locks,
+        };
+        folder.check_study(fixed)?;
+        Ok(folder)
+    }
+
+    fn check_study(&self, fixed: &Value) -> Result<()> {
+        let file = self.path.join(STUDY);
+        // In this order: another shard may begin at the same time, which writes the study before its first row.
+        let has_runs = self.row_files()?.next().is_some();
+        if !file.exists() {
+            if has_runs {
+                return Err(Error::Invalid(format!(
+                    "{} has runs, and no {STUDY} that says of which study: choose another folder",
+                    self.path.shown()
+                )));
+            }
+            let text = format!("{fixed:#}\n");
+            return write_whole(&file, text).map_err(Error::io("write", &file));
+        }
+        let text = fs::read(&file).map_err(Error::io("read", &file))?;
+        let before: Value = serde_json::from_slice(&text).map_err(|error| {
+            Error::Invalid(format!(
+                "{} is damaged ({error}): choose another folder",
+                file.shown()
+            ))
+        })?;
+        let keys = fixed.as_object().into_iter().flatten();
+        for (key, now) in keys {
+            let old = &before[key];
+            if old != now {
+                return Err(Error::Invalid(format!(
+                    "{} holds another study: its {key} is {old}, and here it is {now}: choose another folder",
+                    self.path.shown()
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Is there a row of this run? With `retry`, one without an error?
+    ///
+    /// # Errors
+    /// When a row cannot be read.
+    pub fn has(&self, key: &str, retry: bool) -> Result<bool> {
+        let file = self.row_file(key);
+        Ok(file.exists() && !(retry && read_row(&file)?.failed()))
+    }
+
+    /// Writes the row of a run, after its fields, which are a file of arrays.
+    ///
+    /// # Errors
+    /// When a file cannot be written; then the run counts as not done.
+    pub fn keep(&self, key: &str, row: &Row, fields: Option<&[u8]>) -> Result<()> {
+        if let Some(fields) = fields {
+            let file = self.path.join(FIELDS).join(format!("{key}.npz"));
+            write_whole(&file, fields).map_err(Error::io("write", &file))?;
+        }
+        let file = self.row_file(key);
+        let text = serde_json::to_string(row).expect("its names are texts");
+        write_whole(&file, text).map_err(Error::io("write", &file))
+    }
+
+    /// The rows of all runs that are done, by the number of their point and their seed.
+    ///
+    /// # Errors
+    /// When one cannot be read.
+    pub fn rows(&self) -> Result<Vec<Row>> {
+        let mut rows: Vec<Row> = (self.row_files()?)
+            .map(|file| read_row(&file))
+            .collect::<Result<_>>()?;
+        let place = |row: &Row| ["run", "seed"].map(|name| row.get(name).and_then(Value::as_u64));
+        rows.sort_by_key(place);
+        Ok(rows)
+    }
+
+    /// Writes the table of all runs that are done, as `table.csv` and `table.parquet`; their paths.
+    ///
+    /// # Errors
+    /// When a row cannot be read, or a file cannot be written.
+    pub fn write_table(&self) -> Result<[PathBuf; 2]> {
+        let table = Table::of(&self.rows()?);
+        let files = ["table.csv", "table.parquet"].map(|name| self.path.join(name));
+        let contents = [table.csv()?, table.parquet()?];
+        for (file, content) in files.iter().zip(contents) {
+            write_whole(file, content).map_err(Error::io("write", file))?;
+        }
+        Ok(files)
+    }
+
+    fn row_file(&self, key: &str) -> PathBuf {
+        self.path.join(RUNS).join(format!("{key}.json"))
+    }
+
+    fn row_files(&self) -> Result<impl Iterator<Item = PathBuf> + use<>> {
+        let runs = self.path.join(RUNS);
+        let entries = fs::read_dir(&runs).map_err(Error::io("read", &runs))?;
+        let is_row = |file: &PathBuf| {
+            let is_hidden = file
+                .file_name()
+                .is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+            !is_hidden && file.extension().is_some_and(|ending| ending == "json")
+        };
+        Ok(entries.flatten().map(|entry| entry.path()).filter(is_row))
+    }
+}
+
+fn read_row(file: &Path) -> Result<Row> {
+    let text = fs::read(file).map_err(Error::io("read", file))?;
+    serde_json::from_slice(&text).map_err(|error| {
+        Error::Invalid(format!(
+            "{} is damaged ({error}): remove it, and its run is done again",
+            file.shown()
+        ))
+    })
+}
+
+/// Locks a file; the system frees it when the process ends, in whatever way.
+fn lock(folder: &Path, name: &str, shared: bool) -> Result<File> {
+    let path = folder.join(name);
+    let file = File::options()
+        .create(true)
+        .append(true)
+        .open(&path)
+        .map_err(Error::io("write", &path))?;
+    let locked = if shared {
+        file.try_lock_shared()
+    } else {
+        file.try_lock()
+    };
+    match locked {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(Error::Busy(format!(
+            "another sweep writes into {}: wait for it, or choose another folder",
+            folder.shown()
+        ))),
+        // Some network disks have no locks: two sweeps at once then do some runs twice, with equal results.
+        Err(TryLockError::Error(_)) => Ok(file),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn row(run: u64, error: Value) -> Row {
+        let mut row = Row::default();
+        row.set("run", run);
+        row.set("seed", 0);
+        row.set("error", error);
+        row
+    }
+
+    /// Catches rows that are lost or run again, and failed ones that cannot be.
+    #[test]
+    fn rows_are_kept_and_failed_ones_can_be_run_again() {
+        let place = tempfile::tempdir().expect("there is room");
+        let fixed = json!({"steps": 5});
+        let folder = Folder::claim(place.path(), &fixed, Shard::WHOLE).expect("it is new");
+        assert!(!folder.has("a", false).expect("it is read"));
+        folder
+            .keep("b", &row(1, "too hot".into()), None)
+            .expect("there is room");
+        folder
+            .keep("a", &row(0, Value::Null), Some(b"arrays"))
+            .expect("there is room");
+        assert_eq!(
+            fs::read(place.path().join("fields/a.npz")).expect("it is there"),
+            b"arrays"
+        );
+        let has = |key, retry| folder.has(key, retry).expect("it is read");
+        assert!(has("a", false) && has("a", true) && has("b", false) && !has("b", true));
+        let runs: Vec<_> = (folder.rows().expect("they are read").iter())
+            .map(|row| row.get("run").cloned())
+            .collect();
+        assert_eq!(runs, [Some(json!(0)), Some(json!(1))]);
+        let [csv, _] = folder.write_table().expect("there is room");
+        let text = fs::read_to_string(csv).expect("it is there");
+        assert_eq!(text, "run,seed,error\n0,0,\n1,0,too hot\n");
+        fs::write(place.path().join("runs/b.json"), "{").expect("there is room");
+        let error = folder.rows().expect_err("it is damaged").to_string();
+        assert!(error.contains("b.json is damaged"), "{error}");
+    }
+
+    #[test]
+    fn a_folder_is_of_one_study_and_one_process() {
+        let place = tempfile::tempdir().expect("there is room");
+        let claim = |steps: u32, number, of| {
+            let shard = Shard::new(number, of).expect("there is one");
+            Folder::claim(place.path(), &json!({"steps": steps}), shard)
+        };
+        let first = claim(5, 0, 3).expect("it is new");
+        let second = claim(5, 2, 3).expect("shards share it");
+        for (number, of) in [(2, 3), (0, 1)] {
+            let error = claim(5, number, of).expect_err("it is in use");
+            assert!(matches!(error, Error::Busy(_)), "{error}");
+        }
+        drop((first, second));
+        let error = claim(6, 0, 1).expect_err("it is another study").to_string();
+        assert!(
+            error.contains("another study: its steps is 5, and here it is 6"),
+            "{error}"
+        );
+        let whole = claim(5, 0, 1).expect("it is free again");
+        assert!(claim(5, 0, 3).is_err(), "the whole is done by another");
+        drop(whole);
+        fs::write(place.path().join("runs/a.json"), "{}").expect("there is room");
+        fs::remove_file(place.path().join(STUDY)).expect("it is there");
+        let error = claim(5, 0, 1)
+            .expect_err("it is not known of which study")
+            .to_string();
+        assert!(error.contains("has runs, and no study.json"), "{error}");
+        Shard::new(3, 3).expect_err("the last is 2");
+        let parts = Shard::new(1, 3)
+            .expect("there is one")
+            .part((0..8).collect());
+        assert_eq!(parts, [1, 4, 7]);
+    }
+}

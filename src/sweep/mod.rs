@@ -1,0 +1,20 @@
+//! Sweeps: runs of one scene at many points of its parameters, and one table of them all.
+//!
+//! A [`Study`] says which runs there are. Each run is a [`Job`], and its result a [`Row`] in a [`Folder`], written as soon as the run is
+//! done. So a sweep that is ended goes on where it was: what has a row is not run again. `myxo sweep` does the jobs by processes of this
+//! machine, the Python package by any executor; both use these files, and can go on with each other's folders.
+
+mod folder;
+mod job;
+mod row;
+mod sample;
+mod study;
+mod table;
+mod workers;
+
+pub use folder::{Folder, Shard};
+pub use job::{Job, check_keys};
+pub use row::Row;
+pub use sample::{Method, sample};
+pub use study::{Study, key_of};
+pub use workers::processes;

@@ -1,0 +1,522 @@
+//! Study files: a scene, and the points of its parameters at which it is run.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
+use sha2::{Digest as _, Sha256};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::job::Job;
+use super::row::Row;
+use super::sample::{Method, sample};
+use crate::error::{Error, Result};
+use crate::plain_text::{Shown as _, escaped};
+use crate::regular_file;
+use crate::scene::suggest::nearest;
+
+/// The most points of a study.
+const MOST_POINTS: usize = 10_000_000;
+/// Steps of a run, if the study has none.
+const STEPS: u64 = 400;
+
+const KEYS: &[&str] = &[
+    "scene", "steps", "seeds", "preset", "set", "grid", "sample", "point",
+];
+const SAMPLE_KEYS: &[&str] = &["count", "method", "seed", "ranges"];
+
+/// What is run: a scene at points of its parameters, each with several seeds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Study {
+    /// A built-in name or a path.
+    pub scene: String,
+    /// Steps of each run.
+    pub steps: u64,
+    /// The seeds of each point.
+    pub seeds: Vec<u64>,
+    /// A preset's name or file.
+    pub preset: Option<String>,
+    /// Parameters of all runs; a point's values lie over them.
+    pub settings: Row,
+    /// Values of parameters, for each point.
+    pub points: Vec<Row>,
+}
+
+impl Study {
+    /// Reads a study file.
+    ///
+    /// # Errors
+    /// When it cannot be read, has an unknown key or a value of a wrong type, or has no points.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = regular_file::read_text(path).map_err(Error::io("read", path))?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Text { path, text: &text }.study(folder)
+    }
+
+    /// The jobs, point by point and seed by seed, and what all of them have in common, for [`Folder::claim`](super::Folder::claim).
+    ///
+    /// # Errors
+    /// When the scene or the preset cannot be read.
+    pub fn jobs(&self) -> Result<(Vec<Job>, Value)> {
+        let fixed = json!({
+            "scene": identity(&self.scene)?,
+            "steps": self.steps,
+            "preset": self.preset.as_deref().map(identity).transpose()?,
+            "settings": &self.settings,
+            "run": null,
+            "version": env!("CARGO_PKG_VERSION"),
+        });
+        let mut jobs = Vec::with_capacity(self.points.len() * self.seeds.len());
+        for (number, point) in self.points.iter().enumerate() {
+            for &seed in &self.seeds {
+                let mut key = fixed.clone();
+                key["point"] = json!(point);
+                key["seed"] = json!(seed);
+                key["fields"] = json!([]);
+                jobs.push(Job {
+                    number,
+                    key: key_of(&key),
+                    scene: self.scene.clone(),
+                    steps: self.steps,
+                    preset: self.preset.clone(),
+                    settings: self.settings.clone(),
+                    point: point.clone(),
+                    seed,
+                });
+            }
+        }
+        Ok((jobs, fixed))
+    }
+}
+
+/// A name of 16 hexadecimal digits for a value; equal values have the same.
+#[must_use]
+pub fn key_of(value: &Value) -> String {
+    let digest = Sha256::digest(sorted(value).to_string().as_bytes());
+    hex(&digest[..8])
+}
+
+/// A built-in's name, or a file's with the digest of its content: what a study depends on.
+fn identity(name: &str) -> Result<String> {
+    let path = Path::new(name);
+    if !path.is_file() {
+        return Ok(name.to_owned());
+    }
+    let content = std::fs::read(path).map_err(Error::io("read", path))?;
+    let file = path.file_name().unwrap_or(path.as_os_str());
+    Ok(format!(
+        "{} {}",
+        file.to_string_lossy(),
+        hex(&Sha256::digest(content))
+    ))
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The same value with the keys of each object in alphabetical order.
+fn sorted(value: &Value) -> Value {
+    match value {
+        Value::Object(map) => {
+            let mut entries: Vec<_> = map.iter().collect();
+            entries.sort_unstable_by_key(|(key, _)| *key);
+            let entries = entries
+                .into_iter()
+                .map(|(key, value)| (key.clone(), sorted(value)));
+            Value::Object(entries.collect::<Map<_, _>>())
+        }
+        Value::Array(items) => Value::Array(items.iter().map(sorted).collect()),
+        other => other.clone(),
+    }
+}
+
+/// The text of a study file.
+#[derive(Clone, Copy)]
+struct Text<'a> {
+    path: &'a Path,
+    text: &'a str,
+}
+
+impl Text<'_> {
+    fn error(self, at: &Range<usize>, problem: &str) -> Error {
+        let before = self.text.get(..at.start).unwrap_or_default();
+        let line = 1 + before.matches('\n').count();
+        Error::Invalid(format!("{}:{line}: {problem}", self.path.shown()))
+    }
+
+    fn study(self, folder: &Path) -> Result<Study> {
+        let table = DeTable::parse(self.text).map_err(|error| {
+            let at = error.span().unwrap_or(0..0);
+            self.error(&at, error.message())
+        })?;
+        let whole = table.span();
+        let entries = self.entries(table.get_ref(), KEYS, "a study")?;
+        let mut study = Study {
+            scene: "torus".to_owned(),
+            steps: STEPS,
+            seeds: vec![0],
+            preset: None,
+            settings: Row::default(),
+            points: Vec::new(),
+        };
+        let mut ways = 0;
+        for (key, value) in &entries {
+            let at = value.span();
+            match (*key, value.get_ref()) {
+                ("scene", DeValue::String(text)) => study.scene = beside(folder, text),
+                ("preset", DeValue::String(text)) => study.preset = Some(beside(folder, text)),
+                ("steps", DeValue::Integer(_)) => study.steps = self.whole(value)?,
+                ("seeds", DeValue::Integer(_)) => study.seeds = (0..self.whole(value)?).collect(),
+                ("seeds", DeValue::Array(items)) => {
+                    study.seeds = items
+                        .iter()
+                        .map(|item| self.whole(item))
+                        .collect::<Result<_>>()?;
+                }
+                ("set", DeValue::Table(table)) => study.settings = self.row(table)?,
+                ("grid", DeValue::Table(table)) => study.points = self.grid(table, &at)?,
+                ("sample", DeValue::Table(table)) => study.points = self.sample(table, &at)?,
+                ("point", DeValue::Array(items)) => {
+                    let points = items.iter().map(|item| match item.get_ref() {
+                        DeValue::Table(table) => self.row(table),
+                        _ => Err(self.error(&item.span(), "a [[point]] is a table of parameters")),
+                    });
+                    study.points = points.collect::<Result<_>>()?;
+                }
+                (key, _) => {
+                    let needed = match key {
+                        "scene" | "preset" => "a text",
+                        "steps" => "a whole number",
+                        "seeds" => "a whole number or a list of them",
+                        "point" => "one or more [[point]]",
+                        _ => "a table of parameters",
+                    };
+                    return Err(self.error(&at, &format!("`{key}` is {needed}")));
+                }
+            }
+            ways += usize::from(matches!(*key, "grid" | "sample" | "point"));
+        }
+        if ways != 1 {
+            let problem = format!("a study has one of [grid], [sample] and [[point]], not {ways}");
+            return Err(self.error(&whole, &problem));
+        }
+        if study.points.is_empty() || study.seeds.is_empty() {
+            return Err(self.error(
+                &whole,
+                "there is nothing to run: a study has one point and one seed or more",
+            ));
+        }
+        Ok(study)
+    }
+
+    /// The entries of a table in the order of the file, of these keys only.
+    fn entries<'b, 'c>(
+        self,
+        table: &'b DeTable<'c>,
+        known: &[&str],
+        of: &str,
+    ) -> Result<Vec<(&'b str, &'b Spanned<DeValue<'c>>)>> {
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        for (key, _) in &entries {
+            let name = key.get_ref().as_ref();
+            if !known.contains(&name) {
+                let hint = match nearest(name, known.iter().copied()) {
+                    Some(near) => format!("; do you mean `{near}`?"),
+                    None => format!(": {}", known.join(", ")),
+                };
+                let problem = format!("there is no key `{}` in {of}{hint}", escaped(name));
+                return Err(self.error(&key.span(), &problem));
+            }
+        }
+        Ok(entries
+            .into_iter()
+            .map(|(key, value)| (key.get_ref().as_ref(), value))
+            .collect())
+    }
+
+    /// Parameters of a table; `a.b = 1`, `"a.b" = 1` and `[a] b = 1` are the same.
+    fn row(self, table: &DeTable<'_>) -> Result<Row> {
+        let mut row = Row::default();
+        for (key, value) in self.flat("", table) {
+            row.set(&key, self.json(value)?);
+        }
+        Ok(row)
+    }
+
+    /// The leaves of a table in the order of the file.
+    fn flat<'b, 'c>(
+        self,
+        prefix: &str,
+        table: &'b DeTable<'c>,
+    ) -> Vec<(String, &'b Spanned<DeValue<'c>>)> {
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        let mut leaves = Vec::new();
+        for (key, value) in entries {
+            let key = format!("{prefix}{}", key.get_ref());
+            match value.get_ref() {
+                DeValue::Table(inner) => leaves.extend(self.flat(&format!("{key}."), inner)),
+                _ => leaves.push((key, value)),
+            }
+        }
+        leaves
+    }
+
+    fn grid(self, table: &DeTable<'_>, at: &Range<usize>) -> Result<Vec<Row>> {
+        let mut points = vec![Row::default()];
+        for (key, values) in self.flat("", table) {
+            let DeValue::Array(values) = values.get_ref() else {
+                let problem = format!("`{}` is a list of values in [grid]", escaped(&key));
+                return Err(self.error(&values.span(), &problem));
+            };
+            let values: Vec<Value> = values
+                .iter()
+                .map(|value| self.json(value))
+                .collect::<Result<_>>()?;
+            if points.len().saturating_mul(values.len()) > MOST_POINTS {
+                return Err(self.error(at, &format!("the grid has more than {MOST_POINTS} points")));
+            }
+            let with = |point: &Row, value: &Value| {
+                let mut point = point.clone();
+                point.set(&key, value.clone());
+                point
+            };
+            points = points
+                .iter()
+                .flat_map(|point| values.iter().map(move |value| with(point, value)))
+                .collect();
+        }
+        Ok(points)
+    }
+
+    fn sample(self, table: &DeTable<'_>, at: &Range<usize>) -> Result<Vec<Row>> {
+        let (mut count, mut method, mut seed, mut ranges) =
+            (None, Method::default(), 0, Vec::new());
+        for (key, value) in self.entries(table, SAMPLE_KEYS, "[sample]")? {
+            let error = |problem: &str| self.error(&value.span(), problem);
+            match (key, value.get_ref()) {
+                ("count", DeValue::Integer(_)) => count = Some(self.whole(value)?),
+                ("seed", DeValue::Integer(_)) => seed = self.whole(value)?,
+                ("method", DeValue::String(word)) => {
+                    method = serde_json::from_value(json!(word)).map_err(|_| {
+                        let word = escaped(word);
+                        error(&format!(
+                            "there is no way of sampling `{word}`: latin, sobol or random"
+                        ))
+                    })?;
+                }
+                ("ranges", DeValue::Table(table)) => {
+                    for (key, range) in self.flat("", table) {
+                        ranges.push((self.range(&key, range)?, key));
+                    }
+                }
+                (key, _) => {
+                    let needed = match key {
+                        "method" => "latin, sobol or random",
+                        "ranges" => "a table: low and high for each parameter",
+                        _ => "a whole number",
+                    };
+                    return Err(error(&format!("`{key}` is {needed}")));
+                }
+            }
+        }
+        let count = count.filter(|count| (1..=MOST_POINTS as u64).contains(count));
+        let Some(count) = count.filter(|_| !ranges.is_empty()) else {
+            let problem = format!(
+                "a [sample] has a `count` from 1 to {MOST_POINTS}, and `ranges` of parameters"
+            );
+            return Err(self.error(at, &problem));
+        };
+        let shares = sample(method, count as usize, ranges.len(), seed)
+            .map_err(|error| self.error(at, &error.to_string()))?;
+        let point = |shares: Vec<f64>| {
+            let values = ranges.iter().zip(shares);
+            Row(values
+                .map(|(([low, high], key), share)| (key.clone(), json!(low + share * (high - low))))
+                .collect())
+        };
+        Ok(shares.into_iter().map(point).collect())
+    }
+
+    fn range(self, key: &str, range: &Spanned<DeValue<'_>>) -> Result<[f64; 2]> {
+        let limits = self.json(range)?;
+        let limits = limits.as_array().map_or(&[][..], Vec::as_slice);
+        let limits: Vec<_> = limits.iter().map(Value::as_f64).collect();
+        match limits[..] {
+            [Some(low), Some(high)] if low < high => Ok([low, high]),
+            _ => {
+                let key = escaped(key);
+                Err(self.error(
+                    &range.span(),
+                    &format!("the range of `{key}` is [low, high], the first below the second"),
+                ))
+            }
+        }
+    }
+
+    /// A whole number that is not negative.
+    fn whole(self, value: &Spanned<DeValue<'_>>) -> Result<u64> {
+        let number = match value.get_ref() {
+            DeValue::Integer(number) => u64::from_str_radix(number.as_str(), number.radix()).ok(),
+            _ => None,
+        };
+        number.ok_or_else(|| self.error(&value.span(), "a whole number is needed, 0 or more"))
+    }
+
+    /// A value of a parameter.
+    fn json(self, value: &Spanned<DeValue<'_>>) -> Result<Value> {
+        let found = match value.get_ref() {
+            DeValue::String(text) => Some(json!(text)),
+            DeValue::Boolean(truth) => Some(json!(truth)),
+            DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix())
+                .ok()
+                .map(Value::from),
+            // Infinite numbers are none of JSON's.
+            DeValue::Float(number) => (number.as_str().parse::<f64>().ok())
+                .filter(|number| number.is_finite())
+                .map(Value::from),
+            DeValue::Array(items) => {
+                let items = items.iter().map(|item| self.json(item));
+                return Ok(Value::Array(items.collect::<Result<_>>()?));
+            }
+            DeValue::Datetime(_) | DeValue::Table(_) => None,
+        };
+        found.ok_or_else(|| {
+            let problem = "a value is a finite number, a text, true or false, or a list of these";
+            self.error(&value.span(), problem)
+        })
+    }
+}
+
+/// A path beside the study, if there is a file; otherwise the name as it is.
+fn beside(folder: &Path, name: &str) -> String {
+    let path: PathBuf = folder.join(name);
+    match path.to_str() {
+        Some(text) if path.is_file() => text.to_owned(),
+        _ => name.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Study> {
+        let path = Path::new("study.toml");
+        Text { path, text }.study(Path::new("no such folder"))
+    }
+
+    /// Catches points in alphabetical order, in which a table of TOML usually is, and keys with a dot that differ by how they are written.
+    #[test]
+    fn points_are_in_the_order_of_the_file() {
+        let study = read(
+            "scene = \"cube\"\nseeds = [3, 5]\nset.\"trail.decay\" = 0.9\n\
+             [grid]\n\"physarum.speed\" = [1, 2.0]\nphysarum.sensor_angle = [3, 4]\n",
+        )
+        .expect("it is right");
+        assert_eq!((study.steps, &study.seeds[..]), (STEPS, &[3, 5][..]));
+        assert_eq!(study.settings.get("trail.decay"), Some(&json!(0.9)));
+        let points = serde_json::to_string(&study.points).expect("it is plain");
+        let point = |speed, angle| {
+            format!("{{\"physarum.speed\":{speed},\"physarum.sensor_angle\":{angle}}}")
+        };
+        let expected = [
+            point("1", 3),
+            point("1", 4),
+            point("2.0", 3),
+            point("2.0", 4),
+        ];
+        assert_eq!(points, format!("[{}]", expected.join(",")));
+        let (jobs, _) = study.jobs().expect("they are made");
+        let seeds: Vec<_> = jobs.iter().map(|job| (job.number, job.seed)).collect();
+        assert_eq!(seeds[..4], [(0, 3), (0, 5), (1, 3), (1, 5)]);
+        let mut keys: Vec<_> = jobs.iter().map(|job| &job.key).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        assert_eq!(keys.len(), 8);
+    }
+
+    #[test]
+    fn samples_lie_within_their_ranges() {
+        let study = read("[sample]\ncount = 8\nranges.\"trail.decay\" = [0.8, 0.9]\n")
+            .expect("it is right");
+        let values = study.points.iter().map(|point| point.0[0].1.as_f64());
+        let values: Vec<f64> = values.map(|value| value.expect("it is a number")).collect();
+        assert_eq!(values.len(), 8);
+        assert!(
+            values.iter().all(|value| (0.8..0.9).contains(value)),
+            "{values:?}"
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_line() {
+        for (text, expected) in [
+            (
+                "scene = \"cube\"\n",
+                ":1: a study has one of [grid], [sample] and [[point]], not 0",
+            ),
+            (
+                "[grid]\na = [1]\n[[point]]\na = 1\n",
+                "and [[point]], not 2",
+            ),
+            (
+                "\nscenes = \"cube\"\n",
+                ":2: there is no key `scenes` in a study; do you mean `scene`?",
+            ),
+            (
+                "steps = -1\n[grid]\n",
+                ":1: a whole number is needed, 0 or more",
+            ),
+            ("steps = \"many\"\n", ":1: `steps` is a whole number"),
+            ("scene = 4\n", ":1: `scene` is a text"),
+            ("seeds = []\n[grid]\na = [1]\n", "there is nothing to run"),
+            ("[grid]\na = 1\n", ":2: `a` is a list of values in [grid]"),
+            ("[grid]\na = []\n", "there is nothing to run"),
+            ("[grid]\na = [inf]\n", ":2: a value is a finite number"),
+            (
+                "[sample]\nranges.a = [0, 1]\n",
+                ":1: a [sample] has a `count` from 1",
+            ),
+            (
+                "[sample]\ncount = 0\nranges.a = [0, 1]\n",
+                "a `count` from 1",
+            ),
+            ("[sample]\ncount = 4\n", "and `ranges`"),
+            (
+                "[sample]\ncount = 4\nranges.a = [1, 1]\n",
+                ":3: the range of `a` is [low, high]",
+            ),
+            (
+                "[sample]\ncount = 4\nmethod = \"dice\"\n",
+                ":3: there is no way of sampling `dice`",
+            ),
+            (
+                "[sample]\nmany = 4\n",
+                ":2: there is no key `many` in [sample]",
+            ),
+            ("point = [1]\n", ":1: a [[point]] is a table"),
+            ("scene = [\n", ":"),
+        ] {
+            let error = read(text).expect_err(text).to_string();
+            assert!(
+                error.starts_with("study.toml:") && error.contains(expected),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn equal_values_have_equal_keys() {
+        let of = |text: &str| key_of(&serde_json::from_str(text).expect("it is JSON"));
+        assert_eq!(
+            of(r#"{"a": 1e-5, "b": [true]}"#),
+            of(r#"{"b":[true],"a":0.00001}"#)
+        );
+        assert_ne!(of(r#"{"a": 1}"#), of(r#"{"a": 2}"#));
+    }
+}

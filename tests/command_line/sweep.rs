@@ -1,0 +1,267 @@
+//! `myxo sweep`: the same table however its runs are done, and whatever ends it on the way.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::Duration;
+
+use serde_json::Value;
+
+use crate::program::{
+    Folder, done, failed, myxo, no_device, path, program, refused, text, wait_until,
+    with_files_up_to,
+};
+
+/// For two runs of a moment.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+const STUDY: &str = r#"
+scene = "cube"
+steps = 5
+seeds = 2
+set."particles.count" = 500
+set."atlas.size" = 64
+[grid]
+"physarum.sensor_angle" = [15.0, 30.0]
+"trail.decay" = [0.9, 0.95]
+"#;
+
+/// The table without its times: for each run and seed, what it says.
+fn table(out: &Path) -> BTreeMap<(String, String), BTreeMap<String, String>> {
+    let file = out.join("table.csv");
+    let mut reader = csv::Reader::from_path(&file).expect("there is a table");
+    let mut rows = BTreeMap::new();
+    for row in reader.deserialize() {
+        let mut row: BTreeMap<String, String> = row.expect("it is a row");
+        row.remove("seconds");
+        rows.insert((row["run"].clone(), row["seed"].clone()), row);
+    }
+    rows
+}
+
+fn runs(out: &Path) -> usize {
+    let is_row = |name: &str| name.ends_with(".json") && !name.starts_with('.');
+    let files = fs::read_dir(out.join("runs")).map_or(0, |files| {
+        files
+            .filter(|file| is_row(&file.as_ref().unwrap().file_name().to_string_lossy()))
+            .count()
+    });
+    files
+}
+
+/// Catches a run whose state is not that of the same scene alone, runs that are done twice, and shards that leave runs out.
+#[test]
+fn a_study_is_one_table_by_processes_and_by_shards() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let study = folder.with("study.toml", STUDY);
+    let [all, parts] = ["all", "parts"].map(|name| folder.file(name));
+    let said = done(&["sweep", path(&study), "--out", path(&all), "--workers", "2"]);
+    assert!(said.contains("8 of 8 runs to do, by 2 processes"), "{said}");
+    assert!(said.contains("8 runs are done: "), "{said}");
+    let rows = table(&all);
+    assert_eq!(rows.len(), 8);
+    let row = &rows[&("2".to_owned(), "1".to_owned())];
+    assert_eq!(
+        (&*row["physarum.sensor_angle"], &*row["trail.decay"]),
+        ("30.0", "0.9")
+    );
+    let report = folder.file("report.json");
+    let sets = [
+        "particles.count=500",
+        "atlas.size=64",
+        "physarum.sensor_angle=30",
+        "trail.decay=0.9",
+    ];
+    let mut alone = vec![
+        "export",
+        "cube",
+        "--steps",
+        "5",
+        "--seed",
+        "1",
+        "--report",
+        path(&report),
+    ];
+    let scene = folder.file("scene.toml");
+    alone.extend(["--out", path(&scene)]);
+    sets.iter().for_each(|set| alone.extend(["--set", set]));
+    done(&alone);
+    let report: Value = serde_json::from_slice(&fs::read(&report).unwrap()).unwrap();
+    assert_eq!(report["state_hash"].as_str(), Some(&*row["state_hash"]));
+    let mut states: Vec<_> = rows.values().map(|row| &row["state_hash"]).collect();
+    states.sort_unstable();
+    states.dedup();
+    assert_eq!(states.len(), 8);
+
+    // Again: nothing is run.
+    let said = done(&["sweep", path(&study), "--out", path(&all)]);
+    assert!(
+        !said.contains("to do") && said.contains("8 runs are done"),
+        "{said}"
+    );
+    for shard in ["1/3", "0/3", "2/3"] {
+        done(&[
+            "sweep",
+            path(&study),
+            "--out",
+            path(&parts),
+            "--workers",
+            "1",
+            "--shard",
+            shard,
+        ]);
+    }
+    assert_eq!(table(&parts), rows);
+}
+
+/// Catches rows that are lost when the sweep is killed, and a second sweep that writes into the same folder.
+#[test]
+#[cfg(unix)]
+fn a_killed_sweep_goes_on_where_it_was() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let study = folder.with("study.toml", STUDY.replace("steps = 5", "steps = 60"));
+    let out = folder.file("out");
+    let arguments = ["sweep", path(&study), "--out", path(&out), "--workers", "1"];
+    let mut run = program()
+        .args(arguments)
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it starts");
+    wait_until("two runs", PATIENCE, || runs(&out) >= 2);
+    let busy = failed(&arguments);
+    assert!(busy.contains("another sweep writes into"), "{busy}");
+    run.kill().expect("it runs");
+    run.wait().expect("it ends");
+    let before = runs(&out);
+    assert!((2..8).contains(&before), "{before}");
+    let said = done(&arguments);
+    assert!(
+        said.contains(&format!("{} of 8 runs to do", 8 - before)),
+        "{said}"
+    );
+    assert_eq!(table(&out).len(), 8);
+}
+
+/// Catches a sweep that ends with a run that fails, one that cannot be tried again, and a worker that dies with all that comes after.
+#[test]
+#[cfg(unix)]
+fn a_run_that_fails_is_a_row() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let out = folder.file("out");
+    let study = STUDY
+        .replace("[0.9, 0.95]", "[0.9, 7.0]")
+        .replace("seeds = 2", "seeds = 1");
+    let study = folder.with("study.toml", study);
+    let arguments = ["sweep", path(&study), "--out", path(&out), "--workers", "1"];
+    let output = myxo(&arguments);
+    assert_eq!(output.status.code(), Some(1));
+    let said = text(&output.stderr);
+    assert!(
+        said.contains("run 1: ") && said.contains("trail.decay"),
+        "{said}"
+    );
+    assert!(
+        said.contains("4 runs are done, 2 of which have an error"),
+        "{said}"
+    );
+    let rows = table(&out);
+    let errors: Vec<_> = rows.values().map(|row| !row["error"].is_empty()).collect();
+    assert_eq!(errors, [false, true, false, true]);
+    let retry = [&arguments[..], &["--retry"]].concat();
+    let said = text(&myxo(&retry).stderr);
+    assert!(said.contains("2 of 4 runs to do"), "{said}");
+}
+
+/// Catches half a row under its name, and a sweep that says that all went well.
+#[test]
+#[cfg(unix)]
+fn a_full_disk_ends_a_sweep_and_loses_nothing() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let study = folder.with("study.toml", STUDY.replace("seeds = 2", "seeds = 1"));
+    let out = folder.file("out");
+    let arguments = ["sweep", path(&study), "--out", path(&out), "--workers", "1"];
+    // Rows have room, tables do not.
+    let output = with_files_up_to(2, &arguments);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("raise the limit of file sizes"), "{said}");
+    assert!(!out.join("table.parquet").exists());
+    let parts =
+        [out.clone(), out.join("runs")].map(|folder| fs::read_dir(folder).expect("it is there"));
+    for file in parts.into_iter().flatten() {
+        let name = file.expect("it is listed").file_name();
+        assert!(!name.to_string_lossy().contains("myxo-part"), "{name:?}");
+    }
+    done(&arguments);
+    assert_eq!(table(&out).len(), 4);
+}
+
+#[test]
+fn what_is_wrong_with_a_study_is_said_at_once() {
+    let folder = Folder::new();
+    let out = folder.file("out");
+    let sweep = |study: &str| {
+        let study = folder.with("study.toml", study);
+        let said = failed(&["sweep", path(&study), "--out", path(&out)]);
+        assert!(!out.exists(), "{said}");
+        said
+    };
+    let said = sweep("[grid]\nphysarum.sped = [1]\n");
+    assert!(
+        said.contains("there is no parameter `physarum.sped`; do you mean `physarum.speed`?"),
+        "{said}"
+    );
+    let said = sweep("scene = \"cube\"\nseed = 4\n[grid]\n");
+    assert!(
+        said.contains("study.toml:2: there is no key `seed` in a study; do you mean `seeds`?"),
+        "{said}"
+    );
+    for (shard, why) in [
+        ("3/3", "there is no shard 3 of 3"),
+        ("x", "I/N is expected, such as 0/4"),
+        ("1/", "I/N is expected"),
+    ] {
+        let study = folder.with("study.toml", STUDY);
+        let said = refused(
+            2,
+            &["sweep", path(&study), "--out", path(&out), "--shard", shard],
+        );
+        assert!(said.contains(why), "{said}");
+    }
+    let said = failed(&["sweep", "no such study.toml", "--out", path(&out)]);
+    assert!(said.contains("cannot read no such study.toml"), "{said}");
+}
+
+#[test]
+fn another_study_in_the_folder_is_refused() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let out = folder.file("out");
+    let study = folder.with("study.toml", STUDY.replace("seeds = 2", "seeds = 1"));
+    done(&["sweep", path(&study), "--out", path(&out)]);
+    let other = folder.with("other.toml", STUDY.replace("steps = 5", "steps = 6"));
+    let said = failed(&["sweep", path(&other), "--out", path(&out)]);
+    assert!(
+        said.contains("holds another study: its steps is 5, and here it is 6"),
+        "{said}"
+    );
+    // More seeds are the same study.
+    let more = folder.with("study.toml", STUDY);
+    let said = done(&["sweep", path(&more), "--out", path(&out)]);
+    assert!(said.contains("4 of 8 runs to do"), "{said}");
+}
