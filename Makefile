@@ -108,7 +108,7 @@ pictures: ## draw the pictures and films of docs/gallery.md, by the commands in 
 	cargo build --release
 	@grep '^myxo ' docs/gallery.md | PATH="$(CURDIR)/target/release:$$PATH" sh -ex
 
-guide: ## draw the strips of pictures in docs/guide.md, as docs/guide.toml says (a quarter of an hour)
+guide: ## draw the strips of pictures in docs/guide.md, as docs/guide.toml says (half an hour)
 	@.ci/setup demo
 	cargo run --release --example guide -- docs/guide.toml assets/guide
 
