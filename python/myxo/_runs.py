@@ -11,11 +11,11 @@ from typing import Any
 Run = Callable[..., Mapping[str, Any]]
 
 
-def begin_worker(one_thread: bool) -> None:
-    """Prepares a process that does runs side by side with others: on drivers that compute on the processor, each has one thread."""
-    if one_thread:
-        os.environ.setdefault("LP_NUM_THREADS", "1")
-        os.environ.setdefault("RAYON_NUM_THREADS", "1")
+def begin_worker(threads: int | None) -> None:
+    """Prepares a process that does runs side by side with others, which share the cores on drivers that compute on the processor."""
+    if threads is not None:
+        os.environ.setdefault("LP_NUM_THREADS", str(threads))
+        os.environ.setdefault("RAYON_NUM_THREADS", str(threads))
 
 
 def do(job: Mapping[str, Any]) -> tuple[dict[str, Any], bytes | None]:
@@ -23,6 +23,7 @@ def do(job: Mapping[str, Any]) -> tuple[dict[str, Any], bytes | None]:
     row: dict[str, Any] = {}
     begun = time.perf_counter()
     fields: dict[str, Any] = {}
+    file: bytes | None = None
     try:
         from ._simulation import Simulation
 
@@ -48,12 +49,13 @@ def do(job: Mapping[str, Any]) -> tuple[dict[str, Any], bytes | None]:
                     fields[name] = value
                 else:
                     row[name] = value.item() if hasattr(value, "item") else value
+        file = packed(fields)
         row["error"] = None
     except Exception as error:  # A row says what went wrong, and the sweep goes on.
         text = error.args[0] if isinstance(error, KeyError) and error.args else error
         row["error"] = f"{type(error).__name__}: {text}"
     row["seconds"] = round(time.perf_counter() - begun, 3)
-    return row, packed(fields)
+    return row, file
 
 
 def packed(fields: Mapping[str, Any]) -> bytes | None:
@@ -62,6 +64,9 @@ def packed(fields: Mapping[str, Any]) -> bytes | None:
         return None
     import numpy as np
 
+    for name, array in fields.items():
+        if np.asarray(array).dtype.hasobject:
+            raise TypeError(f"the array `{name}` has objects of Python, which are not stored")
     file = io.BytesIO()
     np.savez_compressed(file, **fields)
     return file.getvalue()

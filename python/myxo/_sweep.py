@@ -14,7 +14,7 @@ import shutil
 import sys
 import time
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -82,7 +82,8 @@ def sweep(
     fields
         Arrays of each run that are kept: `trail`, `particles`, `deposits`, `texel_area`, ...
     store
-        How they are kept: `npz`, a file for each run, or `zarr`, a group for each run in chunks, of which parts can be read.
+        How they are kept: `npz`, a file for each run, or `zarr`, a folder for each run with arrays in chunks, of which parts can be
+        read; `particles` become an array for each member, such as `particles.position`.
     executor
         Anything with the `submit` of `concurrent.futures.Executor`, such as Dask's `client.get_executor()`, mpi4py's `MPIPoolExecutor` or
         an executor of submitit. By default, processes on this machine.
@@ -122,14 +123,16 @@ def sweep(
         study = {"points": points, "scene": scene, "steps": steps, "seeds": seeds, "preset": preset, "settings": settings}
     fixed = _fixed(study, run)
     jobs = _jobs(study, fixed, run, tuple(fields), device)
+    numbers = {job["key"]: job["number"] for job in jobs}
     number, of = shard or (0, 1)
     folder = _myxo.Folder(out, _plain(fixed), (number, of))
     try:
         own = jobs[number::of]
         missing = [job for job in own if not folder.has(job["key"], retry)]
+        results = _results(missing, executor, workers, progress)
         bar = _Progress(len(own), len(own) - len(missing)) if progress and missing else None
         try:
-            for job, (row, packed) in _results(missing, executor, workers, progress):
+            for job, (row, packed) in results:
                 whole = {"run": job["number"], "seed": job["seed"], **job["point"], **row, "key": job["key"]}
                 if packed is not None and store == "zarr":
                     _write_zarr(Path(out), job["key"], packed)
@@ -138,12 +141,13 @@ def sweep(
                 if bar:
                     bar.step(row["error"])
         finally:
+            results.close()
             if bar:
                 bar.end()
-            folder.write_table()
+            folder.write_table(numbers)
     finally:
         folder.close()
-    return _table(Path(out), library, {f"{job['key']}.json" for job in jobs})
+    return _table(Path(out), library, numbers)
 
 
 def read_study(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -159,19 +163,21 @@ def read_study(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def read_sweep(out: str | os.PathLike[str]) -> pandas.DataFrame:
-    """The table of all runs that are done in the folder of a sweep."""
-    return _table(Path(out), _pandas(), None)
+    """The table that the last sweep in a folder has written; those of a sweep that runs for the first time are the rows so far."""
+    library = _pandas()
+    table = Path(out) / "table.parquet"
+    # As long as the first sweep runs, there are only rows.
+    return library.read_parquet(table) if table.exists() else _table(Path(out), library, None)
 
 
 def read_fields(out: str | os.PathLike[str], row: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The arrays of a run, given its row of the table: NumPy's, or those of a Zarr group, which read what is asked of them."""
+    """The arrays of a run, given its row of the table: NumPy's, or Zarr's, which read what is asked of them."""
     fields = Path(out) / "fields"
     group = fields / f"{row['key']}.zarr"
     if group.exists():
         import zarr
 
-        opened = zarr.open_group(str(group), mode="r")
-        return {name: opened[name] for name in opened.array_keys()}
+        return {place.name: zarr.open_array(str(place), mode="r") for place in sorted(group.iterdir())}
     import numpy as np
 
     with np.load(fields / f"{row['key']}.npz") as file:
@@ -200,7 +206,9 @@ def _jobs(
     if not points:
         raise ValueError("there are no points: a sweep has one or more")
     seeds = study["seeds"]
-    seeds = list(range(seeds)) if isinstance(seeds, int) else list(seeds)
+    seeds = list(range(seeds)) if isinstance(seeds, int) else [int(seed) for seed in seeds]
+    if not seeds or min(seeds) < 0 or max(seeds) >= 2**32 or len(set(seeds)) < len(seeds):
+        raise ValueError("seeds are one or more different numbers from 0 to 4294967295, or how many there are")
     settings = dict(study["settings"] or {})
     _myxo.check_keys(sorted({key for point in [*points, settings] for key in point}))
     jobs: list[dict[str, Any]] = []
@@ -222,35 +230,23 @@ def _jobs(
                     "device": device,
                 }
             )
+    if len({job["key"] for job in jobs}) < len(jobs):
+        raise ValueError("two points of the sweep are equal")
     return jobs
 
 
 def _fixed(study: Mapping[str, Any], run: _runs.Run | None) -> dict[str, Any]:
     """What all runs of a study share, in a form that can be compared."""
-    scene = study["scene"]
-    if isinstance(scene, (str, os.PathLike)):
-        scene_text = _identity(scene)
-    else:
-        made = scene if isinstance(scene, Scene) else Scene(scene)
-        digest = hashlib.sha256(_myxo.run_key(_plain(made.table())).encode())
-        for mesh in made.meshes():
-            for array in mesh[1] if mesh else ():
-                digest.update(array.tobytes())
-        scene_text = f"a dictionary {digest.hexdigest()}"
+    path, table, meshes, folder, preset = source(study["scene"], study["preset"])
+    settings = dict(study["settings"] or {})
     return {
-        "scene": scene_text,
+        "scene": _myxo.identity(path, table, meshes, folder, preset, settings),
         "steps": None if run else study["steps"],
-        "preset": None if study["preset"] is None else _identity(study["preset"]),
-        "settings": dict(study["settings"] or {}),
+        "preset": study["preset"],
+        "settings": settings,
         "run": _name_of(run),
         "version": _myxo.version,
     }
-
-
-def _identity(name: str | os.PathLike[str]) -> str:
-    """The name of a scene or preset, or of a file with the digest of its content."""
-    path = Path(name)
-    return f"{path.name} {hashlib.sha256(path.read_bytes()).hexdigest()}" if path.is_file() else os.fspath(name)
 
 
 def _name_of(run: _runs.Run | None) -> str | None:
@@ -292,7 +288,7 @@ class _Died(Exception):
 
 def _results(
     jobs: list[dict[str, Any]], executor: Any, workers: int | None, says: bool
-) -> Iterator[tuple[dict[str, Any], _Result]]:
+) -> Generator[tuple[dict[str, Any], _Result], None, None]:
     waiting = deque(jobs)
     if executor is not None:
         try:
@@ -302,43 +298,46 @@ def _results(
         return
     if not waiting:
         return
-    count = _processes(jobs[0]) if workers is None else workers
+    fitting, on_processor = _processes(jobs)
+    count = fitting if workers is None else workers
     if count < 1:
         raise ValueError(f"workers is 1 or more, not {count}")
     count = min(count, len(jobs))
+    threads = _myxo.threads(count) if count > 1 and on_processor else None
     if says:
         print(f"myxo: {len(jobs)} runs by {count} processes", file=sys.stderr)
     while waiting:
         suspects: list[dict[str, Any]] = []
-        with _pool(count, count > 1) as pool:
+        with _pool(count, threads) as pool:
             try:
                 yield from _from(pool, waiting, count)
             except _Died as died:
                 suspects = died.jobs
         # One of them has ended its process: each is begun again alone, so that none is blamed for another.
         for job in suspects:
-            yield job, _alone(job, count > 1)
+            yield job, _alone(job, threads)
 
 
-def _processes(job: dict[str, Any]) -> int:
-    """As many as there are cores and memory for."""
-    device = None if job["device"] is None else str(job["device"])
-    path, table, meshes, folder, preset = source(job["scene"], job["preset"])
-    settings = {**job["settings"], **job["point"]}
+def _processes(jobs: list[dict[str, Any]]) -> tuple[int, bool]:
+    """As many as there are cores and memory for; and do they compute on the processor?"""
+    device = None if jobs[0]["device"] is None else str(jobs[0]["device"])
+    path, table, meshes, folder, preset = source(jobs[0]["scene"], jobs[0]["preset"])
+    sizes = json.loads(_myxo.largest(_plain([job["point"] for job in jobs])))
+    settings = {**jobs[0]["settings"], **sizes}
     return _myxo.processes(path, table, meshes, folder, preset, settings, device)
 
 
-def _pool(count: int, one_thread: bool) -> concurrent.futures.ProcessPoolExecutor:
+def _pool(count: int, threads: int | None) -> concurrent.futures.ProcessPoolExecutor:
     # A process that has a device open cannot be forked.
     context = multiprocessing.get_context("spawn")
     return concurrent.futures.ProcessPoolExecutor(
-        count, mp_context=context, initializer=_runs.begin_worker, initargs=(one_thread,)
+        count, mp_context=context, initializer=_runs.begin_worker, initargs=(threads,)
     )
 
 
-def _alone(job: dict[str, Any], one_thread: bool) -> _Result:
+def _alone(job: dict[str, Any], threads: int | None) -> _Result:
     for _ in range(ATTEMPTS):
-        with _pool(1, one_thread) as pool:
+        with _pool(1, threads) as pool:
             try:
                 return pool.submit(_runs.do, job).result()
             except concurrent.futures.BrokenExecutor:
@@ -351,36 +350,41 @@ def _from(
 ) -> Iterator[tuple[dict[str, Any], _Result]]:
     """The results of jobs in the order in which they end; at most so many are under way."""
     pending: dict[Any, dict[str, Any]] = {}
-    while waiting or pending:
-        while waiting and (most is None or len(pending) < most):
-            job = waiting.popleft()
-            try:
-                pending[executor.submit(_runs.do, job)] = job
-            except concurrent.futures.BrokenExecutor:
-                raise _Died([job, *pending.values()]) from None
-        if all(isinstance(future, concurrent.futures.Future) for future in pending):
-            ended, _ = concurrent.futures.wait(pending, return_when=concurrent.futures.FIRST_COMPLETED)
-        else:
-            ended = {future for future in pending if future.done()}
-            if not ended:
-                time.sleep(ASKS_EVERY)
-        for future in ended:
-            try:
-                result = future.result()
-            except concurrent.futures.BrokenExecutor:
-                raise _Died(list(pending.values())) from None
-            except concurrent.futures.CancelledError:
-                raise
-            except Exception as error:
-                result = {"error": f"{type(error).__name__}: {error}", "seconds": None}, None
-            yield pending.pop(future), result
+    try:
+        while waiting or pending:
+            while waiting and (most is None or len(pending) < most):
+                job = waiting.popleft()
+                try:
+                    pending[executor.submit(_runs.do, job)] = job
+                except concurrent.futures.BrokenExecutor:
+                    raise _Died([job, *pending.values()]) from None
+            if all(isinstance(future, concurrent.futures.Future) for future in pending):
+                ended, _ = concurrent.futures.wait(pending, return_when=concurrent.futures.FIRST_COMPLETED)
+            else:
+                ended = {future for future in pending if future.done()}
+                if not ended:
+                    time.sleep(ASKS_EVERY)
+            for future in ended:
+                try:
+                    result = future.result()
+                except concurrent.futures.BrokenExecutor:
+                    raise _Died(list(pending.values())) from None
+                except concurrent.futures.CancelledError:
+                    raise
+                except Exception as error:
+                    result = {"error": f"{type(error).__name__}: {error}", "seconds": None}, None
+                yield pending.pop(future), result
+    finally:
+        # After an error the others are not begun any more.
+        for future in pending:
+            future.cancel()
 
 
 # The folder
 
 
 def _write_zarr(folder: Path, key: str, packed: bytes) -> None:
-    """Writes arrays as a Zarr group, which is whole or not there."""
+    """Writes arrays as a folder of Zarr arrays, which is whole or not there."""
     import numpy as np
     import zarr
 
@@ -389,7 +393,16 @@ def _write_zarr(folder: Path, key: str, packed: bytes) -> None:
     fields.mkdir(exist_ok=True)
     try:
         with np.load(io.BytesIO(packed)) as file:
-            zarr.save_group(str(part), **{name: file[name] for name in file.files})
+            for name in file.files:
+                array: Any = file[name]
+                # Rows with several members, such as particles, become an array for each of them.
+                members = {f"{name}.{member}": array[member] for member in array.dtype.names or ()}
+                for own, values in (members or {name: array}).items():
+                    zarr.save_array(str(part / own), np.ascontiguousarray(values))
+        for file in part.rglob("*"):
+            if file.is_file():
+                with open(file, "rb") as written:
+                    os.fsync(written.fileno())
         # One that is there is of a run that has failed or whose row was removed.
         shutil.rmtree(group, ignore_errors=True)
         os.replace(part, group)
@@ -398,16 +411,21 @@ def _write_zarr(folder: Path, key: str, packed: bytes) -> None:
         raise
 
 
-def _table(folder: Path, library: Any, wanted: set[str] | None) -> pandas.DataFrame:
-    files = [file for file in (folder / "runs").glob("*.json") if wanted is None or file.name in wanted]
+def _table(folder: Path, library: Any, numbers: Mapping[str, int] | None) -> pandas.DataFrame:
+    """The rows that are done: all, or those of some keys, with the numbers of their points."""
+    files = [file for file in (folder / "runs").glob("*.json") if numbers is None or file.stem in numbers]
     rows = [json.loads(file.read_text(encoding="utf-8")) for file in files]
+    if numbers is not None:
+        for row in rows:
+            row["run"] = numbers[row["key"]]
+    rows.sort(key=lambda row: (row["run"], row["seed"]))
     table: pandas.DataFrame = library.DataFrame(rows)
     if table.empty:
         return table
     last = [column for column in (*LAST, "key") if column in table]
     middle = [column for column in table if column not in FIRST and column not in last]
-    sorted_table: pandas.DataFrame = table[[*FIRST, *middle, *last]].sort_values(list(FIRST), ignore_index=True)
-    return sorted_table
+    ordered: pandas.DataFrame = table[[*FIRST, *middle, *last]]
+    return ordered
 
 
 class _Progress:

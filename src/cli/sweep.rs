@@ -1,18 +1,20 @@
 //! `myxo sweep`: the runs of a study, by several processes. Each process is this program again: it reads jobs from its standard input and
 //! writes a row for each to its standard output, a line of JSON each. A process that dies takes one run with it and no others.
 
+use std::collections::HashMap;
 use std::io::{self, BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command as Process, Stdio};
 use std::str::FromStr;
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread;
+use std::time::Duration;
+use std::{thread, vec};
 
 use clap::Args;
 use myxo::gpu::{Context, ContextOptions, DeviceKind, default_cache_folder};
 use myxo::plain_text::{Shown as _, escaped};
-use myxo::sweep::{Folder, Job, Row, Shard, Study, check_keys, processes};
+use myxo::sweep::{Folder, Job, Row, Shard, Study, check_keys, largest, processes, threads};
 use myxo::{Error, Result};
 
 use super::progress::Progress;
@@ -106,9 +108,13 @@ impl Command for Sweep {
             .0
             .iter()
             .chain(study.points.iter().flat_map(|point| &point.0));
-        check_keys(keys.map(|(key, _)| key.as_str()))
+        check_keys(keys.map(|(key, _)| key.as_str()), "`myxo scenes --keys`")
             .map_err(|error| Error::Invalid(format!("{}: {error}", self.study.shown())))?;
-        let (jobs, fixed) = study.jobs()?;
+        let (fixed, jobs) = study.jobs()?;
+        let runs = jobs
+            .iter()
+            .map(|job| (job.key.clone(), job.number))
+            .collect();
         let shard = self.shard.map_or(Shard::WHOLE, |part| part.0);
         let jobs = shard.part(jobs);
         let folder = Folder::claim(&self.out, &fixed, shard)?;
@@ -123,7 +129,7 @@ impl Command for Sweep {
             interrupt::install_with("waiting for the runs under way", || {})?;
             let workers = self.workers(&missing)?;
             let name = self.study.file_stem().unwrap_or_default().to_string_lossy();
-            let mut progress = Progress::counting(jobs.len() as u64, &name, "runs");
+            let mut progress = Progress::counting(missing.len() as u64, &name, "runs");
             console::message(&format!(
                 "{} of {} runs to do, by {} process{}",
                 missing.len(),
@@ -131,7 +137,6 @@ impl Command for Sweep {
                 workers.count,
                 if workers.count == 1 { "" } else { "es" }
             ));
-            (missing.len()..jobs.len()).for_each(|_| progress.step());
             let result = workers.run(missing, |row| {
                 progress.step();
                 done.count(&row, &progress);
@@ -143,11 +148,11 @@ impl Command for Sweep {
             });
             progress.finish();
             // What is done is in the table, whatever ended the sweep.
-            let written = folder.write_table();
+            let written = folder.write_table(&runs);
             result?;
             written?;
         }
-        self.end(&folder, &jobs, &done)
+        self.end(&folder, &jobs, &runs, &done)
     }
 }
 
@@ -156,26 +161,31 @@ impl Sweep {
     fn workers(&self, jobs: &[Job]) -> Result<Workers> {
         let ctx = open(self.device.clone())?;
         let info = ctx.info();
-        // A scene that cannot be loaded is a row with its error.
         let fitting = || {
-            (jobs.iter().take(PRINTED))
-                .find_map(|job| job.scene().ok())
-                .map(|scene| processes(info, &scene))
+            let largest = Job {
+                point: largest(jobs.iter().map(|job| &job.point)),
+                ..jobs[0].clone()
+            };
+            // A scene that cannot be loaded is a row with its error.
+            largest.scene().map_or(1, |scene| processes(info, &scene))
         };
-        let count = match self.workers {
-            Some(count) => count.into(),
-            None => fitting().unwrap_or(1),
-        };
+        let count = self.workers.map_or_else(fitting, usize::from);
         let count = count.min(jobs.len());
+        let is_shared = count > 1 && info.kind == DeviceKind::Cpu;
         Ok(Workers {
             count,
-            // Side by side, each has one core.
-            has_one_thread: count > 1 && info.kind == DeviceKind::Cpu,
+            threads: is_shared.then(|| threads(count)),
             device: self.device.clone(),
         })
     }
 
-    fn end(&self, folder: &Folder, jobs: &[Job], done: &Done) -> Result<Outcome> {
+    fn end(
+        &self,
+        folder: &Folder,
+        jobs: &[Job],
+        runs: &HashMap<String, usize>,
+        done: &Done,
+    ) -> Result<Outcome> {
         let (mut there, mut failed) = (0, 0);
         for job in jobs {
             if folder.has(&job.key, false)? {
@@ -194,7 +204,7 @@ impl Sweep {
             return Ok(Outcome::Interrupted);
         }
         // Another shard may have been killed before it wrote the table.
-        let files = folder.write_table()?;
+        let files = folder.write_table(runs)?;
         let failures = match failed {
             0 => String::new(),
             failed => format!(", {failed} of which have an error (--retry does them once more)"),
@@ -249,7 +259,8 @@ fn open(device: Option<String>) -> Result<Arc<Context>> {
 /// Processes that do runs.
 struct Workers {
     count: usize,
-    has_one_thread: bool,
+    /// Of each, where they compute on the processor side by side.
+    threads: Option<usize>,
     device: Option<String>,
 }
 
@@ -257,16 +268,12 @@ impl Workers {
     /// Does all jobs, and passes on the row of each as soon as it is there. After Ctrl-C or an error of `keep` no more are begun.
     fn run(&self, jobs: Vec<Job>, mut keep: impl FnMut(Row) -> Result<()>) -> Result<()> {
         let program = std::env::current_exe().map_err(Error::io("find", "myxo"))?;
-        let (give, jobs_to_do) = channel();
-        jobs.into_iter()
-            .for_each(|job| give.send(job).expect("it is open"));
-        drop(give);
-        let jobs_to_do = Mutex::new(jobs_to_do);
+        let jobs = Mutex::new(jobs.into_iter());
         let (send, rows) = channel();
         let stop = Mutex::new(None);
         thread::scope(|scope| {
             for _ in 0..self.count {
-                let (send, jobs, program) = (send.clone(), &jobs_to_do, &program);
+                let (send, jobs, program) = (send.clone(), &jobs, &program);
                 let stop = &stop;
                 scope.spawn(move || self.work(program, jobs, stop, &send));
             }
@@ -288,7 +295,7 @@ impl Workers {
     fn work(
         &self,
         program: &Path,
-        jobs: &Mutex<Receiver<Job>>,
+        jobs: &Mutex<vec::IntoIter<Job>>,
         stop: &Mutex<Option<Error>>,
         send: &Sender<Result<Row>>,
     ) {
@@ -298,12 +305,13 @@ impl Workers {
             if is_stopped || interrupt::requested() {
                 break;
             }
-            let next = jobs
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .try_recv();
-            let Ok(job) = next else { break };
-            let row = self.row(program, &mut worker, &job);
+            let next = jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
+            let Some(job) = next else { break };
+            let row = match self.row(program, &mut worker, &job) {
+                Ok(None) => break,
+                Ok(Some(row)) => Ok(row),
+                Err(error) => Err(error),
+            };
             let is_error = row.is_err();
             if send.send(row).is_err() || is_error {
                 break;
@@ -311,8 +319,8 @@ impl Workers {
         }
     }
 
-    /// The row of a job; fails only if no process can be begun.
-    fn row(&self, program: &Path, worker: &mut Option<Worker>, job: &Job) -> Result<Row> {
+    /// The row of a job; none if its process has died and the sweep is to end. Fails only if no process can be begun.
+    fn row(&self, program: &Path, worker: &mut Option<Worker>, job: &Job) -> Result<Option<Row>> {
         let mut ended = String::new();
         for _ in 0..ATTEMPTS {
             let current = match worker.take() {
@@ -322,12 +330,19 @@ impl Workers {
             match current.run(job) {
                 Ok((row, current)) => {
                     *worker = Some(current);
-                    return Ok(row);
+                    return Ok(Some(row));
                 }
                 Err(how) => ended = how,
             }
+            // A batch system ends all processes of a job, and this one learns of it after the others.
+            thread::sleep(Duration::from_millis(100));
+            if interrupt::requested() {
+                return Ok(None);
+            }
         }
-        Ok(job.lost(&format!("its process has died {ATTEMPTS} times: {ended}")))
+        Ok(Some(job.lost(&format!(
+            "its process has died {ATTEMPTS} times: {ended}"
+        ))))
     }
 
     fn begin(&self, program: &Path) -> io::Result<Worker> {
@@ -336,10 +351,10 @@ impl Workers {
         if let Some(device) = &self.device {
             process.args(["--device", device]);
         }
-        if self.has_one_thread {
+        if let Some(threads) = self.threads {
             for name in ["LP_NUM_THREADS", "RAYON_NUM_THREADS"] {
                 if std::env::var_os(name).is_none() {
-                    process.env(name, "1");
+                    process.env(name, threads.to_string());
                 }
             }
         }
@@ -407,8 +422,15 @@ pub struct SweepWorker {
 impl Command for SweepWorker {
     fn run(&self) -> Result<Outcome> {
         let mut ctx = None;
-        for line in io::stdin().lines() {
-            let line = line.map_err(Error::io("read", "the standard input"))?;
+        let (give, lines) = channel();
+        thread::spawn(move || {
+            for line in io::stdin().lines().map_while(Result::ok) {
+                let _ = give.send(line);
+            }
+            // The sweep has ended, perhaps in the middle of a run, for which nothing waits.
+            std::process::exit(0);
+        });
+        for line in lines {
             let job: Job = serde_json::from_str(&line)
                 .map_err(|error| Error::Invalid(format!("this is no job of a sweep: {error}")))?;
             let row = match &ctx {

@@ -1,5 +1,6 @@
 //! What sweeps of Python and of `myxo sweep` share: study files, names of runs, the folder, and the number of processes.
 
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
@@ -10,6 +11,7 @@ use serde_json::Value;
 
 use super::engine::{Arrays, assignments, open_device, scene_from};
 use super::errors::exception;
+use crate::gpu::DeviceKind;
 use crate::scene::Overrides;
 use crate::sweep::{self, Row, Shard, Study};
 use crate::{Error, Result};
@@ -30,11 +32,47 @@ pub fn run_key(text: &str) -> PyResult<String> {
 /// Refuses parameters that do not exist.
 #[pyfunction]
 pub fn check_keys(keys: Vec<String>) -> PyResult<()> {
-    sweep::check_keys(keys.iter().map(String::as_str))
+    sweep::check_keys(keys.iter().map(String::as_str), "`myxo.parameters()`")
         .map_err(|error| PyKeyError::new_err(error.to_string()))
 }
 
-/// How many processes a sweep takes on this device, for runs of this scene; as for an engine.
+/// What a scene is: its name and a digest of all that it has. The arguments are those of an engine.
+#[pyfunction]
+#[pyo3(signature = (scene, text, meshes, folder, preset, settings))]
+pub fn identity(
+    py: Python<'_>,
+    scene: Option<PathBuf>,
+    text: Option<&Bound<'_, PyDict>>,
+    meshes: Vec<Option<(String, Arrays<'_>)>>,
+    folder: PathBuf,
+    preset: Option<String>,
+    settings: &Bound<'_, PyDict>,
+) -> PyResult<String> {
+    let overrides = Overrides {
+        preset,
+        set: assignments(settings)?,
+        seed: None,
+    };
+    let load = scene_from(scene, text, meshes, folder, overrides)?;
+    py.detach(|| sweep::identity(&load()?)).map_err(exception)
+}
+
+/// How many threads each of so many processes takes.
+#[pyfunction]
+pub fn threads(processes: usize) -> usize {
+    sweep::threads(processes)
+}
+
+/// The sizes of the largest of some points, as JSON.
+#[pyfunction]
+pub fn largest(points: &str) -> PyResult<String> {
+    let points: Vec<Row> = from_json(points)?;
+    serde_json::to_string(&sweep::largest(&points))
+        .map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
+/// How many processes a sweep takes on this device, whose largest run is this scene, and whether they compute on the processor. The
+/// arguments are those of an engine.
 #[pyfunction]
 #[pyo3(signature = (scene, text, meshes, folder, preset, settings, device))]
 #[expect(clippy::too_many_arguments, reason = "as for an engine")]
@@ -47,7 +85,7 @@ pub fn processes(
     preset: Option<String>,
     settings: &Bound<'_, PyDict>,
     device: Option<String>,
-) -> PyResult<usize> {
+) -> PyResult<(usize, bool)> {
     let overrides = Overrides {
         preset,
         set: assignments(settings)?,
@@ -56,9 +94,10 @@ pub fn processes(
     let load = scene_from(scene, text, meshes, folder, overrides)?;
     py.detach(|| {
         let ctx = open_device(device)?;
+        let info = ctx.info();
         // A scene that cannot be loaded is a row with its error.
-        let scene = load().ok();
-        Ok(scene.map_or(1, |scene| sweep::processes(ctx.info(), &scene)))
+        let count = load().map_or(1, |scene| sweep::processes(info, &scene));
+        Ok((count, info.kind == DeviceKind::Cpu))
     })
     .map_err(exception)
 }
@@ -111,9 +150,9 @@ impl Folder {
         self.with(py, |folder| folder.keep(key, &row, fields))
     }
 
-    /// Writes the table of all runs that are done.
-    fn write_table(&self, py: Python<'_>) -> PyResult<()> {
-        self.with(py, |folder| folder.write_table().map(drop))
+    /// Writes the table of those runs that are done; `runs` has the key of each and the number of its point.
+    fn write_table(&self, py: Python<'_>, runs: HashMap<String, usize>) -> PyResult<()> {
+        self.with(py, |folder| folder.write_table(&runs).map(drop))
     }
 
     /// Lets others write into it.

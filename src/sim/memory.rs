@@ -31,8 +31,8 @@ pub fn needed(scene: &Scene) -> u64 {
     bytes(&Counts::about(scene))
 }
 
-/// About how many bytes a scene takes in all that takes so many on the device: twice as many on a processor, where setting up and reading back take as much
-/// again.
+/// About how many bytes a scene takes in all, given those on the device: on a driver that computes on the processor twice as many, because
+/// setting up and reading back take as much again.
 #[must_use]
 pub fn in_all(on_device: u64, kind: DeviceKind) -> u64 {
     let times = if kind == DeviceKind::Cpu { 2 } else { 1 };

@@ -1,5 +1,6 @@
 //! The folder of a sweep: what the study is, a row for each run that is done, and the table of them.
 
+use std::collections::HashMap;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
@@ -13,6 +14,8 @@ use crate::whole_file::write_whole;
 
 /// Held by a whole sweep alone, and by shards together.
 const LOCK: &str = ".lock";
+/// Held while the table is written.
+const TABLE_LOCK: &str = ".table-lock";
 const STUDY: &str = "study.json";
 const RUNS: &str = "runs";
 const FIELDS: &str = "fields";
@@ -52,7 +55,7 @@ impl Shard {
     }
 }
 
-/// The folder of a sweep, into which no other process writes the same rows as long as this is kept.
+/// The folder of a sweep. As long as this is kept, no other process can claim it for the same shard, or, if this is a whole sweep, at all.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
@@ -101,17 +104,13 @@ impl Folder {
                 file.shown()
             ))
         })?;
-        let keys = fixed.as_object().into_iter().flatten();
-        for (key, now) in keys {
-            let old = &before[key];
-            if old != now {
-                return Err(Error::Invalid(format!(
-                    "{} holds another study: its {key} is {old}, and here it is {now}: choose another folder",
-                    self.path.shown()
-                )));
-            }
+        match difference(&before, fixed) {
+            None => Ok(()),
+            Some((key, old, now)) => Err(Error::Invalid(format!(
+                "{} holds another study: its {key} is {old}, and here it is {now}: choose another folder",
+                self.path.shown()
+            ))),
         }
-        Ok(())
     }
 
     /// Is there a row of this run? With `retry`, one without an error?
@@ -137,25 +136,37 @@ impl Folder {
         write_whole(&file, text).map_err(Error::io("write", &file))
     }
 
-    /// The rows of all runs that are done, by the number of their point and their seed.
+    /// The rows of those runs of a study that are done, by the number of their point and their seed. `runs` has the key of each run
+    /// and the number of its point, which changes as the study grows.
     ///
     /// # Errors
     /// When one cannot be read.
-    pub fn rows(&self) -> Result<Vec<Row>> {
-        let mut rows: Vec<Row> = (self.row_files()?)
-            .map(|file| read_row(&file))
-            .collect::<Result<_>>()?;
+    pub fn rows(&self, runs: &HashMap<String, usize>) -> Result<Vec<Row>> {
+        let mut rows = Vec::new();
+        for file in self.row_files()? {
+            let number = file.file_stem().and_then(|key| runs.get(key.to_str()?));
+            if let Some(&number) = number {
+                let mut row = read_row(&file)?;
+                row.set("run", number);
+                rows.push(row);
+            }
+        }
         let place = |row: &Row| ["run", "seed"].map(|name| row.get(name).and_then(Value::as_u64));
         rows.sort_by_key(place);
         Ok(rows)
     }
 
-    /// Writes the table of all runs that are done, as `table.csv` and `table.parquet`; their paths.
+    /// Writes the table of [`rows`](Self::rows), as `table.csv` and `table.parquet`; their paths.
     ///
     /// # Errors
     /// When a row cannot be read, or a file cannot be written.
-    pub fn write_table(&self) -> Result<[PathBuf; 2]> {
-        let table = Table::of(&self.rows()?);
+    pub fn write_table(&self, runs: &HashMap<String, usize>) -> Result<[PathBuf; 2]> {
+        // Of two shards that end together, the later one has the rows of both.
+        let path = self.path.join(TABLE_LOCK);
+        let locked = lock_file(&path)?;
+        // As for rows, there may be no locks.
+        let _ = locked.lock();
+        let table = Table::of(&self.rows(runs)?);
         let files = ["table.csv", "table.parquet"].map(|name| self.path.join(name));
         let contents = [table.csv()?, table.parquet()?];
         for (file, content) in files.iter().zip(contents) {
@@ -191,14 +202,28 @@ fn read_row(file: &Path) -> Result<Row> {
     })
 }
 
+/// The first difference between two studies: what it is in, and its values; the scene last, which the others are a part of.
+fn difference(before: &Value, now: &Value) -> Option<(String, Value, Value)> {
+    let keys = ["steps", "preset", "run", "version", "settings", "scene"];
+    let key = keys.into_iter().find(|&key| before[key] != now[key])?;
+    let (old, new) = (&before[key], &now[key]);
+    let settings = [old, new].into_iter().filter_map(Value::as_object);
+    for (setting, _) in settings.flatten() {
+        if old[setting] != new[setting] {
+            return Some((setting.clone(), old[setting].clone(), new[setting].clone()));
+        }
+    }
+    Some((key.to_owned(), old.clone(), new.clone()))
+}
+
+fn lock_file(path: &Path) -> Result<File> {
+    let options = File::options().create(true).append(true).clone();
+    options.open(path).map_err(Error::io("write", path))
+}
+
 /// Locks a file; the system frees it when the process ends, in whatever way.
 fn lock(folder: &Path, name: &str, shared: bool) -> Result<File> {
-    let path = folder.join(name);
-    let file = File::options()
-        .create(true)
-        .append(true)
-        .open(&path)
-        .map_err(Error::io("write", &path))?;
+    let file = lock_file(&folder.join(name))?;
     let locked = if shared {
         file.try_lock_shared()
     } else {
@@ -248,15 +273,21 @@ mod tests {
         );
         let has = |key, retry| folder.has(key, retry).expect("it is read");
         assert!(has("a", false) && has("a", true) && has("b", false) && !has("b", true));
-        let runs: Vec<_> = (folder.rows().expect("they are read").iter())
-            .map(|row| row.get("run").cloned())
-            .collect();
-        assert_eq!(runs, [Some(json!(0)), Some(json!(1))]);
-        let [csv, _] = folder.write_table().expect("there is room");
+        // Rows of points that the study has no more are not in the table, and its numbers are those of now.
+        folder
+            .keep("c", &row(7, Value::Null), None)
+            .expect("there is room");
+        let runs = [("a", 0), ("b", 1)]
+            .map(|(key, number)| (key.to_owned(), number))
+            .into();
+        folder
+            .keep("b", &row(5, "too hot".into()), None)
+            .expect("there is room");
+        let [csv, _] = folder.write_table(&runs).expect("there is room");
         let text = fs::read_to_string(csv).expect("it is there");
         assert_eq!(text, "run,seed,error\n0,0,\n1,0,too hot\n");
         fs::write(place.path().join("runs/b.json"), "{").expect("there is room");
-        let error = folder.rows().expect_err("it is damaged").to_string();
+        let error = folder.rows(&runs).expect_err("it is damaged").to_string();
         assert!(error.contains("b.json is damaged"), "{error}");
     }
 
@@ -279,6 +310,10 @@ mod tests {
             error.contains("another study: its steps is 5, and here it is 6"),
             "{error}"
         );
+        let study = |decay| json!({"scene": "a 7", "settings": {"trail.decay": decay}});
+        let (key, old, now) = difference(&study(0.9), &study(0.95)).expect("they differ");
+        assert_eq!((&*key, old, now), ("trail.decay", json!(0.9), json!(0.95)));
+        assert_eq!(difference(&study(0.9), &study(0.9)), None);
         let whole = claim(5, 0, 1).expect("it is free again");
         assert!(claim(5, 0, 3).is_err(), "the whole is done by another");
         drop(whole);

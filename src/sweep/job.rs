@@ -135,12 +135,17 @@ impl Job {
     }
 }
 
-/// Refuses parameters that do not exist; those of objects, foods and pulses are checked when a scene is read.
+/// Refuses parameters that do not exist; those of objects, foods and pulses are checked when a scene is read. `list` says what lists all.
 ///
 /// # Errors
 /// Names the first that does not exist, and the nearest that does.
-pub fn check_keys<'a>(keys: impl IntoIterator<Item = &'a str>) -> Result<()> {
+pub fn check_keys<'a>(keys: impl IntoIterator<Item = &'a str>, list: &str) -> Result<()> {
     for key in keys {
+        if key == "seed" {
+            return Err(Error::Invalid(
+                "`seed` is none of the parameters of a sweep: use `seeds`".to_owned(),
+            ));
+        }
         let of_list = ["object.", "food.", "pulse."]
             .iter()
             .any(|list| key.starts_with(list));
@@ -150,7 +155,7 @@ pub fn check_keys<'a>(keys: impl IntoIterator<Item = &'a str>) -> Result<()> {
         let keys = PARAMETERS.iter().map(|parameter| parameter.key);
         let hint = match nearest(key, keys) {
             Some(near) => format!("; do you mean `{near}`?"),
-            None => ": `myxo scenes --keys` lists them all".to_owned(),
+            None => format!(": {list} lists them all"),
         };
         let key = escaped(key);
         return Err(Error::Invalid(format!(

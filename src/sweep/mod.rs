@@ -5,6 +5,7 @@
 //! machine, the Python package by any executor; both use these files, and can go on with each other's folders.
 
 mod folder;
+mod identity;
 mod job;
 mod row;
 mod sample;
@@ -13,8 +14,9 @@ mod table;
 mod workers;
 
 pub use folder::{Folder, Shard};
+pub use identity::{identity, key_of};
 pub use job::{Job, check_keys};
 pub use row::Row;
 pub use sample::{Method, sample};
-pub use study::{Study, key_of};
-pub use workers::processes;
+pub use study::Study;
+pub use workers::{largest, processes, threads};

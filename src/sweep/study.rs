@@ -1,24 +1,26 @@
 //! Study files: a scene, and the points of its parameters at which it is run.
 
+use std::collections::HashSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value, json};
-use sha2::{Digest as _, Sha256};
+use serde_json::{Value, json};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::identity::{identity, key_of};
 use super::job::Job;
 use super::row::Row;
 use super::sample::{Method, sample};
 use crate::error::{Error, Result};
 use crate::plain_text::{Shown as _, escaped};
 use crate::regular_file;
+use crate::scene::parameters::{Kind, find};
 use crate::scene::suggest::nearest;
 
-/// The most points of a study.
-const MOST_POINTS: usize = 10_000_000;
+/// The most runs of a study.
+const MOST_RUNS: usize = 10_000_000;
 /// Steps of a run, if the study has none.
 const STEPS: u64 = 400;
 
@@ -55,15 +57,25 @@ impl Study {
         Text { path, text: &text }.study(folder)
     }
 
-    /// The jobs, point by point and seed by seed, and what all of them have in common, for [`Folder::claim`](super::Folder::claim).
+    /// What all runs have in common, for [`Folder::claim`](super::Folder::claim), and the jobs, point by point and seed by seed.
     ///
     /// # Errors
-    /// When the scene or the preset cannot be read.
-    pub fn jobs(&self) -> Result<(Vec<Job>, Value)> {
+    /// When the scene cannot be loaded.
+    pub fn jobs(&self) -> Result<(Value, Vec<Job>)> {
+        let job = |number, point: &Row, seed| Job {
+            number,
+            key: String::new(),
+            scene: self.scene.clone(),
+            steps: self.steps,
+            preset: self.preset.clone(),
+            settings: self.settings.clone(),
+            point: point.clone(),
+            seed,
+        };
         let fixed = json!({
-            "scene": identity(&self.scene)?,
+            "scene": identity(&job(0, &Row::default(), 0).scene()?)?,
             "steps": self.steps,
-            "preset": self.preset.as_deref().map(identity).transpose()?,
+            "preset": self.preset,
             "settings": &self.settings,
             "run": null,
             "version": env!("CARGO_PKG_VERSION"),
@@ -76,60 +88,12 @@ impl Study {
                 key["seed"] = json!(seed);
                 key["fields"] = json!([]);
                 jobs.push(Job {
-                    number,
                     key: key_of(&key),
-                    scene: self.scene.clone(),
-                    steps: self.steps,
-                    preset: self.preset.clone(),
-                    settings: self.settings.clone(),
-                    point: point.clone(),
-                    seed,
+                    ..job(number, point, seed)
                 });
             }
         }
-        Ok((jobs, fixed))
-    }
-}
-
-/// A name of 16 hexadecimal digits for a value; equal values have the same.
-#[must_use]
-pub fn key_of(value: &Value) -> String {
-    let digest = Sha256::digest(sorted(value).to_string().as_bytes());
-    hex(&digest[..8])
-}
-
-/// A built-in's name, or a file's with the digest of its content: what a study depends on.
-fn identity(name: &str) -> Result<String> {
-    let path = Path::new(name);
-    if !path.is_file() {
-        return Ok(name.to_owned());
-    }
-    let content = std::fs::read(path).map_err(Error::io("read", path))?;
-    let file = path.file_name().unwrap_or(path.as_os_str());
-    Ok(format!(
-        "{} {}",
-        file.to_string_lossy(),
-        hex(&Sha256::digest(content))
-    ))
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// The same value with the keys of each object in alphabetical order.
-fn sorted(value: &Value) -> Value {
-    match value {
-        Value::Object(map) => {
-            let mut entries: Vec<_> = map.iter().collect();
-            entries.sort_unstable_by_key(|(key, _)| *key);
-            let entries = entries
-                .into_iter()
-                .map(|(key, value)| (key.clone(), sorted(value)));
-            Value::Object(entries.collect::<Map<_, _>>())
-        }
-        Value::Array(items) => Value::Array(items.iter().map(sorted).collect()),
-        other => other.clone(),
+        Ok((fixed, jobs))
     }
 }
 
@@ -169,11 +133,17 @@ impl Text<'_> {
                 ("scene", DeValue::String(text)) => study.scene = beside(folder, text),
                 ("preset", DeValue::String(text)) => study.preset = Some(beside(folder, text)),
                 ("steps", DeValue::Integer(_)) => study.steps = self.whole(value)?,
-                ("seeds", DeValue::Integer(_)) => study.seeds = (0..self.whole(value)?).collect(),
+                ("seeds", DeValue::Integer(_)) => {
+                    let count = self.whole(value)?;
+                    if count > MOST_RUNS as u64 {
+                        let problem = format!("a study has at most {MOST_RUNS} runs");
+                        return Err(self.error(&at, &problem));
+                    }
+                    study.seeds = (0..count).collect();
+                }
                 ("seeds", DeValue::Array(items)) => {
-                    study.seeds = items
-                        .iter()
-                        .map(|item| self.whole(item))
+                    study.seeds = (items.iter())
+                        .map(|item| self.seed(item))
                         .collect::<Result<_>>()?;
                 }
                 ("set", DeValue::Table(table)) => study.settings = self.row(table)?,
@@ -203,11 +173,26 @@ impl Text<'_> {
             let problem = format!("a study has one of [grid], [sample] and [[point]], not {ways}");
             return Err(self.error(&whole, &problem));
         }
-        if study.points.is_empty() || study.seeds.is_empty() {
-            return Err(self.error(
-                &whole,
-                "there is nothing to run: a study has one point and one seed or more",
-            ));
+        let runs = study.points.len().saturating_mul(study.seeds.len());
+        if !(1..=MOST_RUNS).contains(&runs) {
+            let problem = format!("a study has from 1 to {MOST_RUNS} runs, not {runs}");
+            return Err(self.error(&whole, &problem));
+        }
+        let is_twice = |texts: Vec<String>| {
+            let all = texts.len();
+            texts.into_iter().collect::<HashSet<_>>().len() < all
+        };
+        if is_twice(
+            study
+                .points
+                .iter()
+                .map(|point| json!(point).to_string())
+                .collect(),
+        ) {
+            return Err(self.error(&whole, "two points of the study are equal"));
+        }
+        if is_twice(study.seeds.iter().map(u64::to_string).collect()) {
+            return Err(self.error(&whole, "two of the `seeds` are equal"));
         }
         Ok(study)
     }
@@ -277,8 +262,8 @@ impl Text<'_> {
                 .iter()
                 .map(|value| self.json(value))
                 .collect::<Result<_>>()?;
-            if points.len().saturating_mul(values.len()) > MOST_POINTS {
-                return Err(self.error(at, &format!("the grid has more than {MOST_POINTS} points")));
+            if points.len().saturating_mul(values.len()) > MOST_RUNS {
+                return Err(self.error(at, &format!("the grid has more than {MOST_RUNS} points")));
             }
             let with = |point: &Row, value: &Value| {
                 let mut point = point.clone();
@@ -324,10 +309,10 @@ impl Text<'_> {
                 }
             }
         }
-        let count = count.filter(|count| (1..=MOST_POINTS as u64).contains(count));
+        let count = count.filter(|count| (1..=MOST_RUNS as u64).contains(count));
         let Some(count) = count.filter(|_| !ranges.is_empty()) else {
             let problem = format!(
-                "a [sample] has a `count` from 1 to {MOST_POINTS}, and `ranges` of parameters"
+                "a [sample] has a `count` from 1 to {MOST_RUNS}, and `ranges` of parameters"
             );
             return Err(self.error(at, &problem));
         };
@@ -365,6 +350,19 @@ impl Text<'_> {
             _ => None,
         };
         number.ok_or_else(|| self.error(&value.span(), "a whole number is needed, 0 or more"))
+    }
+
+    /// A seed.
+    fn seed(self, value: &Spanned<DeValue<'_>>) -> Result<u64> {
+        let seed = self.whole(value)?;
+        let parameter = find("seed").expect("there is one");
+        let is_allowed =
+            matches!(&parameter.kind, Kind::Number(number) if number.allows(seed as f64));
+        if !is_allowed {
+            let problem = format!("a seed is one of the {}", parameter.allowed());
+            return Err(self.error(&value.span(), &problem));
+        }
+        Ok(seed)
     }
 
     /// A value of a parameter.
@@ -431,7 +429,7 @@ mod tests {
             point("2.0", 4),
         ];
         assert_eq!(points, format!("[{}]", expected.join(",")));
-        let (jobs, _) = study.jobs().expect("they are made");
+        let (_, jobs) = study.jobs().expect("they are made");
         let seeds: Vec<_> = jobs.iter().map(|job| (job.number, job.seed)).collect();
         assert_eq!(seeds[..4], [(0, 3), (0, 5), (1, 3), (1, 5)]);
         let mut keys: Vec<_> = jobs.iter().map(|job| &job.key).collect();
@@ -474,9 +472,31 @@ mod tests {
             ),
             ("steps = \"many\"\n", ":1: `steps` is a whole number"),
             ("scene = 4\n", ":1: `scene` is a text"),
-            ("seeds = []\n[grid]\na = [1]\n", "there is nothing to run"),
+            (
+                "seeds = []\n[grid]\na = [1]\n",
+                "a study has from 1 to 10000000 runs, not 0",
+            ),
             ("[grid]\na = 1\n", ":2: `a` is a list of values in [grid]"),
-            ("[grid]\na = []\n", "there is nothing to run"),
+            (
+                "[grid]\na = []\n",
+                "a study has from 1 to 10000000 runs, not 0",
+            ),
+            (
+                "seeds = 1000000000000\n[grid]\na = [1]\n",
+                ":1: a study has at most 10000000 runs",
+            ),
+            (
+                "seeds = [4294967296]\n",
+                ":1: a seed is one of the whole numbers 0 to 4,294,967,295",
+            ),
+            (
+                "seeds = [1, 1]\n[grid]\na = [1]\n",
+                "two of the `seeds` are equal",
+            ),
+            (
+                "[grid]\na = [1, 2, 1]\n",
+                "two points of the study are equal",
+            ),
             ("[grid]\na = [inf]\n", ":2: a value is a finite number"),
             (
                 "[sample]\nranges.a = [0, 1]\n",
@@ -508,15 +528,5 @@ mod tests {
                 "{error}"
             );
         }
-    }
-
-    #[test]
-    fn equal_values_have_equal_keys() {
-        let of = |text: &str| key_of(&serde_json::from_str(text).expect("it is JSON"));
-        assert_eq!(
-            of(r#"{"a": 1e-5, "b": [true]}"#),
-            of(r#"{"b":[true],"a":0.00001}"#)
-        );
-        assert_ne!(of(r#"{"a": 1}"#), of(r#"{"a": 2}"#));
     }
 }

@@ -2,16 +2,45 @@
 
 use std::thread;
 
+use serde_json::{Value, json};
+
+use super::row::Row;
 use crate::gpu::{DeviceInfo, DeviceKind, Free};
 use crate::scene::Scene;
 use crate::sim::memory;
 
-/// How many processes a sweep takes for runs of this scene: on a driver that computes on the processor one for each of its cores, as long as
-/// their memory suffices; on a graphics card, which runs one kernel at a time, one.
+/// Parameters by which the memory of a run grows.
+const SIZES: &[&str] = &["particles.count", "atlas.size"];
+
+/// Of some points, the largest value of each parameter that decides how much memory a run takes.
+pub fn largest<'a>(points: impl IntoIterator<Item = &'a Row>) -> Row {
+    let mut largest = Row::default();
+    for point in points {
+        for name in SIZES {
+            let of = |row: &Row| row.get(name).and_then(Value::as_u64);
+            if let Some(value) = of(point).max(of(&largest)) {
+                largest.set(name, json!(value));
+            }
+        }
+    }
+    largest
+}
+
+/// How many processes a sweep takes, whose largest run is this scene: on a driver that computes on the processor one for each of its cores,
+/// if their memory suffices; on a graphics card, which runs one kernel at a time, one.
 #[must_use]
 pub fn processes(info: &DeviceInfo, scene: &Scene) -> usize {
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    number(info.kind, cores, memory::needed(scene), Free::on(info))
+    number(info.kind, cores(), memory::needed(scene), Free::on(info))
+}
+
+/// How many threads each of so many processes takes, so that all cores are busy.
+#[must_use]
+pub fn threads(processes: usize) -> usize {
+    (cores() / processes.max(1)).max(1)
+}
+
+fn cores() -> usize {
+    thread::available_parallelism().map_or(1, usize::from)
 }
 
 fn number(kind: DeviceKind, cores: usize, on_device: u64, free: Option<Free>) -> usize {
@@ -29,7 +58,7 @@ fn number(kind: DeviceKind, cores: usize, on_device: u64, free: Option<Free>) ->
 mod tests {
     use super::*;
 
-    /// Catches as many processes as there are cores for a scene of which the memory holds two.
+    /// Catches more processes than fit into memory.
     #[test]
     fn there_are_as_many_as_cores_or_memory_allow() {
         let free = |memory| Some(Free { memory, swap: 0 });
@@ -39,5 +68,20 @@ mod tests {
         assert_eq!(number(DeviceKind::Cpu, 8, gib, free(gib)), 1);
         assert_eq!(number(DeviceKind::Cpu, 8, gib, None), 8);
         assert_eq!(number(DeviceKind::Discrete, 8, gib, free(64 * gib)), 1);
+        assert_eq!(threads(usize::MAX), 1);
+        assert_eq!(threads(1), cores());
+    }
+
+    /// Catches a number of processes by the first and smallest of the runs.
+    #[test]
+    fn the_largest_run_counts() {
+        let row = |text: &str| serde_json::from_str(text).expect("it is JSON");
+        let points: [Row; 3] = [
+            row(r#"{"particles.count":100,"trail.decay":0.9}"#),
+            row(r#"{"particles.count":3000}"#),
+            row(r#"{"particles.count":7,"atlas.size":64}"#),
+        ];
+        let found = largest(&points);
+        assert_eq!(found, row(r#"{"particles.count":3000,"atlas.size":64}"#));
     }
 }

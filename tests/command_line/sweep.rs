@@ -193,14 +193,28 @@ fn a_full_disk_ends_a_sweep_and_loses_nothing() {
     let study = folder.with("study.toml", STUDY.replace("seeds = 2", "seeds = 1"));
     let out = folder.file("out");
     let arguments = ["sweep", path(&study), "--out", path(&out), "--workers", "1"];
-    // Rows have room, tables do not.
+    // Tables have no room; then, with long rows, not even those.
     let output = with_files_up_to(2, &arguments);
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("raise the limit of file sizes"), "{said}");
-    assert!(!out.join("table.parquet").exists());
-    let parts =
-        [out.clone(), out.join("runs")].map(|folder| fs::read_dir(folder).expect("it is there"));
+    assert_eq!((runs(&out), out.join("table.parquet").exists()), (4, false));
+    let more = [
+        "physarum.speed",
+        "physarum.deposit",
+        "trail.diffusion",
+        "physarum.sensor_offset",
+    ];
+    let more: String = more.map(|key| format!("\"{key}\" = [0.01]\n")).concat();
+    let long = folder.with("long.toml", STUDY.replace("seeds = 2", "seeds = 1") + &more);
+    let lost = folder.file("lost");
+    let output = with_files_up_to(1, &["sweep", path(&long), "--out", path(&lost)]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("raise the limit of file sizes"), "{said}");
+    assert_eq!(runs(&lost), 0);
+    let parts = [out.clone(), out.join("runs"), lost.join("runs")]
+        .map(|folder| fs::read_dir(folder).expect("it is there"));
     for file in parts.into_iter().flatten() {
         let name = file.expect("it is listed").file_name();
         assert!(!name.to_string_lossy().contains("myxo-part"), "{name:?}");
