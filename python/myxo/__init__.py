@@ -10,10 +10,11 @@
     sim.save("torus.state")
 
 `Simulation` runs a scene: a built-in one, a file, a dictionary, or a `Scene` of meshes in memory. `sweep` runs one at many points of
-its parameters, over processes or a cluster. `scenes`, `presets` and `parameters` list what there is. Errors of the library are exceptions with one sentence that says what, where and what to do.
+its parameters, over processes or a cluster. `scenes`, `presets` and `parameters` list what there is. Errors of the library are exceptions with one
+sentence that says what, where and what to do.
 """
 
-from ._myxo import DeviceError, parameters, presets, scenes
+from ._myxo import NO_GO, DeviceError, parameters, presets, scenes
 from ._myxo import version as __version__
 from ._points import grid, sample
 from ._scene import Scene
@@ -21,6 +22,7 @@ from ._simulation import PARTICLE, Object, Objects, Simulation
 from ._sweep import read_fields, read_study, read_sweep, sweep, to_dataset
 
 __all__ = [
+    "NO_GO",
     "PARTICLE",
     "DeviceError",
     "Object",

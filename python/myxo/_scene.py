@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+import tempfile
 from collections.abc import Mapping
 from typing import Any, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ._myxo import encode_png
 
 Arrays = tuple[NDArray[np.float64], NDArray[np.int64]]
 
@@ -24,7 +28,9 @@ class Scene:
     ----------
     keys
         A scene file as a dictionary, nested (`{"trail": {"decay": 0.9}}`) or with dotted keys (`{"trail.decay": 0.9}`).
-        The objects under `"object"` may have arrays as their `"mesh"`, as in `add`.
+        The objects under `"object"` may have arrays as their `"mesh"`, as in `add`. Maps and masks (`areas.map`,
+        `second_look.map`, `particles.start_mask`, an object's `start.mask`) may be pictures, (rows, columns) of lightness or
+        (rows, columns, 3 or 4) of colours, as integers to 255 or as numbers from 0 to 1.
     preset
         The name of a preset, or the path of one.
     folder
@@ -90,7 +96,7 @@ class Scene:
 
     def table(self) -> dict[str, Any]:
         """The scene as a dictionary, as a scene file has it."""
-        return {**self._keys, "object": [dict(entry) for entry in self._objects]}
+        return with_files({**self._keys, "object": [dict(entry) for entry in self._objects]})
 
     def meshes(self) -> list[tuple[str, Arrays] | None]:
         """For each object, its name and arrays, or None if its mesh is a file or built in."""
@@ -98,6 +104,51 @@ class Scene:
 
     def __repr__(self) -> str:
         return f"<myxo.Scene of {len(self._objects)} objects>"
+
+
+# Pictures of maps, as files, as long as the process runs.
+_pictures: tempfile.TemporaryDirectory[str] | None = None
+
+
+def with_files(table: Mapping[str, Any]) -> dict[str, Any]:
+    """A dictionary in which pictures of maps and masks are files."""
+    whole: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            whole[key] = with_files(value)
+        elif isinstance(value, (list, tuple)) and value and all(isinstance(item, Mapping) for item in value):
+            whole[key] = [with_files(item) for item in value]
+        elif key.rpartition(".")[2] in ("map", "mask", "start_mask") and getattr(value, "ndim", 0) > 0:
+            whole[key] = _picture(key, np.asarray(value))
+        else:
+            whole[key] = value
+    return whole
+
+
+def _picture(key: str, array: NDArray[Any]) -> str:
+    """The path of a picture with these pixels."""
+    global _pictures
+    if array.ndim == 2:
+        array = np.repeat(array[:, :, None], 3, axis=2)
+    if array.ndim != 3 or array.shape[2] not in (3, 4) or array.size == 0:
+        raise ValueError(f"the picture `{key}` has the shape {array.shape}: (rows, columns), or (rows, columns, 3 or 4) for colours")
+    if array.dtype == bool or np.issubdtype(array.dtype, np.floating):
+        array = np.asarray(array, dtype=np.float64)
+        if not (np.isfinite(array).all() and array.min() >= 0.0 and array.max() <= 1.0):
+            raise ValueError(f"the picture `{key}` has numbers beyond 0 to 1")
+        array = np.round(255.0 * array)
+    elif array.min() < 0 or array.max() > 255:
+        raise ValueError(f"the picture `{key}` has integers beyond 0 to 255")
+    pixels = np.full((*array.shape[:2], 4), 255, dtype=np.uint8)
+    pixels[:, :, : array.shape[2]] = array
+    if _pictures is None:
+        _pictures = tempfile.TemporaryDirectory(prefix="myxo-")
+    content = encode_png(pixels)
+    path = os.path.join(_pictures.name, f"{hashlib.sha256(content).hexdigest()[:16]}.png")
+    if not os.path.exists(path):
+        with open(path, "wb") as file:
+            file.write(content)
+    return path
 
 
 Source = tuple[

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._myxo import Engine, encode_png
-from ._scene import Scene, source
+from ._scene import Scene, source, with_files
 
 PARTICLE = np.dtype(
     [
@@ -143,7 +143,7 @@ class Simulation:
         settings
             Values of `camera` and `picture` keys for this picture alone.
         """
-        values = dict(settings or {})
+        values = with_files(settings or {})
         if view is not None:
             values["picture.show"] = view
         return self._engine.render(width, height, values, transparent, passes)
@@ -157,8 +157,38 @@ class Simulation:
 
     @property
     def trail(self) -> NDArray[np.float32]:
-        """The trail, (texels, texels), in trail units; a copy of the present state."""
+        """The trail, (texels, texels), in trail units from 0 to 1e6; a copy of the present state. It can be set, from the next step on."""
         return self._engine.trail()
+
+    @trail.setter
+    def trail(self, values: ArrayLike) -> None:
+        self._set_field("trail", values)
+
+    @property
+    def bias(self) -> NDArray[np.float32]:
+        """What sensors read on top of the trail, (texels, texels), trail units from -1e6 to 1e6, and `myxo.NO_GO` where particles may not
+        go. It can be set, from the next step on, and lies over the areas of the scene.
+        """
+        return self._engine.field("bias")
+
+    @bias.setter
+    def bias(self, values: ArrayLike) -> None:
+        self._set_field("bias", values)
+
+    @property
+    def second_look(self) -> NDArray[np.float32]:
+        """How much the second look counts (key `second_look.preset`), (texels, texels), 0 to 1. It can be set, from the next step on."""
+        return self._engine.field("second_look")
+
+    @second_look.setter
+    def second_look(self, values: ArrayLike) -> None:
+        self._set_field("second_look", values)
+
+    def _set_field(self, name: str, values: ArrayLike) -> None:
+        array = np.asarray(values, dtype=np.float32)
+        if array.ndim != 2:
+            raise ValueError(f"the field has the shape {array.shape}: (texels, texels) is needed")
+        self._engine.set_field(name, array)
 
     @property
     def deposits(self) -> NDArray[np.uint32]:

@@ -170,7 +170,7 @@ def read_sweep(out: str | os.PathLike[str]) -> pandas.DataFrame:
     return library.read_parquet(table) if table.exists() else _table(Path(out), library, None)
 
 
-def read_fields(out: str | os.PathLike[str], row: Mapping[str, Any]) -> Mapping[str, Any]:
+def read_fields(out: str | os.PathLike[str], row: Mapping[str, Any] | pandas.Series[Any]) -> Mapping[str, Any]:
     """The arrays of a run, given its row of the table: NumPy's, or Zarr's, which read what is asked of them."""
     fields = Path(out) / "fields"
     group = fields / f"{row['key']}.zarr"
@@ -398,7 +398,8 @@ def _write_zarr(folder: Path, key: str, packed: bytes) -> None:
                 # Rows with several members, such as particles, become an array for each of them.
                 members = {f"{name}.{member}": array[member] for member in array.dtype.names or ()}
                 for own, values in (members or {name: array}).items():
-                    zarr.save_array(str(part / own), np.ascontiguousarray(values))
+                    whole: Any = np.ascontiguousarray(values)
+                    zarr.save_array(str(part / own), whole)
         for file in part.rglob("*"):
             if file.is_file():
                 with open(file, "rb") as written:

@@ -2,6 +2,7 @@
 
 import gc
 import os
+import re
 import signal
 import threading
 import time
@@ -246,3 +247,81 @@ def test_notebooks_show_the_picture_and_help_is_complete(torus):
         for name in vars(kind):
             if not name.startswith("_"):
                 assert getattr(kind, name).__doc__, f"{kind.__name__}.{name}"
+
+
+def test_fields_can_be_set():
+    """Catches fields that come back changed, gutters that keep old values, and values that no particle can bear."""
+    settings = {"particles.count": 2000, "atlas.size": 64, "second_look.preset": "lace"}
+    with myxo.Simulation("cube", settings=settings) as sim, myxo.Simulation("cube", settings=settings) as other:
+        sim.step(4)
+        other.step(4)
+        before = other.state_hash
+        other.trail = other.trail
+        other.bias = other.bias
+        assert other.state_hash == before
+        sim.trail = np.where(sim.texel_area > 0, 7.0, 0.0)
+        assert (sim.trail[sim.texel_area > 0] == 7.0).all() and sim.measures()["mean_trail"] == pytest.approx(7.0)
+        sim.validate()
+        walls = np.zeros((64, 64), dtype=np.float32)
+        walls[sim.texel_triangle >= 6] = myxo.NO_GO
+        sim.bias = walls
+        assert (sim.bias == walls)[sim.texel_area > 0].all()
+        sim.second_look = 0.5 * (sim.texel_area > 0)
+        assert (sim.second_look[sim.texel_area > 0] == 0.5).all()
+        inside = sim.particles["triangle"] < 6
+        sim.step(30)
+        sim.validate()
+        # Those that stood outside of the walls have not gone in.
+        assert (sim.particles["triangle"][inside] < 6).mean() > 0.99
+        assert sim.state_hash != other.step(30).state_hash
+        for name, values, why in [
+            ("trail", np.zeros((63, 64)), "(64, 64) is needed"),
+            ("trail", np.full((64, 64), -1.0), "the trail is from 0"),
+            ("trail", np.full((64, 64), np.nan), "the trail is from 0"),
+            ("bias", np.full((64, 64), 1e7), "a bias is from"),
+            ("second_look", np.full((64, 64), 1.5), "a weight is from 0 to 1"),
+            ("trail", np.zeros(64), "(texels, texels) is needed"),
+        ]:
+            with pytest.raises(ValueError, match=re.escape(why)):
+                setattr(sim, name, values)
+
+
+def test_maps_can_be_pictures():
+    """Catches pictures that are upside down, and those that no file can hold."""
+    mask = np.zeros((32, 32))
+    mask[:16] = 1.0
+    settings = {"particles.count": 500, "atlas.size": 64, "particles.start_mask": mask}
+    with myxo.Simulation("plane", settings=settings) as sim:
+        first = sim.particles["texel"]
+    settings["particles.start_mask"] = mask[::-1]
+    with myxo.Simulation("plane", settings=settings) as sim:
+        assert not np.array_equal(first, sim.particles["texel"])
+    scene = myxo.Scene({"particles.count": 100, "areas": {"map": np.zeros((4, 4, 3), dtype=np.uint8)}})
+    scene.add("floor", "builtin:plane")
+    with pytest.raises(ValueError, match="area map says nothing"):
+        myxo.Simulation(scene)
+    for bad, why in [(np.zeros((4, 4, 2)), "has the shape"), (np.full((4, 4), 2.0), "beyond 0 to 1"), (np.full((4, 4), 300), "beyond 0 to 255")]:
+        with pytest.raises(ValueError, match=why):
+            myxo.Simulation("plane", settings={"particles.start_mask": bad})
+
+
+def test_measures_agree_with_a_graph_library():
+    """Catches pieces and regions that are counted by other neighbours than is said."""
+    import networkx
+
+    with myxo.Simulation("plane", particles=20_000, settings={"atlas.size": 128}) as sim:
+        sim.step(60)
+        trail, owned, measures = sim.trail, sim.texel_area > 0, sim.measures()
+    network = owned & (trail > np.float32(1.5 * measures["mean_trail"]))
+
+    def parts(of, steps):
+        graph = networkx.Graph()
+        places = {tuple(place) for place in np.argwhere(of)}
+        graph.add_nodes_from(places)
+        for row, column in places:
+            graph.add_edges_from(((row, column), other) for dr, dc in steps if (other := (row + dr, column + dc)) in places)
+        return sum(len(part) >= 9 for part in networkx.connected_components(graph))
+
+    sides = [(0, 1), (1, 0)]
+    assert parts(network, [*sides, (1, 1), (1, -1)]) == measures["pieces"] > 1
+    assert parts(owned & ~network, sides) == measures["regions"] > 1

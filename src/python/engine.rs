@@ -18,6 +18,7 @@ use crate::export::{self, Colors, Export, ExportFile, Watch};
 use crate::gpu::{Context, ContextOptions, Frames, default_cache_folder};
 use crate::mesh::Mesh;
 use crate::mesh::atlas::Control;
+use crate::mesh::surface::NONE;
 use crate::render::exposure::Exposure;
 use crate::render::mean::{self, Mean};
 use crate::render::{Offscreen, Renderer, View, offscreen};
@@ -25,10 +26,13 @@ use crate::scene::file::Reader;
 use crate::scene::parameters::{self, FOOD_PARAMETERS, OBJECT_PARAMETERS, Parameter};
 use crate::scene::settings::Settings;
 use crate::scene::{Overrides, Scene, SceneError};
-use crate::sim::Simulation;
+use crate::sim::areas::{GREATEST, NO_GO};
 use crate::sim::checkpoint::Checkpoint;
+use crate::sim::field::fill_gutters;
 use crate::sim::memory;
 use crate::sim::network::Network;
+use crate::sim::{Simulation, Snapshot};
+use crate::strict::settled;
 use crate::{Error, Result};
 
 /// Steps that the host may be ahead of the device.
@@ -298,6 +302,36 @@ impl Engine {
         })
     }
 
+    /// Sets a field of texels, (texels, texels), from the next step on: the trail, the bias or the weights of the second look.
+    fn set_field(
+        &self,
+        py: Python<'_>,
+        field: &str,
+        values: PyReadonlyArray2<'_, f32>,
+    ) -> PyResult<()> {
+        let field = Field::named(field)?;
+        let values = values.as_array();
+        let shape = [values.shape()[0], values.shape()[1]];
+        let values: Vec<f32> = values.iter().copied().collect();
+        self.with(py, |running| set_field(running, field, shape, &values))
+    }
+
+    /// The bias, or the weights of the second look, (texels, texels); zero where nothing was painted.
+    fn field<'py>(&self, py: Python<'py>, field: &str) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        let field = Field::named(field)?;
+        self.texels(py, |running| {
+            let simulation = &running.simulation;
+            let mut snapshot = simulation.snapshot()?;
+            let values = std::mem::take(field.of(&mut snapshot));
+            let side = simulation.setup().atlas.size as usize;
+            Ok(if values.is_empty() {
+                vec![0.0; side * side]
+            } else {
+                arrays::rows_of(simulation.setup(), &values)
+            })
+        })
+    }
+
     /// Particles per texel in the last step, (texels, texels).
     fn deposits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
         self.texels(py, |running| {
@@ -475,6 +509,89 @@ impl Engine {
         })?;
         PyArray1::from_vec(py, values).reshape([side, side])
     }
+}
+
+/// A field of texels that can be set.
+#[derive(Clone, Copy)]
+enum Field {
+    Trail,
+    Bias,
+    SecondLook,
+}
+
+impl Field {
+    fn named(name: &str) -> PyResult<Self> {
+        Ok(match name {
+            "trail" => Self::Trail,
+            "bias" => Self::Bias,
+            "second_look" => Self::SecondLook,
+            _ => return Err(PyValueError::new_err(format!("there is no field `{name}`"))),
+        })
+    }
+
+    fn of(self, snapshot: &mut Snapshot) -> &mut Vec<f32> {
+        match self {
+            Self::Trail => &mut snapshot.trail,
+            Self::Bias => &mut snapshot.bias,
+            Self::SecondLook => &mut snapshot.looks,
+        }
+    }
+
+    /// Is this a possible value?
+    fn allows(self, value: f32) -> bool {
+        match self {
+            Self::Trail => (0.0..=GREATEST).contains(&value),
+            Self::Bias => (-GREATEST..=GREATEST).contains(&value) || value == NO_GO,
+            Self::SecondLook => (0.0..=1.0).contains(&value),
+        }
+    }
+
+    /// Its possible values.
+    fn range(self) -> &'static str {
+        match self {
+            Self::Trail => "the trail is from 0 to 1e6",
+            Self::Bias => "a bias is from -1e6 to 1e6, or NO_GO",
+            Self::SecondLook => "a weight is from 0 to 1",
+        }
+    }
+}
+
+/// Sets a field on the texels that triangles own; what lies between them follows.
+fn set_field(running: &mut Running, field: Field, shape: [usize; 2], values: &[f32]) -> Result<()> {
+    let simulation = &mut running.simulation;
+    let atlas = &simulation.setup().atlas;
+    let (side, pitch) = (atlas.size as usize, atlas.pitch as usize);
+    if shape != [side, side] {
+        return Err(Error::Invalid(format!(
+            "the field has the shape {shape:?}: ({side}, {side}) is needed, as `texel_area` has"
+        )));
+    }
+    let mut snapshot = simulation.snapshot()?;
+    let mut whole = vec![0.0; atlas.owner.len()];
+    for (texel, _) in atlas
+        .owner
+        .iter()
+        .enumerate()
+        .filter(|(_, owner)| **owner != NONE)
+    {
+        let (row, column) = (texel / pitch, texel % pitch);
+        let value = values[row * side + column];
+        if !field.allows(value) {
+            return Err(Error::Invalid(format!(
+                "{value} at [{row}, {column}]: {}",
+                field.range()
+            )));
+        }
+        whole[texel] = settled(value);
+    }
+    fill_gutters(&atlas.seams, &mut whole);
+    whole.iter_mut().for_each(|value| *value = settled(*value));
+    // What was never painted stays unpainted.
+    let is_nothing = !matches!(field, Field::Trail) && whole.iter().all(|value| *value == 0.0);
+    if !(is_nothing && field.of(&mut snapshot).is_empty()) {
+        *field.of(&mut snapshot) = whole;
+    }
+    simulation.restore(&snapshot)
 }
 
 /// Text of a scene file.

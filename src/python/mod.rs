@@ -22,6 +22,7 @@ use values::from_text;
 fn extension(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<engine::Engine>()?;
     module.add("DeviceError", module.py().get_type::<errors::DeviceError>())?;
+    module.add("NO_GO", crate::sim::areas::NO_GO)?;
     module.add("version", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(scenes, module)?)?;
     module.add_function(wrap_pyfunction!(presets, module)?)?;
