@@ -11,6 +11,7 @@ mod files;
 mod info;
 mod interrupt;
 mod lab;
+mod network;
 mod options;
 mod outputs;
 mod profile;
@@ -50,6 +51,7 @@ Examples:
   myxo                                           open the lab
   myxo render torus --steps 400 --out torus.png  a picture without a window
   myxo export torus --steps 400 --out torus.glb  the same as a model, as data, as a scene
+  myxo network oats --steps 800 --out oats.json  the network as a graph
   myxo sweep study.toml --out study              many runs, and a table of them
   myxo profile cube --steps 200                  GPU time of every kernel
   myxo bench --quick                             how times grow with particles, texture, objects, ...
@@ -107,6 +109,7 @@ commands! {
         Render(render::Render),
         Export(export::ExportCommand),
         Profile(profile::Profile),
+        Network(network::Network),
         Sweep(sweep::Sweep),
         Bench(bench::Bench),
         Atlas(atlas::Atlas),

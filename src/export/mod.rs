@@ -11,6 +11,7 @@
 
 pub mod corners;
 pub mod glb;
+mod network;
 pub mod npz;
 pub mod paint;
 pub mod ply;
@@ -38,6 +39,7 @@ use crate::sim::areas::{map_for, picture_of, write as write_areas};
 use crate::sim::checkpoint::Checkpoint;
 use crate::sim::{Distances, Setup, Simulation, Snapshot, SnapshotCopy};
 use crate::whole_file::WholeFile;
+pub use network::{NetworkFile, NetworkFormat};
 use paint::Paint;
 pub use watch::Watch;
 use watch::Watched;

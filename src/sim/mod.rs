@@ -39,6 +39,7 @@ pub mod distance;
 pub mod draws;
 pub mod field;
 pub mod food;
+pub mod graph;
 pub mod ground;
 pub mod kernels;
 pub mod looks;

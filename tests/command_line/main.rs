@@ -21,6 +21,7 @@ mod hostile;
 #[cfg(unix)]
 mod interrupted;
 mod kernel_alone;
+mod network;
 mod objects;
 #[cfg(unix)]
 mod outputs;

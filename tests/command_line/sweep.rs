@@ -202,8 +202,12 @@ fn a_full_disk_ends_a_sweep_and_loses_nothing() {
     let more = [
         "physarum.speed",
         "physarum.deposit",
-        "trail.diffusion",
         "physarum.sensor_offset",
+        "physarum.sensor_noise",
+        "physarum.gravity_weight",
+        "physarum.decrowding_weight",
+        "physarum.distance_weight",
+        "trail.diffusion",
     ];
     let more: String = more.map(|key| format!("\"{key}\" = [0.01]\n")).concat();
     let long = folder.with("long.toml", STUDY.replace("seeds = 2", "seeds = 1") + &more);

@@ -1,0 +1,224 @@
+//! `myxo network`: the network of a state as a graph.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use myxo::export::{NetworkFile, NetworkFormat};
+use myxo::plain_text::{Shown as _, escaped};
+use myxo::sim::Snapshot;
+use myxo::sim::graph::{Graph, Measures, Surroundings, distances_between};
+use myxo::{Error, Result};
+use serde_json::json;
+
+use super::files::{Sink, check_distinct};
+use super::options::CommonOptions;
+use super::report::hash_text;
+use super::session::Session;
+use super::{Command, Outcome, interrupt};
+use crate::console;
+
+/// The network counts as reaching a food from so many texels beyond its plate.
+const NEAR: f64 = 3.0;
+
+/// Run a scene without a window and write its network as a graph
+///
+/// The network is where the trail is more than 1.5 times its mean. It is thinned to lines, over seams and from object to object where
+/// they touch: nodes are where lines meet or end, edges have a length, a width and a mean trail. Lengths are in scene radii.
+///
+/// The name of each --out says what it becomes: x.json has everything, x.graphml is for networkx and other graph libraries, x.csv has a
+/// row for each edge.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "\
+Examples:
+  myxo network oats --steps 800 --out oats.json
+  myxo network torus --steps 2000 --out torus.graphml --out torus.csv
+  myxo network trio --steps 2000 --network-every 100 --series trio.csv
+  myxo network --resume torus.ckpt --steps 0 --out torus.json")]
+pub struct Network {
+    /// A built-in name, a .toml file or a model; with --resume it may be left out
+    #[arg(required_unless_present = "resume")]
+    scene: Option<PathBuf>,
+    /// How many steps to run; 0 takes the start, or what --resume names, as it is
+    #[arg(long, value_name = "N", default_value_t = 400)]
+    steps: u32,
+    /// What to write: .json, .graphml or .csv. May be repeated
+    #[arg(long, value_name = "FILE", required_unless_present = "series")]
+    out: Vec<PathBuf>,
+    /// Also measures the graph after every step whose number is a multiple of N, for --series
+    #[arg(long, value_name = "N", requires = "series", value_parser = clap::value_parser!(u32).range(1..))]
+    network_every: Option<u32>,
+    /// Writes the graph's measures along the way and at the end as CSV, a row for each step; - for the standard output
+    #[arg(long, value_name = "FILE")]
+    series: Option<PathBuf>,
+    #[command(flatten)]
+    common: CommonOptions,
+}
+
+impl Command for Network {
+    fn run(&self) -> Result<Outcome> {
+        let files = || self.out.iter().chain(&self.series);
+        check_distinct(files().chain(&self.common.state.checkpoint))?;
+        let formats: Vec<NetworkFormat> = (self.out.iter())
+            .map(|path| NetworkFormat::of(path))
+            .collect::<Result<_>>()?;
+        let scene = self.common.load(self.scene.as_deref())?;
+        interrupt::install()?;
+        let sinks: Vec<Sink> = (self.out.iter())
+            .map(|path| Sink::create(path))
+            .collect::<Result<_>>()?;
+        let series_sink = self.series.as_deref().map(Sink::create).transpose()?;
+        self.common.check_outputs(files())?;
+        let mut session = Session::open(scene, &self.common, u64::from(self.steps))?;
+        // Checked again: masks and maps are inputs, too, and have been read by now.
+        self.common.check_outputs(files())?;
+        let mut series = Vec::new();
+        let mut completed = true;
+        for done in 1..=self.steps {
+            if interrupt::requested() {
+                completed = false;
+                break;
+            }
+            session.step()?;
+            session.forget_first(self.steps)?;
+            let step = session.simulation.step();
+            let is_due = |every: u32| step.is_multiple_of(u64::from(every));
+            if done < self.steps && self.network_every.is_some_and(is_due) {
+                let snapshot = session.snapshot()?;
+                session.progress.doing("following the network");
+                series.push((step, found(&session, &snapshot).1));
+                session.progress.doing_steps();
+            }
+        }
+        let ending = session.finish()?;
+        session.progress.doing("following the network");
+        let (graph, measures) = found(&session, &ending.snapshot);
+        session.progress.finish();
+        let hash = hash_text(ending.snapshot.hash());
+        let objects = session.simulation.settings().objects.iter();
+        let objects: Vec<String> = objects.map(|object| object.name.clone()).collect();
+        let file = NetworkFile {
+            scene: &session.scene.name,
+            step: ending.snapshot.step,
+            state_hash: &hash,
+            radius: f64::from(session.simulation.setup().radius),
+            objects: &objects,
+            measures: &measures,
+            graph: &graph,
+        };
+        let name = escaped(&session.scene.name);
+        console::message(&format!("{name} at step {}: state hash {hash}", file.step));
+        console::message(&line(&measures));
+        for ((sink, format), path) in sinks.into_iter().zip(formats).zip(&self.out) {
+            sink.write(file.content(format))?;
+            console::message(&format!("wrote {}", path.shown()));
+        }
+        series.push((file.step, measures));
+        if let Some(sink) = series_sink {
+            sink.write(table(&series)?)?;
+        }
+        Ok(match (ending.lacks_checkpoint, completed) {
+            (true, _) => Outcome::Failed,
+            (false, false) => Outcome::Interrupted,
+            (false, true) => Outcome::Done,
+        })
+    }
+}
+
+/// The graph of a state, and its measures.
+fn found(session: &Session, snapshot: &Snapshot) -> (Graph, Measures) {
+    let setup = session.simulation.setup();
+    let poses = session.simulation.world_from_object();
+    let around = Surroundings::new(setup, &poses);
+    let mut graph = Graph::of(&snapshot.trail, &around);
+    let foods = &setup.food_set.places;
+    let side = setup.atlas.mean_texel_area.sqrt() / around.radius;
+    graph.mark_foods(foods, &around, NEAR * side);
+    let measures = if foods.is_empty() {
+        graph.measures(|_, _| None)
+    } else {
+        graph.measures(distances_between(foods, &around))
+    };
+    (graph, measures)
+}
+
+/// The measures as a line of text.
+fn line(measures: &Measures) -> String {
+    let Measures {
+        nodes,
+        edges,
+        length,
+        cycles,
+        parts,
+        ..
+    } = measures;
+    let foods = measures.foods.as_ref().map_or_else(String::new, |foods| {
+        let efficiency = foods.efficiency.map_or_else(String::new, |efficiency| {
+            format!(
+                ", on ways that are {:.2} times as long as over the surface",
+                1.0 / efficiency
+            )
+        });
+        let connected = 100.0 * foods.connected;
+        format!(
+            "; it reaches {} foods and connects {connected:.0} % of their pairs{efficiency}",
+            foods.reached
+        )
+    });
+    format!(
+        "the network has {nodes} nodes, {edges} edges of {length:.2} radii, {parts} parts and {cycles} cycles{foods}"
+    )
+}
+
+/// A row for each step.
+fn table(series: &[(u64, Measures)]) -> Result<String> {
+    let failed =
+        |error: &dyn std::fmt::Display| Error::Invalid(format!("cannot write a table: {error}"));
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let mut is_first = true;
+    for (step, measures) in series {
+        let foods = measures.foods.clone().unwrap_or_default();
+        let (own, foods) = (json!(measures), json!(foods));
+        const OWN: [&str; 10] = [
+            "nodes",
+            "edges",
+            "junctions",
+            "ends",
+            "parts",
+            "cycles",
+            "mean_degree",
+            "length",
+            "width",
+            "tolerance",
+        ];
+        const FOODS: [&str; 6] = [
+            "reached",
+            "connected",
+            "distance",
+            "efficiency",
+            "cost",
+            "tolerance",
+        ];
+        if std::mem::take(&mut is_first) {
+            let foods = FOODS.map(|name| format!("foods_{name}"));
+            let names = ["step"].iter().chain(&OWN).map(|name| (*name).to_owned());
+            let names: Vec<String> = names.chain(foods).collect();
+            writer.write_record(names).map_err(|error| failed(&error))?;
+        }
+        let text = |value: &serde_json::Value| {
+            if value.is_null() {
+                String::new()
+            } else {
+                value.to_string()
+            }
+        };
+        let own = OWN.map(|name| text(&own[name]));
+        let foods = FOODS.map(|name| match measures.foods {
+            Some(_) => text(&foods[name]),
+            None => String::new(),
+        });
+        let row = std::iter::once(step.to_string()).chain(own).chain(foods);
+        writer.write_record(row).map_err(|error| failed(&error))?;
+    }
+    let bytes = writer.into_inner().map_err(|error| failed(&error))?;
+    String::from_utf8(bytes).map_err(|error| failed(&error))
+}

@@ -1,0 +1,20 @@
+//! The network as a graph: nodes where lines meet or end, edges with lengths, widths and trail.
+//!
+//! The network is where the trail is more than [`THRESHOLD`](super::network::THRESHOLD) times its mean, as for [`Network`](super::network::Network). Its texels are
+//! thinned to lines, over seams and from object to object where they touch, and the lines are followed. All of it is on the host.
+
+mod find;
+mod foods;
+mod links;
+mod measures;
+mod parts;
+mod surroundings;
+#[cfg(test)]
+mod tests;
+mod thinning;
+mod trace;
+
+pub use foods::distances_between;
+pub use measures::{Between, Measures};
+pub use parts::{Edge, Graph, Node, NodeKind};
+pub use surroundings::Surroundings;

@@ -1,0 +1,157 @@
+//! From a trail to the graph of its network.
+
+use super::links::Links;
+use super::parts::{Edge, Graph, Node, NodeKind};
+use super::surroundings::Surroundings;
+use super::thinning::thinned;
+use super::trace::Traced;
+use crate::mesh::surface::NONE;
+use crate::sim::network::THRESHOLD;
+
+/// Parts of the network with fewer texels are noise.
+const SMALLEST: usize = 9;
+
+impl Graph {
+    /// The graph of a trail, gutters filled.
+    #[must_use]
+    pub fn of(trail: &[f32], around: &Surroundings<'_>) -> Self {
+        let (mut mass, mut whole) = (0.0, 0.0);
+        let owned = |texel: &usize| around.atlas.owner[*texel] != NONE;
+        for texel in (0..trail.len()).filter(owned) {
+            let area = f64::from(around.atlas.area[texel]);
+            mass += area * f64::from(trail[texel]);
+            whole += area;
+        }
+        let most = (THRESHOLD * mass / whole) as f32;
+        let covered: Vec<bool> = trail.iter().map(|&value| value > most).collect();
+        Self::of_covered(&covered, trail, around)
+    }
+
+    /// The graph of the covered texels.
+    #[must_use]
+    pub fn of_covered(covered: &[bool], trail: &[f32], around: &Surroundings<'_>) -> Self {
+        let mut covered = covered.to_vec();
+        let mut links = Links::of(around, &covered);
+        if remove_noise(&links, &mut covered) {
+            links = Links::of(around, &covered);
+        }
+        let layers = links.layers();
+        let stays = thinned(&links, &layers, trail);
+        let mut traced = Traced::of(&links, &layers, &stays);
+        traced.simplify(&links, &layers);
+        Self::new(&links, &traced, trail, around)
+    }
+
+    fn new(links: &Links, traced: &Traced, trail: &[f32], around: &Surroundings<'_>) -> Self {
+        let degrees = traced.degrees();
+        let mut numbers = vec![usize::MAX; traced.nodes.len()];
+        let mut graph = Self::default();
+        for (i, node) in traced.nodes.iter().enumerate() {
+            let Some(node) = node else { continue };
+            numbers[i] = graph.nodes.len();
+            graph.nodes.push(Node {
+                kind: match degrees[i] {
+                    0 => NodeKind::Spot,
+                    1 => NodeKind::End,
+                    2 => NodeKind::Loop,
+                    _ => NodeKind::Junction,
+                },
+                object: links.objects[node.texels[0] as usize],
+                place: node.place.to_array(),
+                degree: degrees[i],
+                food: None,
+            });
+        }
+        let sums = sums_of(links, traced, trail, around);
+        for (edge, (area, mass)) in traced.edges.iter().zip(sums) {
+            let Some(edge) = edge else { continue };
+            let points = traced.points(links, edge);
+            let mut length = edge.length;
+            // A line ends at the border of the network, and not in its middle.
+            for &end in edge.ends.iter().filter(|&&end| degrees[end] == 1) {
+                length += traced.nodes[end]
+                    .as_ref()
+                    .map_or(0.0, |node| node.half_width);
+            }
+            graph.edges.push(Edge {
+                from: numbers[edge.ends[0]],
+                to: numbers[edge.ends[1]],
+                length,
+                width: if length > 0.0 { area / length } else { 0.0 },
+                trail: if area > 0.0 { mass / area } else { 0.0 },
+                points: points.iter().map(|point| point.to_array()).collect(),
+            });
+        }
+        graph
+    }
+}
+
+/// Uncovers parts of few texels; were there any?
+fn remove_noise(links: &Links, covered: &mut [bool]) -> bool {
+    let mut is_seen = vec![false; links.texels.len()];
+    let mut found = false;
+    for start in 0..links.texels.len() as u32 {
+        if std::mem::replace(&mut is_seen[start as usize], true) {
+            continue;
+        }
+        let mut part = vec![start];
+        let mut done = 0;
+        while let Some(&at) = part.get(done) {
+            done += 1;
+            for &other in &links.beside[at as usize] {
+                if !std::mem::replace(&mut is_seen[other as usize], true) {
+                    part.push(other);
+                }
+            }
+        }
+        if part.len() < SMALLEST {
+            found = true;
+            for i in part {
+                covered[links.texels[i as usize] as usize] = false;
+            }
+        }
+    }
+    found
+}
+
+/// For each edge, the area in square scene radii of the texels that are nearest to it, and the trail on them.
+fn sums_of(
+    links: &Links,
+    traced: &Traced,
+    trail: &[f32],
+    around: &Surroundings<'_>,
+) -> Vec<(f64, f64)> {
+    let mut sums = vec![(0.0, 0.0); traced.edges.len()];
+    let mut nearest = vec![usize::MAX; links.texels.len()];
+    let mut front = Vec::new();
+    for (number, edge) in traced.edges.iter().enumerate() {
+        let Some(edge) = edge else { continue };
+        let ends = edge
+            .ends
+            .iter()
+            .filter_map(|&end| traced.nodes[end].as_ref());
+        let texels = edge.texels.iter().chain(ends.flat_map(|node| &node.texels));
+        for &i in texels {
+            if nearest[i as usize] == usize::MAX {
+                nearest[i as usize] = number;
+                front.push(i);
+            }
+        }
+    }
+    let mut done = 0;
+    while let Some(&at) = front.get(done) {
+        done += 1;
+        let number = nearest[at as usize];
+        let texel = links.texels[at as usize];
+        let area = f64::from(around.atlas.area[texel as usize]) / (around.radius * around.radius);
+        sums[number].0 += area;
+        sums[number].1 += area * f64::from(trail[texel as usize]);
+        for &other in &links.beside[at as usize] {
+            if nearest[other as usize] == usize::MAX {
+                nearest[other as usize] = number;
+                front.push(other);
+            }
+        }
+    }
+    sums
+}

@@ -1,0 +1,223 @@
+//! The texels that a network covers, and which of them touch: within a chart, over a seam, and where objects touch.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::surroundings::Surroundings;
+use crate::mesh::surface::{NONE, Seam};
+
+/// Texels whose centres are no more than so many texel sides apart touch, if the atlas does not say it: a diagonal, and a little more.
+const TOUCH: f64 = 1.6;
+
+/// The eight neighbours.
+const AROUND: [(i64, i64); 8] = [
+    (0, -1),
+    (1, -1),
+    (1, 0),
+    (1, 1),
+    (0, 1),
+    (-1, 1),
+    (-1, 0),
+    (-1, -1),
+];
+
+/// Covered texels, numbered from 0, and which of them touch.
+#[derive(Debug)]
+pub struct Links {
+    /// The texel of each.
+    pub texels: Vec<u32>,
+    /// The numbers of those that each one touches, ascending.
+    pub beside: Vec<Vec<u32>>,
+    /// Does a bare part of the surface lie beside it?
+    pub is_border: Vec<bool>,
+    /// The place of each, in scene radii.
+    pub places: Vec<DVec3>,
+    /// The side of each texel, in scene radii.
+    pub sides: Vec<f64>,
+    /// The object of each.
+    pub objects: Vec<u32>,
+}
+
+impl Links {
+    /// The links among all texels for which `covered` is true.
+    pub fn of(around: &Surroundings<'_>, covered: &[bool]) -> Self {
+        let atlas = around.atlas;
+        let owned = (0..covered.len() as u32).filter(|&t| atlas.owner[t as usize] != NONE);
+        let texels: Vec<u32> = owned.filter(|&texel| covered[texel as usize]).collect();
+        let mut number = vec![NONE; covered.len()];
+        for (i, &texel) in (0..).zip(&texels) {
+            number[texel as usize] = i;
+        }
+        let mut across = vec![NONE; covered.len()];
+        for seam in &atlas.seams {
+            across[seam.texel as usize] = main_source(seam);
+        }
+        let mut links = Self {
+            places: texels.iter().map(|&texel| around.place(texel)).collect(),
+            sides: texels.iter().map(|&texel| around.side(texel)).collect(),
+            objects: texels.iter().map(|&texel| around.object(texel)).collect(),
+            beside: vec![Vec::new(); texels.len()],
+            is_border: vec![false; texels.len()],
+            texels,
+        };
+        links.link_neighbours(around, &number, &across);
+        links.close_seams(around);
+        if around.surface.objects.len() > 1 {
+            links.link_contacts();
+        }
+        links
+    }
+
+    /// Links those that lie side by side or corner to corner. A gutter texel stands for the one across the seam.
+    fn link_neighbours(&mut self, around: &Surroundings<'_>, number: &[u32], across: &[u32]) {
+        let atlas = around.atlas;
+        let pitch = i64::from(atlas.pitch);
+        let rows = number.len() as i64 / pitch;
+        let chart = |texel: u32| atlas.chart[atlas.owner[texel as usize] as usize];
+        for i in 0..self.texels.len() {
+            let texel = self.texels[i];
+            let (x, y) = (i64::from(texel) % pitch, i64::from(texel) / pitch);
+            for (k, (dx, dy)) in AROUND.into_iter().enumerate() {
+                let (x, y) = (x + dx, y + dy);
+                if !((0..pitch).contains(&x) && (0..rows).contains(&y)) {
+                    continue;
+                }
+                let there = (y * pitch + x) as usize;
+                let other = match atlas.owner[there] {
+                    NONE => across[there],
+                    _ if chart(there as u32) == chart(texel) => there as u32,
+                    _ => NONE,
+                };
+                if other == NONE || other == texel {
+                    continue;
+                }
+                match number[other as usize] {
+                    // A corner does not make a border: bare texels are not connected by corners.
+                    NONE => self.is_border[i] |= k % 2 == 0,
+                    other => self.link(i as u32, other),
+                }
+            }
+        }
+    }
+
+    /// Beside a seam, gutters name only the nearest of the texels across: those between are found by where they lie.
+    fn close_seams(&mut self, around: &Surroundings<'_>) {
+        let atlas = around.atlas;
+        let is_in_one_chart = |a: u32, b: u32| {
+            let chart = |i: u32| {
+                let owner = atlas.owner[self.texels[i as usize] as usize];
+                atlas.chart[owner as usize]
+            };
+            chart(a) == chart(b)
+        };
+        let pitch = atlas.pitch;
+        let is_side_by_side = |a: u32, b: u32| {
+            let [a, b] = [a, b].map(|i| self.texels[i as usize]);
+            let apart = |a: u32, b: u32| a.abs_diff(b) < 2;
+            apart(a % pitch, b % pitch) && apart(a / pitch, b / pitch)
+        };
+        let mut found = Vec::new();
+        for i in 0..self.texels.len() as u32 {
+            let beside = &self.beside[i as usize];
+            let is_at_seam = (beside.iter())
+                .any(|&other| !(is_in_one_chart(i, other) && is_side_by_side(i, other)));
+            if !is_at_seam {
+                continue;
+            }
+            let two_away = beside
+                .iter()
+                .flat_map(|&other| &self.beside[other as usize]);
+            for &other in two_away {
+                if other > i && !beside.contains(&other) && self.touch(i, other) {
+                    found.push((i, other));
+                }
+            }
+        }
+        for (i, other) in found {
+            self.link(i, other);
+        }
+    }
+
+    /// Links texels of different objects that lie at the same place.
+    fn link_contacts(&mut self) {
+        let cell = TOUCH * self.sides.iter().copied().fold(0.0, f64::max);
+        if cell <= 0.0 {
+            return;
+        }
+        let cell_of = |place: DVec3| (place / cell).floor().as_ivec3();
+        let mut cells: HashMap<_, Vec<u32>> = HashMap::new();
+        for (i, &place) in (0..).zip(&self.places) {
+            cells.entry(cell_of(place)).or_default().push(i);
+        }
+        for i in 0..self.texels.len() as u32 {
+            let at = cell_of(self.places[i as usize]);
+            for offset in 0..27 {
+                let step = glam::IVec3::new(offset % 3, offset / 3 % 3, offset / 9) - 1;
+                for &other in cells.get(&(at + step)).into_iter().flatten() {
+                    let differ = self.objects[i as usize] != self.objects[other as usize];
+                    if other > i && differ && self.touch(i, other) {
+                        self.link(i, other);
+                    }
+                }
+            }
+        }
+    }
+
+    fn touch(&self, a: u32, b: u32) -> bool {
+        let [a, b] = [a, b].map(|i| i as usize);
+        let side = self.sides[a].max(self.sides[b]);
+        self.places[a].distance(self.places[b]) <= TOUCH * side
+    }
+
+    fn link(&mut self, a: u32, b: u32) {
+        for (from, to) in [(a, b), (b, a)] {
+            let beside = &mut self.beside[from as usize];
+            if let Err(place) = beside.binary_search(&to) {
+                beside.insert(place, to);
+            }
+        }
+    }
+
+    /// How many links each is away from the border of the network, counted from 1; where there is no border, from the first texel.
+    pub fn layers(&self) -> Vec<u32> {
+        let mut layers = vec![0; self.texels.len()];
+        let mut front: Vec<u32> = (0..self.texels.len() as u32)
+            .filter(|&i| self.is_border[i as usize])
+            .collect();
+        let mut layer = 1;
+        let mut first = 0;
+        loop {
+            while front.is_empty() {
+                // A part without a border, such as a whole object.
+                let Some(next) = (first..layers.len()).find(|&i| layers[i] == 0) else {
+                    return layers;
+                };
+                first = next;
+                // The parts with borders are done: none of the others touches them.
+                front.push(next as u32);
+                layer = 1;
+            }
+            front.retain(|&i| {
+                let is_new = layers[i as usize] == 0;
+                if is_new {
+                    layers[i as usize] = layer;
+                }
+                is_new
+            });
+            layer += 1;
+            let beside = front.iter().flat_map(|&i| &self.beside[i as usize]);
+            front = beside
+                .copied()
+                .filter(|&i| layers[i as usize] == 0)
+                .collect();
+        }
+    }
+}
+
+/// The owned texel with the largest weight for a gutter texel.
+fn main_source(seam: &Seam) -> u32 {
+    let units = seam.units();
+    let most = (0..4).max_by_key(|&k| units[k]).expect("there are four");
+    seam.source[most]
+}

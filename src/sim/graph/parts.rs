@@ -1,0 +1,60 @@
+//! What a network's graph is made of.
+
+use serde::Serialize;
+
+/// The network as a graph.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Graph {
+    /// Where lines meet or end.
+    pub nodes: Vec<Node>,
+    /// Lines between nodes.
+    pub edges: Vec<Edge>,
+}
+
+/// What a node is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NodeKind {
+    /// Lines meet.
+    Junction,
+    /// A line ends.
+    End,
+    /// A part of the network without lines.
+    Spot,
+    /// Any place on a loop at which nothing branches.
+    Loop,
+    /// A line goes through it; it is a node for the food there.
+    Through,
+}
+
+/// A node.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Node {
+    /// What it is.
+    pub kind: NodeKind,
+    /// The object it lies on.
+    pub object: u32,
+    /// Its place in world coordinates, in scene radii from the world's origin.
+    pub place: [f64; 3],
+    /// How many edges end here; one from here to here counts twice.
+    pub degree: usize,
+    /// The food whose plate it lies on.
+    pub food: Option<usize>,
+}
+
+/// An edge.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Edge {
+    /// The node at its beginning.
+    pub from: usize,
+    /// The node at its end.
+    pub to: usize,
+    /// Its length, scene radii.
+    pub length: f64,
+    /// Its mean width, scene radii.
+    pub width: f64,
+    /// The mean trail on it, trail units.
+    pub trail: f64,
+    /// Points along it, ends included, as [`Node::place`].
+    pub points: Vec<[f64; 3]>,
+}

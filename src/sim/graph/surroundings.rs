@@ -1,0 +1,62 @@
+//! The surface under a network.
+
+use glam::{Affine3A, DVec3, Vec3};
+
+use crate::mesh::atlas::Atlas;
+use crate::mesh::surface::Surface;
+use crate::sim::setup::Setup;
+
+/// The surface under a trail.
+#[derive(Clone, Copy)]
+pub struct Surroundings<'a> {
+    /// Its triangles.
+    pub surface: &'a Surface,
+    /// Where they lie in the texture.
+    pub atlas: &'a Atlas,
+    /// World from object, for each object.
+    pub poses: &'a [Affine3A],
+    /// The scene radius, world units.
+    pub radius: f64,
+}
+
+impl<'a> Surroundings<'a> {
+    /// Those of a simulation.
+    #[must_use]
+    pub fn new(setup: &'a Setup, poses: &'a [Affine3A]) -> Self {
+        Self {
+            surface: &setup.surface,
+            atlas: &setup.atlas,
+            poses,
+            radius: f64::from(setup.radius),
+        }
+    }
+
+    fn triangle(&self, texel: u32) -> u32 {
+        self.atlas.owner[texel as usize]
+    }
+
+    pub(super) fn object(&self, texel: u32) -> u32 {
+        self.surface.triangles[self.triangle(texel) as usize].object
+    }
+
+    pub(super) fn side(&self, texel: u32) -> f64 {
+        f64::from(self.atlas.area[texel as usize]).sqrt() / self.radius
+    }
+
+    /// The centre of an owned texel.
+    pub(super) fn place(&self, texel: u32) -> DVec3 {
+        let (triangle, u, v) = self.atlas.surface_point_of(texel).expect("it is owned");
+        self.place_of(triangle, u, v)
+    }
+
+    /// A point of the surface in world coordinates, scene radii.
+    pub(super) fn place_of(&self, triangle: u32, u: f32, v: f32) -> DVec3 {
+        let corners = self.surface.corners[triangle as usize];
+        let [a, b, c]: [Vec3; 3] = corners.map(|corner| self.surface.positions[corner as usize]);
+        let object = self.surface.triangles[triangle as usize].object;
+        let pose = &self.poses[object as usize];
+        pose.transform_point3(a + u * (b - a) + v * (c - a))
+            .as_dvec3()
+            / self.radius
+    }
+}

@@ -1,0 +1,281 @@
+//! Drawn networks whose graphs are known.
+
+use std::f64::consts::PI;
+
+use glam::{Affine3A, Vec3};
+
+use super::*;
+use crate::mesh::Mesh;
+use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions};
+use crate::mesh::surface::{NONE, Surface};
+
+/// Half of the width of drawn lines.
+const HALF: f32 = 0.02;
+
+/// An atlas of these meshes, each moved.
+struct Canvas {
+    surface: Surface,
+    atlas: Atlas,
+    poses: Vec<Affine3A>,
+}
+
+impl Canvas {
+    fn new(meshes: &[(&str, Vec3)], options: &AtlasOptions) -> Self {
+        let found: Vec<_> = (meshes.iter())
+            .map(|(mesh, _)| Mesh::builtin(mesh).expect("there is one"))
+            .collect();
+        let scaled: Vec<_> = found.iter().map(|mesh| (mesh, 1.0)).collect();
+        let surface = Surface::build(&scaled);
+        let atlas = Atlas::build(&surface, options).expect("there is room");
+        let poses = meshes.iter().map(|(_, at)| Affine3A::from_translation(*at));
+        Self {
+            surface,
+            atlas,
+            poses: poses.collect(),
+        }
+    }
+
+    /// The graph of the places where this is less than half the width of lines.
+    fn graph(&self, distance: impl Fn(Vec3) -> f32) -> Graph {
+        let around = Surroundings {
+            surface: &self.surface,
+            atlas: &self.atlas,
+            poses: &self.poses,
+            radius: 1.0,
+        };
+        let texels = 0..self.atlas.owner.len() as u32;
+        let value = |texel: u32| {
+            if self.atlas.owner[texel as usize] == NONE {
+                return 0.0;
+            }
+            let place = around.place(texel).as_vec3();
+            (2.0 - distance(place) / HALF).max(0.0)
+        };
+        let trail: Vec<f32> = texels.map(value).collect();
+        let covered: Vec<bool> = trail.iter().map(|&value| value > 1.0).collect();
+        Graph::of_covered(&covered, &trail, &around)
+    }
+}
+
+fn options(turn: u64, gutter: u32, method: AtlasMethod) -> AtlasOptions {
+    AtlasOptions {
+        size: 640,
+        gutter,
+        turn,
+        method,
+        ..AtlasOptions::default()
+    }
+}
+
+/// Its nodes by kind, and the lengths of its edges, ascending.
+fn shape(graph: &Graph) -> ([usize; 4], Vec<f64>) {
+    let kinds = [
+        NodeKind::Junction,
+        NodeKind::End,
+        NodeKind::Spot,
+        NodeKind::Loop,
+    ];
+    let count = |kind| graph.nodes.iter().filter(|node| node.kind == kind).count();
+    let mut lengths: Vec<f64> = graph.edges.iter().map(|edge| edge.length).collect();
+    lengths.sort_by(f64::total_cmp);
+    (kinds.map(count), lengths)
+}
+
+#[track_caller]
+fn assert_shape(graph: &Graph, kinds: [usize; 4], expected: &[f64]) {
+    let (found, lengths) = shape(graph);
+    let is_near = |(a, b): (&f64, &f64)| (a / b - 1.0).abs() < 0.01;
+    let are_near = lengths.len() == expected.len() && lengths.iter().zip(expected).all(is_near);
+    assert!(
+        found == kinds && are_near,
+        "junctions, ends, spots, loops {found:?} and not {kinds:?}; lengths {lengths:?} and not {expected:?}"
+    );
+}
+
+/// The distance from the great circle through the poles at this longitude, on its half only.
+fn meridian(place: Vec3, longitude: f32) -> f32 {
+    let (sine, cosine) = longitude.sin_cos();
+    let along = place.x * cosine + place.z * sine;
+    let across = place.z * cosine - place.x * sine;
+    if along >= 0.0 {
+        across.abs()
+    } else {
+        // At the poles.
+        place.x.hypot(place.z)
+    }
+}
+
+/// Catches lines that are cut at seams, loops that seams make, and lengths of steps in place of lines.
+#[test]
+fn known_graphs_on_a_ball_are_found_across_seams() {
+    for (turn, gutter, method) in [
+        (0, 1, AtlasMethod::Charts),
+        (3, 2, AtlasMethod::Charts),
+        (0, 1, AtlasMethod::Grid),
+    ] {
+        let subdivisions = if method == AtlasMethod::Grid { 2 } else { 4 };
+        let canvas = Canvas::new(
+            &[(
+                &format!("icosphere?subdivisions={subdivisions}"),
+                Vec3::ZERO,
+            )],
+            &options(turn, gutter, method),
+        );
+        // The flat triangles of a coarse ball lie within it.
+        let radius = if method == AtlasMethod::Grid {
+            0.99
+        } else {
+            1.0
+        };
+        let thirds = [0.3, 0.3 + 2.0, 0.3 + 4.1];
+        let theta = canvas.graph(|place| {
+            let lines = thirds.map(|longitude| meridian(place, longitude));
+            lines.into_iter().fold(f32::MAX, f32::min)
+        });
+        assert_shape(&theta, [2, 0, 0, 0], &[radius * PI; 3]);
+        let ring = canvas.graph(|place| (place.y.asin() - 0.4).abs());
+        let length = 2.0 * PI * 0.4_f64.cos() * radius;
+        assert_shape(&ring, [0, 0, 0, 1], &[length]);
+        // Edges of an octahedron: six crossings, twelve sides.
+        let circles = canvas.graph(|place| place.abs().min_element());
+        assert_shape(&circles, [6, 0, 0, 0], &[radius * PI / 2.0; 12]);
+        assert!((circles.nodes.iter()).all(|node| node.degree == 4));
+        let line = canvas.graph(|place| {
+            let beyond = (place.y.abs() - 0.5_f32.sin()).max(0.0);
+            meridian(place, 0.3).max(beyond)
+        });
+        assert_shape(&line, [0, 2, 0, 0], &[radius + 2.0 * f64::from(HALF)]);
+        let width = line.edges[0].width / f64::from(2.0 * HALF);
+        assert!((width - 1.0).abs() < 0.1, "{width}");
+        let dot = canvas.graph(|place| place.distance(Vec3::Y) - 0.1);
+        assert_shape(&dot, [0, 0, 1, 0], &[]);
+    }
+}
+
+#[test]
+fn loops_round_a_torus_meet_once() {
+    let canvas = Canvas::new(
+        &[("torus", Vec3::ZERO)],
+        &options(1, 1, AtlasMethod::Charts),
+    );
+    let bounds = canvas
+        .surface
+        .positions
+        .iter()
+        .fold(Vec3::ZERO, |most, place| most.max(*place));
+    let (small, large) = (bounds.y, bounds.x - bounds.y);
+    let outer = |place: Vec3| {
+        (place - Vec3::new(place.x, 0.0, place.z).normalize() * (large + small)).length()
+    };
+    let cross = canvas.graph(|place| outer(place).min(meridian(place, 0.2)));
+    let [small, large] = [small, large].map(f64::from);
+    assert_shape(
+        &cross,
+        [1, 0, 0, 0],
+        &[2.0 * PI * small, 2.0 * PI * (large + small)],
+    );
+    assert_eq!((cross.nodes[0].degree, cross.edges.len()), (4, 2));
+}
+
+/// Catches objects that touch and whose networks are two, and objects that do not touch and whose networks are one.
+#[test]
+fn lines_go_on_where_objects_touch() {
+    let side = |gap: f32| {
+        let canvas = Canvas::new(
+            &[
+                ("plane", Vec3::ZERO),
+                ("plane", Vec3::new(2.0 + gap, 0.0, 0.0)),
+            ],
+            &options(0, 1, AtlasMethod::Charts),
+        );
+        canvas.graph(|place| place.z.abs())
+    };
+    let whole = side(0.0);
+    let (kinds, lengths) = shape(&whole);
+    assert_eq!((kinds, lengths.len()), ([0, 2, 0, 0], 1), "{lengths:?}");
+    assert!((lengths[0] / 4.0 - 1.0).abs() < 0.01, "{lengths:?}");
+    assert_ne!(whole.nodes[0].object, whole.nodes[1].object);
+    let apart = side(0.2);
+    assert_shape(&apart, [0, 4, 0, 0], &[2.0; 2]);
+}
+
+/// Catches graphs that do not end, or that are made of nothing.
+#[test]
+fn odd_trails_have_plain_graphs() {
+    let canvas = Canvas::new(
+        &[("icosphere?subdivisions=3", Vec3::ZERO)],
+        &AtlasOptions {
+            size: 128,
+            ..AtlasOptions::default()
+        },
+    );
+    let around = Surroundings {
+        surface: &canvas.surface,
+        atlas: &canvas.atlas,
+        poses: &canvas.poses,
+        radius: 1.0,
+    };
+    let texels = canvas.atlas.owner.len();
+    // Nothing is more than the mean.
+    for value in [0.0, 1.0] {
+        assert_eq!(Graph::of(&vec![value; texels], &around), Graph::default());
+    }
+    // Everything, and everything but for a hole.
+    let all = canvas.graph(|_| 0.0);
+    assert!(all.nodes.len() <= 8, "{:?}", shape(&all));
+    let holed = canvas.graph(|place| if place.y > 0.9 { 1.0 } else { 0.0 });
+    assert_shape(&holed, [0, 0, 1, 0], &[]);
+    // Noise is none.
+    let specks = canvas.graph(|place| (place.distance(Vec3::X) - 0.03).max(0.0));
+    assert!(specks.nodes.len() < 2);
+}
+
+#[test]
+fn foods_become_nodes_of_the_lines_that_reach_them() {
+    let canvas = Canvas::new(
+        &[("plane", Vec3::ZERO)],
+        &options(0, 1, AtlasMethod::Charts),
+    );
+    let around = Surroundings {
+        surface: &canvas.surface,
+        atlas: &canvas.atlas,
+        poses: &canvas.poses,
+        radius: 1.0,
+    };
+    // A line along x, and foods at its middle, at its end, and elsewhere.
+    let mut graph = canvas.graph(|place| place.z.abs().max(place.x.abs() - 0.8));
+    let food = |x: f32, z: f32| {
+        let at = Vec3::new(x, 0.0, z);
+        let (point, _) = crate::sim::food::nearest_on_object(&canvas.surface, at, 0);
+        crate::sim::food::FoodPlace {
+            object: 0,
+            point,
+            radius: 0.2,
+            strength: 1.0,
+            size: 0.05,
+            amount: 0,
+        }
+    };
+    let foods = [food(0.0, 0.0), food(0.8, 0.02), food(0.0, 0.5)];
+    graph.mark_foods(&foods, &around, 0.01);
+    assert_eq!((graph.nodes.len(), graph.edges.len()), (3, 2));
+    let found: Vec<_> = graph
+        .nodes
+        .iter()
+        .filter_map(|node| Some((node.food?, node.kind)))
+        .collect();
+    assert!(
+        found.contains(&(0, NodeKind::Through)) && found.contains(&(1, NodeKind::End)),
+        "{found:?}"
+    );
+    let measures = graph.measures(distances_between(&foods, &around));
+    let foods = measures.foods.clone().expect("there are two");
+    assert_eq!((foods.reached, foods.connected), (2, 1.0));
+    let efficiency = foods.efficiency.expect("they are on one object");
+    assert!((0.95..=1.0).contains(&efficiency), "{efficiency}");
+    // The half without food at its end may be cut.
+    assert!(
+        (foods.tolerance - 0.5).abs() < 0.05 && measures.tolerance == 0.0,
+        "{measures:?}"
+    );
+}

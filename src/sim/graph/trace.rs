@@ -1,0 +1,372 @@
+//! From thin lines of texels to nodes and edges.
+
+use glam::DVec3;
+
+use super::links::Links;
+
+/// Branches that end within the width of the line that they leave, and so many texels more, are unevenness of its outline.
+const SPUR: f64 = 2.0;
+/// Junctions that are closer than so many texels are one, and so are those within the width of a line.
+const ONE_JUNCTION: f64 = 3.0;
+/// Loops of fewer texels are noise.
+const SMALLEST_LOOP: f64 = 9.0;
+/// Lines of texels have steps: points are made even over about so many texels to either side.
+const EVEN: usize = 3;
+
+/// A place where lines meet or end.
+#[derive(Clone, Debug)]
+pub struct Node {
+    /// Its texels, by number.
+    pub texels: Vec<u32>,
+    /// Its place, in scene radii.
+    pub place: DVec3,
+    /// From it to the border of the network, in scene radii.
+    pub half_width: f64,
+}
+
+/// A line from one node to another, or to the same.
+#[derive(Clone, Debug)]
+pub struct Edge {
+    /// The nodes at its ends.
+    pub ends: [usize; 2],
+    /// Its texels, by number, from the first to the second.
+    pub texels: Vec<u32>,
+    /// Its length, in scene radii.
+    pub length: f64,
+}
+
+/// Nodes and edges; those that are gone are `None`, so that numbers stay.
+#[derive(Debug)]
+pub struct Traced {
+    pub nodes: Vec<Option<Node>>,
+    pub edges: Vec<Option<Edge>>,
+}
+
+impl Traced {
+    /// The lines that thinning has left.
+    pub fn of(links: &Links, layers: &[u32], stays: &[bool]) -> Self {
+        let beside = |i: u32| {
+            let all = links.beside[i as usize].iter().copied();
+            all.filter(|&other| stays[other as usize])
+                .collect::<Vec<_>>()
+        };
+        let left = (0..links.texels.len() as u32).filter(|&i| stays[i as usize]);
+        let left: Vec<u32> = left.collect();
+        let mut traced = Self {
+            nodes: Vec::new(),
+            edges: Vec::new(),
+        };
+        let mut node_of = vec![usize::MAX; links.texels.len()];
+        // Texels at which lines meet and that touch each other are one junction.
+        for &i in &left {
+            if beside(i).len() == 2 || node_of[i as usize] != usize::MAX {
+                continue;
+            }
+            let number = traced.nodes.len();
+            let mut texels = vec![i];
+            node_of[i as usize] = number;
+            let mut done = 0;
+            while let Some(&at) = texels.get(done) {
+                done += 1;
+                for other in beside(at) {
+                    let meets = beside(other).len() > 2 && beside(at).len() > 2;
+                    if meets && node_of[other as usize] == usize::MAX {
+                        node_of[other as usize] = number;
+                        texels.push(other);
+                    }
+                }
+            }
+            traced.nodes.push(Some(Node::of(links, layers, texels)));
+        }
+        let mut is_traced = vec![false; links.texels.len()];
+        for number in 0..traced.nodes.len() {
+            let texels = traced.nodes[number]
+                .as_ref()
+                .map_or(&[][..], |node| &node.texels);
+            for start in texels.to_vec() {
+                for first in beside(start) {
+                    traced.trace(links, &beside, &node_of, &mut is_traced, [start, first]);
+                }
+            }
+        }
+        // Loops without a junction begin anywhere.
+        for &i in &left {
+            if is_traced[i as usize] || node_of[i as usize] != usize::MAX {
+                continue;
+            }
+            node_of[i as usize] = traced.nodes.len();
+            traced.nodes.push(Some(Node::of(links, layers, vec![i])));
+            if let [first, _] = beside(i)[..] {
+                traced.trace(links, &beside, &node_of, &mut is_traced, [i, first]);
+            }
+        }
+        traced
+    }
+
+    /// Follows a line from a texel of a node, by its neighbour `first`.
+    fn trace(
+        &mut self,
+        links: &Links,
+        beside: &impl Fn(u32) -> Vec<u32>,
+        node_of: &[usize],
+        is_traced: &mut [bool],
+        [start, first]: [u32; 2],
+    ) {
+        let (mut before, mut at) = (start, first);
+        let mut texels = Vec::new();
+        let from = node_of[start as usize];
+        loop {
+            let to = node_of[at as usize];
+            if to != usize::MAX {
+                // Between neighbouring nodes there is no texel by which to see that the edge is there.
+                let is_new = !texels.is_empty() || (from != to && start < at);
+                if is_new {
+                    self.add(links, [from, to], texels);
+                }
+                return;
+            }
+            if std::mem::replace(&mut is_traced[at as usize], true) {
+                return;
+            }
+            texels.push(at);
+            let next = beside(at).into_iter().find(|&other| other != before);
+            let Some(next) = next else { return };
+            (before, at) = (at, next);
+        }
+    }
+
+    fn add(&mut self, links: &Links, ends: [usize; 2], texels: Vec<u32>) {
+        let mut edge = Edge {
+            ends,
+            texels,
+            length: 0.0,
+        };
+        edge.length = self.length(links, &edge);
+        self.edges.push(Some(edge));
+    }
+
+    /// Removes what is unevenness or noise, and joins edges where nothing branches any more.
+    pub fn simplify(&mut self, links: &Links, layers: &[u32]) {
+        loop {
+            let is_simpler = self.remove_spur(links)
+                || self.join_junctions(links, layers)
+                || self.remove_loop(links);
+            self.join_edges(links);
+            if !is_simpler {
+                return;
+            }
+        }
+    }
+
+    /// Removes the shortest branch that ends within the width of the line that it leaves.
+    fn remove_spur(&mut self, links: &Links) -> bool {
+        let degrees = self.degrees();
+        let spurs = self.edges.iter().enumerate().filter_map(|(number, edge)| {
+            let edge = edge.as_ref()?;
+            let [end, other] = match edge.ends.map(|node| degrees[node]) {
+                // Of a spot, one of two ends is left.
+                [1, other] if other != 2 => edge.ends,
+                [other, 1] if other != 2 => [edge.ends[1], edge.ends[0]],
+                _ => return None,
+            };
+            let length = edge.length;
+            let node = self.nodes[other].as_ref()?;
+            let side = links.sides[node.texels[0] as usize];
+            (length < node.half_width + SPUR * side).then_some((length, number, end))
+        });
+        let Some((_, edge, end)) = spurs.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return false;
+        };
+        self.edges[edge] = None;
+        self.nodes[end] = None;
+        true
+    }
+
+    /// Joins the two closest junctions that are one: a crossing of wide lines is two forks at first.
+    fn join_junctions(&mut self, links: &Links, layers: &[u32]) -> bool {
+        let degrees = self.degrees();
+        let pairs = self.edges.iter().enumerate().filter_map(|(number, edge)| {
+            let edge = edge.as_ref()?;
+            let [a, b] = edge.ends;
+            if a == b || degrees[a] < 3 || degrees[b] < 3 {
+                return None;
+            }
+            let length = edge.length;
+            let [a, b] = [a, b].map(|node| self.nodes[node].as_ref());
+            let width = a?.half_width.max(b?.half_width);
+            let side = links.sides[a?.texels[0] as usize];
+            (length < width.max(ONE_JUNCTION * side)).then_some((length, number))
+        });
+        let Some((_, number)) = pairs.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return false;
+        };
+        let Some(Edge {
+            ends: [kept, gone],
+            texels,
+            ..
+        }) = self.edges[number].take()
+        else {
+            return false;
+        };
+        let other = self.nodes[gone].take();
+        let mut all = texels;
+        for node in [&self.nodes[kept], &other].into_iter().flatten() {
+            all.extend(&node.texels);
+        }
+        self.nodes[kept] = Some(Node::of(links, layers, all));
+        for edge in self.edges.iter_mut().flatten() {
+            edge.ends = edge.ends.map(|node| if node == gone { kept } else { node });
+        }
+        for number in 0..self.edges.len() {
+            if let Some(mut edge) = self.edges[number].take() {
+                if edge.ends.contains(&kept) {
+                    edge.length = self.length(links, &edge);
+                }
+                self.edges[number] = Some(edge);
+            }
+        }
+        true
+    }
+
+    /// Removes a loop that is too small to be one.
+    fn remove_loop(&mut self, links: &Links) -> bool {
+        let degrees = self.degrees();
+        let is_noise = |edge: &Edge| {
+            let side = self.nodes[edge.ends[0]]
+                .as_ref()
+                .map_or(0.0, |node| links.sides[node.texels[0] as usize]);
+            edge.ends[0] == edge.ends[1]
+                && degrees[edge.ends[0]] > 2
+                && edge.length < SMALLEST_LOOP * side
+        };
+        let found = self
+            .edges
+            .iter()
+            .position(|edge| edge.as_ref().is_some_and(is_noise));
+        if let Some(number) = found {
+            self.edges[number] = None;
+        }
+        found.is_some()
+    }
+
+    /// Joins the two edges of each node at which nothing branches and nothing ends.
+    fn join_edges(&mut self, links: &Links) {
+        let degrees = self.degrees();
+        for node in (0..self.nodes.len()).filter(|&node| degrees[node] == 2) {
+            if self.nodes[node].is_none() {
+                continue;
+            }
+            let numbers =
+                self.edges.iter().enumerate().filter(|(_, edge)| {
+                    edge.as_ref().is_some_and(|edge| edge.ends.contains(&node))
+                });
+            let numbers: Vec<usize> = numbers.map(|(number, _)| number).collect();
+            let [first, second] = numbers[..] else {
+                continue;
+            };
+            let is_loop = |edge: &Option<Edge>| {
+                edge.as_ref()
+                    .is_some_and(|edge| edge.ends[0] == edge.ends[1])
+            };
+            if is_loop(&self.edges[first]) || is_loop(&self.edges[second]) {
+                continue;
+            }
+            let (Some(mut a), Some(mut b), Some(gone)) = (
+                self.edges[first].take(),
+                self.edges[second].take(),
+                self.nodes[node].take(),
+            ) else {
+                continue;
+            };
+            if a.ends[0] == node {
+                a.reverse();
+            }
+            if b.ends[1] == node {
+                b.reverse();
+            }
+            // Of what was a junction, the texel nearest to its middle is on the line.
+            let away = |i: &u32| links.places[*i as usize].distance_squared(gone.place);
+            let middle = gone
+                .texels
+                .iter()
+                .copied()
+                .min_by(|a, b| away(a).total_cmp(&away(b)));
+            let texels = a.texels.into_iter().chain(middle).chain(b.texels);
+            let (ends, texels) = ([a.ends[0], b.ends[1]], texels.collect());
+            self.add(links, ends, texels);
+        }
+    }
+
+    /// How many ends of edges each node has.
+    pub fn degrees(&self) -> Vec<usize> {
+        let mut degrees = vec![0; self.nodes.len()];
+        for node in self.edges.iter().flatten().flat_map(|edge| edge.ends) {
+            degrees[node] += 1;
+        }
+        degrees
+    }
+
+    /// The points of an edge, its nodes included, made even.
+    pub fn points(&self, links: &Links, edge: &Edge) -> Vec<DVec3> {
+        let place = |node: usize| self.nodes[node].as_ref().map(|node| node.place);
+        let between = edge.texels.iter().map(|&i| links.places[i as usize]);
+        let points = place(edge.ends[0])
+            .into_iter()
+            .chain(between)
+            .chain(place(edge.ends[1]));
+        even(
+            points.collect(),
+            edge.ends[0] == edge.ends[1] && self.degrees()[edge.ends[0]] == 2,
+        )
+    }
+
+    /// The length of an edge, in scene radii.
+    fn length(&self, links: &Links, edge: &Edge) -> f64 {
+        let points = self.points(links, edge);
+        points
+            .windows(2)
+            .map(|pair| pair[0].distance(pair[1]))
+            .sum()
+    }
+}
+
+impl Node {
+    fn of(links: &Links, layers: &[u32], texels: Vec<u32>) -> Self {
+        let places = texels.iter().map(|&i| links.places[i as usize]);
+        let place = places.sum::<DVec3>() / texels.len() as f64;
+        let half = |&i: &u32| (f64::from(layers[i as usize]) - 0.5) * links.sides[i as usize];
+        let half_width = texels.iter().map(half).fold(0.0, f64::max);
+        Self {
+            texels,
+            place,
+            half_width,
+        }
+    }
+}
+
+impl Edge {
+    fn reverse(&mut self) {
+        self.ends.reverse();
+        self.texels.reverse();
+    }
+}
+
+/// Evens out the steps of a line of texels; its ends stay, unless it is a ring.
+fn even(mut points: Vec<DVec3>, is_ring: bool) -> Vec<DVec3> {
+    let count = points.len();
+    if count < 3 {
+        return points;
+    }
+    // Each pass spreads by half a texel squared, and variances add up.
+    for _ in 0..2 * EVEN * EVEN {
+        let before = points.clone();
+        for i in 1..count - 1 {
+            points[i] = (before[i - 1] + 2.0 * before[i] + before[i + 1]) / 4.0;
+        }
+        if is_ring {
+            let end = (before[count - 2] + 2.0 * before[0] + before[1]) / 4.0;
+            (points[0], points[count - 1]) = (end, end);
+        }
+    }
+    points
+}
