@@ -244,6 +244,22 @@ class Simulation:
         measures["objects"] = {name: dict(zip(keys, part)) for name, part in zip(names, parts)}
         return measures
 
+    def network(self) -> dict[str, Any]:
+        """The network as a graph: `nodes` and `edges`, lists of dictionaries, and `measures` of them. Lengths are in scene radii.
+
+        A node has its `kind` (junction, end, spot, loop, or through for a food on a line), the name of its `object`, its `place` in world
+        coordinates, its `degree`, and the number of the `food` that it lies at. An edge has `from` and `to`, numbers of nodes, `length`,
+        `width`, the mean `trail`, and `points` along it.
+
+            graph = networkx.MultiGraph()
+            graph.add_edges_from((edge["from"], edge["to"], edge) for edge in sim.network()["edges"])
+        """
+        whole: dict[str, Any] = json.loads(self._engine.network())
+        names = self._engine.object_names()
+        for node in whole["nodes"]:
+            node["object"] = names[node["object"]]
+        return whole
+
     @property
     def state_hash(self) -> str:
         """The hash of the whole state, 16 hexadecimal digits: equal on every device for the same scene, seed and step."""

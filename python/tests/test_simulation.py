@@ -325,3 +325,24 @@ def test_measures_agree_with_a_graph_library():
     sides = [(0, 1), (1, 0)]
     assert parts(network, [*sides, (1, 1), (1, -1)]) == measures["pieces"] > 1
     assert parts(owned & ~network, sides) == measures["regions"] > 1
+
+
+def test_the_network_is_a_graph(torus):
+    """Catches edges whose nodes do not exist, and measures that a graph library does not find."""
+    import networkx
+
+    whole = torus.network()
+    graph = networkx.MultiGraph()
+    graph.add_nodes_from((number, node) for number, node in enumerate(whole["nodes"]))
+    graph.add_edges_from((edge["from"], edge["to"], edge) for edge in whole["edges"])
+    measures = whole["measures"]
+    assert graph.number_of_nodes() == measures["nodes"] > 10
+    assert networkx.number_connected_components(graph) == measures["parts"]
+    assert graph.number_of_edges() - measures["nodes"] + measures["parts"] == measures["cycles"]
+    assert [node["degree"] for node in whole["nodes"]] == [degree for _, degree in graph.degree()]
+    assert {node["object"] for node in whole["nodes"]} == {"torus"}
+    bridges = networkx.bridges(networkx.Graph(graph))
+    single = [edge for edge in bridges if graph.number_of_edges(*edge) == 1]
+    at_risk = sum(graph.edges[(*edge, 0)]["length"] for edge in single)
+    assert measures["tolerance"] == pytest.approx(1 - at_risk / measures["length"])
+    assert measures["length"] == pytest.approx(torus.measures()["length"], rel=0.35)

@@ -6,7 +6,7 @@ use clap::Args;
 use myxo::export::{NetworkFile, NetworkFormat};
 use myxo::plain_text::{Shown as _, escaped};
 use myxo::sim::Snapshot;
-use myxo::sim::graph::{Graph, Measures, Surroundings, distances_between};
+use myxo::sim::graph::{Graph, Measures, network_of};
 use myxo::{Error, Result};
 use serde_json::json;
 
@@ -16,9 +16,6 @@ use super::report::hash_text;
 use super::session::Session;
 use super::{Command, Outcome, interrupt};
 use crate::console;
-
-/// The network counts as reaching a food from so many texels beyond its plate.
-const NEAR: f64 = 3.0;
 
 /// Run a scene without a window and write its network as a graph
 ///
@@ -126,19 +123,12 @@ impl Command for Network {
 
 /// The graph of a state, and its measures.
 fn found(session: &Session, snapshot: &Snapshot) -> (Graph, Measures) {
-    let setup = session.simulation.setup();
-    let poses = session.simulation.world_from_object();
-    let around = Surroundings::new(setup, &poses);
-    let mut graph = Graph::of(&snapshot.trail, &around);
-    let foods = &setup.food_set.places;
-    let side = setup.atlas.mean_texel_area.sqrt() / around.radius;
-    graph.mark_foods(foods, &around, NEAR * side);
-    let measures = if foods.is_empty() {
-        graph.measures(|_, _| None)
-    } else {
-        graph.measures(distances_between(foods, &around))
-    };
-    (graph, measures)
+    let simulation = &session.simulation;
+    network_of(
+        &snapshot.trail,
+        simulation.setup(),
+        &simulation.world_from_object(),
+    )
 }
 
 /// The measures as a line of text.

@@ -29,6 +29,7 @@ use crate::scene::{Overrides, Scene, SceneError};
 use crate::sim::areas::{GREATEST, NO_GO};
 use crate::sim::checkpoint::Checkpoint;
 use crate::sim::field::fill_gutters;
+use crate::sim::graph::network_of;
 use crate::sim::memory;
 use crate::sim::network::Network;
 use crate::sim::{Simulation, Snapshot};
@@ -434,6 +435,22 @@ impl Engine {
             let text = serde_json::to_string(&network)
                 .map_err(|error| Error::Invalid(error.to_string()))?;
             Ok((text, objects.collect()))
+        })
+    }
+
+    /// The network as a graph, as JSON: its measures, nodes and edges.
+    fn network(&self, py: Python<'_>) -> PyResult<String> {
+        self.with(py, |running| {
+            let simulation = &running.simulation;
+            let trail = running.ctx.download(&simulation.state().trail.front)?;
+            let poses = simulation.world_from_object();
+            let (graph, measures) = network_of(&trail, simulation.setup(), &poses);
+            let whole = serde_json::json!({
+                "measures": measures,
+                "nodes": graph.nodes,
+                "edges": graph.edges,
+            });
+            Ok(whole.to_string())
         })
     }
 

@@ -8,6 +8,7 @@ mod foods;
 mod links;
 mod measures;
 mod parts;
+mod state;
 mod surroundings;
 #[cfg(test)]
 mod tests;
@@ -17,4 +18,5 @@ mod trace;
 pub use foods::distances_between;
 pub use measures::{Between, Measures};
 pub use parts::{Edge, Graph, Node, NodeKind};
+pub use state::network_of;
 pub use surroundings::Surroundings;

@@ -15,31 +15,80 @@ fn a_network_is_the_same_graph_in_every_format() {
     let folder = Folder::new();
     let files = ["a.json", "a.graphml", "a.csv", "series.csv"].map(|name| folder.file(name));
     let [json, graphml, csv, series] = files.each_ref().map(|file| path(file));
-    let scene = ["network", "cube", "--steps", "60", "--set", "particles.count=20000", "--set", "atlas.size=192"];
-    let out = ["--out", json, "--out", graphml, "--out", csv, "--series", series, "--network-every", "20"];
+    let scene = [
+        "network",
+        "cube",
+        "--steps",
+        "60",
+        "--set",
+        "particles.count=20000",
+        "--set",
+        "atlas.size=192",
+    ];
+    let out = [
+        "--out",
+        json,
+        "--out",
+        graphml,
+        "--out",
+        csv,
+        "--series",
+        series,
+        "--network-every",
+        "20",
+    ];
     let said = done(&[&scene[..], &out].concat());
-    assert!(said.contains("cube at step 60: state hash ") && said.contains("the network has "), "{said}");
+    assert!(
+        said.contains("cube at step 60: state hash ") && said.contains("the network has "),
+        "{said}"
+    );
     let read = |file: &str| fs::read_to_string(file).expect("it was written");
     let graph: Value = serde_json::from_str(&read(json)).expect("it is JSON");
     let [nodes, edges] = ["nodes", "edges"].map(|key| graph[key].as_array().expect("it is a list"));
-    assert!(nodes.len() > 5 && edges.len() > 5, "{} nodes, {} edges", nodes.len(), edges.len());
+    assert!(
+        nodes.len() > 5 && edges.len() > 5,
+        "{} nodes, {} edges",
+        nodes.len(),
+        edges.len()
+    );
     let measures = &graph["measures"];
-    assert_eq!((measures["nodes"].as_u64(), measures["edges"].as_u64()), (Some(nodes.len() as u64), Some(edges.len() as u64)));
-    let lengths = edges.iter().map(|edge| edge["length"].as_f64().expect("it has one"));
+    assert_eq!(
+        (measures["nodes"].as_u64(), measures["edges"].as_u64()),
+        (Some(nodes.len() as u64), Some(edges.len() as u64))
+    );
+    let lengths = edges
+        .iter()
+        .map(|edge| edge["length"].as_f64().expect("it has one"));
     assert!((lengths.sum::<f64>() - measures["length"].as_f64().expect("it has one")).abs() < 1e-9);
-    let degrees = nodes.iter().map(|node| node["degree"].as_u64().expect("it has one"));
+    let degrees = nodes
+        .iter()
+        .map(|node| node["degree"].as_u64().expect("it has one"));
     assert_eq!(degrees.sum::<u64>(), 2 * edges.len() as u64);
     assert_eq!(graph["objects"][0], "cube");
     let text = read(graphml);
     let count = |of: &str| text.matches(of).count();
-    assert_eq!((count("<node id="), count("<edge id=")), (nodes.len(), edges.len()));
-    let rows: Vec<csv::StringRecord> = csv::Reader::from_path(csv).expect("it was written").records().map(Result::unwrap).collect();
+    assert_eq!(
+        (count("<node id="), count("<edge id=")),
+        (nodes.len(), edges.len())
+    );
+    let rows: Vec<csv::StringRecord> = csv::Reader::from_path(csv)
+        .expect("it was written")
+        .records()
+        .map(Result::unwrap)
+        .collect();
     assert_eq!(rows.len(), edges.len());
     for (row, edge) in rows.iter().zip(edges) {
         let number = |column: usize| row[column].parse::<f64>().expect("it is a number");
-        assert_eq!([number(1), number(2), number(3)], ["from", "to", "length"].map(|key| edge[key].as_f64().unwrap()));
+        assert_eq!(
+            [number(1), number(2), number(3)],
+            ["from", "to", "length"].map(|key| edge[key].as_f64().unwrap())
+        );
     }
-    let rows: Vec<csv::StringRecord> = csv::Reader::from_path(series).expect("it was written").records().map(Result::unwrap).collect();
+    let rows: Vec<csv::StringRecord> = csv::Reader::from_path(series)
+        .expect("it was written")
+        .records()
+        .map(Result::unwrap)
+        .collect();
     let steps: Vec<&str> = rows.iter().map(|row| &row[0]).collect();
     assert_eq!(steps, ["20", "40", "60"]);
     assert_eq!(rows[2][1], nodes.len().to_string());
@@ -50,8 +99,18 @@ fn what_cannot_be_written_is_said_at_once() {
     let folder = Folder::new();
     let other = folder.file("a.png");
     let said = failed(&["network", "cube", "--out", path(&other)]);
-    assert!(said.contains("a.png: a network is written as .json, .graphml or .csv"), "{said}");
+    assert!(
+        said.contains("a.png: a network is written as .json, .graphml or .csv"),
+        "{said}"
+    );
     let same = folder.file("a.csv");
-    let said = failed(&["network", "cube", "--out", path(&same), "--series", path(&same)]);
+    let said = failed(&[
+        "network",
+        "cube",
+        "--out",
+        path(&same),
+        "--series",
+        path(&same),
+    ]);
     assert!(said.contains("a.csv"), "{said}");
 }

@@ -35,10 +35,10 @@ impl Graph {
         if remove_noise(&links, &mut covered) {
             links = Links::of(around, &covered);
         }
-        let layers = links.layers();
-        let stays = thinned(&links, &layers, trail);
-        let mut traced = Traced::of(&links, &layers, &stays);
-        traced.simplify(&links, &layers);
+        let depths = links.depths();
+        let stays = thinned(&links, &depths, trail);
+        let mut traced = Traced::of(&links, &depths, &stays);
+        traced.simplify(&links, &depths);
         Self::new(&links, &traced, trail, around)
     }
 

@@ -15,6 +15,8 @@ pub struct Surroundings<'a> {
     pub atlas: &'a Atlas,
     /// World from object, for each object.
     pub poses: &'a [Affine3A],
+    /// From where poses count, in world coordinates.
+    pub origin: DVec3,
     /// The scene radius, world units.
     pub radius: f64,
 }
@@ -27,6 +29,7 @@ impl<'a> Surroundings<'a> {
             surface: &setup.surface,
             atlas: &setup.atlas,
             poses,
+            origin: setup.origin(),
             radius: f64::from(setup.radius),
         }
     }
@@ -55,8 +58,7 @@ impl<'a> Surroundings<'a> {
         let [a, b, c]: [Vec3; 3] = corners.map(|corner| self.surface.positions[corner as usize]);
         let object = self.surface.triangles[triangle as usize].object;
         let pose = &self.poses[object as usize];
-        pose.transform_point3(a + u * (b - a) + v * (c - a))
-            .as_dvec3()
-            / self.radius
+        let place = pose.transform_point3(a + u * (b - a) + v * (c - a));
+        (place.as_dvec3() + self.origin) / self.radius
     }
 }

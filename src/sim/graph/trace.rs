@@ -4,8 +4,10 @@ use glam::DVec3;
 
 use super::links::Links;
 
-/// Branches that end within the width of the line that they leave, and so many texels more, are unevenness of its outline.
+/// Branches that reach no farther than the line that they leave, and so many texels more, are unevenness of its outline.
 const SPUR: f64 = 2.0;
+/// Ways along links are longer than straight ones by up to this factor.
+const WITHIN: f64 = 1.1;
 /// Junctions that are closer than so many texels are one, and so are those within the width of a line.
 const ONE_JUNCTION: f64 = 3.0;
 /// Loops of fewer texels are noise.
@@ -44,7 +46,7 @@ pub struct Traced {
 
 impl Traced {
     /// The lines that thinning has left.
-    pub fn of(links: &Links, layers: &[u32], stays: &[bool]) -> Self {
+    pub fn of(links: &Links, depths: &[f64], stays: &[bool]) -> Self {
         let beside = |i: u32| {
             let all = links.beside[i as usize].iter().copied();
             all.filter(|&other| stays[other as usize])
@@ -76,7 +78,7 @@ impl Traced {
                     }
                 }
             }
-            traced.nodes.push(Some(Node::of(links, layers, texels)));
+            traced.nodes.push(Some(Node::of(links, depths, texels)));
         }
         let mut is_traced = vec![false; links.texels.len()];
         for number in 0..traced.nodes.len() {
@@ -95,7 +97,7 @@ impl Traced {
                 continue;
             }
             node_of[i as usize] = traced.nodes.len();
-            traced.nodes.push(Some(Node::of(links, layers, vec![i])));
+            traced.nodes.push(Some(Node::of(links, depths, vec![i])));
             if let [first, _] = beside(i)[..] {
                 traced.trace(links, &beside, &node_of, &mut is_traced, [i, first]);
             }
@@ -146,10 +148,10 @@ impl Traced {
     }
 
     /// Removes what is unevenness or noise, and joins edges where nothing branches any more.
-    pub fn simplify(&mut self, links: &Links, layers: &[u32]) {
+    pub fn simplify(&mut self, links: &Links, depths: &[f64]) {
         loop {
-            let is_simpler = self.remove_spur(links)
-                || self.join_junctions(links, layers)
+            let is_simpler = self.remove_spur(links, depths)
+                || self.join_junctions(links, depths)
                 || self.remove_loop(links);
             self.join_edges(links);
             if !is_simpler {
@@ -159,7 +161,7 @@ impl Traced {
     }
 
     /// Removes the shortest branch that ends within the width of the line that it leaves.
-    fn remove_spur(&mut self, links: &Links) -> bool {
+    fn remove_spur(&mut self, links: &Links, depths: &[f64]) -> bool {
         let degrees = self.degrees();
         let spurs = self.edges.iter().enumerate().filter_map(|(number, edge)| {
             let edge = edge.as_ref()?;
@@ -170,9 +172,18 @@ impl Traced {
                 _ => return None,
             };
             let length = edge.length;
-            let node = self.nodes[other].as_ref()?;
+            let [last, node] = [end, other].map(|node| self.nodes[node].as_ref());
+            let (last, node) = (last?, node?);
+            // How far the branch reaches, and how far what it leaves reaches anyway.
+            let on_edge = edge.texels.iter().map(|&i| depths[i as usize]);
+            let (reaches, anyway) = if degrees[other] == 1 {
+                let widest = on_edge.fold(node.half_width.max(last.half_width), f64::max);
+                (length + last.half_width + node.half_width, 2.0 * widest)
+            } else {
+                (length + last.half_width, node.half_width)
+            };
             let side = links.sides[node.texels[0] as usize];
-            (length < node.half_width + SPUR * side).then_some((length, number, end))
+            (reaches < WITHIN * anyway + SPUR * side).then_some((length, number, end))
         });
         let Some((_, edge, end)) = spurs.min_by(|a, b| a.0.total_cmp(&b.0)) else {
             return false;
@@ -183,7 +194,7 @@ impl Traced {
     }
 
     /// Joins the two closest junctions that are one: a crossing of wide lines is two forks at first.
-    fn join_junctions(&mut self, links: &Links, layers: &[u32]) -> bool {
+    fn join_junctions(&mut self, links: &Links, depths: &[f64]) -> bool {
         let degrees = self.degrees();
         let pairs = self.edges.iter().enumerate().filter_map(|(number, edge)| {
             let edge = edge.as_ref()?;
@@ -213,7 +224,7 @@ impl Traced {
         for node in [&self.nodes[kept], &other].into_iter().flatten() {
             all.extend(&node.texels);
         }
-        self.nodes[kept] = Some(Node::of(links, layers, all));
+        self.nodes[kept] = Some(Node::of(links, depths, all));
         for edge in self.edges.iter_mut().flatten() {
             edge.ends = edge.ends.map(|node| if node == gone { kept } else { node });
         }
@@ -331,11 +342,13 @@ impl Traced {
 }
 
 impl Node {
-    fn of(links: &Links, layers: &[u32], texels: Vec<u32>) -> Self {
+    fn of(links: &Links, depths: &[f64], texels: Vec<u32>) -> Self {
         let places = texels.iter().map(|&i| links.places[i as usize]);
         let place = places.sum::<DVec3>() / texels.len() as f64;
-        let half = |&i: &u32| (f64::from(layers[i as usize]) - 0.5) * links.sides[i as usize];
-        let half_width = texels.iter().map(half).fold(0.0, f64::max);
+        let half_width = texels
+            .iter()
+            .map(|&i| depths[i as usize])
+            .fold(0.0, f64::max);
         Self {
             texels,
             place,
