@@ -109,7 +109,10 @@ impl Command for Network {
             sink.write(file.content(format))?;
             console::message(&format!("wrote {}", path.shown()));
         }
-        series.push((file.step, measures));
+        // After Ctrl-C the last step may be there already.
+        if series.last().is_none_or(|(step, _)| *step < file.step) {
+            series.push((file.step, measures));
+        }
         if let Some(sink) = series_sink {
             sink.write(table(&series)?)?;
         }

@@ -94,7 +94,8 @@ impl NetworkFile<'_> {
         const KEYS: &[(&str, &str, &str)] = &[
             ("node", "kind", "string"),
             ("node", "object", "string"),
-            ("node", "food", "long"),
+            ("node", "width_at", "double"),
+            ("node", "foods", "string"),
             ("node", "x", "double"),
             ("node", "y", "double"),
             ("node", "z", "double"),
@@ -141,9 +142,14 @@ impl NetworkFile<'_> {
                 kind.as_str().unwrap_or_default(),
             );
             data(&mut text, "      ", "object", self.object(node));
-            if let Some(food) = node.food {
-                data(&mut text, "      ", "food", &food.to_string());
-            }
+            data(&mut text, "      ", "width_at", &node.width.to_string());
+            let foods = node.foods.iter().map(ToString::to_string);
+            data(
+                &mut text,
+                "      ",
+                "foods",
+                &foods.collect::<Vec<_>>().join(" "),
+            );
             for (name, value) in ["x", "y", "z"].into_iter().zip(node.place) {
                 data(&mut text, "      ", name, &value.to_string());
             }

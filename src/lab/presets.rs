@@ -4,6 +4,16 @@ use myxo::scene::parameters::{Effect, Kind, PARAMETERS, Parameter, Scale, find};
 use myxo::scene::presets::is_look;
 use myxo::scene::settings::{ColorMap, Settings};
 
+/// With several objects, distances between them are computed again whenever these change, which takes longer than a step: on the way from one
+/// look to another they change in so many stages.
+const STAGES: f64 = 4.0;
+const LENGTHS: &[&str] = &[
+    "physarum.speed",
+    "physarum.sensor_offset",
+    "distance.reach",
+    "transfer.threshold",
+];
+
 /// A look that changes into another.
 #[derive(Clone, Debug)]
 pub struct Morph {
@@ -69,7 +79,14 @@ impl Morph {
 /// A share of the way from a look to another: numbers in between, by factors where their sliders are; words of the first.
 pub fn between(from: &Settings, to: &Settings, share: f64) -> Settings {
     let mut settings = from.clone();
+    let whole = share;
     for parameter in PARAMETERS.iter().filter(|parameter| is_look(parameter)) {
+        let is_staged = from.objects.len() > 1 && LENGTHS.contains(&parameter.key);
+        let share = if is_staged {
+            (whole * STAGES).floor() / STAGES
+        } else {
+            whole
+        };
         let Kind::Number(number) = &parameter.kind else {
             continue;
         };
@@ -240,6 +257,17 @@ mod tests {
             assert_eq!(touched.seed, seed);
             assert_eq!(touched.objects, before.objects);
         }
+        // With several objects, lengths change in stages, and all of them at the end.
+        let mut several = from.clone();
+        several.objects.push(several.objects[0].clone());
+        let speeds = [0.1, 0.2, 0.3].map(|share| between(&several, &to, share).physarum.speed);
+        assert!(
+            speeds[0] == from.physarum.speed && speeds[1] == speeds[0] && speeds[2] > speeds[1]
+        );
+        assert_eq!(
+            between(&several, &to, 1.0).physarum.speed,
+            to.physarum.speed
+        );
         touched.trail.decay = 0.1;
         let before = touched.clone();
         assert!(other.advance(&mut touched, 13.0), "it ends");

@@ -286,18 +286,24 @@ impl Course {
         }
     }
 
-    /// Continues from a snapshot of the same scene; distances are not known.
+    /// Continues from a snapshot of the same scene. Returns whether the distances that have been computed are those of the snapshot, too;
+    /// otherwise they are not known.
     ///
     /// # Errors
     /// When its poses are damaged, or are those of another number of objects. Then nothing has changed.
-    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), String> {
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<bool, String> {
         self.movement = snapshot.movement_of(self.settings.objects.len())?;
-        self.planner = DistancePlanner::resumed(&snapshot.distance_poses, &snapshot.kept_pairs);
+        let are_known = self.planner.has_taken()
+            && self.planner.poses() == snapshot.distance_poses
+            && self.planner.kept() == snapshot.kept_pairs;
+        if !are_known {
+            self.planner = DistancePlanner::resumed(&snapshot.distance_poses, &snapshot.kept_pairs);
+        }
         self.pulses.clone_from(&snapshot.pulses);
         self.fed_deposit = snapshot.food.fed_deposit;
         self.step = snapshot.step;
         self.poses_of_step.clone_from(&snapshot.last_poses);
         self.follow_settings();
-        Ok(())
+        Ok(are_known)
     }
 }

@@ -15,7 +15,6 @@ mod tests;
 mod thinning;
 mod trace;
 
-pub use foods::distances_between;
 pub use measures::{Between, Measures};
 pub use parts::{Edge, Graph, Node, NodeKind};
 pub use state::network_of;

@@ -412,7 +412,7 @@ impl Simulation {
         let mut snapshot = snapshot.counted_from(self.setup().origin()).into_owned();
         snapshot.settle();
         let mut course = self.course.clone();
-        course.restore(&snapshot).map_err(Error::Invalid)?;
+        let are_distances_known = course.restore(&snapshot).map_err(Error::Invalid)?;
         let foods = self.setup().food_set.places.len();
         snapshot.check_food(foods).map_err(Error::Invalid)?;
         let food = self.restored_food(&snapshot.food)?;
@@ -424,7 +424,9 @@ impl Simulation {
         // Parts of a step may have left counts behind.
         self.ctx.fill(&self.state.deposits.front, 0)?;
         self.ctx.fill(&self.state.sorting.bins, 0)?;
-        self.state.near.reach = 0.0;
+        if !are_distances_known {
+            self.state.near.reach = 0.0;
+        }
         self.course = course;
         self.upload_poses()?;
         self.upload_state(snapshot, &self.settings().clone())

@@ -1,14 +1,14 @@
 //! From a trail to the graph of its network.
 
-use super::links::Links;
+use super::links::{Links, cover_holes};
 use super::parts::{Edge, Graph, Node, NodeKind};
 use super::surroundings::Surroundings;
 use super::thinning::thinned;
-use super::trace::Traced;
+use super::trace::{Traced, length_of};
 use crate::mesh::surface::NONE;
 use crate::sim::network::THRESHOLD;
 
-/// Parts of the network with fewer texels are noise.
+/// Parts of the network, and holes in it, with fewer texels are noise.
 const SMALLEST: usize = 9;
 
 impl Graph {
@@ -31,6 +31,7 @@ impl Graph {
     #[must_use]
     pub fn of_covered(covered: &[bool], trail: &[f32], around: &Surroundings<'_>) -> Self {
         let mut covered = covered.to_vec();
+        cover_holes(around, &mut covered, SMALLEST);
         let mut links = Links::of(around, &covered);
         if remove_noise(&links, &mut covered) {
             links = Links::of(around, &covered);
@@ -39,6 +40,7 @@ impl Graph {
         let stays = thinned(&links, &depths, trail);
         let mut traced = Traced::of(&links, &depths, &stays);
         traced.simplify(&links, &depths);
+        traced.cut_ends(&links, &depths);
         Self::new(&links, &traced, trail, around)
     }
 
@@ -57,16 +59,21 @@ impl Graph {
                     _ => NodeKind::Junction,
                 },
                 object: links.objects[node.texels[0] as usize],
-                place: node.place.to_array(),
+                place: around.in_world(node.place).to_array(),
                 degree: degrees[i],
-                food: None,
+                width: 2.0 * node.half_width,
+                foods: Vec::new(),
             });
         }
         let sums = sums_of(links, traced, trail, around);
         for (edge, (area, mass)) in traced.edges.iter().zip(sums) {
             let Some(edge) = edge else { continue };
-            let points = traced.points(links, edge);
-            let mut length = edge.length;
+            let is_ring = edge.ends[0] == edge.ends[1] && degrees[edge.ends[0]] == 2;
+            let points = traced.points(links, edge, is_ring);
+            let mut length = length_of(&points);
+            if is_ring {
+                graph.nodes[numbers[edge.ends[0]]].place = around.in_world(points[0]).to_array();
+            }
             // A line ends at the border of the network, and not in its middle.
             for &end in edge.ends.iter().filter(|&&end| degrees[end] == 1) {
                 length += traced.nodes[end]
@@ -79,7 +86,10 @@ impl Graph {
                 length,
                 width: if length > 0.0 { area / length } else { 0.0 },
                 trail: if area > 0.0 { mass / area } else { 0.0 },
-                points: points.iter().map(|point| point.to_array()).collect(),
+                points: points
+                    .iter()
+                    .map(|&point| around.in_world(point).to_array())
+                    .collect(),
             });
         }
         graph

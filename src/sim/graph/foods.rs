@@ -8,46 +8,57 @@ use crate::mesh::surface_distance::SurfaceDistance;
 use crate::sim::food::FoodPlace;
 
 impl Graph {
-    /// Makes a node of the place where the network is nearest to each food, if it reaches its plate or comes within `near`, scene radii.
-    /// Markers, which have no plate, count, too.
+    /// Makes a node of the place where the network is nearest to each food, on its object, if it reaches its plate or comes within `near`,
+    /// scene radii. Markers, which have no plate, count, too.
     pub fn mark_foods(&mut self, foods: &[FoodPlace], around: &Surroundings<'_>, near: f64) {
         for (number, food) in foods.iter().enumerate() {
-            let at = around.place_of(
-                food.point.triangle,
-                food.point.u as f32,
-                food.point.v as f32,
-            );
+            let point = food.point;
+            let at =
+                around.in_world(around.place_of(point.triangle, point.u as f32, point.v as f32));
             let reach = food.size / around.radius + near;
-            if let Some(node) = self.node_at(at, reach) {
-                // Of two foods at one place the first has the node.
-                self.nodes[node].food.get_or_insert(number);
+            if let Some(node) = self.node_at(at, food.object, reach) {
+                self.nodes[node].foods.push(number);
             }
         }
     }
 
-    /// The node at the nearest place of the network, which is made if it is none yet.
-    fn node_at(&mut self, at: DVec3, reach: f64) -> Option<usize> {
+    /// The node at the nearest place of the network on an object, which is made if it is none yet.
+    fn node_at(&mut self, at: DVec3, object: u32, reach: f64) -> Option<usize> {
         let away = |place: &[f64; 3]| at.distance(DVec3::from_array(*place));
-        let nodes = self
-            .nodes
+        let nodes = self.nodes.iter().enumerate();
+        let nodes = nodes.filter(|(_, node)| node.object == object);
+        let nodes = nodes.map(|(i, node)| (away(&node.place), 0.5 * node.width, i));
+        let node = nodes.min_by(|a, b| a.0.total_cmp(&b.0));
+        let is_on = |edge: &&Edge| {
+            [edge.from, edge.to]
+                .iter()
+                .any(|&node| self.nodes[node].object == object)
+        };
+        let points = self
+            .edges
             .iter()
             .enumerate()
-            .map(|(i, node)| (away(&node.place), i));
-        let node = nodes.min_by(|a, b| a.0.total_cmp(&b.0));
-        let points = self.edges.iter().enumerate().flat_map(|(edge, of)| {
-            let points = of.points.iter().enumerate();
-            points.map(move |(point, place)| (away(place), edge, point))
-        });
-        let point = points.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        match node {
+            .filter(|(_, edge)| is_on(edge));
+        let points = points.flat_map(|(number, edge)| {
             // The ends of an edge are its nodes.
-            Some((distance, i)) if distance <= point.0 + 1e-9 => (distance <= reach).then_some(i),
-            _ => (point.0 <= reach).then(|| self.split(point.1, point.2)),
+            let inner = edge.points.iter().enumerate().skip(1);
+            let inner = inner.take(edge.points.len().saturating_sub(2));
+            inner.map(move |(point, place)| (away(place), 0.5 * edge.width, (number, point)))
+        });
+        let point = points.min_by(|a, b| a.0.total_cmp(&b.0));
+        match (node, point) {
+            (Some((there, half, node)), point) if point.is_none_or(|point| there <= point.0) => {
+                (there <= reach + half).then_some(node)
+            }
+            (_, Some((there, half, (edge, point)))) => {
+                (there <= reach + half).then(|| self.split(edge, point, object))
+            }
+            _ => None,
         }
     }
 
-    /// Makes a node of a point of an edge.
-    fn split(&mut self, number: usize, point: usize) -> usize {
+    /// Makes a node of an inner point of an edge.
+    fn split(&mut self, number: usize, point: usize, object: u32) -> usize {
         let length_of = |points: &[[f64; 3]]| {
             let pairs = points.windows(2);
             let lengths =
@@ -73,41 +84,43 @@ impl Graph {
             ..*edge
         };
         (edge.to, edge.length) = (node, share * edge.length);
-        let place = second.points[0];
-        let object = self.nodes[edge.from].object;
         self.nodes.push(Node {
             kind: NodeKind::Through,
             object,
-            place,
+            place: second.points[0],
             degree: 2,
-            food: None,
+            width: second.width,
+            foods: Vec::new(),
         });
         self.edges.push(second);
         node
     }
-}
 
-/// Distances along the surface between foods, in scene radii; none between objects.
-pub fn distances_between(
-    foods: &[FoodPlace],
-    around: &Surroundings<'_>,
-) -> impl Fn(usize, usize) -> Option<f64> {
-    let table: Vec<Vec<f64>> = foods
-        .iter()
-        .map(|from| {
-            let distance = SurfaceDistance::new(around.surface, &[from.point], f64::INFINITY);
-            let to = foods.iter().map(|to| {
-                let point = to.point;
+    /// Distances along the surface between the foods that the network reaches, in scene radii; none between objects.
+    pub fn surface_distances(
+        &self,
+        foods: &[FoodPlace],
+        around: &Surroundings<'_>,
+    ) -> impl Fn(usize, usize) -> Option<f64> + use<> {
+        let mut reached: Vec<usize> = self
+            .nodes
+            .iter()
+            .flat_map(|node| node.foods.clone())
+            .collect();
+        reached.sort_unstable();
+        let table = reached.iter().map(|&from| {
+            let distance =
+                SurfaceDistance::new(around.surface, &[foods[from].point], f64::INFINITY);
+            let to = reached.iter().map(|&to| {
+                let point = foods[to].point;
                 distance.at(point.triangle, point.u, point.v) / around.radius
             });
-            to.collect()
-        })
-        .collect();
-    move |a, b| {
-        table
-            .get(a)?
-            .get(b)
-            .copied()
-            .filter(|distance| distance.is_finite())
+            to.collect::<Vec<f64>>()
+        });
+        let table: Vec<_> = table.collect();
+        move |a, b| {
+            let [a, b] = [a, b].map(|food| reached.binary_search(&food).ok());
+            Some(table[a?][b?]).filter(|distance| distance.is_finite())
+        }
     }
 }

@@ -11,6 +11,9 @@ use crate::mesh::surface::{NONE, Seam};
 /// Texels whose centres are no more than so many texel sides apart touch, if the atlas does not say it: a diagonal, and a little more.
 const TOUCH: f64 = 1.6;
 
+/// Texels whose sides differ by no more than this factor are alike.
+const ALIKE: f64 = 2.0;
+
 /// The eight neighbours.
 const AROUND: [(i64, i64); 8] = [
     (0, -1),
@@ -22,6 +25,57 @@ const AROUND: [(i64, i64); 8] = [
     (-1, 0),
     (-1, -1),
 ];
+
+/// Covers bare parts of fewer texels than this, connected by their sides: they are noise.
+pub fn cover_holes(around: &Surroundings<'_>, covered: &mut [bool], smallest: usize) {
+    let atlas = around.atlas;
+    let across = across(around);
+    let pitch = i64::from(atlas.pitch);
+    let rows = covered.len() as i64 / pitch;
+    let mut is_seen = vec![false; covered.len()];
+    for start in 0..covered.len() {
+        let is_bare = |texel: usize| atlas.owner[texel] != NONE && !covered[texel];
+        if !is_bare(start) || std::mem::replace(&mut is_seen[start], true) {
+            continue;
+        }
+        let mut part = vec![start];
+        let mut done = 0;
+        while let Some(&at) = part.get(done) {
+            done += 1;
+            let (x, y) = (at as i64 % pitch, at as i64 / pitch);
+            for (dx, dy) in AROUND.into_iter().step_by(2) {
+                let (x, y) = (x + dx, y + dy);
+                if !((0..pitch).contains(&x) && (0..rows).contains(&y)) {
+                    continue;
+                }
+                let there = (y * pitch + x) as usize;
+                let other = if atlas.owner[there] == NONE {
+                    across[there]
+                } else {
+                    there as u32
+                };
+                if other != NONE
+                    && is_bare(other as usize)
+                    && !std::mem::replace(&mut is_seen[other as usize], true)
+                {
+                    part.push(other as usize);
+                }
+            }
+        }
+        if part.len() < smallest {
+            part.into_iter().for_each(|texel| covered[texel] = true);
+        }
+    }
+}
+
+/// For each gutter texel the one that it stands for, across a seam.
+fn across(around: &Surroundings<'_>) -> Vec<u32> {
+    let mut across = vec![NONE; around.atlas.owner.len()];
+    for seam in &around.atlas.seams {
+        across[seam.texel as usize] = main_source(seam);
+    }
+    across
+}
 
 /// Covered texels, numbered from 0, and which of them touch.
 #[derive(Debug)]
@@ -50,10 +104,7 @@ impl Links {
         for (i, &texel) in (0..).zip(&texels) {
             number[texel as usize] = i;
         }
-        let mut across = vec![NONE; covered.len()];
-        for seam in &atlas.seams {
-            across[seam.texel as usize] = main_source(seam);
-        }
+        let across = across(around);
         let mut links = Self {
             places: texels.iter().map(|&texel| around.place(texel)).collect(),
             sides: texels.iter().map(|&texel| around.side(texel)).collect(),
@@ -92,7 +143,7 @@ impl Links {
                 };
                 if other == NONE || other == texel {
                     // Where the mesh ends.
-                    self.is_border[i] |= k % 2 == 0;
+                    self.is_border[i] |= k % 2 == 0 && around.is_at_open_border(texel);
                     continue;
                 }
                 match number[other as usize] {
@@ -142,7 +193,7 @@ impl Links {
         }
     }
 
-    /// Links texels of different objects that lie at the same place.
+    /// Links texels of different objects that lie at the same place. If one object's are much finer, each is linked to the nearest only.
     fn link_contacts(&mut self) {
         let cell = TOUCH * self.sides.iter().copied().fold(0.0, f64::max);
         if cell <= 0.0 {
@@ -153,23 +204,39 @@ impl Links {
         for (i, &place) in (0..).zip(&self.places) {
             cells.entry(cell_of(place)).or_default().push(i);
         }
+        let mut found = Vec::new();
         for i in 0..self.texels.len() as u32 {
             let at = cell_of(self.places[i as usize]);
+            let mut nearest: Option<(f64, u32)> = None;
             for offset in 0..27 {
                 let step = glam::IVec3::new(offset % 3, offset / 3 % 3, offset / 9) - 1;
                 for &other in cells.get(&(at + step)).into_iter().flatten() {
                     let differ = self.objects[i as usize] != self.objects[other as usize];
-                    if other > i && differ && self.touch(i, other) {
-                        self.link(i, other);
+                    if !differ || !self.touch(i, other) {
+                        continue;
+                    }
+                    let [a, b] = [i, other].map(|i| self.sides[i as usize]);
+                    if a.max(b) <= ALIKE * a.min(b) {
+                        found.push((i, other));
+                        continue;
+                    }
+                    let [a, b] = [i, other].map(|i| self.places[i as usize]);
+                    let apart = (a.distance_squared(b), other);
+                    if nearest.is_none_or(|nearest| apart < nearest) {
+                        nearest = Some(apart);
                     }
                 }
             }
+            found.extend(nearest.map(|(_, other)| (i, other)));
+        }
+        for (i, other) in found {
+            self.link(i, other);
         }
     }
 
     fn touch(&self, a: u32, b: u32) -> bool {
         let [a, b] = [a, b].map(|i| i as usize);
-        let side = self.sides[a].max(self.sides[b]);
+        let side = 0.5 * (self.sides[a] + self.sides[b]);
         self.places[a].distance(self.places[b]) <= TOUCH * side
     }
 

@@ -1,9 +1,10 @@
 //! What the literature measures of a network's graph.
 
+use std::collections::HashMap;
+
 use petgraph::algo::{bridges, connected_components, dijkstra, min_spanning_tree};
 use petgraph::data::FromElements as _;
-use petgraph::graph::{NodeIndex, UnGraph};
-use petgraph::visit::EdgeRef as _;
+use petgraph::graph::{EdgeIndex, NodeIndex, UnGraph};
 use serde::{Deserialize, Serialize};
 
 use super::parts::Graph;
@@ -43,8 +44,8 @@ pub struct Between {
     pub reached: usize,
     /// The share of their pairs that are connected, 0 to 1.
     pub connected: f64,
-    /// The mean distance of connected pairs along the network.
-    pub distance: f64,
+    /// The mean distance of connected pairs along the network. None if there is no such pair.
+    pub distance: Option<f64>,
     /// The mean, over connected pairs on one object, of the distance along the surface as a share of that along the network, 0 to 1: the
     /// transport efficiency. None if there is no such pair.
     pub efficiency: Option<f64>,
@@ -66,7 +67,7 @@ impl Graph {
         let of_degree =
             |is: fn(usize) -> bool| self.nodes.iter().filter(|node| is(node.degree)).count();
         let share = |part: f64, of: f64| if of > 0.0 { part / of } else { 0.0 };
-        let bridges: Vec<_> = bridges(&graph).map(|bridge| bridge.id()).collect();
+        let bridges = self.bridges();
         let at_risk: f64 = bridges.iter().map(|&edge| graph[edge]).sum();
         Measures {
             nodes: self.nodes.len(),
@@ -81,6 +82,28 @@ impl Graph {
             tolerance: share(length - at_risk, length),
             foods: self.between(&graph, &bridges, length, surface),
         }
+    }
+
+    /// The edges whose loss makes two parts of one.
+    fn bridges(&self) -> Vec<EdgeIndex> {
+        // The library's search takes a graph without parallel edges, of which none is a bridge.
+        let mut between: HashMap<[usize; 2], Vec<usize>> = HashMap::new();
+        for (number, edge) in self.edges.iter().enumerate() {
+            let ends = [edge.from.min(edge.to), edge.from.max(edge.to)];
+            between.entry(ends).or_default().push(number);
+        }
+        let mut simple: UnGraph<(), Option<usize>> = UnGraph::new_undirected();
+        self.nodes.iter().for_each(|_| _ = simple.add_node(()));
+        let mut pairs: Vec<_> = between.into_iter().filter(|([a, b], _)| a != b).collect();
+        pairs.sort_unstable();
+        for ([a, b], numbers) in pairs {
+            let only = (numbers.len() == 1).then(|| numbers[0]);
+            simple.add_edge(NodeIndex::new(a), NodeIndex::new(b), only);
+        }
+        let found = bridges(&simple).filter_map(|bridge| *bridge.weight());
+        let mut found: Vec<_> = found.map(EdgeIndex::new).collect();
+        found.sort_unstable();
+        found
     }
 
     fn as_petgraph(&self) -> UnGraph<(), f64> {
@@ -101,14 +124,13 @@ impl Graph {
     fn between(
         &self,
         graph: &UnGraph<(), f64>,
-        bridges: &[petgraph::graph::EdgeIndex],
+        bridges: &[EdgeIndex],
         length: f64,
         surface: impl Fn(usize, usize) -> Option<f64>,
     ) -> Option<Between> {
         let nodes = (0..).zip(&self.nodes);
-        let foods: Vec<(usize, usize)> = nodes
-            .filter_map(|(i, node)| Some((node.food?, i)))
-            .collect();
+        let foods = nodes.flat_map(|(i, node)| node.foods.iter().map(move |&food| (food, i)));
+        let foods: Vec<(usize, usize)> = foods.collect();
         if foods.len() < 2 {
             return None;
         }
@@ -139,7 +161,7 @@ impl Graph {
         let tree: f64 = tree.edge_weights().sum();
         // A bridge parts foods if there are some of its part on both sides.
         let food_nodes: Vec<usize> = foods.iter().map(|&(_, node)| node).collect();
-        let parts_foods = |&&bridge: &&petgraph::graph::EdgeIndex| {
+        let parts_foods = |&&bridge: &&EdgeIndex| {
             let (from, _) = graph
                 .edge_endpoints(bridge)
                 .expect("it is one of its edges");
@@ -165,7 +187,7 @@ impl Graph {
         Some(Between {
             reached: foods.len(),
             connected: distances.len() as f64 / f64::from(pairs),
-            distance: mean(&distances),
+            distance: (!distances.is_empty()).then(|| mean(&distances)),
             efficiency: (!shares.is_empty()).then(|| mean(&shares)),
             cost: (whole && tree > 0.0).then(|| length / tree),
             tolerance: if length > 0.0 {
@@ -184,7 +206,7 @@ mod tests {
 
     /// A square of side 1 with a tail of length 2, foods at two opposite corners and at the end of the tail.
     fn square_with_a_tail() -> Graph {
-        let node = |degree, food| Node {
+        let node = |degree, food: Option<usize>| Node {
             kind: if degree == 1 {
                 NodeKind::End
             } else {
@@ -193,7 +215,8 @@ mod tests {
             object: 0,
             place: [0.0; 3],
             degree,
-            food,
+            width: 0.1,
+            foods: food.into_iter().collect(),
         };
         let edge = |from, to, length| Edge {
             from,
@@ -243,7 +266,9 @@ mod tests {
         let foods = measures.foods.expect("there are three");
         assert_eq!((foods.reached, foods.connected), (3, 1.0));
         // Pairs 0-2 over two sides, 0-1 along the tail, 1-2 along both.
-        assert!((foods.distance - (2.0 + 2.0 + 4.0) / 3.0).abs() < 1e-12);
+        assert!(
+            (foods.distance.expect("they are connected") - (2.0 + 2.0 + 4.0) / 3.0).abs() < 1e-12
+        );
         let efficiency = (2.0_f64.sqrt() / 2.0 + 1.0 + 0.5) / 3.0;
         assert!((foods.efficiency.expect("they are on one object") - efficiency).abs() < 1e-12);
         let tree = 2.0_f64.sqrt() + 2.0;
@@ -262,11 +287,26 @@ mod tests {
         assert_eq!(measures, Measures::default());
     }
 
+    /// Catches two edges between the same nodes that count as bridges, and two foods at one node of which one is lost.
+    #[test]
+    fn parallel_edges_are_no_bridges() {
+        let mut graph = square_with_a_tail();
+        let tail = graph.edges[4].clone();
+        graph.edges.push(tail);
+        assert_eq!(graph.measures(|_, _| None).tolerance, 1.0);
+        graph.nodes[0].foods.push(7);
+        let foods = graph.measures(|_, _| None).foods.expect("there are four");
+        assert_eq!(
+            (foods.reached, foods.connected, foods.tolerance),
+            (4, 1.0, 1.0)
+        );
+    }
+
     /// Catches a tail without food that counts as a risk to foods.
     #[test]
     fn only_bridges_between_foods_part_them() {
         let mut graph = square_with_a_tail();
-        graph.nodes[4].food = None;
+        graph.nodes[4].foods.clear();
         let measures = graph.measures(|_, _| Some(1.0));
         let foods = measures.foods.expect("there are two");
         assert_eq!((foods.reached, foods.tolerance), (2, 1.0));

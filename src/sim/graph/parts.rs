@@ -38,8 +38,10 @@ pub struct Node {
     pub place: [f64; 3],
     /// How many edges end here; one from here to here counts twice.
     pub degree: usize,
-    /// The food whose plate it lies on.
-    pub food: Option<usize>,
+    /// The width of the network there, scene radii.
+    pub width: f64,
+    /// The foods that it reaches there.
+    pub foods: Vec<usize>,
 }
 
 /// An edge.
@@ -55,6 +57,6 @@ pub struct Edge {
     pub width: f64,
     /// The mean trail on it, trail units.
     pub trail: f64,
-    /// Points along it, ends included, as [`Node::place`].
+    /// Points along it, from node to node, as [`Node::place`].
     pub points: Vec<[f64; 3]>,
 }

@@ -2,7 +2,6 @@
 
 use glam::Affine3A;
 
-use super::foods::distances_between;
 use super::measures::Measures;
 use super::parts::Graph;
 use super::surroundings::Surroundings;
@@ -19,10 +18,6 @@ pub fn network_of(trail: &[f32], setup: &Setup, poses: &[Affine3A]) -> (Graph, M
     let foods = &setup.food_set.places;
     let side = setup.atlas.mean_texel_area.sqrt() / around.radius;
     graph.mark_foods(foods, &around, NEAR * side);
-    let measures = if foods.len() < 2 {
-        graph.measures(|_, _| None)
-    } else {
-        graph.measures(distances_between(foods, &around))
-    };
+    let measures = graph.measures(graph.surface_distances(foods, &around));
     (graph, measures)
 }

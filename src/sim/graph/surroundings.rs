@@ -3,7 +3,7 @@
 use glam::{Affine3A, DVec3, Vec3};
 
 use crate::mesh::atlas::Atlas;
-use crate::mesh::surface::Surface;
+use crate::mesh::surface::{NONE, Surface};
 use crate::sim::setup::Setup;
 
 /// The surface under a trail.
@@ -15,7 +15,7 @@ pub struct Surroundings<'a> {
     pub atlas: &'a Atlas,
     /// World from object, for each object.
     pub poses: &'a [Affine3A],
-    /// From where poses count, in world coordinates.
+    /// From where poses count, in world coordinates. Far from zero, places that count from it are more exact.
     pub origin: DVec3,
     /// The scene radius, world units.
     pub radius: f64,
@@ -52,13 +52,25 @@ impl<'a> Surroundings<'a> {
         self.place_of(triangle, u, v)
     }
 
-    /// A point of the surface in world coordinates, scene radii.
+    /// A point of the surface in world coordinates that count from `origin`, scene radii.
     pub(super) fn place_of(&self, triangle: u32, u: f32, v: f32) -> DVec3 {
         let corners = self.surface.corners[triangle as usize];
         let [a, b, c]: [Vec3; 3] = corners.map(|corner| self.surface.positions[corner as usize]);
         let object = self.surface.triangles[triangle as usize].object;
         let pose = &self.poses[object as usize];
         let place = pose.transform_point3(a + u * (b - a) + v * (c - a));
-        (place.as_dvec3() + self.origin) / self.radius
+        place.as_dvec3() / self.radius
+    }
+
+    /// A place in world coordinates, scene radii.
+    pub(super) fn in_world(&self, place: DVec3) -> DVec3 {
+        place + self.origin / self.radius
+    }
+
+    /// Does the mesh end at the triangle of this texel?
+    pub(super) fn is_at_open_border(&self, texel: u32) -> bool {
+        let first = 3 * self.triangle(texel) as usize;
+        let edges = &self.surface.halfedges[first..first + 3];
+        edges.iter().any(|edge| edge.twin == NONE)
     }
 }

@@ -1,5 +1,6 @@
 //! What tiles remember from update to update: it saves searches and changes nothing.
 
+use myxo::gpu::Listed;
 use myxo::scene::settings::SignRule;
 use myxo::sim::{Setup, Simulation, twin};
 
@@ -71,5 +72,48 @@ fn tiles_remember_how_far_they_are_and_nothing_changes() {
             "{sign:?}: {kept}, {near}"
         );
     }
+    gpu.finish();
+}
+
+/// Catches a return to a state, as previews of looks do, after which all distances are computed again: that takes longer than a step.
+#[test]
+fn distances_of_a_state_that_are_known_are_not_computed_again() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of_several(&TRIO, |s| {
+        s.particles.count = 500;
+        s.atlas.size = 160;
+    });
+    let mut returns = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let step = |simulation: &mut Simulation| {
+        let mut listed = Vec::new();
+        gpu.run(|rec| {
+            rec.list();
+            simulation.record_step(rec);
+            listed = rec.listed();
+        });
+        let is_distance =
+            |work: &Listed| matches!(work, Listed::Work(name) if name.starts_with("distance"));
+        listed.iter().any(is_distance)
+    };
+    assert!(step(&mut returns), "the first step computes them");
+    assert!(!step(&mut returns), "objects rest");
+    let state = returns.snapshot().unwrap();
+    let next = (0..3).map(|_| step(&mut returns)).collect::<Vec<_>>();
+    let hash = returns.snapshot().unwrap().hash();
+    returns.restore(&state).unwrap();
+    assert_eq!((0..3).map(|_| step(&mut returns)).collect::<Vec<_>>(), next);
+    assert_eq!(returns.snapshot().unwrap().hash(), hash);
+    // Another simulation does not know them.
+    let mut other = Simulation::new(&gpu.ctx, &scene).unwrap();
+    other.restore(&state).unwrap();
+    assert!(step(&mut other));
+    assert_eq!(other.snapshot().unwrap().step, 3);
+    // Those of other poses are unknown.
+    returns
+        .set_pose(1, Some(glam::DAffine3::from_translation(glam::DVec3::X)))
+        .unwrap();
+    assert!(step(&mut returns));
+    returns.restore(&state).unwrap();
+    assert!(step(&mut returns));
     gpu.finish();
 }
