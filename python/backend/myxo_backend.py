@@ -4,18 +4,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import maturin
-from maturin import (  # noqa: F401
-    build_sdist,
-    get_requires_for_build_editable,
-    get_requires_for_build_sdist,
-    get_requires_for_build_wheel,
-    prepare_metadata_for_build_editable,
-    prepare_metadata_for_build_wheel,
-)
+from maturin import build_sdist, get_requires_for_build_sdist  # noqa: F401
 
 SETUP = Path(__file__).parents[2] / ".ci" / "setup"
 
@@ -26,15 +20,20 @@ def check() -> None:
         raise SystemExit("myxo cannot be built: the lines above say what is missing, and how to get it")
 
 
-def build_wheel(*arguments: Any, **named: Any) -> str:
-    """As maturin's."""
-    check()
-    name: str = maturin.build_wheel(*arguments, **named)
-    return name
+def _checked(hook: Callable[..., Any]) -> Callable[..., Any]:
+    """A hook of maturin's, after the look."""
+
+    def checked(*arguments: Any, **named: Any) -> Any:
+        check()
+        return hook(*arguments, **named)
+
+    return checked
 
 
-def build_editable(*arguments: Any, **named: Any) -> str:
-    """As maturin's."""
-    check()
-    name: str = maturin.build_editable(*arguments, **named)
-    return name
+# In the order in which they are called: what is missing is said before anything is fetched.
+get_requires_for_build_wheel = _checked(maturin.get_requires_for_build_wheel)
+get_requires_for_build_editable = _checked(maturin.get_requires_for_build_editable)
+prepare_metadata_for_build_wheel = _checked(maturin.prepare_metadata_for_build_wheel)
+prepare_metadata_for_build_editable = _checked(maturin.prepare_metadata_for_build_editable)
+build_wheel = _checked(maturin.build_wheel)
+build_editable = _checked(maturin.build_editable)

@@ -125,6 +125,11 @@ def with_files(table: Mapping[str, Any]) -> dict[str, Any]:
     return whole
 
 
+def is_picture(value: Any) -> bool:
+    """Is it the path of such a file?"""
+    return _pictures is not None and isinstance(value, str) and os.path.dirname(value) == _pictures.name
+
+
 def _picture(key: str, array: NDArray[Any]) -> str:
     """The path of a picture with these pixels."""
     global _pictures

@@ -143,7 +143,7 @@ class Simulation:
         settings
             Values of `camera` and `picture` keys for this picture alone.
         """
-        values = with_files(settings or {})
+        values = dict(settings or {})
         if view is not None:
             values["picture.show"] = view
         return self._engine.render(width, height, values, transparent, passes)
@@ -248,8 +248,9 @@ class Simulation:
         """The network as a graph: `nodes` and `edges`, lists of dictionaries, and `measures` of them. Lengths are in scene radii.
 
         A node has its `kind` (junction, end, spot, loop, or through for a food on a line), the name of its `object`, its `place` in world
-        coordinates, its `degree`, and the number of the `food` that it lies at. An edge has `from` and `to`, numbers of nodes, `length`,
-        `width`, the mean `trail`, and `points` along it.
+        coordinates, its `degree`, the network's `width` there, and the numbers of the `foods` that it reaches. An edge has `from` and `to`,
+        numbers of nodes, `length`, `width`, the mean `trail`, and `points` along it. Places and points, too, are in scene radii: times
+        `sim.radius` they are world units.
 
             graph = networkx.MultiGraph()
             graph.add_edges_from((edge["from"], edge["to"], edge) for edge in sim.network()["edges"])
@@ -413,7 +414,7 @@ def _engine(
     device: str | int | None,
     resume: str | os.PathLike[str] | None,
 ) -> Engine:
-    values = dict(settings or {})
+    values = with_files(settings or {})
     if particles is not None:
         values["particles.count"] = particles
     device = None if device is None else str(device)

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import _myxo, _runs
 from ._points import Point, grid, sample
-from ._scene import Scene, source
+from ._scene import Scene, is_picture, source, with_files
 
 if TYPE_CHECKING:
     import pandas
@@ -95,7 +95,7 @@ def sweep(
     shard
         `(i, n)`: only each n-th run from the i-th on, counted from 0, for job arrays that share the folder.
     retry
-        Does runs that have failed once more.
+        Runs failed runs again.
     progress
         Shows how far it is.
 
@@ -121,6 +121,8 @@ def sweep(
         study = read_study(points)
     else:
         study = {"points": points, "scene": scene, "steps": steps, "seeds": seeds, "preset": preset, "settings": settings}
+    # Pictures of maps have names by their content.
+    study = {**study, "settings": with_files(study["settings"] or {})}
     fixed = _fixed(study, run)
     jobs = _jobs(study, fixed, run, tuple(fields), device)
     numbers = {job["key"]: job["number"] for job in jobs}
@@ -243,10 +245,15 @@ def _fixed(study: Mapping[str, Any], run: _runs.Run | None) -> dict[str, Any]:
         "scene": _myxo.identity(path, table, meshes, folder, preset, settings),
         "steps": None if run else study["steps"],
         "preset": study["preset"],
-        "settings": settings,
+        "settings": {key: _content(value) for key, value in settings.items()},
         "run": _name_of(run),
         "version": _myxo.version,
     }
+
+
+def _content(value: Any) -> Any:
+    """A value of a parameter; of a picture in memory its name alone, which is by its content."""
+    return Path(value).name if is_picture(value) else value
 
 
 def _name_of(run: _runs.Run | None) -> str | None:

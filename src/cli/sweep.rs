@@ -57,7 +57,7 @@ In place of [grid]:
 Examples:
   myxo sweep angles.toml --out angles
   myxo sweep angles.toml --out angles --shard $SLURM_ARRAY_TASK_ID/100   one part of a job array
-  myxo sweep angles.toml --out angles --retry                            failed runs once more")]
+  myxo sweep angles.toml --out angles --retry                            failed runs again")]
 pub struct Sweep {
     /// The study file
     #[arg(value_name = "STUDY")]
@@ -71,7 +71,7 @@ pub struct Sweep {
     /// Only each N-th run from the I-th on, counted from 0: all shards share a folder
     #[arg(long, value_name = "I/N")]
     shard: Option<Part>,
-    /// Does runs that have failed once more
+    /// Runs failed runs again
     #[arg(long)]
     retry: bool,
     /// Computes on this device: its number or a part of its name, as `myxo info` lists them
@@ -207,7 +207,7 @@ impl Sweep {
         let files = folder.write_table(runs)?;
         let failures = match failed {
             0 => String::new(),
-            failed => format!(", {failed} of which have an error (--retry does them once more)"),
+            failed => format!(", {failed} of which have an error (--retry runs them again)"),
         };
         let files = files.each_ref().map(|file| file.shown());
         console::message(&format!(

@@ -10,6 +10,10 @@ const SPUR: f64 = 2.0;
 const WITHIN: f64 = 1.1;
 /// Junctions that are closer than so many texels are one, and so are those within the width of a line.
 const ONE_JUNCTION: f64 = 3.0;
+/// The end of a line is no longer than so many times its depth.
+const OF_ENDS: f64 = 2.5;
+/// A line has its full width at this share of it.
+const FULL: f64 = 0.92;
 /// Loops of fewer texels are noise.
 const SMALLEST_LOOP: f64 = 9.0;
 /// Lines of texels have steps. They are smoothed so often, by turns by these two factors, which leaves curves as they are (Taubin, "Curve and
@@ -162,7 +166,7 @@ impl Traced {
         }
     }
 
-    /// Cuts ends of lines back to where a disc within the line reaches as far: thinning leads them into a corner.
+    /// Cuts ends of lines back to where they have their full width: before that, thinning leads them into a corner.
     pub fn cut_ends(&mut self, links: &Links, depths: &[f64]) {
         let degrees = self.degrees();
         for number in 0..self.edges.len() {
@@ -181,16 +185,26 @@ impl Traced {
                 if end == 1 {
                     edge.texels.reverse();
                 }
-                let (mut along, mut before) = (last.half_width, last.place);
-                let mut cut = None;
-                for (count, &i) in edge.texels.iter().enumerate() {
+                let (mut along, mut before, mut full) =
+                    (last.half_width, last.place, last.half_width);
+                for &i in &edge.texels {
                     let place = links.places[i as usize];
                     along += before.distance(place);
                     before = place;
-                    if along < WITHIN * depths[i as usize] + links.sides[i as usize] {
-                        cut = Some(count);
+                    // Where the width grows by less than this it is that of the line.
+                    if along > OF_ENDS * full {
+                        break;
                     }
+                    full = full.max(depths[i as usize]);
                 }
+                let is_full = |depth: f64| depth >= FULL * full;
+                let cut = if is_full(last.half_width) {
+                    None
+                } else {
+                    edge.texels
+                        .iter()
+                        .position(|&i| is_full(depths[i as usize]))
+                };
                 let gone = cut.map(|count| edge.texels.drain(..=count).last());
                 self.nodes[node] = Some(match gone.flatten() {
                     Some(i) => Node::of(links, depths, vec![i]),
