@@ -250,6 +250,7 @@ fn examples_say_what_they_are_for() {
         match file.extension().and_then(|ending| ending.to_str()) {
             Some("rs") => assert!(source.starts_with("//! "), "{name}"),
             Some("md") => {}
+            Some("toml") => assert!(source.starts_with("# "), "{name}"),
             Some("py") => assert!(source.contains("\n\"\"\""), "{name}"),
             _ => panic!("{name}: what is it?"),
         }

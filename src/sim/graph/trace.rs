@@ -12,6 +12,8 @@ const WITHIN: f64 = 1.1;
 const ONE_JUNCTION: f64 = 3.0;
 /// The end of a line is no longer than so many times its depth.
 const OF_ENDS: f64 = 2.5;
+/// And so many texels more.
+const STEPS: f64 = 3.0;
 /// A line has its full width at this share of it.
 const FULL: f64 = 0.92;
 /// Loops of fewer texels are noise.
@@ -191,8 +193,8 @@ impl Traced {
                     let place = links.places[i as usize];
                     along += before.distance(place);
                     before = place;
-                    // Where the width grows by less than this it is that of the line.
-                    if along > OF_ENDS * full {
+                    // Where the width grows by less than this it is that of the line; steps of texels are none.
+                    if along > OF_ENDS * full + STEPS * links.sides[i as usize] {
                         break;
                     }
                     full = full.max(depths[i as usize]);
