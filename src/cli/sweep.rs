@@ -35,6 +35,11 @@ const PRINTED: usize = 5;
 /// Exits 1 if a run has failed.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
+Examples:
+  myxo sweep angles.toml --out angles
+  myxo sweep angles.toml --out angles --shard 3/100   one part of a job array, for $SLURM_ARRAY_TASK_ID = 3
+  myxo sweep angles.toml --out angles --retry         failed runs again
+
 A study:
   scene = \"plane\"             # a built-in name, a scene file or a model
   steps = 400
@@ -52,12 +57,7 @@ In place of [grid]:
   ranges.\"physarum.speed\" = [0.002, 0.01]
 
   [[point]]                   # a list
-  \"trail.decay\" = 0.9
-
-Examples:
-  myxo sweep angles.toml --out angles
-  myxo sweep angles.toml --out angles --shard $SLURM_ARRAY_TASK_ID/100   one part of a job array
-  myxo sweep angles.toml --out angles --retry                            failed runs again")]
+  \"trail.decay\" = 0.9")]
 pub struct Sweep {
     /// The study file
     #[arg(value_name = "STUDY")]
