@@ -46,8 +46,11 @@ impl Graph {
             inner.map(move |(point, place)| (away(place), 0.5 * edge.width, (number, point)))
         });
         let point = points.min_by(|a, b| a.0.total_cmp(&b.0));
+        // A node within the width of the line is taken, so that no edge is shorter than that.
         match (node, point) {
-            (Some((there, half, node)), point) if point.is_none_or(|point| there <= point.0) => {
+            (Some((there, half, node)), point)
+                if point.is_none_or(|point| there <= point.0 + half) =>
+            {
                 (there <= reach + half).then_some(node)
             }
             (_, Some((there, half, (edge, point)))) => {
