@@ -90,10 +90,9 @@ impl Traced {
         }
         let mut is_traced = vec![false; links.texels.len()];
         for number in 0..traced.nodes.len() {
-            let texels = traced.nodes[number]
-                .as_ref()
-                .map_or(&[][..], |node| &node.texels);
-            for start in texels.to_vec() {
+            let node = traced.nodes[number].as_ref();
+            let texels = node.map_or(Vec::new(), |node| node.texels.clone());
+            for start in texels {
                 for first in beside(start) {
                     traced.trace(links, &beside, &node_of, &mut is_traced, [start, first]);
                 }
@@ -207,7 +206,7 @@ impl Traced {
                         .iter()
                         .position(|&i| is_full(depths[i as usize]))
                 };
-                let gone = cut.map(|count| edge.texels.drain(..=count).last());
+                let gone = cut.map(|count| edge.texels.drain(..=count).next_back());
                 self.nodes[node] = Some(match gone.flatten() {
                     Some(i) => Node::of(links, depths, vec![i]),
                     None => last,
@@ -441,8 +440,8 @@ fn smoothed(mut points: Vec<DVec3>, is_ring: bool) -> Vec<DVec3> {
             let moved = |a: usize, i: usize, b: usize| {
                 before[i] + factor * (0.5 * (before[a] + before[b]) - before[i])
             };
-            for i in 1..count - 1 {
-                points[i] = moved(i - 1, i, i + 1);
+            for (i, point) in points.iter_mut().enumerate().take(count - 1).skip(1) {
+                *point = moved(i - 1, i, i + 1);
             }
             if is_ring {
                 points[0] = moved(count - 2, 0, 1);
