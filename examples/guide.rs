@@ -38,7 +38,7 @@ const COLUMNS: u32 = 4;
 /// The strips' own colours, and how many each has of all: they are small files.
 const GROUND: RGBColor = RGBColor(14, 15, 19);
 const INK: RGBColor = RGBColor(222, 224, 228);
-const COLORS: usize = 256;
+const COLORS: usize = 160;
 const FONT: &str = "sans-serif";
 const LETTERS: i32 = 15;
 /// A number with more digits than this behind its point is shown with so many: 1/60 is 0.0167.
