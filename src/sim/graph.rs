@@ -2,6 +2,8 @@
 //!
 //! The network is where the trail is more than [`THRESHOLD`](super::network::THRESHOLD) times its mean, as for [`Network`](super::network::Network). Its texels are
 //! thinned to lines, over seams and from object to object where they touch, and the lines are followed. All of it is on the host.
+//!
+//! In atlases by `grid`, small stars may be left on lines where the corners of cells meet.
 
 mod find;
 mod foods;

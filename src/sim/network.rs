@@ -141,7 +141,7 @@ struct Sums {
 }
 
 /// The eight neighbours, in circular order, beginning with the one above.
-const AROUND: [(i64, i64); 8] = [
+pub(super) const AROUND: [(i64, i64); 8] = [
     (0, -1),
     (1, -1),
     (1, 0),
@@ -224,7 +224,7 @@ fn counted(covered: &[bool], owned: &[u32], atlas: &Atlas) -> [u32; 2] {
 }
 
 /// The owned texel with the largest weight for a gutter texel.
-fn main_source(seam: &Seam) -> u32 {
+pub(super) fn main_source(seam: &Seam) -> u32 {
     let units = seam.units();
     let most = (0..4).max_by_key(|&k| units[k]).expect("there are four");
     seam.source[most]

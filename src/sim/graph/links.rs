@@ -6,25 +6,14 @@ use std::collections::{BinaryHeap, HashMap};
 use glam::DVec3;
 
 use super::surroundings::Surroundings;
-use crate::mesh::surface::{NONE, Seam};
+use crate::mesh::surface::NONE;
+use crate::sim::network::{AROUND, main_source};
 
 /// Texels whose centres are no more than so many texel sides apart touch, if the atlas does not say it: a diagonal, and a little more.
 const TOUCH: f64 = 1.6;
 
 /// Texels whose sides differ by no more than this factor are alike.
 const ALIKE: f64 = 2.0;
-
-/// The eight neighbours.
-const AROUND: [(i64, i64); 8] = [
-    (0, -1),
-    (1, -1),
-    (1, 0),
-    (1, 1),
-    (0, 1),
-    (-1, 1),
-    (-1, 0),
-    (-1, -1),
-];
 
 /// Covers bare parts of fewer texels than this, connected by their sides: they are noise.
 pub fn cover_holes(around: &Surroundings<'_>, covered: &mut [bool], smallest: usize) {
@@ -283,11 +272,4 @@ impl Links {
             queue.push(Reverse((depths[next].to_bits(), next as u32)));
         }
     }
-}
-
-/// The owned texel with the largest weight for a gutter texel.
-fn main_source(seam: &Seam) -> u32 {
-    let units = seam.units();
-    let most = (0..4).max_by_key(|&k| units[k]).expect("there are four");
-    seam.source[most]
 }
