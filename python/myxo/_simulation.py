@@ -199,7 +199,7 @@ class Simulation:
     def particles(self) -> NDArray[np.void]:
         """All particles, (particles,), of the type `myxo.PARTICLE`; row i is the one with the id i in every step."""
         _, count, _, _ = self._engine.sizes()
-        rows = np.empty(count, PARTICLE)
+        rows: NDArray[np.void] = np.empty(count, PARTICLE)
         self._engine.fill_particles(rows.view(np.uint8))
         return rows
 

@@ -130,6 +130,43 @@ impl Recorder {
     /// # Panics
     /// If the formats do not match, either has several samples, or both are one.
     pub fn copy_image_to(&mut self, source: &Image, target: &Image, place: [u32; 2]) {
+        self.copy_regions(source, target, || {
+            let [column, row] = [0, 1].map(|axis| Span {
+                from: 0,
+                to: place[axis],
+                count: source.size()[axis],
+            });
+            vec![(column, row)]
+        });
+    }
+
+    /// Copies the middle of `source` over `size` pixels of `target` from `place` on. Where it is narrower or lower, its outermost
+    /// columns or rows are repeated.
+    ///
+    /// # Panics
+    /// As [`copy_image_to`](Self::copy_image_to).
+    pub fn copy_image_over(
+        &mut self,
+        source: &Image,
+        target: &Image,
+        place: [u32; 2],
+        size: [u32; 2],
+    ) {
+        self.copy_regions(source, target, || {
+            let [columns, rows] =
+                [0, 1].map(|axis| middle_over(source.size()[axis], place[axis], size[axis]));
+            let of_row = |row: Span| columns.iter().map(move |column| (*column, row));
+            rows.into_iter().flat_map(of_row).collect()
+        });
+    }
+
+    /// Copies parts of an image: columns and rows of each. What lies beyond the target's edge is cut off.
+    fn copy_regions(
+        &mut self,
+        source: &Image,
+        target: &Image,
+        parts: impl FnOnce() -> Vec<(Span, Span)>,
+    ) {
         if self.skips() {
             return;
         }
@@ -150,32 +187,23 @@ impl Recorder {
             "`{}` cannot be copied",
             source.name()
         );
-        let room = |axis: usize| target.size()[axis].saturating_sub(place[axis]);
-        let [width, height] = [0, 1].map(|axis| source.size()[axis].min(room(axis)));
-        if width == 0 || height == 0 {
+        let [right, below] = target.size();
+        let regions: Vec<vk::ImageCopy> = (parts().into_iter())
+            .map(|(column, row)| (column.before(right), row.before(below)))
+            .filter(|(column, row)| column.count > 0 && row.count > 0)
+            .map(|(column, row)| region(column, row))
+            .collect();
+        if regions.is_empty() {
             return;
         }
         self.transition(source, ImageState::COPY_SOURCE, true);
         self.transition(target, ImageState::COPY_TARGET, true);
-        let region = vk::ImageCopy::default()
-            .src_subresource(colours())
-            .dst_subresource(colours())
-            .dst_offset(vk::Offset3D {
-                x: place[0] as i32,
-                y: place[1] as i32,
-                z: 0,
-            })
-            .extent(vk::Extent3D {
-                width,
-                height,
-                depth: 1,
-            });
         self.work("copy_image", SpanKind::Copy, |rec| {
             let (from, to) = (
                 ImageState::COPY_SOURCE.layout,
                 ImageState::COPY_TARGET.layout,
             );
-            // SAFETY: both images are alive and freed only after this frame; the region lies in both.
+            // SAFETY: both images are alive and freed only after this frame; the regions lie in both.
             unsafe {
                 rec.device().cmd_copy_image(
                     rec.raw(),
@@ -183,7 +211,7 @@ impl Recorder {
                     from,
                     target.raw(),
                     to,
-                    &[region],
+                    &regions,
                 )
             };
         });
@@ -311,6 +339,56 @@ fn assert_is_plain(image: &Image) {
         "`{}` cannot be copied",
         image.name()
     );
+}
+
+/// Some columns or rows of an image, and their place in another one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Span {
+    from: u32,
+    to: u32,
+    count: u32,
+}
+
+impl Span {
+    /// Those that end before `end`.
+    fn before(self, end: u32) -> Self {
+        Self {
+            count: self.count.min(end.saturating_sub(self.to)),
+            ..self
+        }
+    }
+}
+
+/// The middle of `has` columns over `wants`, from the place `to` on; the outermost ones are repeated where there are fewer.
+fn middle_over(has: u32, to: u32, wants: u32) -> Vec<Span> {
+    let before = wants.saturating_sub(has) / 2;
+    let middle = Span {
+        from: has.saturating_sub(wants) / 2,
+        to: to + before,
+        count: has.min(wants),
+    };
+    let repeated = |from: u32, to: u32| Span { from, to, count: 1 };
+    let first = (0..before).map(|i| repeated(0, to + i));
+    let last = (before + middle.count..wants).map(|i| repeated(has - 1, to + i));
+    first.chain([middle]).chain(last).collect()
+}
+
+fn region(column: Span, row: Span) -> vk::ImageCopy {
+    let offset = |x: u32, y: u32| vk::Offset3D {
+        x: x as i32,
+        y: y as i32,
+        z: 0,
+    };
+    vk::ImageCopy::default()
+        .src_subresource(colours())
+        .src_offset(offset(column.from, row.from))
+        .dst_subresource(colours())
+        .dst_offset(offset(column.to, row.to))
+        .extent(vk::Extent3D {
+            width: column.count,
+            height: row.count,
+            depth: 1,
+        })
 }
 
 fn colours() -> vk::ImageSubresourceLayers {

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use egui::ColorImage;
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::motion::Origins;
+use myxo::scene::settings::ColorMap;
 use myxo::sim::types::Flow;
 
 use crate::lab::history::History;
@@ -139,6 +140,8 @@ pub struct Facts {
     pub pointer: PointerFacts,
     /// Recordings and exports under way.
     pub exports: ExportFacts,
+    /// The colours of the picture, if there is one; for tests.
+    pub drawn_colors: Option<ColorMap>,
     /// How often the window has answered while steps were under way.
     pub answers_within_steps: u64,
 }

@@ -1,5 +1,6 @@
 //! Observed of the interface that is reported to programs that drive the window, such as tests.
 
+use myxo::scene::settings::ColorMap;
 use serde::Serialize;
 
 use crate::lab::facts::Facts;
@@ -41,6 +42,8 @@ pub struct Observed<'a> {
     split: bool,
     flying: bool,
     color_map: &'a str,
+    /// The colours that the picture has, which follow a moment later.
+    drawn_colors: Option<&'a str>,
     notice: Option<String>,
 }
 
@@ -89,6 +92,7 @@ impl Interface {
             split: self.layout.split,
             flying: self.navigation.is_flying(),
             color_map: self.document.view.color_map.word(),
+            drawn_colors: facts.drawn_colors.map(ColorMap::word),
             notice: self.notices.text(),
         }
     }

@@ -10,7 +10,7 @@ use crate::lab::pacing::Pacer;
 pub struct Asked {
     /// There was input.
     pub is_asked: bool,
-    /// The camera is being moved.
+    /// The camera is being moved, or a look is about to be previewed.
     pub touched: bool,
 }
 

@@ -15,6 +15,8 @@ const LONGEST_FRAME: f64 = 0.1;
 const MOST_STEPS: u32 = 256;
 /// The steps of one frame take no longer, except a single step: while they run, input has no answer.
 const LONGEST_STEPS: f64 = 0.065;
+/// While the user waits for each picture.
+const LONGEST_STEPS_WHILE_TOUCHED: f64 = 0.03;
 /// If steps take longer than this, their picture is drawn in a frame of its own.
 const NOTABLE: f64 = 0.02;
 /// How much one measurement weighs in the estimate of a step's cost.
@@ -61,7 +63,7 @@ impl Pacer {
 
     /// The number of steps for a frame that begins `since_last` after the one before it.
     ///
-    /// `steps_per_second` is the user's cap, 0 for none; `touched` says that the user is moving the camera. A frame that
+    /// `steps_per_second` is the user's cap, 0 for none; `touched` says that the user is moving the camera, or is about to see a look. A frame that
     /// `waits` takes none, and saves up, within the same bounds.
     pub fn steps(
         &mut self,
@@ -79,7 +81,12 @@ impl Pacer {
             // Otherwise many equal pictures would be drawn between two steps.
             self.credit = cost;
         }
-        let most = ((LONGEST_STEPS / cost) as u32).clamp(1, MOST_STEPS);
+        let longest = if touched {
+            LONGEST_STEPS_WHILE_TOUCHED
+        } else {
+            LONGEST_STEPS
+        };
+        let most = ((longest / cost) as u32).clamp(1, MOST_STEPS);
         let mut steps = ((self.credit / cost) as u32).min(if waits { 0 } else { most });
         if steps_per_second > 0.0 {
             let rate = f64::from(steps_per_second);
@@ -197,6 +204,7 @@ mod tests {
             assert_eq!(pacer.steps(frame, 0.0, false, false), 3, "65 ms of 75");
         }
         assert!(pacer.are_notable(3) && !pacer.are_notable(1) && !pacer.are_notable(0));
+        assert_eq!(pacer.steps(frame, 0.0, true, false), 1, "30 ms");
         pacer.measured(Duration::from_millis(900));
         assert!(pacer.are_notable(1));
     }

@@ -70,6 +70,11 @@ impl Preview {
         (self.pointed, self.shown) = (None, None);
     }
 
+    /// Is the pointer on a look, so that the picture may have to change soon?
+    pub fn is_near(&self) -> bool {
+        self.pointed.is_some() || self.taken.is_some()
+    }
+
     /// The name of the look that is previewed.
     pub fn look(&self) -> Option<&str> {
         self.shown.as_ref().map(|(name, _)| name.as_str())

@@ -30,6 +30,9 @@ const SHOWN_FOR: Duration = Duration::from_millis(500);
 const PLAIN_ABOVE: f64 = 80.0;
 const FULL_BELOW: f64 = 35.0;
 
+/// A picture stands in for one that is wider or narrower by this many pixels at the most.
+const MOST_BESIDE: u32 = 1024;
+
 /// Bands of a picture that is drawn in slices. More would be quicker each, and slower together: each goes over all triangles.
 const BANDS: u32 = 3;
 
@@ -446,6 +449,19 @@ impl Stage {
         self.shown.picture.as_ref().is_some_and(fits) && self.drawn.as_ref().is_some_and(is_of)
     }
 
+    /// Can the canvas stand in for a picture that is wider or narrower, until that is drawn? It can if a panel has come or gone beside it.
+    pub fn stands_in(&self, view: &View, (size, beside): Sizes) -> bool {
+        let is_beside = |(_, canvas): &(Quality, Canvas)| {
+            let [width, height] = canvas.size();
+            height == size[1] && (1..=MOST_BESIDE).contains(&width.abs_diff(size[0]))
+        };
+        let is_alone = |drawn: &Drawn| {
+            drawn.view.show == view.show && drawn.beside.is_none() && beside.is_none()
+        };
+        self.shown.picture.as_ref().is_some_and(is_beside)
+            && self.drawn.as_ref().is_some_and(is_alone)
+    }
+
     /// Is the picture on the canvas still recent enough? It is for a while, as long as camera and colours stay.
     pub fn shows(&self, view: &View, sizes: Sizes) -> bool {
         let is_recent = self.drawn_at.elapsed() < SHOWN_FOR;
@@ -459,8 +475,12 @@ impl Stage {
 
     /// Does the canvas show the trail in these colours?
     pub fn has_colors(&self, colors: ColorMap) -> bool {
-        let drawn = self.drawn.as_ref();
-        drawn.is_some_and(|drawn| drawn.view.color_map == colors)
+        self.colors() == Some(colors)
+    }
+
+    /// The colours in which the canvas shows the trail.
+    pub fn colors(&self) -> Option<ColorMap> {
+        self.drawn.as_ref().map(|drawn| drawn.view.color_map)
     }
 
     /// Do the canvases have these sizes?

@@ -185,6 +185,58 @@ fn pictures_are_copied_into_pictures_and_cut_at_the_edge() {
     assert_silent(&ctx);
 }
 
+/// Would catch: a picture beside its middle, and columns that are left out where the place is wider.
+#[test]
+fn the_middle_of_a_picture_covers_a_place_of_another_size() {
+    let Some(ctx) = context() else { return };
+    let small = Image::new(&ctx, "small", [3, 4], Format::Rgba8, 1).unwrap();
+    let large = Image::new(&ctx, "large", [8, 4], Format::Rgba8, 1).unwrap();
+    let drawn: Vec<[u8; 4]> = (1..=12).map(|pixel| [pixel; 4]).collect();
+    let drawn = Buffer::from_slice(&ctx, "drawn", &drawn).unwrap();
+    let pixels = Buffer::<[u8; 4]>::new(&ctx, "pixels", 32, Domain::Readback).unwrap();
+    let cleared = Targets {
+        color: &large,
+        resolve: None,
+        depth: None,
+        depth_test: DepthTest::Greatest,
+        clear: Some([0.0; 4]),
+    };
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    let mut over = |place, size| {
+        let mut rec = frames.begin().unwrap();
+        rec.copy_to_image(&drawn, &small, 3);
+        rec.pass("large", &cleared, |_| ());
+        rec.copy_image_over(&small, &large, place, size);
+        rec.copy_image(&large, &pixels);
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+        let pixels: Vec<u8> = pixels.as_slice().iter().map(|pixel| pixel[0]).collect();
+        pixels
+    };
+    let wider = [
+        [0, 0, 0, 0, 0, 0, 0, 0],
+        [0, 4, 4, 5, 6, 6, 6, 0],
+        [0, 7, 7, 8, 9, 9, 9, 0],
+        [0, 0, 0, 0, 0, 0, 0, 0],
+    ];
+    assert_eq!(over([1, 1], [6, 2]), wider.as_flattened());
+    let narrower = [
+        [0, 0, 0, 0, 0, 0, 2, 0],
+        [0, 0, 0, 0, 0, 0, 5, 0],
+        [0, 0, 0, 0, 0, 0, 8, 0],
+        [0, 0, 0, 0, 0, 0, 11, 0],
+    ];
+    assert_eq!(over([6, 0], [1, 4]), narrower.as_flattened());
+    let cut_off = [
+        [0, 0, 0, 0, 0, 0, 1, 1],
+        [0, 0, 0, 0, 0, 0, 4, 4],
+        [0, 0, 0, 0, 0, 0, 7, 7],
+        [0, 0, 0, 0, 0, 0, 10, 10],
+    ];
+    assert_eq!(over([6, 0], [9, 5]), cut_off.as_flattened());
+    assert_silent(&ctx);
+}
+
 #[test]
 fn what_a_draw_reads_is_made_visible_before_the_pass() {
     let Some(ctx) = context() else { return };

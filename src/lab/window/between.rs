@@ -110,12 +110,11 @@ impl Lab {
             primitives: &seen.primitives,
             pixels_per_point: seen.pixels_per_point,
         };
-        let is_there = |stage: &Stage| stage.has_drawn(&shot.view, shot.sizes());
-        let has_sizes = |stage: &Stage| stage.has_sizes(shot.sizes());
-        let fits = match is_new {
-            true => self.runner.stage.as_ref().is_some_and(has_sizes),
-            false => self.runner.stage.as_ref().is_some_and(is_there),
-        };
+        let will_do = |stage: &Stage| match is_new {
+            true => stage.has_sizes(shot.sizes()),
+            false => stage.has_drawn(&shot.view, shot.sizes()),
+        } || stage.stands_in(&shot.view, shot.sizes());
+        let fits = self.runner.stage.as_ref().is_some_and(will_do);
         if !fits {
             self.forget_places();
             return Ok(seen.repaint);

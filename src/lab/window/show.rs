@@ -4,6 +4,7 @@ use crate::lab::place::Place;
 use crate::lab::places::Places;
 use crate::lab::screen::FrontImage;
 use crate::lab::show::*;
+use crate::lab::stage::Stage;
 use crate::lab::window::Lab;
 use myxo::gpu::{DepthTest, Recorder, Targets};
 use myxo::{Error, Result};
@@ -70,7 +71,8 @@ impl Lab {
             }
             let (picture, atlas) = stage.picture();
             Self::look_on(&mut self.jobs.exports, &mut rec, picture, stage.pictures)?;
-            rec.copy_image_to(picture, target, place.corner);
+            // A picture that was drawn for another place is shown in the middle of this one until the next is drawn.
+            rec.copy_image_over(picture, target, place.corner, place.size);
             if let (Some(atlas), Some(place)) = (atlas, &shot.beside) {
                 rec.copy_image_to(atlas, target, place.corner);
             }
@@ -102,6 +104,7 @@ impl Lab {
         let Some(places) = &mut self.places else {
             return Ok(());
         };
+        self.clocks.facts.drawn_colors = self.runner.stage.as_ref().and_then(Stage::colors);
         let is_typing = self.host.context().text_edit_focused();
         let state = (self.interface).state(&self.clocks.facts, is_typing);
         named(places.write(state, pixels_per_point, rests))
