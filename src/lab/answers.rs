@@ -26,11 +26,11 @@ impl Answers {
         }
     }
 
-    /// Is an answer due?
-    pub fn is_due(&self, has_input: bool) -> bool {
+    /// Is an answer due? If the picture is `awaited`, what the interface shows without input can wait for it, too.
+    pub fn is_due(&self, has_input: bool, awaited: bool) -> bool {
         let now = Instant::now();
-        let is_asked = self.owed || has_input || self.repaint.is_some_and(|due| due <= now);
-        is_asked && self.rests_until <= now
+        let repaints = !awaited && self.repaint.is_some_and(|due| due <= now);
+        (self.owed || has_input || repaints) && self.rests_until <= now
     }
 
     /// Notes an answer that was begun at this time. The steps then have as much time as it took.
@@ -48,20 +48,25 @@ mod tests {
     #[test]
     fn answers_are_due_when_there_is_input_and_leave_the_steps_as_much_time() {
         let quiet = Answers::begin(false, None);
-        assert!(!quiet.is_due(false) && quiet.is_due(true));
-        assert!(Answers::begin(true, None).is_due(false), "it is owed");
-        assert!(Answers::begin(false, Some(Duration::ZERO)).is_due(false));
+        assert!(!quiet.is_due(false, false) && quiet.is_due(true, false));
+        assert!(
+            Answers::begin(true, None).is_due(false, false),
+            "it is owed"
+        );
+        let repaints = Answers::begin(false, Some(Duration::ZERO));
+        assert!(repaints.is_due(false, false) && !repaints.is_due(false, true));
+        assert!(repaints.is_due(true, true), "input never waits");
         let far = Duration::from_secs(3600);
-        assert!(!Answers::begin(false, Some(far)).is_due(false));
-        assert!(!Answers::begin(false, Some(Duration::MAX)).is_due(false));
+        assert!(!Answers::begin(false, Some(far)).is_due(false, false));
+        assert!(!Answers::begin(false, Some(Duration::MAX)).is_due(false, false));
         let mut answers = Answers::begin(true, None);
         let long = Instant::now()
             .checked_sub(far)
             .expect("the machine runs longer");
         answers.given(long, None);
-        assert!(!answers.is_due(true), "an hour is the steps' now");
+        assert!(!answers.is_due(true, false), "an hour is the steps' now");
         answers.given(Instant::now(), None);
         answers.rests_until -= BETWEEN_ANSWERS;
-        assert!(!answers.is_due(false), "it was given");
+        assert!(!answers.is_due(false, false), "it was given");
     }
 }

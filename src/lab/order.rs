@@ -12,6 +12,8 @@ pub struct Asked {
     pub is_asked: bool,
     /// The camera is being moved, or a look is about to be previewed.
     pub touched: bool,
+    /// The next picture has to come soon: no step begins before it.
+    pub soon: bool,
 }
 
 /// The work of one frame.
@@ -49,7 +51,7 @@ impl Order {
     ) -> Task {
         let is_asked = asked.is_asked || self.owes_answer;
         let answers = is_slow && is_asked && !self.has_answered;
-        let waits = self.owes_picture || answers;
+        let waits = self.owes_picture || answers || is_slow && asked.soon;
         let steps = pacer.steps(since_last, steps_per_second, asked.touched, waits);
         let only_steps = is_slow && pacer.are_notable(steps);
         self.has_answered = steps == 0 && (self.has_answered || answers);
@@ -97,7 +99,7 @@ mod tests {
             let is_asked = asks(time);
             let asked = Asked {
                 is_asked,
-                touched: false,
+                ..Asked::default()
             };
             let task = order.next(&mut pacer, true, Duration::from_secs_f64(last), 0.0, asked);
             last = if task.answers {
@@ -155,7 +157,7 @@ mod tests {
         let mut next = |order: &mut Order, is_asked| {
             let asked = Asked {
                 is_asked,
-                touched: false,
+                ..Asked::default()
             };
             order.next(&mut pacer, true, Duration::from_millis(100), 0.0, asked)
         };

@@ -63,6 +63,13 @@ impl Morph {
         is_over
     }
 
+    /// These settings half-way: what the kernels in between need.
+    pub fn half_way(&self, settings: &Settings) -> Settings {
+        let mut half = settings.clone();
+        self.put(&between(&self.from, &self.to, 0.5), &mut half);
+        half
+    }
+
     /// Is it on this way from one look to another?
     fn changes(&self, parameter: &Parameter) -> bool {
         parameter.differs(&self.from, &self.to)
@@ -239,7 +246,9 @@ mod tests {
         let mut morph = Morph::new(&from, to.clone(), 10.0, 4.0);
         assert!(!morph.advance(&mut settings, 10.0));
         assert_eq!(settings, from);
+        let half = morph.half_way(&settings);
         assert!(!morph.advance(&mut settings, 12.0));
+        assert_eq!(half, settings, "two of four seconds");
         assert!((settings.trail.decay - 0.75).abs() < 1e-6);
         // Half way by factors: from 0.004 to 0.016.
         assert!((settings.physarum.speed - 0.008).abs() < 1e-6);

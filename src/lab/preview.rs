@@ -75,6 +75,11 @@ impl Preview {
         self.pointed.is_some() || self.taken.is_some()
     }
 
+    /// Is a preview about to begin?
+    pub fn is_coming(&self) -> bool {
+        self.pointed.is_some() && self.shown.is_none()
+    }
+
     /// The name of the look that is previewed.
     pub fn look(&self) -> Option<&str> {
         self.shown.as_ref().map(|(name, _)| name.as_str())

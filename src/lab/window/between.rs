@@ -28,7 +28,7 @@ impl Lab {
         if !self.runner.is_within_slices() {
             return Ok(false);
         }
-        if self.answers.is_due(self.host.has_input()) {
+        if (self.answers).is_due(self.host.has_input(), self.awaits_colors()) {
             let begun = Instant::now();
             let repaint = self.answer(false)?;
             self.answers.given(begun, repaint);
@@ -40,6 +40,13 @@ impl Lab {
             self.count_picture();
         }
         Ok(true)
+    }
+
+    /// Is a picture in other colours to come at once?
+    fn awaits_colors(&self) -> bool {
+        let colors = self.interface.shown_view().color_map;
+        let has_others = |stage: &Stage| stage.has_other_colors(colors);
+        self.runner.stage.as_ref().is_some_and(has_others)
     }
 
     /// Does the rest of the slices at once.

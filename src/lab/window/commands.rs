@@ -29,7 +29,9 @@ impl Lab {
         }
         match command {
             Command::Apply => {
-                self.apply();
+                if !self.waits_for_kernels() {
+                    self.apply();
+                }
             }
             Command::Restart => self.restart(),
             Command::GoBack => self.go_back(),
@@ -106,6 +108,20 @@ impl Lab {
             }
         }
         Ok(())
+    }
+
+    /// A look that changes slowly begins once its kernels are there: compiling them takes longer than a frame. In a film it
+    /// begins with a picture that does not depend on that.
+    fn waits_for_kernels(&mut self) -> bool {
+        if self.jobs.exports.is_busy() {
+            return false;
+        }
+        let document = &self.interface.document;
+        let (Some(morph), Some(stage)) = (&document.morph, &self.runner.stage) else {
+            return false;
+        };
+        let half = morph.half_way(&document.live_settings());
+        !self.jobs.ahead.are_made(&stage.simulation, &half)
     }
 
     /// Applies the settings that can change while the simulation runs. If this fails, a notice says so and it returns false.

@@ -271,12 +271,13 @@ impl Lab {
         let asked = Asked {
             is_asked: seen.is_asked || owes_colors,
             touched: seen.shown.touched || self.interface.preview.is_near(),
+            soon: self.interface.preview.is_coming(),
         };
         let (runs, holds) = (self.runs(), self.jobs.exports.holds());
         let can_split = is_cpu && !seen.picture.is_empty();
         let task = (self.runner).next_task((runs, holds), can_split, since_last, asked);
-        // While the camera is moved the picture is the answer, and comes whole.
-        let is_picture = task == Task::default() && !seen.shown.touched;
+        // While the camera is moved the picture is the answer, and comes whole. One that is about to have other colours can wait.
+        let is_picture = task == Task::default() && !seen.shown.touched && !asked.soon;
         if runs && can_split && is_picture && self.draw_in_slices(seen, &view)? {
             return Ok(Some(self.host.now()));
         }
@@ -293,7 +294,7 @@ impl Lab {
         }
         let stage = self.runner.stage.as_ref();
         let is_resized = stage.is_some_and(|stage| stage.is_resized(seen.sizes()));
-        if task.steps > 0 || seen.shown.touched || holds || is_resized {
+        if task.steps > 0 || seen.shown.touched || holds || is_resized || owes_colors {
             self.moved = self.host.now();
         }
         if seen.is_asked {
@@ -317,7 +318,7 @@ impl Lab {
         if let Some(image) = image {
             let shot = Shot {
                 view,
-                answers: task.answers,
+                answers: task.answers || can_split && asked.soon,
                 is_between: false,
                 picture: seen.picture,
                 beside: seen.beside,

@@ -36,9 +36,10 @@ impl Lab {
         if self.runner.previewing.as_ref().is_some_and(is_there) {
             return true;
         }
+        // Compiling takes a processor that the picture may need.
         let live = with_look(runs, look);
-        let are_made = self.jobs.ahead.are_made(&stage.simulation, &live);
-        are_made && stage.has_colors(look.picture.color_map)
+        stage.has_colors(look.picture.color_map)
+            && self.jobs.ahead.are_made(&stage.simulation, &live)
     }
 
     /// The scene is what it was before the preview, if there is one.
