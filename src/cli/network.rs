@@ -1,17 +1,22 @@
 //! `myxo network`: the network of a state as a graph.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use glam::UVec2;
 use myxo::export::{NetworkFile, NetworkFormat};
 use myxo::plain_text::{Shown as _, escaped};
+use myxo::render::offscreen::{self, Offscreen};
+use myxo::render::output::write_png;
+use myxo::render::{Renderer, View, draw_network};
 use myxo::sim::Snapshot;
 use myxo::sim::graph::{Graph, Measures, network_of};
 use myxo::{Error, Result};
 use serde_json::json;
 
 use super::files::{Sink, check_distinct};
-use super::options::CommonOptions;
+use super::options::{CommonOptions, Size};
+use super::render::too_large;
 use super::report::hash_text;
 use super::session::Session;
 use super::{Command, Outcome, interrupt};
@@ -23,11 +28,12 @@ use crate::console;
 /// they touch: nodes are where lines meet or end, edges have a length, a width and a mean trail. Lengths are in scene radii.
 ///
 /// The name of each --out says what it becomes: x.json has everything, x.graphml is for networkx and other graph libraries, x.csv has a
-/// row for each edge.
+/// row for each edge, and x.png is a picture of the scene with the graph drawn over the trail.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
   myxo network oats --steps 800 --out oats.json
+  myxo network oats --steps 800 --out oats.png --size 1920x1080
   myxo network torus --steps 2000 --out torus.graphml --out torus.csv
   myxo network trio --steps 2000 --network-every 100 --series trio.csv
   myxo network --resume torus.ckpt --steps 0 --out torus.json")]
@@ -38,7 +44,7 @@ pub struct Network {
     /// How many steps to run; 0 takes the start, or what --resume names, as it is
     #[arg(long, value_name = "N", default_value_t = 400)]
     steps: u32,
-    /// What to write: .json, .graphml or .csv. May be repeated
+    /// What to write: .json, .graphml, .csv or .png. May be repeated
     #[arg(long, value_name = "FILE", required_unless_present = "series")]
     out: Vec<PathBuf>,
     /// Also measures the graph after every step whose number is a multiple of N, for --series
@@ -47,18 +53,44 @@ pub struct Network {
     /// Writes the graph's measures along the way and at the end as CSV, a row for each step; - for the standard output
     #[arg(long, value_name = "FILE")]
     series: Option<PathBuf>,
+    /// Size of pictures, in pixels
+    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720")]
+    size: Size,
     #[command(flatten)]
     common: CommonOptions,
+}
+
+/// What an output becomes.
+enum Form {
+    Text(NetworkFormat),
+    Picture,
+}
+
+impl Form {
+    fn of(path: &Path) -> Result<Self> {
+        Ok(match path.extension() {
+            Some(ending) if ending.eq_ignore_ascii_case("png") => Self::Picture,
+            _ => Self::Text(NetworkFormat::of(path)?),
+        })
+    }
 }
 
 impl Command for Network {
     fn run(&self) -> Result<Outcome> {
         let files = || self.out.iter().chain(&self.series);
         check_distinct(files().chain(&self.common.state.checkpoint))?;
-        let formats: Vec<NetworkFormat> = (self.out.iter())
-            .map(|path| NetworkFormat::of(path))
+        let forms: Vec<Form> = (self.out.iter())
+            .map(|path| Form::of(path))
             .collect::<Result<_>>()?;
         let scene = self.common.load(self.scene.as_deref())?;
+        let show = scene.settings.picture.show;
+        let is_drawn = forms.iter().any(|form| matches!(form, Form::Picture));
+        if is_drawn && show.is_flat() {
+            return Err(Error::Invalid(format!(
+                "a network is not drawn over the view {}, which is flat: use --set picture.show=trail",
+                show.word()
+            )));
+        }
         interrupt::install()?;
         let sinks: Vec<Sink> = (self.out.iter())
             .map(|path| Sink::create(path))
@@ -89,6 +121,9 @@ impl Command for Network {
         let ending = session.finish()?;
         session.progress.doing("following the network");
         let (graph, measures) = found(&session, &ending.snapshot);
+        let drawn = is_drawn
+            .then(|| picture(&mut session, &graph, self.size))
+            .transpose()?;
         session.progress.finish();
         let hash = hash_text(ending.snapshot.hash());
         let objects = session.simulation.settings().objects.iter();
@@ -105,8 +140,11 @@ impl Command for Network {
         let name = escaped(&session.scene.name);
         console::message(&format!("{name} at step {}: state hash {hash}", file.step));
         console::message(&line(&measures));
-        for ((sink, format), path) in sinks.into_iter().zip(formats).zip(&self.out) {
-            sink.write(file.content(format))?;
+        for ((sink, form), path) in sinks.into_iter().zip(forms).zip(&self.out) {
+            match form {
+                Form::Text(format) => sink.write(file.content(format))?,
+                Form::Picture => sink.write(drawn.as_deref().unwrap_or_default())?,
+            }
             console::message(&format!("wrote {}", path.shown()));
         }
         // After Ctrl-C the last step may be there already.
@@ -132,6 +170,28 @@ fn found(session: &Session, snapshot: &Snapshot) -> (Graph, Measures) {
         simulation.setup(),
         &simulation.world_from_object(),
     )
+}
+
+/// The scene with its graph drawn over it, as a PNG.
+fn picture(session: &mut Session, graph: &Graph, size: Size) -> Result<Vec<u8>> {
+    let size = [size.width, size.height];
+    let simulation = &session.simulation;
+    let setup = simulation.setup();
+    let mut renderer = Renderer::new(&session.ctx, setup, offscreen::FORMAT)?;
+    let canvas = Offscreen::new(&session.ctx, size).map_err(|error| too_large(size, error))?;
+    let view = View::of(&session.scene, UVec2::from_array(size).as_vec2());
+    let mut rec = session.frames.begin()?;
+    renderer.draw_beside(&mut rec, simulation.state(), &[(view, canvas.canvas())]);
+    canvas.record_readback(&mut rec);
+    session.frames.submit(rec)?;
+    session.frames.wait_idle()?;
+    let mut picture = canvas.image();
+    let poses = simulation.world_from_object();
+    let objects = (&setup.surface, &poses[..], setup.radius);
+    draw_network(&mut picture, graph, objects, &view.camera);
+    let mut bytes = Vec::new();
+    write_png(&mut bytes, &picture).map_err(|error| Error::Invalid(error.to_string()))?;
+    Ok(bytes)
 }
 
 /// The measures as a line of text.

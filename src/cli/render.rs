@@ -449,7 +449,7 @@ fn side_by_side(left: &RgbaImage, right: &RgbaImage) -> RgbaImage {
 }
 
 /// The error for a picture that the device cannot hold, with advice.
-fn too_large([width, height]: [u32; 2], error: GpuError) -> Error {
+pub(super) fn too_large([width, height]: [u32; 2], error: GpuError) -> Error {
     match error {
         GpuError::OutOfMemory { object, size, .. } => Error::Invalid(format!(
             "the device has no room for a picture of {width} x {height} ({object} alone takes {}): use a smaller --size",

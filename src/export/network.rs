@@ -53,7 +53,7 @@ impl NetworkFormat {
             Some("graphml") => Ok(Self::GraphMl),
             Some("csv") => Ok(Self::Csv),
             _ => Err(Error::Invalid(format!(
-                "{}: a network is written as .json, .graphml or .csv",
+                "{}: a network is written as .json, .graphml or .csv, or drawn as .png",
                 path.shown()
             ))),
         }

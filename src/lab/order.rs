@@ -175,6 +175,7 @@ mod tests {
         let asked = Asked {
             is_asked: true,
             touched: false,
+            ..Asked::default()
         };
         let task = order.next(&mut pacer, false, Duration::from_millis(90), 0.0, asked);
         assert_eq!(
@@ -190,6 +191,7 @@ mod tests {
         let asked = Asked {
             is_asked: true,
             touched: false,
+            ..Asked::default()
         };
         let next = |order: &mut Order, pacer: &mut Pacer| {
             order.next(pacer, true, Duration::from_millis(100), 0.0, asked)

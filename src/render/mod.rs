@@ -13,6 +13,7 @@ pub mod gui;
 pub mod hues;
 pub mod lens;
 pub mod mean;
+mod network_lines;
 pub mod normals;
 pub mod occlusion;
 pub mod offscreen;
@@ -25,6 +26,7 @@ mod shared_vertices;
 pub mod view;
 
 pub use camera::Camera;
+pub use network_lines::draw_network;
 pub use offscreen::Offscreen;
 pub use prepared::Prepared;
 pub use renderer::{Canvas, Quality, Renderer};

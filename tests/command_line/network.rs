@@ -6,15 +6,16 @@ use serde_json::Value;
 
 use crate::program::{Folder, done, failed, no_device, path};
 
-/// Catches formats that say different things, nodes that no file names, and a graph that is not of the state.
+/// Catches formats that say different things, nodes that no file names, a graph that is not of the state, and a picture without it.
 #[test]
 fn a_network_is_the_same_graph_in_every_format() {
     if no_device() {
         return;
     }
     let folder = Folder::new();
-    let files = ["a.json", "a.graphml", "a.csv", "series.csv"].map(|name| folder.file(name));
-    let [json, graphml, csv, series] = files.each_ref().map(|file| path(file));
+    let files = ["a.json", "a.graphml", "a.csv", "series.csv", "a.png"];
+    let files = files.map(|name| folder.file(name));
+    let [json, graphml, csv, series, picture] = files.each_ref().map(|file| path(file));
     let scene = [
         "network",
         "cube",
@@ -32,6 +33,10 @@ fn a_network_is_the_same_graph_in_every_format() {
         graphml,
         "--out",
         csv,
+        "--out",
+        picture,
+        "--size",
+        "320x180",
         "--series",
         series,
         "--network-every",
@@ -65,6 +70,10 @@ fn a_network_is_the_same_graph_in_every_format() {
         .map(|node| node["degree"].as_u64().expect("it has one"));
     assert_eq!(degrees.sum::<u64>(), 2 * edges.len() as u64);
     assert_eq!(graph["objects"][0], "cube");
+    let drawn = image::open(picture).expect("it is a picture").to_rgb8();
+    let is_line = |pixel: &&image::Rgb<u8>| pixel.0[2] > 200 && pixel.0[0] < 150;
+    assert_eq!(drawn.dimensions(), (320, 180));
+    assert!(drawn.pixels().filter(is_line).count() > 200);
     let text = read(graphml);
     let count = |of: &str| text.matches(of).count();
     assert_eq!(
@@ -97,12 +106,22 @@ fn a_network_is_the_same_graph_in_every_format() {
 #[test]
 fn what_cannot_be_written_is_said_at_once() {
     let folder = Folder::new();
-    let other = folder.file("a.png");
+    let other = folder.file("a.txt");
     let said = failed(&["network", "cube", "--out", path(&other)]);
     assert!(
-        said.contains("a.png: a network is written as .json, .graphml or .csv"),
+        said.contains("a.txt: a network is written as .json, .graphml or .csv, or drawn as .png"),
         "{said}"
     );
+    let flat = folder.file("a.png");
+    let said = failed(&[
+        "network",
+        "cube",
+        "--set",
+        "picture.show=atlas",
+        "--out",
+        path(&flat),
+    ]);
+    assert!(said.contains("the view atlas, which is flat"), "{said}");
     let same = folder.file("a.csv");
     let said = failed(&[
         "network",

@@ -19,6 +19,8 @@ mod name;
 mod png;
 mod video;
 
+pub use png::write_png;
+
 use name::Kind;
 
 /// The program that makes videos.

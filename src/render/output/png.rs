@@ -82,7 +82,10 @@ impl Drop for Sequence {
 }
 
 /// Writes a PNG; one without transparency has no alpha channel.
-fn write_png(mut file: impl Write, image: &RgbaImage) -> io::Result<()> {
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_png(mut file: impl Write, image: &RgbaImage) -> io::Result<()> {
     // Encoded in memory first: the encoder would return the error of a full disk as text only.
     let mut bytes = Vec::new();
     let (width, height) = image.dimensions();
