@@ -1,8 +1,9 @@
-// advance: one step of every particle: walk what is pending, sense, turn, walk, eat, deposit, and select for transfer.
+// advance: one step of every particle: walk what is pending, sense, turn, walk, eat, deposit, and select for transfer; or one of the
+// two stages of it, by scenes with rules that part them.
 // Reads   strips, trail and bias (gutters filled), last step's deposits, surroundings; for gravity corners, vertices, poses;
 //         distances, across, across_triangles, physarums; scent (gutters filled), plates and meals; for pulses shells, corners, vertices
 //         and poses;
-//         looks (gutters filled).
+//         looks (gutters filled); homes.
 // Writes  particles and motions in place; deposits, by atomic adds, so that no order shows; particle_indices (appended,
 //         guarded); walkers, walkers_near, walker_count and walker_groups; what was eaten of meals, by atomic adds.
 // One invocation per particle.
@@ -24,6 +25,9 @@
 // By sensing = "walk", and with gravity, the first form is the only one. By "auto" the second comes first; walk_sensors follows,
 // and where sensors see other objects (ACROSS) advance_near and walk_near. "Read straight" means straight ahead in the atlas, where the
 // whole path lies on the chart.
+//
+// If motor and sensory stage are parted (STAGE), the forms above only sense and turn, and the first is called turn; SENSORS_WALK without the
+// sensory stage is called walk. With one particle a cell the motor stage is wish.comp and the kernels behind it.
 //
 // walkers has room for every particle, and each is listed at most once: particles that walk are listed from the front, particles near
 // another object from the back. walkers_near lists particles that are both; with one object there are none.
@@ -57,6 +61,19 @@ layout(constant_id = 16) const bool FOOD = false;
 layout(constant_id = 17) const bool PULSES = false;
 // A second look was painted, and there is one.
 layout(constant_id = 18) const bool LOOKS = false;
+// What a particle does here.
+layout(constant_id = 19) const uint STAGE = 0u;
+// Where both sides read more than the middle, a particle turns to either by chance.
+layout(constant_id = 20) const bool RANDOM_TIES = false;
+// Some particles turn to any direction, by chance.
+layout(constant_id = 21) const bool RANDOM_TURNS = false;
+
+// Everything.
+const uint STAGE_WHOLE = 0u;
+// It senses and turns. What is pending stays so.
+const uint STAGE_SENSORY = 1u;
+// It walks and arrives.
+const uint STAGE_MOTOR = 2u;
 
 const uint SENSORS_WALK = 0u;
 // Sensors go straight ahead in the atlas; particles whose sensors cannot are listed.
@@ -85,6 +102,9 @@ layout(push_constant) uniform Params {
     float outlook_unit;       // texels
     uint shell_count;         // of the shells, those of live pulses
     uint second_look;         // row of the physarums
+    float sensor_share;       // one by the number of cells that a sensor reads
+    float sensitivity;        // trail units below which a sensor reads nothing
+    float random_turn;        // the probability of a turn to any direction
 } params;
 
 // Numbers of bindings have no order: the build takes them from here, by name.
@@ -125,6 +145,8 @@ layout(std430, set = 0, binding = 29) buffer Meals { Meal meals[]; };  // may be
 layout(std430, set = 0, binding = 30) readonly buffer Shells { Shell shells[]; };
 // Weights of the second look, 0 to 1.
 READS(float, 31) looks_texels;  // may be absent
+// The cell of each texel: the owned texel that stands for it.
+READS(uint, 32) homes_texels;  // may be absent
 // Single words take less work to unpack; a view of a texel buffer has too few elements for them in the largest textures.
 #ifdef MYXO_CARD
 READS(uint, 18) surroundings;  // two texels in a word
@@ -132,34 +154,12 @@ READS(uint, 18) surroundings;  // two texels in a word
 READS(uvec2, 18) surroundings;  // four texels in two words
 #endif
 
+#include "motor.glsl"
 #include "sensing.glsl"
 #include "walkers.glsl"
-#include "no_go.glsl"
-#include "shells.glsl"
-#include "looks.glsl"
+#include "arriving.glsl"
 
-// Bound on the rounding of a distance.
-const float ROUNDING = 1.0e-6;
-
-// The remaining fed steps of a particle that has reached a texel and had `fed` steps remaining. Hungry particles eat where there is food,
-// even if there are more of them in one step than the food feeds, so that their order cannot matter.
-uint fed_at(uint texel, uint fed) {
-    fed -= min(fed, 1u);
-    uint plate = texel_of(plates, texel);
-    uint food = max(plate, 1u) - 1u;
-    if (fed == 0u && plate != 0u && meals[food].remaining != 0u) {
-        atomicAdd(meals[food].eaten, 1u);
-        fed = params.fed_steps;
-    }
-    return fed;
-}
-
-// A particle on its way through the step.
-Particle particle;
-Motion motion;
 uint fed;
-StripWalk w;
-float pending;
 
 // The slot of an invocation's particle; NONE if it has none.
 uint slot_of(uint i) {
@@ -193,13 +193,15 @@ bool turns(uint i) {
     particle = particle_of(fetch_paged(particles_before, i));
     motion = motion_of(fetch_paged(motions_before, i));
     fed = FOOD ? motion.flags >> FED_SHIFT : 0u;
-    // If no object has its own parameters, all particles read one row.
-    own = physarums[OWN_PHYSARUM ? shape_words(particle.triangle).w : 0u];
-    if (LOOKS) {
-        vec2 at = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
-        own = mixed_look(own, physarums[params.second_look], texel_of(looks, texel_at(at, params.pitch)));
-    }
+    take_own_parameters();
     own_appetite = fed == 0u ? 1.0 : params.fed_attraction;
+
+    if (STAGE == STAGE_MOTOR) {
+        walk_pending();
+        return true;
+    }
+    float kept = motion.pending;
+    if (STAGE == STAGE_SENSORY) motion.pending = 0.0;
 
     vec2 heading = vec2(motion.heading_p, motion.heading_h);
     vec2 from = vec2(0.0);
@@ -219,11 +221,10 @@ bool turns(uint i) {
         return false;
     }
 
-    w = StripWalk(particle.triangle, particle.u, particle.v, heading, motion.pending, WALK_DONE);
-    pending = 0.0;
-    if (!goes_straight && motion.pending > 0.0) {
-        walk_strip(w, params.attempts, BORDER_REFLECTS);
-        pending = w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
+    if (goes_straight) {
+        stand();
+    } else {
+        walk_pending();
         heading = w.heading;
     }
 
@@ -247,58 +248,35 @@ bool turns(uint i) {
     float left = value.x;
     float middle = value.y;
     float right = value.z;
-    if ((middle < left || middle < right) && left != right) {
+    if (RANDOM_TIES) {
+        bool is_tie = middle < left && middle < right;
+        bool keeps_on = (middle > left && middle > right) || left == right;
+        bool goes_left = is_tie ? random_words(params.seed, particle.id, params.time_step, PURPOSE_TIE).x < 0x80000000u : left > right;
+        if (is_tie || !keeps_on) heading = rotated(heading, own.rotation_cos, goes_left ? own.rotation_sin : -own.rotation_sin);
+    } else if ((middle < left || middle < right) && left != right) {
         heading = rotated(heading, own.rotation_cos, left > right ? own.rotation_sin : -own.rotation_sin);
     }
+    if (RANDOM_TURNS) {
+        uvec4 words = random_words(params.seed, particle.id, params.time_step, PURPOSE_TURN);
+        if (unit_float(words.x) < params.random_turn) heading = turn_of(words.y);
+    }
     w.heading = heading;
-    w.remaining = own.speed;
-    if (PULSES) sweep(w);
+    motion.pending = kept;
     return true;
 }
 
 // Writes a particle that has walked; it eats, deposits, and is selected where it enters another object.
 void arrives(uint i) {
-    if (PAINTED) {
-        // Particles outside of a no-go area turn round at it. Particles inside may leave.
-        vec2 previous = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
-        bool was_allowed = texel_of(bias, texel_at(previous, params.pitch)) >= NO_GO;
-        if (was_allowed && texel_of(bias, texel_at(walked_position(w), params.pitch)) < NO_GO) {
-            w.triangle = particle.triangle;
-            w.u = particle.u;
-            w.v = particle.v;
-            w.heading = -vec2(motion.heading_p, motion.heading_h);
-            pending = 0.0;
-        }
-    }
+    if (PAINTED) stay_out_of_no_go_areas();
 
     w.u = settled(w.u);
     w.v = settled(w.v);
     store_paged(particles, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
-    vec2 position = walked_position(w);
-    uint texel = texel_at(position, params.pitch);
-    uint flags = 0u;
-    if (FOOD) {
-        fed = fed_at(texel, fed);
-        flags |= fed << FED_SHIFT;
-    }
-    uint deposit = fed == 0u ? 1u : params.fed_deposit;
-    add_to_texel(deposits, texel, deposit)
     // A particle that is not near other objects does not enter one. In two lines, because !, && and || of constants alone are more than
     // the reflection of shaders can evaluate.
     bool is_far = ACROSS;
     is_far = is_far && !sees_others();
-    if (SELECTS && !is_far) {
-        vec2 previous = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
-        float now = distance_at(position, params.pitch);
-        float before = distance_at(previous, params.pitch);
-        // Gutter values are rounded, so the distances beyond reach, which are equal, may seem to change.
-        precise float less = before - ROUNDING * abs(before);
-        if (now < params.transfer_threshold && now < less) {
-            append_to(flow[0].wanted, place)
-            if (place < params.transfer_capacity) particle_indices[place] = i;
-            flags |= SELECTED;
-        }
-    }
+    uint flags = flags_at(walked_position(w), i, fed, is_far);
     vec2 heading = settled(w.heading);
     store_paged(motions, i, words_of(Motion(heading.x, heading.y, settled(min(pending, own.speed)), flags)));
 }
@@ -306,8 +284,11 @@ void arrives(uint i) {
 void main() {
     uint i = slot_of(invocation_index());
     if (i == NONE || !turns(i)) return;
-    walk_strip(w, params.attempts, BORDER_REFLECTS);
-    precise float left_over = pending + (w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0);
-    pending = left_over;
+    if (STAGE == STAGE_SENSORY) {
+        vec2 heading = settled(w.heading);
+        store_paged(motions, i, words_of(Motion(heading.x, heading.y, motion.pending, motion.flags)));
+        return;
+    }
+    walk_step();
     arrives(i);
 }

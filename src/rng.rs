@@ -19,6 +19,14 @@ pub enum Purpose {
     Limit = 5,
     /// The points of a sample of parameters; used on the host only.
     Sample = 6,
+    /// The side that a particle turns to where both sides are better than the middle.
+    Tie = 7,
+    /// Whether a particle turns to any direction, and to which.
+    Turn = 8,
+    /// The heading of a particle that was refused a cell.
+    Refused = 9,
+    /// The ranks of particles that claim cells; used on the host only.
+    Claim = 10,
 }
 
 /// Four random words for one (seed, particle, step, purpose).

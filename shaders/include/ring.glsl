@@ -6,6 +6,8 @@
 
 // The flag of particles that are to leave their object in the present step.
 const uint SELECTED = 1u;
+// The flag of particles that were refused a cell in the last step, and so left no deposit.
+const uint STAYED = 2u;
 // For how many more steps a particle is fed.
 const uint FED_SHIFT = 16u;
 

@@ -1,6 +1,6 @@
 // sensing: the readings of the three sensors of a particle, at the ends of walks or straight ahead in the atlas.
 // Twin: src/sim/step/advance.rs.
-// The includer declares the constants, parameters and buffers of advance.comp first.
+// The includer declares the constants, parameters and buffers of advance.comp first, and includes motor.glsl.
 
 #ifndef MYXO_SENSING
 #define MYXO_SENSING
@@ -20,13 +20,16 @@ layout(constant_id = 51) const bool FAVOURITE_DENSITY = false;
 layout(constant_id = 52) const bool GRAVITY = false;
 layout(constant_id = 53) const bool DECROWDING = false;
 layout(constant_id = 54) const bool DISTANCE = false;
+// Sensors read whole cells, and not between texels.
+layout(constant_id = 55) const bool CELLS = false;
+// How many cells a sensor reads on each side of the one that it is in.
+layout(constant_id = 56) const int REACH = 0;
+// Weak trail is not sensed.
+layout(constant_id = 57) const bool SENSITIVITY = false;
 
 FIELD(trail)
 FIELD(bias)
 FIELD(scent)
-
-// Parameters of the particles on this particle's object.
-Physarum own;
 
 // The share of the attraction of food and markers that the particle feels.
 float own_appetite;
@@ -41,16 +44,24 @@ float height_at(uint triangle, float u, float v) {
     return height;
 }
 
-// The atlas position of a walk.
-vec2 walked_position(StripWalk w) {
-    return atlas_position(atlas_map_of(w.triangle), w.u, w.v);
-}
-
 // Does this form of the shader handle other objects?
 bool sees_others() {
     // In two lines because the reflection of shaders cannot evaluate && of constants alone.
     bool sees = ACROSS;
     return sees && SENSING != SENSORS_STRAIGHT && SENSING != SENSORS_WALK_LISTED;
+}
+
+// The mean of the trail on the cells round a place. Beside a cell lies its chart, or the gutter, which is as broad as sensors reach.
+float trail_on_cells(vec2 position) {
+    uint cell = texel_of(homes, texel_at(position, params.pitch));
+    precise float sum = 0.0;
+    for (int row = -REACH; row <= REACH; row++) {
+        for (int column = -REACH; column <= REACH; column++) {
+            sum += texel_of(trail, cell + uint(row) * params.pitch + uint(column));
+        }
+    }
+    precise float mean = sum * params.sensor_share;
+    return mean;
 }
 
 // The reading of a sensor at a place. Particles at covered places see no other object.
@@ -66,7 +77,8 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
             uv = weights_at(atlas_map_of(triangle), position);
         }
     }
-    precise float value = trail_at(position, params.pitch);
+    precise float value = CELLS ? trail_on_cells(position) : trail_at(position, params.pitch);
+    if (SENSITIVITY && value < params.sensitivity) value = 0.0;
     if (FAVOURITE_DENSITY && own.favourite_density > 0.0) {
         value = -abs(value - own.favourite_density);
     }

@@ -31,6 +31,8 @@ layout(constant_id = 102) const bool OUTGROWS_BLOCK = false;
 #define store_texel(name, texel, value) { name##_low.at[texel] = (value).x; }
 #define store_quad(name, quad, value) { name##_block[quad] = value; }
 #define add_to_texel(name, texel, value) { atomicAdd(name##_block[texel], value); }
+#define lower_texel(name, texel, value, before) uint before = atomicMin(name##_block[texel], value);
+#define replace_texel(name, texel, value) { atomicExchange(name##_block[texel], value); }
 
 #else
 
@@ -63,6 +65,20 @@ uint texel_in(usamplerBuffer view, uint texel) {
     { if (OUTGROWS_BLOCK) { \
         if ((texel) < BAND) { imageAtomicAdd(name##_low, int(texel), value); } else { imageAtomicAdd(name##_high, int((texel) - BAND), value); } \
     } else { atomicAdd(name##_block[texel], value); } }
+
+// The smaller of a texel and a value remains; declares `before`, what was there. With the largest value it only reads.
+#define lower_texel(name, texel, value, before) \
+    uint before; \
+    { if (OUTGROWS_BLOCK) { \
+        if ((texel) < BAND) { before = imageAtomicMin(name##_low, int(texel), value); } \
+        else { before = imageAtomicMin(name##_high, int((texel) - BAND), value); } \
+    } else { before = atomicMin(name##_block[texel], value); } }
+
+#define replace_texel(name, texel, value) \
+    { if (OUTGROWS_BLOCK) { \
+        if ((texel) < BAND) { imageAtomicExchange(name##_low, int(texel), value); } \
+        else { imageAtomicExchange(name##_high, int((texel) - BAND), value); } \
+    } else { atomicExchange(name##_block[texel], value); } }
 
 #endif
 

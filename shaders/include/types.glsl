@@ -21,12 +21,12 @@ struct Transfer {
     vec3 position; uint particle;
     vec3 heading; uint source;
     vec3 normal; uint target;
-    uint triangle; float rest; uint pad0; uint pad1;
+    uint triangle; float rest; uint stays; uint cell;
 };
 struct Flow {
     uint wanted; uint limit; uint leaving; uint rest;
     uint listed; uint gained; uint mismatches;
-    uint entries; uint pad0; uint most_wanted; uint refused; uint selected; uint arrived; uint crossed;
+    uint entries; uint left_over; uint most_wanted; uint refused; uint selected; uint arrived; uint crossed;
 };
 struct Physarum { float speed; float sensor_offset; float sensor_cos; float sensor_sin; float rotation_cos; float rotation_sin; float sensor_noise; float favourite_density; float gravity_weight; float decrowding_weight; float distance_weight; float pad0; };
 struct Shell { vec3 center; float radius; float narrow; float strength; float speed; float pad0; };

@@ -70,6 +70,26 @@ const KERNELS: &[(&str, &str)] = &[
         "Finds where walks that another object covers continue, on that object",
     ),
     (
+        "turn",
+        "Particles sense and turn, where they walk separately",
+    ),
+    ("walk", "Particles walk, where they sense separately"),
+    (
+        "wish",
+        "Where particles would come to, with one particle a cell",
+    ),
+    ("claim", "Particles claim cells"),
+    ("settle", "Particles that have won their cells move there"),
+    ("stay", "Particles that have won no cell stay"),
+    (
+        "land_claim",
+        "Particles that come over from another object claim cells there",
+    ),
+    (
+        "land_settle",
+        "Particles that have won no cell there stay on their object",
+    ),
+    (
         "close_list",
         "Prepares the lists of particles that change objects",
     ),

@@ -13,6 +13,7 @@ pub mod motion;
 pub mod parameters;
 pub mod presets;
 pub mod problems;
+mod rules;
 pub mod settings;
 mod starts;
 mod strategy;
@@ -30,6 +31,7 @@ use crate::mesh::{Mesh, RigidTrack, origin};
 use crate::regular_file;
 
 pub use error::SceneError;
+pub use rules::Rules;
 pub use settings::Settings;
 
 use file::Reader;

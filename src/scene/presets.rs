@@ -22,10 +22,17 @@ pub(super) const PARTS: &str =
     "the sections [physarum], [trail] and [feeding], and picture.color_map";
 
 /// Keys of the method of walking and sensing, which presets do not change.
-const HOW: [&str; 3] = [
+const HOW: [&str; 10] = [
     "physarum.border",
     "physarum.edge_crossing_attempts",
     "physarum.sensing",
+    "physarum.model",
+    "physarum.order",
+    "physarum.occupancy_rounds",
+    "physarum.turning",
+    "physarum.random_turn",
+    "physarum.sensitivity",
+    "physarum.sensor_width",
 ];
 
 /// Is the key part of a look?

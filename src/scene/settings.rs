@@ -16,8 +16,8 @@ use glam::{Affine3A, DVec3};
 use serde::Serialize;
 
 pub use choices::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Easing, Heading,
-    ModelAnimation, ObjectStart, Repeat, Sensing, SignRule, Start, Strategy,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Easing, Heading, Model,
+    ModelAnimation, ObjectStart, Repeat, Sensing, SignRule, Start, StepOrder, Strategy, Turning,
 };
 pub use food::{FeedingSettings, FoodSettings, MOST_FOODS};
 pub use look::{SECOND_LOOKS, SecondLook, SecondLookSettings};

@@ -8,6 +8,7 @@ use glam::UVec2;
 
 use super::behaviour::physarums;
 use super::buffers::{Counts, LIMIT_BINS_COUNT};
+use super::claims::FREE;
 use super::food::scent_of;
 use super::roles::Pair;
 use super::setup::Setup;
@@ -129,6 +130,12 @@ pub struct Arrays {
     pub bias: Vec<f32>,
     /// One per texel: the weight of the second look; empty if nothing was painted.
     pub weights: Vec<f32>,
+    /// With one particle a cell, one per texel: what is known of the cell; otherwise empty.
+    pub cells: Vec<u32>,
+    /// With one particle a cell, one per particle: where it would come to, and the cell there; `NONE` once it has moved.
+    pub wishes: Vec<Particle>,
+    /// With one particle a cell, one per particle: its motion there, and the cell that it is in.
+    pub wish_motions: Vec<Motion>,
     /// One per food or marker.
     pub meals: Vec<Meal>,
     /// One per texel; empty without food and markers.
@@ -178,6 +185,7 @@ impl Arrays {
     #[must_use]
     pub fn new(setup: &Arc<Setup>, settings: &Settings, start: Snapshot) -> Self {
         let texels = setup.atlas.density.len();
+        let counts = Counts::of(setup, settings);
         let mut arrays = Self {
             transfers: TransferArrays::new(settings, setup, &start.transfers),
             segment_particles: Vec::new(),
@@ -193,6 +201,9 @@ impl Arrays {
             previous_deposits: vec![0; texels],
             bias: start.bias,
             weights: start.looks,
+            cells: vec![FREE; counts.wishes.1 as usize],
+            wishes: vec![Particle::zeroed(); counts.wishes.0 as usize],
+            wish_motions: vec![Motion::zeroed(); counts.wishes.0 as usize],
             meals: Vec::new(),
             scent: Vec::new(),
             scent_is_due: false,

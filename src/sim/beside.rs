@@ -112,8 +112,8 @@ const TRANSFERS: &[(&str, As)] = &[
     ("target", As::Number),
     ("triangle", As::Number),
     ("rest", As::Float),
-    ("pad0", As::Number),
-    ("pad1", As::Number),
+    ("stays", As::Number),
+    ("cell", As::Number),
 ];
 
 /// The state of one engine that is compared. Buffers that change roles have the names of their reading roles.

@@ -58,6 +58,10 @@ pub struct Counts {
     pub painted: u64,
     /// Texels that have a weight of a second look; 0 while nothing is painted.
     pub looks: u64,
+    /// Texels of which the cell is known; 0 if no rule asks for it.
+    pub homes: u64,
+    /// With one particle a cell: particles, and texels; otherwise 0 and 0.
+    pub wishes: (u64, u64),
     /// Foods and markers.
     pub foods: u64,
     /// Texels that any of them reaches, plus one; and the number of pairs of such a texel and a food.
@@ -278,6 +282,10 @@ table! {
     SURROUNDINGS: u32 = "surroundings", LARGE 2, |n| n.texels.div_ceil(2);
     BIAS: f32 = "bias", LARGE 0, |n| n.painted;
     LOOKS: f32 = "looks", LARGE 0, |n| n.looks;
+    HOMES: u32 = "homes", LARGE 0, |n| n.homes;
+    CELLS: u32 = "cells", LARGE 0, |n| n.wishes.1;
+    WISHES: Particle = "wishes", PAGED 4, |n| n.wishes.0;
+    WISH_MOTIONS: Motion = "wish_motions", PAGED 4, |n| n.wishes.0;
 
     TRIANGLES: Triangle = "triangles", LARGE 4, |n| n.triangles;
     HALFEDGES: HalfEdge = "halfedges", LARGE 4, |n| 3 * n.triangles;

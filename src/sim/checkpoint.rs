@@ -274,7 +274,7 @@ impl Checkpoint {
         if !rest.is_empty() {
             return Err(format!("it has {} bytes too many", rest.len()));
         }
-        snapshot.forget_turns();
+        snapshot.forget_turns(header.arithmetic == 0);
         Ok(Self {
             scene: header.scene,
             layout: header.layout,
@@ -425,13 +425,14 @@ mod tests {
     #[test]
     fn what_earlier_versions_kept_of_turns_is_forgotten() {
         let mut earlier = checkpoint();
+        earlier.arithmetic = 0;
         earlier.snapshot.motions[7].flags = 3 << Motion::FED_SHIFT | 0x1234;
         earlier.snapshot.motions[8].flags = Motion::SELECTED | 0x40;
         earlier.snapshot.transfers.flow = Flow {
             wanted: 3,
             leaving: 5,
             listed: 7,
-            pad0: 9,
+            left_over: 9,
             selected: 11,
             refused: 2,
             ..Flow::default()

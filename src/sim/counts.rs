@@ -42,6 +42,12 @@ impl Counts {
             },
             painted: count(setup.bias.len()),
             looks: count(setup.looks.len()),
+            homes: count(setup.homes.len()),
+            wishes: if settings.physarum.rules().is_crowded() {
+                (count(setup.particles.len()), count(atlas.texel_count()))
+            } else {
+                (0, 0)
+            },
             foods: count(food_set.places.len()),
             scents: (
                 count(food_set.scented.len()),
@@ -71,6 +77,7 @@ impl Counts {
         let texels = texel_count(settings.atlas.size.into());
         let samples = if objects > 1 { texels } else { 0 };
         let nodes = if objects > 1 { triangles } else { 0 };
+        let rules = settings.physarum.rules();
         let tiles = samples / u64::from(TILE_SAMPLES);
         Self {
             particles: settings.particles.count.into(),
@@ -91,6 +98,12 @@ impl Counts {
                 0
             } else {
                 texels
+            },
+            homes: if rules.has_cells() { texels } else { 0 },
+            wishes: if rules.is_crowded() {
+                (settings.particles.count.into(), texels)
+            } else {
+                (0, 0)
             },
             foods: settings.food_count() as u64,
             samples,

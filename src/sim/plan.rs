@@ -9,6 +9,7 @@ use super::sorting::{Segment, Segments};
 use super::texel_paths::TexelPaths;
 use super::types::{Physarum, Pose, Shell};
 use crate::gpu::Threads;
+use crate::scene::Rules;
 use crate::scene::settings::{Border, PhysarumSettings, Settings, Strategy};
 
 /// Bound on the error of a distance that is read between texels, in texel sides.
@@ -135,6 +136,8 @@ pub struct Plan<'a> {
     pub strategy: Strategy,
     /// Does some object have its own parameters of particles?
     pub own_physarum: bool,
+    /// The rules of particles.
+    pub rules: Rules,
     /// Lengths that several kernels take.
     pub lengths: Lengths,
     /// Factor on deposits and decrowding weights.
@@ -160,6 +163,7 @@ impl<'a> Plan<'a> {
             means,
             strategy: settings.strategy(),
             own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
+            rules: settings.physarum.rules(),
             lengths: Lengths::new(settings, setup, means.looks),
             deposit_factor: deposit_factor(settings, setup),
             changes: Changes::default(),

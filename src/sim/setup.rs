@@ -4,6 +4,7 @@
 use glam::{DVec3, Vec3};
 
 use super::areas::AreaMap;
+use super::cells::{check_room, check_rules, homes};
 use super::distance::DistanceSetup;
 use super::food::{FoodSet, places};
 use super::looks::weights_of;
@@ -42,6 +43,8 @@ pub struct Setup {
     /// Per texel: the distance up to which straight lines to places of its chart are walks on the surface, its chart's hue, and marks for
     /// places near other objects.
     pub surroundings: Vec<u16>,
+    /// Per texel its cell, the owned texel that stands for it; empty if no rule of the scene asks for it.
+    pub homes: Vec<u32>,
     /// Side of a texel, world units, on the object that has the largest, on average.
     pub texel_side: f32,
     /// The data that walks read, triangle by triangle, and the bins for sorting particles on it.
@@ -77,7 +80,7 @@ impl Setup {
     ///
     /// # Errors
     /// When the texture has no room for the triangles (the message names a size that has), a start's mask or the area map cannot be read,
-    /// or a food is too far from its object.
+    /// or a food is too far from its object. With one particle a cell, when there are more particles than cells.
     pub fn new(scene: &Scene) -> Result<Self> {
         Self::with_control(scene, &Control::default())
     }
@@ -98,6 +101,8 @@ impl Setup {
     /// As [`new`](Self::new), and when it was stopped.
     pub fn with_control(scene: &Scene, control: &Control<'_>) -> Result<Self> {
         let settings = &scene.settings;
+        let rules = settings.physarum.rules();
+        check_rules(settings)?;
         let masks = Masks::open(scene)?;
         let areas = &settings.areas;
         let map = match areas.map.starts_with(BUILTIN) {
@@ -115,13 +120,23 @@ impl Setup {
         let atlas = control.part(0.0..shares[0], |control| {
             Atlas::build_with(&scene.surface, &atlas_options(settings), control)
         })?;
+        check_room(settings, &atlas)?;
         control.step(STARTING, shares[0])?;
-        let (particles, motions) = start::start(
+        let homes = if rules.has_cells() {
+            homes(&atlas)
+        } else {
+            Vec::new()
+        };
+        let (mut particles, mut motions) = start::start(
             &scene.surface,
             &Starts::of(scene, &atlas, &masks, &foods)?,
             settings.particles.count,
             seed_word(settings.seed),
         );
+        if rules.is_crowded() {
+            let both = (&mut particles[..], &mut motions[..]);
+            start::apart(both, &scene.surface, &atlas, &homes);
+        }
         control.step(LOOKING, shares[1])?;
         let clearance = atlas.clearances(&scene.surface);
         let outlooks = atlas.outlooks(&scene.surface, &clearance);
@@ -144,6 +159,7 @@ impl Setup {
         Ok(Self {
             clearance,
             surroundings,
+            homes,
             bias: bias.unwrap_or_default(),
             looks,
             texel_side: texel_side(&atlas, &distance),
@@ -189,7 +205,9 @@ pub fn atlas_options(settings: &Settings) -> AtlasOptions {
         method: settings.atlas.method,
         size: settings.atlas.size,
         cell_size: settings.atlas.cell_size,
-        gutter: settings.trail.diffusion_distance.max(1),
+        gutter: (settings.trail.diffusion_distance)
+            .max(settings.physarum.rules().reach.unwrap_or(0))
+            .max(1),
         weights: weights(settings),
         turn: 0,
     }

@@ -152,13 +152,19 @@ impl Snapshot {
         texels.for_each(|value| *value = settled(*value));
     }
 
-    /// Clears the counts within steps and the marks of the last advance, which earlier versions stored and this one does not use.
-    pub(super) fn forget_turns(&mut self) {
+    /// Clears the counts within steps and the marks of the last advance, which earlier versions stored and this one does not use. Those with
+    /// other arithmetic had such marks where particles that were refused a cell are marked now, and something else in the count of these.
+    pub(super) fn forget_turns(&mut self, is_earlier: bool) {
         const STAMP: u32 = 0xfffe;
+        let kept = if is_earlier { 0 } else { Motion::STAYED };
         for motion in &mut self.motions {
-            motion.flags &= !STAMP;
+            motion.flags &= !STAMP | kept;
         }
-        self.transfers.flow = self.transfers.flow.between_steps();
+        let flow = &mut self.transfers.flow;
+        *flow = flow.between_steps();
+        if is_earlier {
+            flow.left_over = 0;
+        }
     }
 
     /// A hash of everything that particles carry and of the trail's bits. The order of particles has no effect, so two runs with particles
@@ -252,12 +258,22 @@ impl Snapshot {
             .sum()
     }
 
-    /// The sum of deposits in the last step: one per particle, more for fed ones.
+    /// The sum of deposits in the last step: one per particle that was not refused a cell, more for fed ones.
     #[must_use]
     pub fn deposit_count(&self) -> u64 {
-        let fed = self.motions.iter().filter(|motion| motion.fed() > 0);
-        let more = u64::from(self.food.fed_deposit) - 1;
-        self.motions.len() as u64 + more * fed.count() as u64
+        let left = self.motions.iter().filter(|motion| !motion.has_stayed());
+        let amounts = left.map(|motion| match motion.fed() {
+            0 => 1,
+            _ => u64::from(self.food.fed_deposit),
+        });
+        amounts.sum()
+    }
+
+    /// The number of particles that were refused a cell in the last step, with one particle a cell.
+    #[must_use]
+    pub fn stayed_count(&self) -> u64 {
+        let stayed = self.motions.iter().filter(|motion| motion.has_stayed());
+        stayed.count() as u64
     }
 }
 

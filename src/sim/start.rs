@@ -4,6 +4,7 @@
 //! Everything is drawn from the particle's id and the seed, so the place where a particle begins does not depend on the number of particles
 //! or threads, or on its slot.
 
+mod apart;
 mod mask;
 mod rules;
 #[cfg(test)]
@@ -21,6 +22,7 @@ use crate::portable;
 use crate::rng::{Purpose, random, unit};
 use crate::strict::{settled, within};
 
+pub use apart::{apart, cell_of};
 pub use mask::{Mask, MaskTable};
 pub use rules::Masks;
 

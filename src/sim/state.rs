@@ -256,6 +256,16 @@ pub struct Across {
     pub surroundings: Store<u32>,
 }
 
+/// What particles claim, with one particle a cell.
+pub struct Crowd {
+    /// One per texel, for owned ones: what is known of the cell in the present step.
+    pub cells: Texture<u32>,
+    /// One per particle: the place that it would come to, and in place of the id the cell there; `NONE` once it has moved.
+    pub wishes: Store<Particle>,
+    /// One per particle: heading and pending length there, and in place of flags the cell that it is in.
+    pub motions: Store<Motion>,
+}
+
 /// Every buffer of the simulation.
 pub struct State {
     /// One per particle: place and id.
@@ -290,6 +300,10 @@ pub struct State {
     pub bias: Option<Texture<f32>>,
     /// One per texel, gutters filled: weights of the second look, once any are painted.
     pub looks: Option<Texture<f32>>,
+    /// One per texel: its cell, if a rule asks for it.
+    pub homes: Option<Texture<u32>>,
+    /// Claims of particles, if there is one a cell.
+    pub crowd: Option<Crowd>,
     /// Food and markers, if there are any.
     pub food: Option<FoodBuffers>,
 }
@@ -390,10 +404,32 @@ impl State {
                 .transpose()?,
             bias: bias_of(ctx, &setup.bias)?,
             looks: looks_of(ctx, &setup.looks)?,
+            homes: (counts.homes > 0)
+                .then(|| Texture::new(ctx, make.of(&buffers::HOMES, &setup.homes)?))
+                .transpose()?,
+            crowd: (counts.wishes.0 > 0).then(|| crowd(make)).transpose()?,
             food: (!setup.food_set.is_empty())
                 .then(|| FoodBuffers::new(ctx, &setup.food_set, &setup.food_set.meals(None)))
                 .transpose()?,
         })
+    }
+
+    /// The claims of particles.
+    ///
+    /// # Panics
+    /// Unless there is one particle a cell.
+    #[must_use]
+    pub fn crowd(&self) -> &Crowd {
+        self.crowd.as_ref().expect("there is one particle a cell")
+    }
+
+    /// The cell of each texel.
+    ///
+    /// # Panics
+    /// When no rule of the scene asks for it.
+    #[must_use]
+    pub fn homes(&self) -> &Texture<u32> {
+        self.homes.as_ref().expect("a rule asks for cells")
     }
 
     /// Food and markers.
@@ -459,6 +495,14 @@ fn atlas_tables(make: &Maker<'_>, setup: &Setup) -> Result<AtlasTables, GpuError
         spread: SpreadTables::new(make.ctx, atlas)?,
         seams: make.table(&buffers::SEAMS, &atlas.seams)?,
         clearance: make.table(&buffers::CLEARANCE, &clearance)?,
+    })
+}
+
+fn crowd(make: &Maker<'_>) -> Result<Crowd, GpuError> {
+    Ok(Crowd {
+        cells: Texture::new(make.ctx, make.zeros(&buffers::CELLS)?)?,
+        wishes: make.store_of_zeros(&buffers::WISHES)?,
+        motions: make.store_of_zeros(&buffers::WISH_MOTIONS)?,
     })
 }
 

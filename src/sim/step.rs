@@ -12,6 +12,7 @@ pub mod distance_raster;
 pub mod distance_tiles;
 pub mod exchange_seams;
 pub mod limit;
+pub mod occupancy;
 pub mod respawn;
 pub mod scent;
 pub mod sort;
@@ -19,6 +20,7 @@ pub mod transfer;
 pub mod unfold;
 pub mod windows;
 
+use super::claims::FREE;
 use super::distance::TILE_SAMPLES;
 use super::plan::Plan;
 use super::roles::Pair;
@@ -27,7 +29,7 @@ use super::spread::{Half, in_halves};
 use super::work::{Counter, Step};
 use crate::gpu::{DispatchGroups, Threads};
 use crate::scene::settings::{DistanceMethod, Strategy};
-use advance::{Form, Terms};
+use advance::{Form, Stage, Terms};
 use exchange_seams::Field;
 use limit::KeyHalf;
 
@@ -38,7 +40,7 @@ pub fn step(plan: &Plan<'_>) -> Step {
     let s = &mut step;
     bring_changes(s, plan);
     take_distances(s, plan);
-    advance(s, plan, plan.terms());
+    act(s, plan);
     s.side_by_side(
         |s| {
             change_objects(s, plan);
@@ -51,13 +53,16 @@ pub fn step(plan: &Plan<'_>) -> Step {
             spread(s, plan);
         },
     );
+    if plan.rules.moves_first {
+        advance(s, plan, plan.terms(), Stage::Sensory);
+    }
     step
 }
 
 impl Step {
     /// Adds the kernels that also depend on whether pulses are live.
     pub fn add_forms_of_advance(&mut self, plan: &Plan<'_>) {
-        advance(self, plan, plan.terms());
+        act(self, plan);
     }
 }
 
@@ -133,10 +138,41 @@ fn change_objects(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Every particle advances once. Sensors read straight ahead in the atlas where they can; particles whose sensors must walk follow in a
+/// Every particle senses, turns and walks; by some rules in two stages, or with the sensory stage at the end of the step.
+fn act(s: &mut Step, plan: &Plan<'_>) {
+    let (rules, terms) = (plan.rules, plan.terms());
+    if !rules.parts_stages() {
+        return advance(s, plan, terms, Stage::Whole);
+    }
+    if !rules.moves_first {
+        advance(s, plan, terms, Stage::Sensory);
+    }
+    if rules.is_crowded() {
+        crowd(s, plan);
+    } else {
+        advance(s, plan, terms, Stage::Motor);
+    }
+}
+
+/// Particles walk, one a cell: they claim cells, round by round, and stay where they are if they have won none.
+fn crowd(s: &mut Step, plan: &Plan<'_>) {
+    let particles = Threads(plan.particle_count());
+    s.fill(FREE, |s| &s.crowd().cells, |a| &mut a.cells);
+    s.run(particles, plan.wish());
+    for _ in 0..plan.rules.rounds {
+        s.run(particles, plan.claim());
+        s.run(particles, plan.settle());
+    }
+    s.run(particles, plan.stay());
+}
+
+/// Every particle advances once, or does a stage of that. Sensors read straight ahead in the atlas where they can; particles whose sensors must walk follow in a
 /// second dispatch, those near another object in a third, and those of both kinds in a fourth.
-fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms) {
-    let forms = plan.forms_of_advance(terms);
+fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms, stage: Stage) {
+    let forms = match stage {
+        Stage::Motor => &[],
+        Stage::Whole | Stage::Sensory => plan.forms_of_advance(terms),
+    };
     if !forms.is_empty() {
         // No particle is listed yet.
         let none = DispatchGroups {
@@ -147,12 +183,12 @@ fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms) {
         s.reset([0; 3], |s| &s.walkers.count);
         s.reset([none; 3], |s| &s.walkers.groups);
     }
-    let every = plan.advance(terms, Form::All);
+    let every = plan.advance(terms, Form::All, stage);
     s.run(Threads(plan.particle_count()), every);
     let why = "each has particles of its own, and what they count, they count by atomic additions";
     s.unordered(why, advance::shared_by_forms, |s| {
         for &(form, listed) in forms {
-            s.run(listed, plan.advance(terms, form));
+            s.run(listed, plan.advance(terms, form, stage));
         }
     });
 }
@@ -174,6 +210,10 @@ fn select(s: &mut Step, plan: &Plan<'_>) {
 /// Moves selected particles to their target objects.
 fn transfer(s: &mut Step, plan: &Plan<'_>) {
     s.run(Counter::Transfers, plan.transfer_out());
+    if plan.rules.is_crowded() {
+        s.run(Counter::Transfers, plan.land_claim());
+        s.run(Counter::Transfers, plan.land_settle());
+    }
     s.run(Counter::Transfers, plan.transfer_in());
 }
 

@@ -34,14 +34,16 @@ pub struct Motion {
     pub heading_h: f32,
     /// World length left when the last walk ran out of edge-crossing attempts; walked first in the next step.
     pub pending: f32,
-    /// Bit 0 is set while the particle is selected to leave its object in the present step, and never between steps. The upper 16 bits
-    /// are the number of steps for which it stays fed; 0 without food.
+    /// Bit 0 is set while the particle is selected to leave its object in the present step, and never between steps. Bit 1 is set if it
+    /// was refused a cell in the last step. The upper 16 bits are the number of steps for which it stays fed; 0 without food.
     pub flags: u32,
 }
 
 impl Motion {
     /// The flag of particles that are selected to leave their object in the present step.
     pub const SELECTED: u32 = 1;
+    /// The flag of particles that were refused a cell in the last step, and so left no deposit.
+    pub const STAYED: u32 = 2;
     /// Position of the lowest bit of the number of steps for which it stays fed.
     pub const FED_SHIFT: u32 = 16;
 
@@ -49,6 +51,12 @@ impl Motion {
     #[must_use]
     pub fn fed(&self) -> u32 {
         self.flags >> Self::FED_SHIFT
+    }
+
+    /// Was the particle refused a cell in the last step?
+    #[must_use]
+    pub fn has_stayed(&self) -> bool {
+        self.flags & Self::STAYED != 0
     }
 
     /// Is the particle selected to leave its object?
@@ -173,10 +181,10 @@ pub struct Transfer {
     pub triangle: u32,
     /// World length that it could not walk on the target because its attempts ran out; pending once it has landed.
     pub rest: f32,
-    /// Unused.
-    pub pad0: u32,
-    /// Unused.
-    pub pad1: u32,
+    /// With one particle a cell: 1 if it stays on its object, because its place on the target is taken.
+    pub stays: u32,
+    /// With one particle a cell: the cell that it lands on.
+    pub cell: u32,
 }
 
 /// Lengths of a step's lists, and counters since the start.
@@ -199,8 +207,9 @@ pub struct Flow {
     pub mismatches: u32,
     /// Entries of the lists of slots and particles that are exchanged.
     pub entries: u32,
-    /// Unused: the layout is that of checkpoints.
-    pub pad0: u32,
+    /// With one particle a cell: particles so far that stayed although the cell which they claimed was vacated in the step's last round,
+    /// so that one more round might have let them move.
+    pub left_over: u32,
     /// The capacity that would have sufficed: the most particles that were selected in a step.
     pub most_wanted: u32,
     /// Number of times that a particle stayed because the lists were full. This counter and those below stop at the largest
@@ -220,6 +229,7 @@ impl Flow {
     pub fn between_steps(&self) -> Self {
         Self {
             mismatches: self.mismatches,
+            left_over: self.left_over,
             most_wanted: self.most_wanted,
             refused: self.refused,
             selected: self.selected,

@@ -190,6 +190,20 @@ impl Step {
         self.add(Reset { values, on_device });
     }
 
+    /// Fills a buffer with one number.
+    pub fn fill(
+        &mut self,
+        value: u32,
+        on_device: fn(&State) -> &dyn AnyBuffer,
+        on_host: fn(&mut Arrays) -> &mut Vec<u32>,
+    ) {
+        self.add(Fill {
+            value,
+            on_device,
+            on_host,
+        });
+    }
+
     /// Runs kernels that may overlap, although they write to the same buffers; `reason` says why no order matters.
     pub fn unordered(
         &mut self,
@@ -373,6 +387,28 @@ impl<T: Pod + Debug + Send + Sync> Work for Write<T> {
 
     fn on_host(&self, a: &mut Arrays) {
         (self.on_host)(a).clone_from(&self.values);
+    }
+}
+
+struct Fill {
+    value: u32,
+    on_device: fn(&State) -> &dyn AnyBuffer,
+    on_host: fn(&mut Arrays) -> &mut Vec<u32>,
+}
+
+impl Debug for Fill {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Fill").field(&self.value).finish()
+    }
+}
+
+impl Work for Fill {
+    fn on_device(&self, rec: &mut Recorder, _made: &Pipelines, s: &mut State) {
+        rec.fill((self.on_device)(s), self.value);
+    }
+
+    fn on_host(&self, a: &mut Arrays) {
+        (self.on_host)(a).fill(self.value);
     }
 }
 

@@ -3,8 +3,8 @@
 use super::{Effect, Kind, Number, Parameter, Scale, one_table};
 use crate::scene::settings::physarum::physarum;
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, SECOND_LOOKS,
-    Sensing, Settings, Show, SignRule, Start, Strategy,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, Model,
+    SECOND_LOOKS, Sensing, Settings, Show, SignRule, Start, StepOrder, Strategy, Turning,
 };
 
 /// The largest scene radius: squares of lengths stay far within single precision.
@@ -26,9 +26,17 @@ macro_rules! physarum_rows {
             name: $name,
             unit: $unit,
             help: $help,
-            effect: Effect::Live,
+            effect: physarum_effect!($for),
             kind: physarum_kind!($kind $field: $type, $($range)*),
         },)*]
+    };
+}
+macro_rules! physarum_effect {
+    (restart) => {
+        Effect::Restart
+    };
+    ($for:ident) => {
+        Effect::Live
     };
 }
 macro_rules! physarum_kind {

@@ -105,6 +105,43 @@ choice! {
 }
 
 choice! {
+    /// The published model whose rules particles follow, but for those that a scene names.
+    Model {
+        /// Particles may share places, and nothing is random but noise.
+        #[default]
+        Thesis = "thesis",
+        /// One particle a cell, as in Jones (2010).
+        Jones = "jones",
+    }
+}
+
+choice! {
+    /// The order of the stages of a step.
+    StepOrder {
+        /// That of the model.
+        #[default]
+        Model = "model",
+        /// Particles sense and turn, then walk.
+        SenseFirst = "sense_first",
+        /// Particles walk, the trail takes up what they leave, then they sense and turn.
+        MoveFirst = "move_first",
+    }
+}
+
+choice! {
+    /// Where a particle turns.
+    Turning {
+        /// As in the model.
+        #[default]
+        Model = "model",
+        /// To the better side, if it is better than the middle.
+        Better = "better",
+        /// To a random side where both are better than the middle.
+        Random = "random",
+    }
+}
+
+choice! {
     /// Behaviour of a walk at an open border.
     Border {
         /// The heading is mirrored and the walk continues.

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
-use super::choices::{Border, Sensing};
+use super::choices::{Border, Model, Sensing, StepOrder, Turning};
 
-/// Gives all parameters to a macro, in their order. Objects may have their own values of those marked `own`. Each has its type and its
+/// Gives all parameters to a macro, in their order. Objects may have their own values of those marked `own`. Those marked `restart` change
+/// with a new simulation only. Each has its type and its
 /// default and, for the parameter tables, the kind of value with its range, that of its slider and its scale, then name, unit and help.
 macro_rules! physarum {
     ($use:ident) => {
@@ -93,6 +94,48 @@ macro_rules! physarum {
                 "Distance weight", "trail units per scene radius",
                 "Added to a sensor for the signed distance to other objects. Positive values keep away from them, negative ones seek them, 0 is off."
             }
+            restart {
+                /// The rules that particles follow, but for those below.
+                model: Model = Model::Thesis, word(),
+                "Model", "",
+                "The rules that particles follow, but for those set below. thesis: they may share places, and nothing is random but noise. jones: one particle a cell, and the other rules of Jones (2010)."
+            }
+            scene {
+                /// The order of the stages of a step.
+                order: StepOrder = StepOrder::Model, word(),
+                "Order of a step", "",
+                "sense_first: particles sense and turn, then walk. move_first: they walk, the trail takes up what they leave, then they sense and turn. model: as the model has it, thesis the first, jones the second."
+            }
+            restart {
+                /// Rounds in which particles claim cells, one particle a cell; 0 as in the model.
+                occupancy_rounds: u32 = 0, whole((0.0, 16.0), (0.0, 16.0), Linear),
+                "Occupancy rounds", "rounds",
+                "One particle a cell of the texture: in each of so many rounds particles claim cells, and those that are refused stay. More rounds let more of a crowd move. 0: as the model has it, thesis without any such rule, jones 3."
+            }
+            scene {
+                /// Where a particle turns.
+                turning: Turning = Turning::Model, word(),
+                "Turning", "",
+                "better: to the better side, if it is better than the middle. random: to a random side where both are better than the middle, as in Jones (2010). model: as the model has it, thesis the first, jones the second."
+            }
+            scene {
+                /// Probability of a turn to any direction, a step.
+                random_turn: f32 = 0.0, real((0.0, 1.0), (0.0, 0.5), Linear),
+                "Random turn", "",
+                "The probability with which a particle turns to any direction in a step."
+            }
+            scene {
+                /// Trail below which a sensor reads nothing.
+                sensitivity: f32 = 0.0, real((0.0, 1e6), (0.0, 20.0), Logarithmic),
+                "Sensitivity threshold", "trail units",
+                "Trail weaker than this is not sensed: the sensor reads 0. 0 senses everything."
+            }
+            restart {
+                /// Width of what a sensor reads, in cells; 0 as in the model.
+                sensor_width: u32 = 0, whole((0.0, 9.0), (0.0, 9.0), Linear),
+                "Sensor width", "cells",
+                "A sensor reads the cell of the texture that it is in (1), or the mean of 3 by 3 (3), up to 9 by 9; even numbers count as the next odd one. 0: as the model has it, thesis between four texels, jones 1."
+            }
         }
     };
 }
@@ -103,6 +146,7 @@ macro_rules! only_own {
     ($use:ident [$($kept:tt)*]) => { $use! { $($kept)* } };
     ($use:ident [$($kept:tt)*] own $row:tt $($rest:tt)*) => { only_own! { $use [$($kept)* $row] $($rest)* } };
     ($use:ident [$($kept:tt)*] scene $row:tt $($rest:tt)*) => { only_own! { $use [$($kept)*] $($rest)* } };
+    ($use:ident [$($kept:tt)*] restart $row:tt $($rest:tt)*) => { only_own! { $use [$($kept)*] $($rest)* } };
 }
 pub(in crate::scene) use only_own;
 

@@ -42,6 +42,20 @@ pub enum Form {
 /// Their names.
 pub const FORMS_OF_ADVANCE: [&str; 4] = ["advance", "walk_sensors", "advance_near", "walk_near"];
 
+/// The part of a step that `advance` does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Everything.
+    Whole,
+    /// Particles sense and turn.
+    Sensory,
+    /// Particles walk and arrive.
+    Motor,
+}
+
+/// The name of the sensory stage of all particles, and of the motor stage, in times.
+const STAGES: [&str; 2] = ["turn", "walk"];
+
 /// All sensors walk.
 const SENSORS_WALK: u32 = 0;
 /// Sensors go straight ahead in the atlas, and particles for which this is not possible are listed.
@@ -117,9 +131,9 @@ impl Plan<'_> {
         groups.div_ceil(GROUPS_A_ROW).max(1)
     }
 
-    /// `advance`, or a form of it: particles walk, sense, turn, walk, eat and deposit.
+    /// `advance`, or a form or a stage of it: particles walk, sense, turn, walk, eat and deposit.
     #[must_use]
-    pub fn advance(&self, terms: Terms, form: Form) -> Call<Advance> {
+    pub fn advance(&self, terms: Terms, form: Form, stage: Stage) -> Call<Advance> {
         let Self {
             settings,
             setup,
@@ -127,9 +141,17 @@ impl Plan<'_> {
             lengths,
             ..
         } = self;
+        let own = &settings.physarum;
+        let width = 1 + 2 * self.rules.reach.unwrap_or(0);
         Call {
-            on: form,
+            on: (form, stage),
             constants: AdvanceConstants {
+                stage: stage as u32,
+                random_ties: self.rules.random_ties,
+                random_turns: own.random_turn > 0.0,
+                cells: self.rules.reach.is_some(),
+                reach: self.rules.reach.unwrap_or(0) as i32,
+                sensitivity: own.sensitivity > 0.0,
                 sensor_noise: terms.sensor_noise,
                 favourite_density: terms.favourite_density,
                 gravity: terms.gravity,
@@ -140,7 +162,9 @@ impl Plan<'_> {
                 own_physarum: self.own_physarum,
                 across: self.strategy.sees_across(),
                 sensing: match form {
-                    Form::All if self.reads_straight(terms) => SENSORS_STRAIGHT,
+                    Form::All if stage != Stage::Motor && self.reads_straight(terms) => {
+                        SENSORS_STRAIGHT
+                    }
                     Form::All => SENSORS_WALK,
                     Form::Walking => SENSORS_WALK_LISTED,
                     Form::Nearby => SENSORS_STRAIGHT_LISTED,
@@ -169,6 +193,9 @@ impl Plan<'_> {
                 fed_attraction: settings.feeding.fed_attraction,
                 shell_count: self.shells.len() as u32,
                 second_look: self.object_count(),
+                sensor_share: 1.0 / (width * width) as f32,
+                sensitivity: own.sensitivity,
+                random_turn: own.random_turn,
             },
         }
     }
@@ -193,10 +220,14 @@ pub fn shared_by_forms(s: &State) -> Vec<&dyn AnyBuffer> {
 }
 
 impl StepKernel for Advance {
-    type On = Form;
+    type On = (Form, Stage);
 
-    fn name(form: Form) -> &'static str {
-        FORMS_OF_ADVANCE[form as usize]
+    fn name((form, stage): (Form, Stage)) -> &'static str {
+        match (form, stage) {
+            (Form::All, Stage::Sensory) => STAGES[0],
+            (_, Stage::Motor) => STAGES[1],
+            _ => FORMS_OF_ADVANCE[form as usize],
+        }
     }
 
     fn args<'s>(call: &Call<Self>, s: &'s State) -> AdvanceArgs<'s> {
@@ -224,7 +255,7 @@ impl StepKernel for Advance {
             walkers_near: &s.walkers.near.texels,
             walker_count: &s.walkers.count,
             // The forms for listed particles list no others: no dispatch may write its own groups.
-            walker_groups: match call.on {
+            walker_groups: match call.on.0 {
                 Form::All => Some(&s.walkers.groups),
                 _ => None,
             },
@@ -234,12 +265,13 @@ impl StepKernel for Advance {
             meals: food.map(|food| &food.meals),
             shells: &s.objects.shells,
             looks: s.looks.as_ref(),
+            homes: s.homes.as_ref(),
         }
     }
 
     /// The first form processes every particle, and the others have none.
     fn twin(call: &Call<Self>, a: &mut Arrays) {
-        if call.on != Form::All {
+        if call.on.0 != Form::All {
             return;
         }
         let setup = &a.setup;
@@ -263,6 +295,7 @@ impl StepKernel for Advance {
                 plates: &setup.food_set.plates,
                 shells: &a.shells,
                 looks: &a.weights,
+                homes: &setup.homes,
             },
             Selection {
                 flow: &mut a.transfers.flow[0],
@@ -314,6 +347,8 @@ pub struct AdvanceInputs<'a> {
     pub shells: &'a [Shell],
     /// Weights of the second look, with filled gutters.
     pub looks: &'a [f32],
+    /// Per texel: its cell; empty if no rule asks for it.
+    pub homes: &'a [u32],
 }
 
 impl<'a> AdvanceInputs<'a> {
@@ -337,6 +372,7 @@ impl<'a> AdvanceInputs<'a> {
             plates: &[],
             shells: &[],
             looks: &[],
+            homes: &[],
         }
     }
 }
@@ -346,7 +382,7 @@ impl AdvanceInputs<'_> {
         &self.strips[triangle as usize].map
     }
 
-    fn position_of(&self, triangle: u32, [u, v]: [f32; 2]) -> [f32; 2] {
+    pub(super) fn position_of(&self, triangle: u32, [u, v]: [f32; 2]) -> [f32; 2] {
         atlas_position(self.map_of(triangle), u, v)
     }
 }
@@ -379,26 +415,26 @@ pub fn advance(
         .into_par_iter()
         .map(|slot| advance_one(constants, params, inputs, meals, (all.0[slot], all.1[slot])))
         .collect();
+    let Selection {
+        flow,
+        particle_indices,
+        meals,
+        forms,
+    } = selection;
+    let particle_indices = &mut particle_indices[..params.transfer_capacity as usize];
     for (slot, outcome) in outcomes.into_iter().enumerate() {
         let Outcome {
             particle,
             mut motion,
-            ..
+            form,
+            arrival,
         } = outcome;
-        if let Some(form) = outcome.form {
-            selection.forms[form] += 1;
+        if let Some(form) = form {
+            forms[form] += 1;
         }
-        deposits[outcome.texel] += outcome.deposit;
-        if let Some(meal) = outcome.meal {
-            selection.meals[meal].eaten += 1;
-        }
-        if outcome.is_selected {
-            let place = selection.flow.wanted as usize;
-            if place < params.transfer_capacity as usize {
-                selection.particle_indices[place] = slot as u32;
-            }
-            motion.flags |= Motion::SELECTED;
-            selection.flow.wanted += 1;
+        if let Some(arrival) = arrival {
+            motion.flags |= arrival.flags();
+            arrival.note(slot, flow, particle_indices, meals, deposits);
         }
         particles[slot] = particle;
         motions[slot] = motion;
@@ -411,12 +447,184 @@ struct Outcome {
     motion: Motion,
     /// The form that processes it, if there are several.
     form: Option<usize>,
+    /// Where it has come to, if it has walked.
+    arrival: Option<Arrival>,
+}
+
+/// What a particle does where it has come to.
+pub(super) struct Arrival {
     /// The texel where it deposits, and the amount.
     texel: usize,
     deposit: u32,
+    /// For how many steps it stays fed.
+    fed: u32,
     /// The food that it has eaten of.
     meal: Option<usize>,
     is_selected: bool,
+}
+
+impl Arrival {
+    /// The particle's new flags.
+    pub(super) fn flags(&self) -> u32 {
+        self.fed << Motion::FED_SHIFT | u32::from(self.is_selected)
+    }
+
+    /// Changes what particles share. The lists hold as many as they are long.
+    pub(super) fn note(
+        self,
+        slot: usize,
+        flow: &mut Flow,
+        particle_indices: &mut [u32],
+        meals: &mut [Meal],
+        deposits: &mut [u32],
+    ) {
+        deposits[self.texel] += self.deposit;
+        if let Some(meal) = self.meal {
+            meals[meal].eaten += 1;
+        }
+        if self.is_selected {
+            if let Some(place) = particle_indices.get_mut(flow.wanted as usize) {
+                *place = slot as u32;
+            }
+            flow.wanted += 1;
+        }
+    }
+}
+
+/// What an arrival depends on.
+pub(super) struct Arriving<'a> {
+    /// Is there food?
+    pub food: bool,
+    /// For how many steps a meal lasts.
+    pub fed_steps: u32,
+    /// The number of particles that a fed one counts as.
+    pub fed_deposit: u32,
+    /// Per texel: the food that is eaten there, counted from 1, or 0.
+    pub plates: &'a [u32],
+    /// Meals that remain.
+    pub meals: &'a [Meal],
+    /// Signed distance to other objects.
+    pub distances: &'a [f32],
+    /// The signed distance below which a place is covered.
+    pub threshold: f32,
+    /// Texels from one row to the next.
+    pub pitch: u32,
+}
+
+impl Arriving<'_> {
+    /// A particle that has come from `previous` to `position`, and had `fed` remaining steps. It may be selected to leave its object.
+    pub(super) fn at(
+        &self,
+        previous: [f32; 2],
+        position: [f32; 2],
+        mut fed: u32,
+        may_be_selected: bool,
+    ) -> Arrival {
+        let texel = texel_at(position, self.pitch) as usize;
+        let mut meal = None;
+        if self.food {
+            (fed, meal) = self.fed_at(texel, fed);
+        }
+        let mut is_selected = false;
+        if may_be_selected {
+            let now = trail_at(self.distances, position, self.pitch);
+            let before = trail_at(self.distances, previous, self.pitch);
+            let less = before - ROUNDING * before.abs();
+            is_selected = now < self.threshold && now < less;
+        }
+        Arrival {
+            texel,
+            deposit: if fed == 0 { 1 } else { self.fed_deposit },
+            fed,
+            meal,
+            is_selected,
+        }
+    }
+
+    /// The remaining fed steps of a particle that has reached a texel and had `fed` remaining steps; and the food that it has eaten there.
+    pub(super) fn fed_at(&self, texel: usize, fed: u32) -> (u32, Option<usize>) {
+        let fed = fed - fed.min(1);
+        let plate = self.plates[texel];
+        if fed == 0 && plate != 0 {
+            let meal = plate as usize - 1;
+            if self.meals[meal].remaining != 0 {
+                return (self.fed_steps, Some(meal));
+            }
+        }
+        (fed, None)
+    }
+}
+
+/// What the walk of a step depends on.
+pub(super) struct Walking<'a> {
+    /// Edge crossings that one walk may make.
+    pub attempts: u32,
+    /// Are walks reflected at open borders?
+    pub border_reflects: bool,
+    /// Texels from one row to the next.
+    pub pitch: u32,
+    /// Trail units that are added to sensor readings, if they were painted.
+    pub bias: Option<&'a [f32]>,
+    /// The shells of live pulses.
+    pub shells: &'a [Shell],
+}
+
+impl Walking<'_> {
+    /// The walk of what is pending, and the length that still is.
+    pub(super) fn pending(
+        &self,
+        inputs: &AdvanceInputs,
+        (particle, motion): (&Particle, &Motion),
+    ) -> (StripWalk, f32) {
+        let mut w = StripWalk {
+            triangle: particle.triangle,
+            u: particle.u,
+            v: particle.v,
+            heading: [motion.heading_p, motion.heading_h],
+            remaining: motion.pending,
+            status: WALK_DONE,
+        };
+        let mut pending = 0.0;
+        if motion.pending > 0.0 {
+            w.walk(inputs.strips, self.attempts, self.border_reflects);
+            pending = w.pending();
+        }
+        (w, pending)
+    }
+
+    /// The step from where that walk has ended, and the pending length behind it. The particle turns round at no-go areas.
+    pub(super) fn step(
+        &self,
+        inputs: &AdvanceInputs,
+        own: &Physarum,
+        (particle, motion): (&Particle, &Motion),
+        (mut w, mut pending): (StripWalk, f32),
+    ) -> (StripWalk, f32) {
+        w.remaining = own.speed;
+        if !self.shells.is_empty() {
+            sweep(self.shells, inputs, &mut w);
+        }
+        w.walk(inputs.strips, self.attempts, self.border_reflects);
+        pending += w.pending();
+        if let Some(bias) = self.bias {
+            let bias_at = |position| bias[texel_at(position, self.pitch) as usize];
+            let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
+            let position = inputs.position_of(w.triangle, [w.u, w.v]);
+            if bias_at(previous) >= NO_GO_BELOW && bias_at(position) < NO_GO_BELOW {
+                w = StripWalk {
+                    triangle: particle.triangle,
+                    u: particle.u,
+                    v: particle.v,
+                    heading: [-motion.heading_p, -motion.heading_h],
+                    remaining: 0.0,
+                    status: WALK_DONE,
+                };
+                pending = 0.0;
+            }
+        }
+        (w.u, w.v) = (settled(w.u), settled(w.v));
+        (w, settled(pending.min(own.speed)))
+    }
 }
 
 /// The kernel for one particle.
@@ -425,45 +633,131 @@ fn advance_one(
     params: &AdvanceParams,
     inputs: &AdvanceInputs,
     meals: &[Meal],
-    (particle, motion): (Particle, Motion),
+    (particle, mut motion): (Particle, Motion),
 ) -> Outcome {
-    let mut fed = if constants.food { motion.fed() } else { 0 };
-    let mut flags = 0;
-    let mut own = physarum_on(constants, inputs, particle.triangle);
-    if constants.looks {
-        let at = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-        let weight = inputs.looks[texel_at(at, params.pitch) as usize];
-        own = mixed_look(own, &inputs.physarums[params.second_look as usize], weight);
-    }
+    let fed = if constants.food { motion.fed() } else { 0 };
+    let own = own_parameters(
+        constants.own_physarum,
+        constants.looks.then_some(params.second_look),
+        inputs,
+        &particle,
+        params.pitch,
+    );
     let appetite = if fed == 0 { 1.0 } else { params.fed_attraction };
-
-    let mut heading = [motion.heading_p, motion.heading_h];
-    let mut w = StripWalk {
-        triangle: particle.triangle,
-        u: particle.u,
-        v: particle.v,
-        heading,
-        remaining: motion.pending,
-        status: WALK_DONE,
+    let walking = Walking {
+        attempts: params.attempts,
+        border_reflects: constants.border_reflects,
+        pitch: params.pitch,
+        bias: constants.painted.then_some(inputs.bias),
+        shells: if constants.pulses {
+            &inputs.shells[..params.shell_count as usize]
+        } else {
+            &[]
+        },
     };
-    let mut pending = 0.0;
-    if motion.pending > 0.0 {
-        w.walk(inputs.strips, params.attempts, constants.border_reflects);
-        pending = w.pending();
-        heading = w.heading;
+    let kept = motion.pending;
+    let is_sensory = constants.stage == Stage::Sensory as u32;
+    if is_sensory {
+        motion.pending = 0.0;
     }
+    let (mut w, pending) = walking.pending(inputs, (&particle, &motion));
+    let (mut form, mut concerned) = (None, true);
+    if constants.stage != Stage::Motor as u32 {
+        let both = (&particle, &motion);
+        (w.heading, form, concerned) = turned(constants, params, inputs, &own, both, w, appetite);
+    }
+    if is_sensory {
+        let [heading_p, heading_h] = w.heading.map(settled);
+        let turned = Motion {
+            heading_p,
+            heading_h,
+            pending: kept,
+            ..motion
+        };
+        return Outcome {
+            particle,
+            motion: turned,
+            form,
+            arrival: None,
+        };
+    }
+    let (w, pending) = walking.step(inputs, &own, (&particle, &motion), (w, pending));
+    let moved = Particle {
+        triangle: w.triangle,
+        u: w.u,
+        v: w.v,
+        id: particle.id,
+    };
+    let arriving = Arriving {
+        food: constants.food,
+        fed_steps: params.fed_steps,
+        fed_deposit: params.fed_deposit,
+        plates: inputs.plates,
+        meals,
+        distances: inputs.distances,
+        threshold: params.transfer_threshold,
+        pitch: params.pitch,
+    };
+    let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
+    let position = inputs.position_of(w.triangle, [w.u, w.v]);
+    let may_be_selected = constants.selects && concerned;
+    Outcome {
+        particle: moved,
+        motion: Motion {
+            heading_p: settled(w.heading[0]),
+            heading_h: settled(w.heading[1]),
+            pending,
+            flags: 0,
+        },
+        form,
+        arrival: Some(arriving.at(previous, position, fed, may_be_selected)),
+    }
+}
 
+/// Parameters of a particle: those of its object, mixed with those of the second look, whose row is given if there is one.
+pub(super) fn own_parameters(
+    own_physarum: bool,
+    second_look: Option<u32>,
+    inputs: &AdvanceInputs,
+    particle: &Particle,
+    pitch: u32,
+) -> Physarum {
+    let row = if own_physarum {
+        inputs.strips[particle.triangle as usize].shape.object
+    } else {
+        0
+    };
+    let own = inputs.physarums[row as usize];
+    let Some(second_look) = second_look else {
+        return own;
+    };
+    let at = inputs.position_of(particle.triangle, [particle.u, particle.v]);
+    let weight = inputs.looks[texel_at(at, pitch) as usize];
+    mixed_look(own, &inputs.physarums[second_look as usize], weight)
+}
+
+/// The heading after sensing at the end of a walk, the form that processes the particle, and whether it may be near other objects.
+fn turned(
+    constants: &AdvanceConstants,
+    params: &AdvanceParams,
+    inputs: &AdvanceInputs,
+    own: &Physarum,
+    (particle, motion): (&Particle, &Motion),
+    w: StripWalk,
+    appetite: f32,
+) -> ([f32; 2], Option<usize>, bool) {
+    let mut heading = w.heading;
     let position = inputs.position_of(w.triangle, [w.u, w.v]);
     let from_open = constants.across
         && inputs.distances[texel_at(position, params.pitch) as usize] >= params.transfer_threshold;
-    let towards = around_heading(heading, &own);
+    let towards = around_heading(heading, own);
     let ahead = (constants.sensing == SENSORS_STRAIGHT).then(|| {
         ahead_of(
             params,
             inputs,
-            &own,
-            &particle,
-            around_heading([motion.heading_p, motion.heading_h], &own),
+            own,
+            particle,
+            around_heading([motion.heading_p, motion.heading_h], own),
         )
     });
     let straight = ahead
@@ -485,7 +779,7 @@ fn advance_one(
                 constants,
                 params,
                 inputs,
-                &own,
+                own,
                 place,
                 (NONE, [0.0; 2]),
                 (from_open && concerned, appetite),
@@ -493,7 +787,7 @@ fn advance_one(
         }),
         None => towards.map(|towards| {
             let how = (from_open && concerned, appetite);
-            sensed_by_walking(constants, params, inputs, &own, w, towards, how)
+            sensed_by_walking(constants, params, inputs, own, w, towards, how)
         }),
     };
     if constants.sensor_noise {
@@ -508,8 +802,21 @@ fn advance_one(
         }
     }
     let [left, middle, right] = value;
-    if (middle < left || middle < right) && left != right {
-        let sin = if left > right {
+    let turns = if constants.random_ties {
+        let is_tie = middle < left && middle < right;
+        let keeps_on = (middle > left && middle > right) || left == right;
+        let words = random(params.seed, particle.id, params.time_step, Purpose::Tie);
+        let goes_left = if is_tie {
+            words[0] < 1 << 31
+        } else {
+            left > right
+        };
+        (is_tie || !keeps_on).then_some(goes_left)
+    } else {
+        ((middle < left || middle < right) && left != right).then_some(left > right)
+    };
+    if let Some(goes_left) = turns {
+        let sin = if goes_left {
             own.rotation_sin
         } else {
             -own.rotation_sin
@@ -517,70 +824,17 @@ fn advance_one(
         heading = rotated(heading, own.rotation_cos, sin);
     }
 
-    w.heading = heading;
-    w.remaining = own.speed;
-    if constants.pulses {
-        sweep(params, inputs, &mut w);
-    }
-    w.walk(inputs.strips, params.attempts, constants.border_reflects);
-    pending += w.pending();
-    if constants.painted {
-        let bias_at = |position| inputs.bias[texel_at(position, params.pitch) as usize];
-        let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-        let position = inputs.position_of(w.triangle, [w.u, w.v]);
-        if bias_at(previous) >= NO_GO_BELOW && bias_at(position) < NO_GO_BELOW {
-            w = StripWalk {
-                triangle: particle.triangle,
-                u: particle.u,
-                v: particle.v,
-                heading: [-motion.heading_p, -motion.heading_h],
-                remaining: 0.0,
-                status: WALK_DONE,
-            };
-            pending = 0.0;
+    if constants.random_turns {
+        let words = random(params.seed, particle.id, params.time_step, Purpose::Turn);
+        if unit(words[0]) < params.random_turn {
+            heading = turn_of(words[1]).to_array();
         }
     }
-
-    (w.u, w.v) = (settled(w.u), settled(w.v));
-    let moved = Particle {
-        triangle: w.triangle,
-        u: w.u,
-        v: w.v,
-        id: particle.id,
-    };
-    let position = inputs.position_of(w.triangle, [w.u, w.v]);
-    let texel = texel_at(position, params.pitch) as usize;
-    let mut meal = None;
-    if constants.food {
-        (fed, meal) = fed_at(params, inputs, meals, texel, fed);
-        flags |= fed << Motion::FED_SHIFT;
-    }
-    let mut is_selected = false;
-    if constants.selects && concerned {
-        let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-        let now = trail_at(inputs.distances, position, params.pitch);
-        let before = trail_at(inputs.distances, previous, params.pitch);
-        let less = before - ROUNDING * before.abs();
-        is_selected = now < params.transfer_threshold && now < less;
-    }
-    Outcome {
-        particle: moved,
-        motion: Motion {
-            heading_p: settled(w.heading[0]),
-            heading_h: settled(w.heading[1]),
-            pending: settled(pending.min(own.speed)),
-            flags,
-        },
-        form,
-        texel,
-        deposit: if fed == 0 { 1 } else { params.fed_deposit },
-        meal,
-        is_selected,
-    }
+    (heading, form, concerned)
 }
 
 /// Lets the shells of pulses turn a walk and lengthen it.
-fn sweep(params: &AdvanceParams, inputs: &AdvanceInputs, w: &mut StripWalk) {
+fn sweep(shells: &[Shell], inputs: &AdvanceInputs, w: &mut StripWalk) {
     let shape = &inputs.strips[w.triangle as usize].shape;
     let corners = [0, 1, 2].map(|corner| {
         let vertex = inputs.corners[(3 * w.triangle + corner) as usize];
@@ -590,7 +844,6 @@ fn sweep(params: &AdvanceParams, inputs: &AdvanceInputs, w: &mut StripWalk) {
         heading: w.heading.into(),
         length: w.remaining,
     };
-    let shells = &inputs.shells[..params.shell_count as usize];
     let pose = &inputs.poses[shape.object as usize];
     let Sweep { heading, length } = swept(shells, (shape, corners), pose, [w.u, w.v], sweep);
     (w.heading, w.remaining) = (heading.to_array(), length);
@@ -620,25 +873,6 @@ fn is_near(
     !constants.across
         || around(start) & mark != 0
         || places.iter().any(|&place| end(place) & COVERED != 0)
-}
-
-/// The remaining fed steps of a particle that has reached a texel and had `fed` remaining steps; and the food that it has eaten there.
-fn fed_at(
-    params: &AdvanceParams,
-    inputs: &AdvanceInputs,
-    meals: &[Meal],
-    texel: usize,
-    fed: u32,
-) -> (u32, Option<usize>) {
-    let fed = fed - fed.min(1);
-    let plate = inputs.plates[texel];
-    if fed == 0 && plate != 0 {
-        let meal = plate as usize - 1;
-        if meals[meal].remaining != 0 {
-            return (params.fed_steps, Some(meal));
-        }
-    }
-    (fed, None)
 }
 
 /// Ends of sensors straight ahead in the atlas, in texels, if all paths are clear.
@@ -725,7 +959,14 @@ fn sensed_at(
             }
         }
     }
-    let mut value = trail_at(inputs.trail, position, params.pitch);
+    let mut value = if constants.cells {
+        trail_on_cells(constants, params, inputs, position)
+    } else {
+        trail_at(inputs.trail, position, params.pitch)
+    };
+    if constants.sensitivity && value < params.sensitivity {
+        value = 0.0;
+    }
     if constants.favourite_density && own.favourite_density > 0.0 {
         value = -(value - own.favourite_density).abs();
     }
@@ -753,14 +994,21 @@ fn sensed_at(
     value
 }
 
-/// Parameters of particles on this triangle's object.
-fn physarum_on(constants: &AdvanceConstants, inputs: &AdvanceInputs, triangle: u32) -> Physarum {
-    let own = if constants.own_physarum {
-        inputs.strips[triangle as usize].shape.object
-    } else {
-        0
-    };
-    inputs.physarums[own as usize]
+/// The mean of the trail on the cells round a place.
+fn trail_on_cells(
+    constants: &AdvanceConstants,
+    params: &AdvanceParams,
+    inputs: &AdvanceInputs,
+    position: [f32; 2],
+) -> f32 {
+    let cell = inputs.homes[texel_at(position, params.pitch) as usize] as i32;
+    let mut sum = 0.0;
+    for row in -constants.reach..=constants.reach {
+        for column in -constants.reach..=constants.reach {
+            sum += inputs.trail[(cell + row * params.pitch as i32 + column) as usize];
+        }
+    }
+    sum * params.sensor_share
 }
 
 /// Height of a point along the scene's up axis, world units.

@@ -161,6 +161,9 @@ pub fn transfer_in(
             borders[transfer.target as usize].came += 1;
         }
         flow.arrived = flow.arrived.saturating_add(1);
+        if transfer.stays != 0 {
+            continue;
+        }
         let slot = transfer.particle as usize;
         ground.land(transfer, &mut particles[slot], &mut motions[slot]);
     }

@@ -26,7 +26,7 @@ pub use super::step::distance_tiles::distance_tiles;
 pub use super::step::exchange_seams::exchange_seams;
 pub use super::step::respawn::respawn;
 pub use super::step::scent::scent;
-pub use super::step::{limit, sort, transfer, unfold, windows};
+pub use super::step::{limit, occupancy, sort, transfer, unfold, windows};
 pub use copy_words::copy_words;
 pub use paint::paint;
 pub use teleport::teleport;

@@ -1,0 +1,44 @@
+// arriving: what a particle does where it has come to: it eats, deposits, and is selected where it enters another object.
+// Twin of `Arrival` in src/sim/step/advance.rs.
+// The includer declares the constants FOOD and SELECTS, the parameters and the buffers that follow here, and includes motor.glsl or declares
+// what it needs of it.
+
+#ifndef MYXO_ARRIVING
+#define MYXO_ARRIVING
+
+#include "tables.glsl"
+#include "texels.glsl"
+#include "atlas.glsl"
+#include "distances.glsl"
+#include "append.glsl"
+#include "ring.glsl"
+#include "eating.glsl"
+
+// Bound on the rounding of a distance.
+const float ROUNDING = 1.0e-6;
+
+// The flags of a particle that has come to a place, by slot; `is_far` if it cannot have entered another object.
+uint flags_at(vec2 position, uint slot, uint fed, bool is_far) {
+    uint texel = texel_at(position, params.pitch);
+    uint flags = 0u;
+    if (FOOD) {
+        fed = fed_at(texel, fed);
+        flags |= fed << FED_SHIFT;
+    }
+    uint deposit = fed == 0u ? 1u : params.fed_deposit;
+    add_to_texel(deposits, texel, deposit)
+    if (SELECTS && !is_far) {
+        float now = distance_at(position, params.pitch);
+        float before = distance_at(previous_position(), params.pitch);
+        // Gutter values are rounded, so the distances beyond reach, which are equal, may seem to change.
+        precise float less = before - ROUNDING * abs(before);
+        if (now < params.transfer_threshold && now < less) {
+            append_to(flow[0].wanted, place)
+            if (place < params.transfer_capacity) particle_indices[place] = slot;
+            flags |= SELECTED;
+        }
+    }
+    return flags;
+}
+
+#endif

@@ -1,0 +1,80 @@
+// wish: the motor stage with one particle a cell: where each particle would come to, and the cell there. Every particle takes its present cell.
+// Reads   particles, motions, strips, physarums, homes, bias and looks (gutters filled); for pulses shells, corners, vertices and poses.
+// Writes  wishes: place and cell; wish_motions: heading, pending length, and the present cell; cells, by atomic minima.
+// One invocation per particle.
+// A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
+// Overflow: cannot happen; nothing is appended.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "words.glsl"
+#include "index.glsl"
+#include "tables.glsl"
+#include "texels.glsl"
+
+layout(local_size_x = 256) in;
+
+layout(constant_id = 4) const bool BORDER_REFLECTS = true;
+// Some object has its own parameters for the particles on it.
+layout(constant_id = 9) const bool OWN_PHYSARUM = false;
+// The bias was painted: places attract, repel or may not be entered.
+layout(constant_id = 15) const bool PAINTED = false;
+// Pulses are live.
+layout(constant_id = 17) const bool PULSES = false;
+// A second look was painted, and there is one.
+layout(constant_id = 18) const bool LOOKS = false;
+
+layout(push_constant) uniform Params {
+    uint particle_count;
+    uint attempts;     // edge crossings that one walk may make
+    uint pitch;        // texels from one atlas row to the next
+    uint shell_count;  // of the shells, those of live pulses
+    uint second_look;  // row of the physarums
+} params;
+
+PAGED_READS(uvec4, 0) particles;  // one an invocation
+PAGED_READS(uvec4, 1) motions;  // one an invocation
+PAGED_WRITES(uvec4, 2) wishes;  // one an invocation
+PAGED_WRITES(uvec4, 3) wish_motions;  // one an invocation
+READS(uvec4, 4) strips;
+layout(std430, set = 0, binding = 5) readonly buffer Physarums { Physarum physarums[]; };
+READS(uint, 6) homes_texels;
+layout(std430, set = 0, binding = 7) buffer Cells { uint cells_block[]; };
+CHANGES(uint, 8) cells_low;
+CHANGES(uint, 9) cells_high;
+READS(float, 10) bias_texels;  // may be absent
+READS(float, 11) looks_texels;  // may be absent
+layout(std430, set = 0, binding = 12) readonly buffer Shells { Shell shells[]; };
+READS(uint, 13) corners;
+READS(uvec4, 14) vertices;
+READS(vec4, 15) poses;
+
+#include "motor.glsl"
+#include "claims.glsl"
+
+uint cell_at(vec2 position) {
+    return texel_of(homes, texel_at(position, params.pitch));
+}
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.particle_count) return;
+    particle = particle_of(fetch_paged(particles, i));
+    motion = motion_of(fetch_paged(motions, i));
+    uint own_cell = cell_at(previous_position());
+    lower_texel(cells, own_cell, TAKEN, before)
+    if (before <= TAKEN) {
+        lower_texel(cells, own_cell, SHARED_CELL, also)
+    }
+    take_own_parameters();
+    walk_pending();
+    walk_step();
+    if (PAINTED) stay_out_of_no_go_areas();
+    w.u = settled(w.u);
+    w.v = settled(w.v);
+    uint cell = cell_at(walked_position(w));
+    vec2 heading = settled(w.heading);
+    store_paged(wishes, i, words_of(Particle(w.triangle, w.u, w.v, cell)));
+    store_paged(wish_motions, i, words_of(Motion(heading.x, heading.y, settled(min(pending, own.speed)), own_cell)));
+}

@@ -1,0 +1,62 @@
+//! Cells: the owned texels, of which every texel of the surface has one. Particles may be one a cell, and sensors may read whole cells.
+
+use crate::error::{Error, Result};
+use crate::mesh::atlas::Atlas;
+use crate::mesh::surface::Seam;
+use crate::scene::parameters::grouped;
+use crate::scene::settings::{Settings, Strategy};
+
+/// Per texel its cell: an owned texel is its own, a gutter texel has the owned texel across the seam that it takes most of, the first of equal
+/// ones. Other texels, where no particle can be, are their own.
+#[must_use]
+pub fn homes(atlas: &Atlas) -> Vec<u32> {
+    let mut homes: Vec<u32> = (0..atlas.density.len() as u32).collect();
+    for seam in &atlas.seams {
+        homes[seam.texel as usize] = heaviest(seam);
+    }
+    homes
+}
+
+fn heaviest(seam: &Seam) -> u32 {
+    let units = seam.units();
+    let mut best = 0;
+    for k in 1..4 {
+        if units[k] > units[best] {
+            best = k;
+        }
+    }
+    seam.source[best]
+}
+
+/// Checks that the particles of a scene with one particle a cell have cells.
+///
+/// # Errors
+/// When there are more particles than cells; says how many there may be.
+pub fn check_room(settings: &Settings, atlas: &Atlas) -> Result<()> {
+    let (count, cells) = (settings.particles.count, atlas.owned_count);
+    if settings.physarum.rules().is_crowded() && count > cells {
+        return Err(Error::Invalid(format!(
+            "particles.count = {}: there is one particle a cell, and the texture has {} cells: use fewer particles, raise atlas.size from {}, or \
+             let them share cells (physarum.model = \"thesis\" and physarum.occupancy_rounds = 0)",
+            grouped(count.into()),
+            grouped(cells.into()),
+            grouped(settings.atlas.size.into()),
+        )));
+    }
+    Ok(())
+}
+
+/// Checks that the rules of a scene go together.
+///
+/// # Errors
+/// When particles restart at random places, where others may be, and there is one particle a cell.
+pub fn check_rules(settings: &Settings) -> Result<()> {
+    if settings.physarum.rules().is_crowded() && settings.strategy() == Strategy::Respawn {
+        return Err(Error::Invalid(
+            "transfer.strategy = \"respawn\": there is one particle a cell, and particles that restart anywhere could share one: choose another \
+             strategy, or let particles share cells (physarum.model = \"thesis\" and physarum.occupancy_rounds = 0)"
+                .to_owned(),
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,584 @@
+//! The kernels by which particles walk, one a cell: their parameters, bindings and twins.
+//!
+//! Every particle takes its cell, and wishes to come to another one. In each round those that still wait claim their cells, the lowest rank wins
+//! each, and the winners move: what they leave is free in the next round. Those that have won nothing stay. Particles that come over from other
+//! objects claim the cells that are free after that.
+
+use crate::mesh::surface::NONE;
+use crate::rng::{Purpose, random, seed_word};
+use crate::scene::settings::Strategy;
+use crate::sim::arrays::Arrays;
+use crate::sim::claims::{FREE, SHARED_CELL, TAKEN, rank_of};
+use crate::sim::field::{atlas_position, texel_at};
+use crate::sim::ground::{Flight, Ground};
+use crate::sim::kernels::{
+    Claim, ClaimArgs, ClaimConstants, ClaimParams, LandClaim, LandClaimArgs, LandClaimConstants,
+    LandClaimParams, LandSettle, LandSettleArgs, LandSettleConstants, LandSettleParams, Settle,
+    SettleArgs, SettleConstants, SettleParams, Stay, StayArgs, StayConstants, StayParams, Wish,
+    WishArgs, WishConstants, WishParams,
+};
+use crate::sim::plan::Plan;
+use crate::sim::state::State;
+use crate::sim::step::advance::{AdvanceInputs, Arriving, Walking, own_parameters};
+use crate::sim::types::{Flow, Meal, Motion, Particle, Transfer};
+use crate::sim::work::{Call, StepKernel};
+use crate::strict::{settled, turn_of};
+
+impl Plan<'_> {
+    /// Where particles would come to.
+    #[must_use]
+    pub fn wish(&self) -> Call<Wish> {
+        Call {
+            on: (),
+            constants: WishConstants {
+                border_reflects: self.border_reflects(),
+                own_physarum: self.own_physarum,
+                painted: self.means.painted,
+                pulses: !self.shells.is_empty(),
+                looks: self.has_looks(),
+                paths: self.means.paths,
+            },
+            params: WishParams {
+                particle_count: self.particle_count(),
+                attempts: self.settings.physarum.edge_crossing_attempts,
+                pitch: self.setup.atlas.pitch,
+                shell_count: self.shells.len() as u32,
+                second_look: self.object_count(),
+            },
+        }
+    }
+
+    /// Particles claim cells.
+    #[must_use]
+    pub fn claim(&self) -> Call<Claim> {
+        Call {
+            on: (),
+            constants: ClaimConstants {
+                paths: self.means.paths,
+            },
+            params: ClaimParams {
+                particle_count: self.particle_count(),
+                salt: self.claim_salt(),
+            },
+        }
+    }
+
+    /// Winners move.
+    #[must_use]
+    pub fn settle(&self) -> Call<Settle> {
+        Call {
+            on: (),
+            constants: SettleConstants {
+                selects: self.strategy != Strategy::None,
+                food: self.has_food(),
+                paths: self.means.paths,
+            },
+            params: SettleParams {
+                particle_count: self.particle_count(),
+                salt: self.claim_salt(),
+                pitch: self.setup.atlas.pitch,
+                transfer_capacity: self.means.capacity,
+                transfer_threshold: self.lengths.threshold,
+                fed_steps: self.settings.feeding.fed_steps,
+                fed_deposit: self.settings.feeding.fed_deposit,
+            },
+        }
+    }
+
+    /// The others stay.
+    #[must_use]
+    pub fn stay(&self) -> Call<Stay> {
+        Call {
+            on: (),
+            constants: StayConstants {
+                food: self.has_food(),
+                paths: self.means.paths,
+            },
+            params: StayParams {
+                particle_count: self.particle_count(),
+                seed: seed_word(self.settings.seed),
+                time_step: self.time_step(),
+                pitch: self.setup.atlas.pitch,
+                fed_steps: self.settings.feeding.fed_steps,
+            },
+        }
+    }
+
+    /// Particles that come over claim cells.
+    #[must_use]
+    pub fn land_claim(&self) -> Call<LandClaim> {
+        Call {
+            on: (),
+            constants: LandClaimConstants {
+                paths: self.means.paths,
+            },
+            params: LandClaimParams {
+                capacity: self.means.capacity,
+                salt: self.claim_salt(),
+                pitch: self.setup.atlas.pitch,
+            },
+        }
+    }
+
+    /// Those that have won none stay on their objects.
+    #[must_use]
+    pub fn land_settle(&self) -> Call<LandSettle> {
+        Call {
+            on: (),
+            constants: LandSettleConstants {
+                paths: self.means.paths,
+            },
+            params: LandSettleParams {
+                capacity: self.means.capacity,
+                salt: self.claim_salt(),
+                seed: seed_word(self.settings.seed),
+                time_step: self.time_step(),
+                object_count: self.object_count(),
+            },
+        }
+    }
+
+    /// Makes ranks differ from step to step.
+    fn claim_salt(&self) -> u32 {
+        let seed = seed_word(self.settings.seed);
+        random(seed, 0, self.time_step(), Purpose::Claim)[0]
+    }
+}
+
+impl StepKernel for Wish {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> WishArgs<'s> {
+        let crowd = s.crowd();
+        WishArgs {
+            particles: &s.particles.texels,
+            motions: &s.motions.texels,
+            wishes: &crowd.wishes.texels,
+            wish_motions: &crowd.motions.texels,
+            strips: &s.surface.strips,
+            physarums: &s.objects.physarums,
+            homes: s.homes(),
+            cells: &crowd.cells,
+            bias: s.bias.as_ref(),
+            looks: s.looks.as_ref(),
+            shells: &s.objects.shells,
+            corners: &s.surface.corners,
+            vertices: &s.surface.vertices,
+            poses: &s.objects.poses.texels,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        let setup = &a.setup;
+        wish(
+            &call.constants,
+            &call.params,
+            &AdvanceInputs {
+                poses: &a.poses,
+                bias: &a.bias,
+                shells: &a.shells,
+                looks: &a.weights,
+                homes: &setup.homes,
+                ..AdvanceInputs::of_surface(setup, &a.physarums)
+            },
+            (&a.particles, &a.motions),
+            (&mut a.wishes, &mut a.wish_motions),
+            &mut a.cells,
+        );
+    }
+}
+
+impl StepKernel for Claim {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> ClaimArgs<'s> {
+        let crowd = s.crowd();
+        ClaimArgs {
+            particles: &s.particles.texels,
+            wishes: &crowd.wishes.texels,
+            cells: &crowd.cells,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        claim(&call.params, &a.particles, &a.wishes, &mut a.cells);
+    }
+}
+
+impl StepKernel for Settle {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> SettleArgs<'s> {
+        let (crowd, food) = (s.crowd(), s.food.as_ref());
+        SettleArgs {
+            particles: &s.particles.texels,
+            motions: &s.motions.texels,
+            wishes: &crowd.wishes.texels,
+            wish_motions: &crowd.motions.texels,
+            strips: &s.surface.strips,
+            cells: &crowd.cells,
+            deposits: &s.deposits.front,
+            distances: &s.near.distances.texels,
+            flow: &s.transfers.flow,
+            particle_indices: &s.transfers.particle_indices,
+            plates: food.map(|food| &food.plates),
+            meals: food.map(|food| &food.meals),
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        let setup = &a.setup;
+        let t = &mut a.transfers;
+        settle(
+            &call.constants,
+            &call.params,
+            &AdvanceInputs {
+                distances: &a.distances,
+                plates: &setup.food_set.plates,
+                ..AdvanceInputs::of_surface(setup, &a.physarums)
+            },
+            (&mut a.particles, &mut a.motions),
+            (&mut a.wishes, &a.wish_motions),
+            &mut a.cells,
+            (&mut t.flow[0], &mut t.particle_indices),
+            &mut a.meals,
+            &mut a.deposits,
+        );
+    }
+}
+
+impl StepKernel for Stay {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> StayArgs<'s> {
+        let (crowd, food) = (s.crowd(), s.food.as_ref());
+        StayArgs {
+            particles: &s.particles.texels,
+            motions: &s.motions.texels,
+            wishes: &crowd.wishes.texels,
+            cells: &crowd.cells,
+            strips: &s.surface.strips,
+            flow: &s.transfers.flow,
+            plates: food.map(|food| &food.plates),
+            meals: food.map(|food| &food.meals),
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        let setup = &a.setup;
+        stay(
+            &call.constants,
+            &call.params,
+            &AdvanceInputs {
+                plates: &setup.food_set.plates,
+                ..AdvanceInputs::of_surface(setup, &a.physarums)
+            },
+            (&a.particles, &mut a.motions),
+            &a.wishes,
+            &a.cells,
+            &mut a.transfers.flow[0],
+            &mut a.meals,
+        );
+    }
+}
+
+impl StepKernel for LandClaim {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> LandClaimArgs<'s> {
+        LandClaimArgs {
+            transfers: &s.transfers.transfers,
+            flow: &s.transfers.flow,
+            particles: &s.particles.texels,
+            strips: &s.surface.strips,
+            homes: s.homes(),
+            cells: &s.crowd().cells,
+            triangles: &s.surface.triangles,
+            corners: &s.surface.corners,
+            vertices: &s.surface.vertices,
+            poses: &s.objects.poses.texels,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        land_claim(
+            &call.params,
+            &Ground::of(&a.setup, &a.poses),
+            &AdvanceInputs {
+                homes: &a.setup.homes,
+                ..AdvanceInputs::of_surface(&a.setup, &a.physarums)
+            },
+            &a.transfers.flow[0],
+            &a.particles,
+            &mut a.transfers.transfers,
+            &mut a.cells,
+        );
+    }
+}
+
+impl StepKernel for LandSettle {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> LandSettleArgs<'s> {
+        LandSettleArgs {
+            transfers: &s.transfers.transfers,
+            flow: &s.transfers.flow,
+            particles: &s.particles.texels,
+            motions: &s.motions.texels,
+            cells: &s.crowd().cells,
+            flux: &s.transfers.flux,
+        }
+    }
+
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        let t = &mut a.transfers;
+        land_settle(
+            &call.params,
+            &t.flow[0],
+            (&a.particles, &mut a.motions),
+            &a.cells,
+            &mut t.transfers,
+            &mut t.flux,
+        );
+    }
+}
+
+/// Twin of `shaders/wish.comp`.
+pub fn wish(
+    constants: &WishConstants,
+    params: &WishParams,
+    inputs: &AdvanceInputs,
+    (particles, motions): (&[Particle], &[Motion]),
+    (wishes, wish_motions): (&mut [Particle], &mut [Motion]),
+    cells: &mut [u32],
+) {
+    let walking = Walking {
+        attempts: params.attempts,
+        border_reflects: constants.border_reflects,
+        pitch: params.pitch,
+        bias: constants.painted.then_some(inputs.bias),
+        shells: if constants.pulses {
+            &inputs.shells[..params.shell_count as usize]
+        } else {
+            &[]
+        },
+    };
+    let cell_at = |triangle: u32, u: f32, v: f32| {
+        let position = inputs.position_of(triangle, [u, v]);
+        inputs.homes[texel_at(position, params.pitch) as usize]
+    };
+    for slot in 0..params.particle_count as usize {
+        let (particle, motion) = (&particles[slot], &motions[slot]);
+        let own_cell = cell_at(particle.triangle, particle.u, particle.v);
+        let cell = &mut cells[own_cell as usize];
+        *cell = if *cell <= TAKEN { SHARED_CELL } else { TAKEN };
+        let own = own_parameters(
+            constants.own_physarum,
+            constants.looks.then_some(params.second_look),
+            inputs,
+            particle,
+            params.pitch,
+        );
+        let walk = walking.pending(inputs, (particle, motion));
+        let (w, pending) = walking.step(inputs, &own, (particle, motion), walk);
+        wishes[slot] = Particle {
+            triangle: w.triangle,
+            u: w.u,
+            v: w.v,
+            id: cell_at(w.triangle, w.u, w.v),
+        };
+        wish_motions[slot] = Motion {
+            heading_p: settled(w.heading[0]),
+            heading_h: settled(w.heading[1]),
+            pending,
+            flags: own_cell,
+        };
+    }
+}
+
+/// Twin of `shaders/claim.comp`.
+pub fn claim(params: &ClaimParams, particles: &[Particle], wishes: &[Particle], cells: &mut [u32]) {
+    for (particle, wish) in particles.iter().zip(wishes) {
+        if wish.id != NONE {
+            let cell = &mut cells[wish.id as usize];
+            *cell = (*cell).min(rank_of(particle.id, params.salt));
+        }
+    }
+}
+
+/// Twin of `shaders/settle.comp`.
+#[expect(clippy::too_many_arguments, reason = "those of the kernel")]
+pub fn settle(
+    constants: &SettleConstants,
+    params: &SettleParams,
+    inputs: &AdvanceInputs,
+    (particles, motions): (&mut [Particle], &mut [Motion]),
+    (wishes, wish_motions): (&mut [Particle], &[Motion]),
+    cells: &mut [u32],
+    (flow, particle_indices): (&mut Flow, &mut [u32]),
+    meals: &mut [Meal],
+    deposits: &mut [u32],
+) {
+    let particle_indices = &mut particle_indices[..params.transfer_capacity as usize];
+    for slot in 0..params.particle_count as usize {
+        let (wish, motion) = (wishes[slot], wish_motions[slot]);
+        let (cell, own_cell) = (wish.id, motion.flags);
+        if cell == NONE {
+            continue;
+        }
+        let particle = particles[slot];
+        if cell != own_cell {
+            if cells[cell as usize] != rank_of(particle.id, params.salt) {
+                continue;
+            }
+            cells[cell as usize] = TAKEN;
+            if cells[own_cell as usize] == TAKEN {
+                cells[own_cell as usize] = FREE;
+            }
+        }
+        let fed = if constants.food {
+            motions[slot].fed()
+        } else {
+            0
+        };
+        let arriving = Arriving {
+            food: constants.food,
+            fed_steps: params.fed_steps,
+            fed_deposit: params.fed_deposit,
+            plates: inputs.plates,
+            meals,
+            distances: inputs.distances,
+            threshold: params.transfer_threshold,
+            pitch: params.pitch,
+        };
+        let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
+        let position = inputs.position_of(wish.triangle, [wish.u, wish.v]);
+        let arrival = arriving.at(previous, position, fed, constants.selects);
+        particles[slot] = Particle {
+            id: particle.id,
+            ..wish
+        };
+        motions[slot] = Motion {
+            flags: arrival.flags(),
+            ..motion
+        };
+        arrival.note(slot, flow, particle_indices, meals, deposits);
+        wishes[slot].id = NONE;
+    }
+}
+
+/// Twin of `shaders/stay.comp`.
+#[expect(clippy::too_many_arguments, reason = "those of the kernel")]
+pub fn stay(
+    constants: &StayConstants,
+    params: &StayParams,
+    inputs: &AdvanceInputs,
+    (particles, motions): (&[Particle], &mut [Motion]),
+    wishes: &[Particle],
+    cells: &[u32],
+    flow: &mut Flow,
+    meals: &mut [Meal],
+) {
+    for slot in 0..params.particle_count as usize {
+        let (particle, cell) = (&particles[slot], wishes[slot].id);
+        if cell == NONE {
+            continue;
+        }
+        if cells[cell as usize] == FREE {
+            flow.left_over = flow.left_over.saturating_add(1);
+        }
+        let mut flags = Motion::STAYED;
+        if constants.food {
+            let arriving = Arriving {
+                food: true,
+                fed_steps: params.fed_steps,
+                fed_deposit: 1,
+                plates: inputs.plates,
+                meals,
+                distances: &[],
+                threshold: 0.0,
+                pitch: params.pitch,
+            };
+            let position = inputs.position_of(particle.triangle, [particle.u, particle.v]);
+            let texel = texel_at(position, params.pitch) as usize;
+            let (fed, meal) = arriving.fed_at(texel, motions[slot].fed());
+            flags |= fed << Motion::FED_SHIFT;
+            if let Some(meal) = meal {
+                meals[meal].eaten += 1;
+            }
+        }
+        let words = random(params.seed, particle.id, params.time_step, Purpose::Refused);
+        let heading = turn_of(words[0]);
+        motions[slot] = Motion {
+            heading_p: heading.x,
+            heading_h: heading.y,
+            pending: 0.0,
+            flags,
+        };
+    }
+}
+
+/// Twin of `shaders/land_claim.comp`.
+pub fn land_claim(
+    params: &LandClaimParams,
+    ground: &Ground,
+    inputs: &AdvanceInputs,
+    flow: &Flow,
+    particles: &[Particle],
+    transfers: &mut [Transfer],
+    cells: &mut [u32],
+) {
+    for transfer in &mut transfers[..flow.leaving.min(params.capacity) as usize] {
+        if transfer.source == transfer.target {
+            continue;
+        }
+        let flight = Flight {
+            position: transfer.position,
+            heading: transfer.heading,
+            normal: transfer.normal,
+        };
+        let ([u, v], _) = ground.landing(transfer.triangle, &flight);
+        let map = &inputs.strips[transfer.triangle as usize].map;
+        let position = atlas_position(map, u, v);
+        transfer.cell = inputs.homes[texel_at(position, params.pitch) as usize];
+        let id = particles[transfer.particle as usize].id;
+        let cell = &mut cells[transfer.cell as usize];
+        *cell = (*cell).min(rank_of(id, params.salt));
+    }
+}
+
+/// Twin of `shaders/land_settle.comp`.
+pub fn land_settle(
+    params: &LandSettleParams,
+    flow: &Flow,
+    (particles, motions): (&[Particle], &mut [Motion]),
+    cells: &[u32],
+    transfers: &mut [Transfer],
+    flux: &mut [u32],
+) {
+    for transfer in &mut transfers[..flow.leaving.min(params.capacity) as usize] {
+        let slot = transfer.particle as usize;
+        let id = particles[slot].id;
+        let (source, target) = (transfer.source, transfer.target);
+        let comes = source != target;
+        if comes && cells[transfer.cell as usize] == rank_of(id, params.salt) {
+            continue;
+        }
+        transfer.stays = 1;
+        if comes {
+            transfer.target = source;
+            let left = &mut flux[(source * params.object_count + target) as usize];
+            *left = left.wrapping_sub(1);
+            let returned = &mut flux[(source * params.object_count + source) as usize];
+            *returned = returned.saturating_add(1);
+        }
+        let words = random(params.seed, id, params.time_step, Purpose::Refused);
+        let heading = turn_of(words[1]);
+        motions[slot] = Motion {
+            heading_p: heading.x,
+            heading_h: heading.y,
+            pending: 0.0,
+            flags: motions[slot].flags & !Motion::SELECTED,
+        };
+    }
+}
