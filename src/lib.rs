@@ -3,8 +3,8 @@
 //! Particles walk on triangle meshes along straight lines that are unfolded across each edge, read the trail that
 //! other particles left with three sensors, turn towards more of it, and leave a trail of their own, which spreads over the
 //! surface and decays (the agent model of Jones, "Characteristics of Pattern Formation and Evolution in
-//! Approximations of Physarum Transport Networks", Artificial Life 16(2), 2010; particles may share a place and no turn is
-//! random here, and `docs/guide.md` has the other differences). The `myxo` executable is a thin user of this library.
+//! Approximations of Physarum Transport Networks", Artificial Life 16(2), 2010; by default particles may share a place and no
+//! turn is random, and `docs/guide.md` has the other differences and the keys that lift them). The `myxo` executable is a thin user of this library.
 //!
 //! What each parameter does to the picture is shown in `docs/guide.md`; `docs/code.md` goes through a step kernel by kernel.
 //!
@@ -82,6 +82,8 @@
 //! - **tangent frame**: of a triangle, `p` along `B - A` and `h` perpendicular to it; lengths in it are world lengths.
 //! - **heading**: the unit vector of a particle in its triangle's tangent frame.
 //! - **walk**: the straightest path; the triangles that it crosses are laid out flat, edge by edge, as seen from its start.
+//! - **cell**: an owned texel. Every texel of the surface has one. By some rules there is one particle a cell, and sensors read cells.
+//! - **claim**, **rank**: particles claim the cells that they would come to, round by round; the lowest rank in a step wins.
 //! - **edge-crossing attempts**: how many edges one walk may cross; the rest of the walk is **pending** and comes first in the next step.
 //! - **trail**, **deposit**: the field that particles read; the integer count of particles per texel in a step.
 //! - **dab**: one touch of a brush, between steps: a ball in world space, and the part of the surface that lies in it

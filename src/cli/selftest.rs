@@ -149,6 +149,27 @@ const EXTRA: &[(&str, &str, &[&str])] = &[
         ],
     ),
     (
+        "cube",
+        "jones",
+        &[
+            "physarum.model=jones",
+            "physarum.sensor_width=3",
+            "physarum.random_turn=0.05",
+            "physarum.sensitivity=0.5",
+        ],
+    ),
+    (
+        "trio",
+        "jones",
+        &["physarum.model=jones", "physarum.occupancy_rounds=5"],
+    ),
+    (
+        "suzanne",
+        "one a cell",
+        &["physarum.occupancy_rounds=2", "physarum.sensing=walk"],
+    ),
+    ("trefoil", "move first", &["physarum.order=move_first"]),
+    (
         "suzanne",
         "walk",
         &["physarum.sensing=walk", "trail.diffusion_distance=2"],

@@ -584,8 +584,20 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
         crossed,
         refused,
         most_wanted,
+        left_over,
         ..
     } = facts.flow;
+    if left_over > 0 {
+        let text = format!(
+            "{} left over by claims of cells",
+            count_text(left_over.into())
+        );
+        ui.label(RichText::new(text).monospace().color(theme::weak(ui)))
+            .on_hover_text(
+                "How many times a particle stayed although the cell that it claimed was left in the step's last round: more occupancy rounds \
+                 might have let it move.",
+            );
+    }
     if arrived > 0 {
         let text = format!("{} transfers", count_text(arrived.into()));
         ui.label(RichText::new(text).monospace().color(theme::weak(ui)))

@@ -35,6 +35,12 @@ pub struct Counters {
     /// The transfer buffer size that would have done so far.
     #[serde(default)]
     pub transfer_buffer_wanted: u64,
+    /// Particles that were refused a cell in the last step; with one particle a cell.
+    #[serde(default)]
+    pub stayed: u64,
+    /// How many times so far a particle stayed although the cell that it claimed was left in the step's last round.
+    #[serde(default)]
+    pub left_over: u64,
     /// How many particles have left each object for each other one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub flux: Vec<Flux>,
@@ -79,6 +85,8 @@ impl Counters {
             crossed: flow.crossed.into(),
             transfer_overflow: flow.refused.into(),
             transfer_buffer_wanted: flow.most_wanted.into(),
+            stayed: snapshot.stayed_count(),
+            left_over: flow.left_over.into(),
             flux: pairs.filter(changed).map(flux).collect(),
         }
     }

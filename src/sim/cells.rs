@@ -1,5 +1,7 @@
 //! Cells: the owned texels, of which every texel of the surface has one. Particles may be one a cell, and sensors may read whole cells.
 
+use super::field::{atlas_position, texel_at};
+use super::types::Particle;
 use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Seam;
@@ -26,6 +28,23 @@ fn heaviest(seam: &Seam) -> u32 {
         }
     }
     seam.source[best]
+}
+
+/// The cell that a particle is in.
+#[must_use]
+pub fn cell_of(particle: &Particle, atlas: &Atlas, homes: &[u32]) -> u32 {
+    let map = &atlas.maps[particle.triangle as usize];
+    let position = atlas_position(map, particle.u, particle.v);
+    homes[texel_at(position, atlas.pitch) as usize]
+}
+
+/// How many particles are in a cell with one that comes before them: 0 if there is one a cell.
+#[must_use]
+pub fn sharing_count(particles: &[Particle], atlas: &Atlas, homes: &[u32]) -> usize {
+    let mut taken = vec![false; homes.len()];
+    let cells = (particles.iter()).map(|particle| cell_of(particle, atlas, homes));
+    let sharing = cells.filter(|&cell| std::mem::replace(&mut taken[cell as usize], true));
+    sharing.count()
 }
 
 /// Checks that the particles of a scene with one particle a cell have cells.

@@ -22,7 +22,7 @@ use crate::portable;
 use crate::rng::{Purpose, random, unit};
 use crate::strict::{settled, within};
 
-pub use apart::{apart, cell_of};
+pub use apart::apart;
 pub use mask::{Mask, MaskTable};
 pub use rules::Masks;
 

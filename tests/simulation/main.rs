@@ -23,6 +23,7 @@ mod memory;
 mod moving;
 mod moving_together;
 mod networks;
+mod occupancy;
 mod paint;
 mod pulse;
 mod scale;

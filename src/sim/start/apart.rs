@@ -2,7 +2,8 @@
 
 use glam::{DVec2, Vec2};
 
-use super::super::field::{atlas_position, texel_at, weights_at};
+use super::super::cells::cell_of;
+use super::super::field::weights_at;
 use super::super::types::{Motion, Particle};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Surface;
@@ -46,13 +47,6 @@ pub fn apart(
             atlas,
         );
     }
-}
-
-/// The cell of a particle.
-pub fn cell_of(particle: &Particle, atlas: &Atlas, homes: &[u32]) -> u32 {
-    let map = &atlas.maps[particle.triangle as usize];
-    let position = atlas_position(map, particle.u, particle.v);
-    homes[texel_at(position, atlas.pitch) as usize]
 }
 
 /// Puts a particle on the centre of a cell.
