@@ -55,7 +55,7 @@ kept! {
     transfers.windows [windows]     remade(&buffers::WINDOWS, |state| state.transfers.kept_windows());
     // Checkpoints of earlier versions have particles in flight.
     transfers.in_flight [in_flight] on_host();
-    transfers.flow []               converted(&buffers::FLOW, |state| state.transfers.kept_flow(), |flows| {
+    transfers.flow []               converted(&buffers::FLOW, |state| Some(&state.transfers.flow), |flows| {
                                         flows.iter().map(Flow::between_steps).collect()
                                     });
     transfers.flux [flux]           remade(&buffers::FLUX, |state| state.transfers.kept_flux()), "counts of flux";

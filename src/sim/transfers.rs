@@ -360,17 +360,8 @@ impl Transfers {
         self.strategy.has_windows().then_some(&self.windows)
     }
 
-    /// The counters; none with a single object.
-    pub(super) fn kept_flow(&self) -> Option<&Buffer<Flow>> {
-        self.has_several_objects().then_some(&self.flow)
-    }
-
     /// The flux; none with a single object.
     pub(super) fn kept_flux(&self) -> Option<&Buffer<u32>> {
-        self.has_several_objects().then_some(&self.flux)
-    }
-
-    fn has_several_objects(&self) -> bool {
-        self.flux.len() > 1
+        (self.flux.len() > 1).then_some(&self.flux)
     }
 }

@@ -115,7 +115,8 @@ fn no_two_particles_are_ever_in_one_cell() {
 /// Compares both engines after each kernel.
 fn compare(gpu: &Gpu, what: &str, scene: &Scene, dabs: &[Dab]) {
     let setup = Setup::new(scene).unwrap();
-    let found = first_difference(&gpu.ctx, scene, &setup, 7, 4, dabs).unwrap();
+    let found = first_difference(&gpu.ctx, scene, &setup, 7, 4, dabs)
+        .unwrap_or_else(|error| panic!("{what}: {error}"));
     assert!(found.is_none(), "{what}: {}", found.unwrap());
 }
 
@@ -353,14 +354,14 @@ fn particles_begin_one_a_cell() {
 /// Particles that a brush brings may come to one cell. They part, and no other one comes to them.
 #[test]
 fn particles_that_were_brought_to_one_cell_part() {
-    let scene = crowded(TORUS, |settings| settings.particles.count = 800);
+    let scene = crowded(TORUS, |settings| settings.particles.count = 300);
     let mut twin = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings.clone());
     twin.step();
     twin.paint(&dab(Brush::Particles { share: 0.8 })).unwrap();
     let count = |twin: &twin::Simulation| sharing(&twin.snapshot(), twin.setup());
     let mut before = count(&twin);
-    assert!(before > 100, "{before}");
-    for _ in 0..60 {
+    assert!(before > 30, "{before}");
+    for _ in 0..300 {
         twin.step();
         let now = count(&twin);
         assert!(now <= before, "{now} after {before}");
@@ -424,6 +425,11 @@ fn at_a_fork(change: impl FnOnce(&mut Settings)) -> (twin::Simulation, Snapshot)
     }
     state.trail[texel_at(middle, setup.atlas.pitch) as usize] = 1.0;
     let mut twin = twin::Simulation::new(setup, settings);
+    let trail = std::mem::take(&mut state.trail);
+    state = Snapshot {
+        trail,
+        ..twin.snapshot()
+    };
     twin.restore(&state);
     (twin, state)
 }

@@ -173,7 +173,8 @@ impl Plan<'_> {
                 paths: means.paths,
                 painted: means.painted,
                 food: self.has_food(),
-                pulses: !self.shells.is_empty(),
+                // They sweep particles that walk. The sensory stage of a later step is the same kernel, pulses or none.
+                pulses: !self.shells.is_empty() && stage != Stage::Sensory,
                 looks: self.has_looks(),
             },
             params: AdvanceParams {
