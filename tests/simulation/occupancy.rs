@@ -29,8 +29,8 @@ fn jones(settings: &mut Settings) {
     settings.physarum.sensor_offset = 0.15;
     settings.trail.diffusion = 1.0;
     settings.trail.decay = 0.9;
-    settings.particles.count = 3000;
-    settings.atlas.size = 128;
+    settings.particles.count = 1500;
+    settings.atlas.size = 96;
 }
 
 fn crowded(mesh: &str, change: impl FnOnce(&mut Settings)) -> Scene {
@@ -44,7 +44,7 @@ fn crowded(mesh: &str, change: impl FnOnce(&mut Settings)) -> Scene {
 fn trio(change: impl FnOnce(&mut Settings)) -> Scene {
     scene_of_several(&TRIO, |settings| {
         jones(settings);
-        settings.atlas.size = 160;
+        settings.atlas.size = 128;
         change(settings);
     })
 }
@@ -68,7 +68,7 @@ fn by_twins(scene: &Scene, steps: u32) -> Snapshot {
 #[test]
 fn no_two_particles_are_ever_in_one_cell() {
     let Some(gpu) = gpu() else { return };
-    let dense = |settings: &mut Settings| settings.particles.count = 6000;
+    let dense = |settings: &mut Settings| settings.particles.count = 2500;
     for (what, scene, transfers) in [
         ("torus", crowded(TORUS, dense), false),
         (
@@ -90,9 +90,9 @@ fn no_two_particles_are_ever_in_one_cell() {
             }
             advance(&gpu, &mut simulation, 1);
         }
-        assert!(stayed > 1000, "{what}: {stayed}");
+        assert!(stayed > 500, "{what}: {stayed}");
         let flow = simulation.snapshot().unwrap().transfers.flow;
-        assert_eq!(flow.arrived > 500, transfers, "{what}: {flow:?}");
+        assert_eq!(flow.arrived > 200, transfers, "{what}: {flow:?}");
         assert_eq!(
             flow.left_over > 0,
             scene.settings.physarum.rules().rounds < 9
@@ -100,7 +100,7 @@ fn no_two_particles_are_ever_in_one_cell() {
         let flux = simulation.snapshot().unwrap().transfers.flux;
         let returned: u32 = flux.iter().step_by(4).sum();
         assert_eq!(
-            returned > 50,
+            returned > 20,
             transfers,
             "some land on taken cells: {flux:?}"
         );
@@ -108,14 +108,14 @@ fn no_two_particles_are_ever_in_one_cell() {
     // Without the rule they share cells.
     let shared = by_twins(&crowded(TORUS, |s| s.physarum.model = Model::Thesis), 1);
     let setup = Setup::new(&crowded(TORUS, |_| ())).unwrap();
-    assert!(sharing(&shared, &setup) > 300);
+    assert!(sharing(&shared, &setup) > 100);
     gpu.finish();
 }
 
 /// Compares both engines after each kernel.
 fn compare(gpu: &Gpu, what: &str, scene: &Scene, dabs: &[Dab]) {
     let setup = Setup::new(scene).unwrap();
-    let found = first_difference(&gpu.ctx, scene, &setup, 7, 4, dabs)
+    let found = first_difference(&gpu.ctx, scene, &setup, 5, 3, dabs)
         .unwrap_or_else(|error| panic!("{what}: {error}"));
     assert!(found.is_none(), "{what}: {}", found.unwrap());
 }
@@ -156,15 +156,21 @@ fn each_rule_has_the_same_bits_on_both_engines() {
         }),
         ("pulse", |s| s.pulses = vec![PulseSettings::default()]),
     ];
-    for gpu in [gpu(), gpu_by_card_forms()].into_iter().flatten() {
-        for (what, change) in rules {
+    for (k, gpu) in [gpu(), gpu_by_card_forms()].into_iter().enumerate() {
+        let Some(gpu) = gpu else { continue };
+        // The forms for graphics cards have the same text but for lists and tables.
+        let (rules, more) = match k {
+            0 => (&rules[..], &more[..]),
+            _ => (&rules[1..2], &more[..1]),
+        };
+        for &(what, change) in rules {
             let scene = crowded(TORUS, |settings| {
                 thesis(settings);
                 change(settings);
             });
             compare(&gpu, what, &scene, &[]);
         }
-        for (what, change) in more {
+        for &(what, change) in more {
             compare(&gpu, what, &crowded(TORUS, change), &[]);
         }
         for strategy in [
@@ -222,14 +228,14 @@ fn the_order_of_the_stages_is_where_a_step_is_cut() {
     // Only one has turned already.
     let turned = by_id(&sense).into_iter().zip(by_id(&moves));
     let turned = turned.filter(|((_, a), (_, b))| a.heading_p != b.heading_p);
-    assert!(turned.count() > 500);
+    assert!(turned.count() > 200);
 }
 
 /// Would catch: an outcome that depends on which particle comes first in the buffer.
 #[test]
 fn the_order_of_the_buffer_does_not_show() {
     let Some(gpu) = gpu() else { return };
-    let scene = crowded(TORUS, |settings| settings.particles.count = 5000);
+    let scene = crowded(TORUS, |settings| settings.particles.count = 2500);
     let before = by_twins(&scene, 3);
     let mut other = before.clone();
     other.particles.reverse();
@@ -259,7 +265,7 @@ fn the_order_of_the_buffer_does_not_show() {
 #[test]
 fn refused_particles_stay_leave_nothing_and_look_about() {
     let scene = crowded(TORUS, |settings| {
-        settings.particles.count = 5000;
+        settings.particles.count = 2500;
         settings.physarum.order = StepOrder::SenseFirst;
     });
     let mut twin = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings.clone());
@@ -283,7 +289,7 @@ fn refused_particles_stay_leave_nothing_and_look_about() {
             assert!(deposits == 1 && new != *old);
         }
     }
-    assert!((500..4500).contains(&stayed), "{stayed}");
+    assert!((250..2250).contains(&stayed), "{stayed}");
     // They head everywhere: sums of directions are a random walk.
     let most = 4.0 * (stayed as f32).sqrt();
     assert!(
@@ -291,11 +297,11 @@ fn refused_particles_stay_leave_nothing_and_look_about() {
         "{sums:?} of {stayed}"
     );
     let left: u64 = state.deposits.iter().map(|&count| u64::from(count)).sum();
-    assert_eq!(left, 5000 - stayed);
+    assert_eq!(left, 2500 - stayed);
     // More rounds let more of them move, and leave fewer undecided.
     let ends = [1, 3, 9].map(|rounds| {
         let scene = crowded(TORUS, |settings| {
-            settings.particles.count = 5000;
+            settings.particles.count = 2500;
             settings.physarum.occupancy_rounds = rounds;
         });
         let end = by_twins(&scene, 1);
@@ -339,7 +345,7 @@ fn particles_begin_one_a_cell() {
     for part in [
         "particles.count = ",
         "one particle a cell",
-        "atlas.size from 128",
+        "atlas.size from 96",
     ] {
         assert!(message.contains(part), "{message}");
     }
@@ -354,7 +360,11 @@ fn particles_begin_one_a_cell() {
 /// Particles that a brush brings may come to one cell. They part, and no other one comes to them.
 #[test]
 fn particles_that_were_brought_to_one_cell_part() {
-    let scene = crowded(TORUS, |settings| settings.particles.count = 300);
+    let scene = crowded(TORUS, |settings| {
+        settings.particles.count = 300;
+        // Without a trail nothing holds them together.
+        settings.physarum.deposit = 0.0;
+    });
     let mut twin = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings.clone());
     twin.step();
     twin.paint(&dab(Brush::Particles { share: 0.8 })).unwrap();

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::mesh::Mesh;
 use crate::scene::parameters::{PARAMETERS, find, restarting};
+use crate::scene::presets::is_look;
 use crate::scene::settings::{ObjectSettings, Settings};
 use crate::scene::{Overrides, Scene, builtin, name_objects};
 
@@ -61,7 +62,7 @@ fn every_builtin_scene_and_preset_is_right() {
                 .key
                 .rsplit_once('.')
                 .unwrap_or(("", parameter.key));
-            let how = ["border", "edge_crossing_attempts", "sensing"].contains(&key);
+            let how = section == "physarum" && !is_look(parameter);
             let mentioned = table
                 .get(section)
                 .is_some_and(|section| section.get(key).is_some());
