@@ -1,4 +1,5 @@
-// land_settle: particles whose cell on the other object is taken, or was won by another one, stay on their object, with a random heading.
+// land_settle: particles whose cell on the other object is taken, or was won by another one, stay on their object, with a random heading;
+// so do those that transfer_out has sent back.
 // Reads   flow, particles, cells.
 // Writes  transfers and motions of those that stay; flux, by atomic adds.
 // One invocation per transfer.

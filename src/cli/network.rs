@@ -85,6 +85,12 @@ impl Command for Network {
         let scene = self.common.load(self.scene.as_deref())?;
         let show = scene.settings.picture.show;
         let is_drawn = forms.iter().any(|form| matches!(form, Form::Picture));
+        if let Some(why) = show.why_not(&scene.settings).filter(|_| is_drawn) {
+            return Err(Error::Invalid(format!(
+                "the view {} cannot be shown: {why}: use --set picture.show=trail",
+                show.word()
+            )));
+        }
         if is_drawn && show.is_flat() {
             return Err(Error::Invalid(format!(
                 "a network is not drawn over the view {}, which is flat: use --set picture.show=trail",
@@ -187,8 +193,7 @@ fn picture(session: &mut Session, graph: &Graph, size: Size) -> Result<Vec<u8>> 
     session.frames.wait_idle()?;
     let mut picture = canvas.image();
     let poses = simulation.world_from_object();
-    let objects = (&setup.surface, &poses[..], setup.radius);
-    draw_network(&mut picture, graph, objects, &view.camera);
+    draw_network(&mut picture, graph, setup, &poses, &view.camera);
     let mut bytes = Vec::new();
     write_png(&mut bytes, &picture).map_err(|error| Error::Invalid(error.to_string()))?;
     Ok(bytes)

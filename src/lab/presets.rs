@@ -24,6 +24,8 @@ pub struct Morph {
     last: Settings,
     began: f64,
     seconds: f64,
+    /// The settings whose kernels it waits for, once that was asked.
+    kernels: Option<Settings>,
 }
 
 impl Morph {
@@ -40,6 +42,7 @@ impl Morph {
             last: from.clone(),
             began,
             seconds,
+            kernels: None,
         }
     }
 
@@ -63,11 +66,12 @@ impl Morph {
         is_over
     }
 
-    /// These settings half-way: what the kernels in between need.
-    pub fn half_way(&self, settings: &Settings) -> Settings {
-        let mut half = settings.clone();
+    /// Settings half-way, for the kernels in between: those that run at the first call, and the same from then on, or changes beside the
+    /// morph would make it wait again.
+    pub fn half_way(&mut self, runs: &Settings) -> &Settings {
+        let mut half = runs.clone();
         self.put(&between(&self.from, &self.to, 0.5), &mut half);
-        half
+        self.kernels.get_or_insert(half)
     }
 
     /// Is it on this way from one look to another?
@@ -246,9 +250,10 @@ mod tests {
         let mut morph = Morph::new(&from, to.clone(), 10.0, 4.0);
         assert!(!morph.advance(&mut settings, 10.0));
         assert_eq!(settings, from);
-        let half = morph.half_way(&settings);
+        let half = morph.half_way(&settings).clone();
         assert!(!morph.advance(&mut settings, 12.0));
         assert_eq!(half, settings, "two of four seconds");
+        assert_eq!(*morph.half_way(&Settings::default()), half, "it waits once");
         assert!((settings.trail.decay - 0.75).abs() < 1e-6);
         // Half way by factors: from 0.004 to 0.016.
         assert!((settings.physarum.speed - 0.008).abs() < 1e-6);

@@ -70,11 +70,6 @@ impl Preview {
         (self.pointed, self.shown) = (None, None);
     }
 
-    /// Is the pointer on a look, so that the picture may have to change soon?
-    pub fn is_near(&self) -> bool {
-        self.pointed.is_some() || self.taken.is_some()
-    }
-
     /// Is a preview about to begin?
     pub fn is_coming(&self) -> bool {
         self.pointed.is_some() && self.shown.is_none()

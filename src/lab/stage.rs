@@ -383,7 +383,8 @@ impl Stage {
         }
         (self.renderer).record_brightest(rec, &mut self.exposure, self.recorded);
         (self.flaw_counter).record(rec, self.renderer.flaws(), self.recorded);
-        if self.simulation.settings().strategy() != Strategy::None {
+        let settings = self.simulation.settings();
+        if settings.strategy() != Strategy::None || settings.physarum.rules().is_crowded() {
             let transfers = &self.simulation.state().transfers;
             transfers.record_readback(rec, &mut self.counters, *step);
         }

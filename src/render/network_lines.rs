@@ -6,6 +6,7 @@ use image::RgbaImage;
 use super::camera::Camera;
 use super::rays::Rays;
 use crate::mesh::surface::Surface;
+use crate::sim::Setup;
 use crate::sim::graph::{Graph, NodeKind};
 
 /// What is behind the lines keeps this share of its light.
@@ -25,12 +26,13 @@ const EDGE: [f32; 3] = [120.0, 226.0, 255.0];
 const NODE: [f32; 3] = [255.0, 255.0, 255.0];
 const AT_FOOD: [f32; 3] = [255.0, 196.0, 60.0];
 
-/// Draws a graph over a picture that `camera` has taken of objects in these poses; `radius` is the scene radius, world units. What an
-/// object hides is left out.
+/// Draws a graph over a picture that `camera` has taken of objects in these poses. What an object hides is left out. Camera and poses count
+/// from the origin of the set-up.
 pub fn draw_network(
     picture: &mut RgbaImage,
     graph: &Graph,
-    (surface, world_from_object, radius): (&Surface, &[Affine3A], f32),
+    setup: &Setup,
+    world_from_object: &[Affine3A],
     camera: &Camera,
 ) {
     for pixel in picture.pixels_mut() {
@@ -42,8 +44,9 @@ pub fn draw_network(
     let eye = Eye {
         camera,
         size,
-        rays: rays(surface, world_from_object),
-        radius,
+        rays: rays(&setup.surface, world_from_object),
+        radius: setup.radius,
+        origin: setup.origin(),
     };
     let unit = size.y / 720.0;
     let lines: Vec<[Vec2; 2]> = (graph.edges.iter())
@@ -95,13 +98,17 @@ struct Eye<'a> {
     camera: &'a Camera,
     size: Vec2,
     rays: Option<Rays>,
+    /// The scene radius, world units.
     radius: f32,
+    /// The origin of the camera's coordinates, world units.
+    origin: DVec3,
 }
 
 impl Eye<'_> {
     /// Where a place, in scene radii, is in the picture, if nothing hides it.
     fn sees(&self, place: [f64; 3]) -> Option<Vec2> {
-        let place = (f64::from(self.radius) * DVec3::from_array(place)).as_vec3();
+        let place = f64::from(self.radius) * DVec3::from_array(place);
+        let place = (place - self.origin).as_vec3();
         let pixel = self.camera.pixel(place, self.size)?;
         let eye = self.camera.eye();
         let distance = place.distance(eye);
@@ -142,9 +149,11 @@ fn draw_line(picture: &mut RgbaImage, [from, to]: [Vec2; 2], half: f32, color: [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::Mesh;
+    use crate::scene::{Overrides, Scene};
     use crate::sim::graph::{Edge, Node};
+    use glam::DAffine3;
     use image::Rgba;
+    use std::path::Path;
 
     fn node(kind: NodeKind, place: [f64; 3]) -> Node {
         Node {
@@ -157,17 +166,41 @@ mod tests {
         }
     }
 
-    /// Would catch: lines and nodes on the far side that show through, lines beside their places, and a picture that is dimmed where it
-    /// is empty only.
+    /// Would catch: lines and nodes on the far side that show through, lines beside their places, also far from the world's origin, and
+    /// a picture that is dimmed where it is empty only.
     #[test]
     fn lines_are_drawn_where_they_are_seen() {
-        let mesh = Mesh::builtin("sphere").unwrap();
-        let surface = Surface::build(&[(&mesh, 1.0)]);
-        let camera = Camera::fitted(Vec3::ZERO, 1.0, Vec2::new(200.0, 200.0));
+        for x in ["0", "300000"] {
+            let set = [
+                format!("object.0.position=[{x}, 0, 0]"),
+                "atlas.size=128".to_owned(),
+                "particles.count=10".to_owned(),
+            ];
+            let overrides = Overrides {
+                set: set.to_vec(),
+                ..Overrides::default()
+            };
+            let scene = Scene::load(Path::new("sphere"), &overrides).unwrap();
+            let setup = Setup::new(&scene).unwrap();
+            let poses: Vec<Affine3A> = (setup.poses.iter())
+                .map(|pose| {
+                    let pose = DAffine3::from(pose);
+                    let matrix = pose.matrix3.as_mat3();
+                    Affine3A::from_mat3_translation(matrix, pose.translation.as_vec3())
+                })
+                .collect();
+            check(&setup, &poses);
+        }
+    }
+
+    fn check(setup: &Setup, poses: &[Affine3A]) {
+        let camera = Camera::fitted(Vec3::ZERO, setup.radius, Vec2::new(200.0, 200.0));
+        let middle = setup.origin() / f64::from(setup.radius);
         let towards = (camera.eye() / camera.eye().length()).as_dvec3();
         let right = camera.right().as_dvec3();
         let [front, back] = [1.0, -1.0].map(|side| {
-            let place = |turn: f64| (side * towards * turn.cos() + right * turn.sin()).to_array();
+            let place =
+                |turn: f64| (middle + side * towards * turn.cos() + right * turn.sin()).to_array();
             (-8..=8)
                 .map(|i| place(0.05 * f64::from(i)))
                 .collect::<Vec<_>>()
@@ -188,8 +221,7 @@ mod tests {
                     points: points.clone(),
                 }],
             };
-            let poses = [Affine3A::IDENTITY];
-            draw_network(&mut picture, &graph, (&surface, &poses, 1.0), &camera);
+            draw_network(&mut picture, &graph, setup, poses, &camera);
             picture
         };
         let plain = Rgba([55, 55, 55, 255]);

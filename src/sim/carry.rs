@@ -75,10 +75,11 @@ pub fn carried(
     let trail = field(old, new, from, &|position| {
         trail_at(&snapshot.trail, position, pitch)
     });
-    // One deposit per particle, as after every step.
+    // One deposit per particle, as after every step; particles that stayed in it left none.
     let mut deposits = vec![0; new.atlas.texel_count()];
     if snapshot.step > 0 {
-        for (particle, motion) in particles.iter().zip(&motions) {
+        let all = particles.iter().zip(&motions);
+        for (particle, motion) in all.filter(|(_, motion)| !motion.has_stayed()) {
             let texel = new
                 .atlas
                 .texel_of(particle.triangle, particle.u, particle.v);

@@ -14,6 +14,7 @@ use glam::{Affine3A, DAffine3};
 
 use super::arranged::arranged;
 use super::buffers::Counts;
+use super::cells::check_rules;
 use super::course::Course;
 use super::patience::for_distances;
 use super::pipelines::Pipelines;
@@ -229,6 +230,7 @@ impl Simulation {
         if let Some(problem) = problems.find(|problem| !before.contains(problem)) {
             return Err(Error::Invalid(Problem::from(problem).to_string()));
         }
+        check_rules(settings)?;
         let restarting = restarting(self.settings(), settings);
         if !restarting.is_empty() {
             let keys: Vec<&str> = restarting.iter().map(|parameter| parameter.key).collect();

@@ -166,8 +166,8 @@ fn crowd(s: &mut Step, plan: &Plan<'_>) {
     s.run(particles, plan.stay());
 }
 
-/// Every particle advances once, or does a stage of that. Sensors read straight ahead in the atlas where they can; particles whose sensors must walk follow in a
-/// second dispatch, those near another object in a third, and those of both kinds in a fourth.
+/// Every particle advances once, or does a stage of that. Sensors read straight ahead in the atlas where they can; particles whose sensors
+/// must walk follow in a second dispatch, those near another object in a third, and those of both kinds in a fourth.
 fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms, stage: Stage) {
     let forms = match stage {
         Stage::Motor => &[],

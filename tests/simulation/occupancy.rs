@@ -10,6 +10,7 @@ use myxo::scene::settings::{
     Turning,
 };
 use myxo::sim::beside::first_difference;
+use myxo::sim::carry::carried;
 use myxo::sim::cells::{cell_of, homes, sharing_count};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::field::{atlas_position, texel_at};
@@ -381,7 +382,7 @@ fn particles_that_were_brought_to_one_cell_part() {
     assert_eq!(before, 0);
 }
 
-/// Would catch: a mark of refused particles that a checkpoint forgets, so that its deposits are too few.
+/// Would catch: a mark of refused particles that a checkpoint or a new layout forgets, so that its deposits are too few.
 #[test]
 fn a_run_goes_on_from_a_checkpoint() {
     let Some(gpu) = gpu() else { return };
@@ -395,8 +396,21 @@ fn a_run_goes_on_from_a_checkpoint() {
     let read = Checkpoint::read(&file).unwrap();
     assert!(read.snapshot.stayed_count() > 10);
     assert_eq!(read.check(&scene, simulation.setup()).unwrap(), [""; 0]);
+    // A scene that is laid out again takes the marks over.
+    let wider = Setup::new(&trio(|settings| settings.atlas.size = 160)).unwrap();
+    let from = [Some(0), Some(1), Some(2)];
+    let carried = carried(&read.snapshot, simulation.setup(), &wider, &from).unwrap();
+    assert!(carried.stayed_count() > 10);
+    carried.validate(&wider).unwrap();
     let mut other = Simulation::new(&gpu.ctx, &scene).unwrap();
     other.restore(&read.snapshot).unwrap();
+    let mut restarting = scene.settings.clone();
+    restarting.transfer.strategy = Strategy::Respawn;
+    let refused = other.apply(&restarting).unwrap_err().to_string();
+    assert!(
+        refused.contains("there is one particle a cell"),
+        "{refused}"
+    );
     advance(&gpu, &mut simulation, 20);
     advance(&gpu, &mut other, 20);
     let [own, other] = [simulation, other].map(|s| s.snapshot().unwrap());

@@ -116,12 +116,13 @@ impl Lab {
         if self.jobs.exports.is_busy() {
             return false;
         }
-        let document = &self.interface.document;
-        let (Some(morph), Some(stage)) = (&document.morph, &self.runner.stage) else {
+        let document = &mut self.interface.document;
+        let live = document.live_settings();
+        let (Some(morph), Some(stage)) = (&mut document.morph, &self.runner.stage) else {
             return false;
         };
-        let half = morph.half_way(&document.live_settings());
-        !self.jobs.ahead.are_made(&stage.simulation, &half)
+        let half = morph.half_way(&live);
+        !self.jobs.ahead.are_made(&stage.simulation, half)
     }
 
     /// Applies the settings that can change while the simulation runs. If this fails, a notice says so and it returns false.

@@ -270,7 +270,7 @@ impl Lab {
         let owes_colors = self.runner.stage.as_ref().is_some_and(has_others);
         let asked = Asked {
             is_asked: seen.is_asked || owes_colors,
-            touched: seen.shown.touched || self.interface.preview.is_near(),
+            touched: seen.shown.touched || self.interface.preview.is_coming() || owes_colors,
             soon: self.interface.preview.is_coming(),
         };
         let (runs, holds) = (self.runs(), self.jobs.exports.holds());
