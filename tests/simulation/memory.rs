@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::common;
 use myxo::gpu::Context;
 use myxo::scene::Scene;
-use myxo::scene::settings::DistanceMethod;
+use myxo::scene::settings::{DistanceMethod, Model};
 use myxo::sim::buffers::{Counts, TABLE};
 use myxo::sim::raster::RasterLayout;
 use myxo::sim::{Setup, Simulation, memory};
@@ -30,6 +30,11 @@ fn the_table_has_every_buffer() {
         s.atlas.size = 259;
         s.feeding.scattered = 3;
     });
+    let one_a_cell = common::scene("builtin:torus?major=31&minor=17", |s| {
+        s.atlas.size = 128;
+        s.particles.count = 1000;
+        s.physarum.model = Model::Jones;
+    });
     let several = |method| {
         common::scene_of_several(&common::TRIO, |s| {
             s.atlas.size = 128;
@@ -42,6 +47,7 @@ fn the_table_has_every_buffer() {
         one,
         several(DistanceMethod::Bvh),
         several(DistanceMethod::Raster),
+        one_a_cell,
     ] {
         let before = taken(&gpu.ctx);
         let simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
