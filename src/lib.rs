@@ -4,7 +4,8 @@
 //! other particles left with three sensors, turn towards more of it, and leave a trail of their own, which spreads over the
 //! surface and decays (the agent model of Jones, "Characteristics of Pattern Formation and Evolution in
 //! Approximations of Physarum Transport Networks", Artificial Life 16(2), 2010; by default particles may share a place and no
-//! turn is random, and `docs/guide.md` has the other differences and the keys that lift them). The `myxo` executable is a thin user of this library.
+//! turn is random, and `docs/guide.md` has the other differences and the keys that lift them).
+//! The `myxo` executable is a thin user of this library.
 //!
 //! What each parameter does to the picture is shown in `docs/guide.md`; `docs/code.md` goes through a step kernel by kernel.
 //!

@@ -60,40 +60,39 @@ pub struct Network {
     common: CommonOptions,
 }
 
-/// What an output becomes.
-enum Form {
-    Text(NetworkFormat),
-    Picture,
+/// What an output becomes: text, or `None` for a picture.
+fn format_of(path: &Path) -> Result<Option<NetworkFormat>> {
+    match path.extension() {
+        Some(ending) if ending.eq_ignore_ascii_case("png") => Ok(None),
+        _ => NetworkFormat::of(path).map(Some),
+    }
 }
 
-impl Form {
-    fn of(path: &Path) -> Result<Self> {
-        Ok(match path.extension() {
-            Some(ending) if ending.eq_ignore_ascii_case("png") => Self::Picture,
-            _ => Self::Text(NetworkFormat::of(path)?),
-        })
-    }
+/// How an output is made.
+enum Form {
+    Text(NetworkFormat),
+    Picture(Painter),
 }
 
 impl Command for Network {
     fn run(&self) -> Result<Outcome> {
         let files = || self.out.iter().chain(&self.series);
         check_distinct(files().chain(&self.common.state.checkpoint))?;
-        let forms: Vec<Form> = (self.out.iter())
-            .map(|path| Form::of(path))
+        let formats: Vec<Option<NetworkFormat>> = (self.out.iter())
+            .map(|path| format_of(path))
             .collect::<Result<_>>()?;
         let scene = self.common.load(self.scene.as_deref())?;
         let show = scene.settings.picture.show;
-        let is_drawn = forms.iter().any(|form| matches!(form, Form::Picture));
+        let is_drawn = formats.iter().any(Option::is_none);
         if let Some(why) = show.why_not(&scene.settings).filter(|_| is_drawn) {
             return Err(Error::Invalid(format!(
-                "the view {} cannot be shown: {why}: use --set picture.show=trail",
+                "the view {} cannot be shown: {why}: use --set picture.show=surface",
                 show.word()
             )));
         }
         if is_drawn && show.is_flat() {
             return Err(Error::Invalid(format!(
-                "a network is not drawn over the view {}, which is flat: use --set picture.show=trail",
+                "a network is not drawn over the view {}, which is flat: use --set picture.show=surface",
                 show.word()
             )));
         }
@@ -106,6 +105,13 @@ impl Command for Network {
         let mut session = Session::open(scene, &self.common, u64::from(self.steps))?;
         // Checked again: masks and maps are inputs, too, and have been read by now.
         self.common.check_outputs(files())?;
+        // Before the steps, so that a size that is too large is refused at once.
+        let forms: Vec<Form> = (formats.into_iter())
+            .map(|format| match format {
+                Some(format) => Ok(Form::Text(format)),
+                None => Painter::new(&session, self.size).map(Form::Picture),
+            })
+            .collect::<Result<_>>()?;
         let mut series = Vec::new();
         let mut completed = true;
         for done in 1..=self.steps {
@@ -127,15 +133,13 @@ impl Command for Network {
         let ending = session.finish()?;
         session.progress.doing("following the network");
         let (graph, measures) = found(&session, &ending.snapshot);
-        let drawn = is_drawn
-            .then(|| picture(&mut session, &graph, self.size))
-            .transpose()?;
         session.progress.finish();
+        let scene = session.scene.name.clone();
         let hash = hash_text(ending.snapshot.hash());
         let objects = session.simulation.settings().objects.iter();
         let objects: Vec<String> = objects.map(|object| object.name.clone()).collect();
         let file = NetworkFile {
-            scene: &session.scene.name,
+            scene: &scene,
             step: ending.snapshot.step,
             state_hash: &hash,
             radius: f64::from(session.simulation.setup().radius),
@@ -143,13 +147,13 @@ impl Command for Network {
             measures: &measures,
             graph: &graph,
         };
-        let name = escaped(&session.scene.name);
+        let name = escaped(&scene);
         console::message(&format!("{name} at step {}: state hash {hash}", file.step));
         console::message(&line(&measures));
         for ((sink, form), path) in sinks.into_iter().zip(forms).zip(&self.out) {
             match form {
                 Form::Text(format) => sink.write(file.content(format))?,
-                Form::Picture => sink.write(drawn.as_deref().unwrap_or_default())?,
+                Form::Picture(painter) => sink.write(painter.picture(&mut session, &graph)?)?,
             }
             console::message(&format!("wrote {}", path.shown()));
         }
@@ -178,25 +182,42 @@ fn found(session: &Session, snapshot: &Snapshot) -> (Graph, Measures) {
     )
 }
 
-/// The scene with its graph drawn over it, as a PNG.
-fn picture(session: &mut Session, graph: &Graph, size: Size) -> Result<Vec<u8>> {
-    let size = [size.width, size.height];
-    let simulation = &session.simulation;
-    let setup = simulation.setup();
-    let mut renderer = Renderer::new(&session.ctx, setup, offscreen::FORMAT)?;
-    let canvas = Offscreen::new(&session.ctx, size).map_err(|error| too_large(size, error))?;
-    let view = View::of(&session.scene, UVec2::from_array(size).as_vec2());
-    let mut rec = session.frames.begin()?;
-    renderer.draw_beside(&mut rec, simulation.state(), &[(view, canvas.canvas())]);
-    canvas.record_readback(&mut rec);
-    session.frames.submit(rec)?;
-    session.frames.wait_idle()?;
-    let mut picture = canvas.image();
-    let poses = simulation.world_from_object();
-    draw_network(&mut picture, graph, setup, &poses, &view.camera);
-    let mut bytes = Vec::new();
-    write_png(&mut bytes, &picture).map_err(|error| Error::Invalid(error.to_string()))?;
-    Ok(bytes)
+/// Draws the scene with its graph over it.
+struct Painter {
+    renderer: Renderer,
+    canvas: Offscreen,
+    view: View,
+}
+
+impl Painter {
+    fn new(session: &Session, size: Size) -> Result<Self> {
+        let size = [size.width, size.height];
+        let setup = session.simulation.setup();
+        Ok(Self {
+            renderer: Renderer::new(&session.ctx, setup, offscreen::FORMAT)?,
+            canvas: Offscreen::new(&session.ctx, size).map_err(|error| too_large(size, error))?,
+            view: View::of(&session.scene, UVec2::from_array(size).as_vec2()),
+        })
+    }
+
+    /// The picture as a PNG.
+    fn picture(mut self, session: &mut Session, graph: &Graph) -> Result<Vec<u8>> {
+        let simulation = &session.simulation;
+        let mut rec = session.frames.begin()?;
+        let camera = self.view.camera.clone();
+        let canvas = &self.canvas;
+        let seen = [(self.view, canvas.canvas())];
+        (self.renderer).draw_beside(&mut rec, simulation.state(), &seen);
+        canvas.record_readback(&mut rec);
+        session.frames.submit(rec)?;
+        session.frames.wait_idle()?;
+        let mut picture = canvas.image();
+        let poses = simulation.world_from_object();
+        draw_network(&mut picture, graph, simulation.setup(), &poses, &camera);
+        let mut bytes = Vec::new();
+        write_png(&mut bytes, &picture).map_err(|error| Error::Invalid(error.to_string()))?;
+        Ok(bytes)
+    }
 }
 
 /// The measures as a line of text.

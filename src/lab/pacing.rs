@@ -63,8 +63,8 @@ impl Pacer {
 
     /// The number of steps for a frame that begins `since_last` after the one before it.
     ///
-    /// `steps_per_second` is the user's cap, 0 for none; `touched` says that the user is moving the camera, or is about to see a look. A frame that
-    /// `waits` takes none, and saves up, within the same bounds.
+    /// `steps_per_second` is the user's cap, 0 for none; `touched` says that the user is moving the camera, or is about to see a look.
+    /// A frame that `waits` takes none, and saves up, within the same bounds.
     pub fn steps(
         &mut self,
         since_last: Duration,

@@ -21,8 +21,8 @@ pub struct Counters {
     /// Particles that have arrived: on another object, or back on their own (`returned`); with the strategy `respawn`, that restarted.
     #[serde(default)]
     pub transferred: u64,
-    /// Particles that left for their own object, because they turned round at a no-go area or the surrounding texels had no nearest
-    /// triangle of another one.
+    /// Particles that left for their own object, because they turned round at a no-go area, the surrounding texels had no nearest
+    /// triangle of another one, or, with one particle a cell, the cell where they would have landed was taken.
     #[serde(default)]
     pub returned: u64,
     /// Particles that continued from the place where their walk met the other object; the others went to its nearest point, or turned
@@ -35,7 +35,8 @@ pub struct Counters {
     /// The transfer buffer size that would have done so far.
     #[serde(default)]
     pub transfer_buffer_wanted: u64,
-    /// Particles that were refused a cell in the last step; with one particle a cell.
+    /// With one particle a cell: particles that were refused one in the last step and stayed where they were. Those that were refused
+    /// one on another object count as `returned`.
     #[serde(default)]
     pub stayed: u64,
     /// How many times so far a particle stayed although the cell that it claimed was left in the step's last round.

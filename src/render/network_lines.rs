@@ -1,6 +1,6 @@
 //! The network's graph, drawn over a picture of the scene: its edges as lines where they are seen, its nodes as discs.
 
-use glam::{Affine3A, DVec3, Vec2, Vec3, Vec3A};
+use glam::{Affine3A, DVec3, Vec2, Vec3A};
 use image::RgbaImage;
 
 use super::camera::Camera;
@@ -71,11 +71,9 @@ pub fn draw_network(
         })
         .collect();
     // The edges of all come first, so that none cuts another line.
-    for more in [OUTLINE, 0.0] {
-        let is_inside = more == 0.0;
-        for [from, to] in &lines {
-            let color = if is_inside { EDGE } else { DARK };
-            draw_line(picture, [*from, *to], unit * (LINE + more), color);
+    for (half, color) in [(LINE + OUTLINE, DARK), (LINE, EDGE)] {
+        for line in &lines {
+            draw_line(picture, *line, unit * half, color);
         }
     }
     for (at, radius, color) in discs {
@@ -119,7 +117,7 @@ impl Eye<'_> {
         let free = |rays: &Rays| rays.free(Vec3A::from(eye), Vec3A::from(way), 0.0, end) >= end;
         // What is too near the eye to be drawn hides nothing.
         let is_seen = end <= 0.0 || self.rays.as_ref().is_none_or(free);
-        (is_seen && Vec3::is_finite(place)).then_some(pixel)
+        is_seen.then_some(pixel)
     }
 }
 
@@ -153,7 +151,7 @@ mod tests {
     use super::*;
     use crate::scene::{Overrides, Scene};
     use crate::sim::graph::{Edge, Node};
-    use glam::DAffine3;
+    use glam::{DAffine3, Vec3};
     use image::Rgba;
     use std::path::Path;
 

@@ -135,7 +135,7 @@ impl Setup {
         );
         if rules.is_crowded() {
             let both = (&mut particles[..], &mut motions[..]);
-            start::apart(both, &scene.surface, &atlas, &homes);
+            start::apart(both, &scene.surface, &atlas, &homes, control)?;
         }
         control.step(LOOKING, shares[1])?;
         let clearance = atlas.clearances(&scene.surface);

@@ -122,6 +122,31 @@ fn what_cannot_be_written_is_said_at_once() {
         path(&flat),
     ]);
     assert!(said.contains("the view atlas, which is flat"), "{said}");
+    let (_, advice) = said.split_once("use --set ").expect("there is advice");
+    let advised = [
+        "network",
+        "cube",
+        "--steps",
+        "2",
+        "--size",
+        "32x32",
+        "--set",
+        advice.trim(),
+        "--out",
+        path(&flat),
+    ];
+    done(&advised);
+    let said = failed(&[
+        "network",
+        "cube",
+        "--steps",
+        "999999999",
+        "--size",
+        "90000x90000",
+        "--out",
+        path(&flat),
+    ]);
+    assert!(said.contains("use a smaller --size"), "{said}");
     let same = folder.file("a.csv");
     let said = failed(&[
         "network",

@@ -3,15 +3,18 @@
 use glam::{DVec2, Vec2};
 
 use super::super::cells::cell_of;
-use super::super::field::weights_at;
 use super::super::types::{Motion, Particle};
-use crate::mesh::atlas::Atlas;
+use crate::error::Result;
+use crate::mesh::atlas::{Atlas, Control};
 use crate::mesh::surface::Surface;
 use crate::mesh::walk::Frame;
 use crate::strict::{settled, within};
 
 /// Moves particles until no two have one cell. In each cell the first one stays; the others go where a flood from that cell through texels side
 /// by side, and over seams, first finds room: on their object, unless it is full. Headings are laid onto the triangles there.
+///
+/// # Errors
+/// When it was stopped.
 ///
 /// # Panics
 /// When there are more particles than cells.
@@ -20,7 +23,8 @@ pub fn apart(
     surface: &Surface,
     atlas: &Atlas,
     homes: &[u32],
-) {
+    control: &Control<'_>,
+) -> Result<()> {
     let mut taken = vec![false; homes.len()];
     let mut crowded = Vec::new();
     for (slot, particle) in particles.iter().enumerate() {
@@ -32,7 +36,10 @@ pub fn apart(
     crowded.sort_unstable();
     let mut floods = Floods::new(atlas, homes);
     let mut rest = 0;
-    for (cell, slot) in crowded {
+    for (done, (cell, slot)) in crowded.into_iter().enumerate() {
+        if done.is_multiple_of(256) {
+            control.check()?;
+        }
         let free = floods.next_free(cell, &taken).unwrap_or_else(|| {
             while taken[rest] || atlas.density[rest] <= 0.0 {
                 rest += 1;
@@ -47,6 +54,7 @@ pub fn apart(
             atlas,
         );
     }
+    Ok(())
 }
 
 /// Puts a particle on the centre of a cell.
@@ -56,10 +64,7 @@ fn move_to(
     surface: &Surface,
     atlas: &Atlas,
 ) {
-    let triangle = atlas.owner[cell as usize];
-    let centre = [cell % atlas.pitch, cell / atlas.pitch].map(|x| x as f32 + 0.5);
-    let [u, v] = weights_at(&atlas.maps[triangle as usize], centre);
-    let u = within(u, 0.0, 1.0);
+    let (triangle, u, v) = (atlas.surface_point_of(cell)).expect("cells have a triangle");
     let [from, to] = [particle.triangle, triangle].map(|triangle| Frame::of(surface, triangle));
     let [p, h] = [motion.heading_p, motion.heading_h].map(f64::from);
     let heading = p * from.p + h * from.h;
