@@ -197,7 +197,7 @@ bool turns(uint i) {
     own_appetite = fed == 0u ? 1.0 : params.fed_attraction;
 
     if (STAGE == STAGE_MOTOR) {
-        walk_pending();
+        stand();
         return true;
     }
     float kept = motion.pending;
@@ -289,6 +289,6 @@ void main() {
         store_paged(motions, i, words_of(Motion(heading.x, heading.y, motion.pending, motion.flags)));
         return;
     }
-    walk_step();
+    walk_step(STAGE == STAGE_MOTOR ? motion.pending : 0.0);
     arrives(i);
 }

@@ -1,8 +1,9 @@
 // wish: the motor stage with one particle a cell: where each particle would come to, and the cell there. Every particle takes its present cell.
 // Reads   particles, motions, strips, physarums, homes, bias and looks (gutters filled); for pulses shells, corners, vertices and poses.
-// Writes  wishes: place and cell; wish_motions: heading, pending length, and the present cell; cells, by atomic minima.
+// Writes  wishes and wish_motions: the particle there, and its motion; claims: the cell there, the present cell, and the rank; cells, by atomic
+//         minima.
 // One invocation per particle.
-// A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
+// A walk that runs out of edge-crossing attempts leaves the rest of its length pending, and the next step is so much longer.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
@@ -27,6 +28,7 @@ layout(constant_id = 18) const bool LOOKS = false;
 
 layout(push_constant) uniform Params {
     uint particle_count;
+    uint salt;         // of the step
     uint attempts;     // edge crossings that one walk may make
     uint pitch;        // texels from one atlas row to the next
     uint shell_count;  // of the shells, those of live pulses
@@ -37,6 +39,7 @@ PAGED_READS(uvec4, 0) particles;  // one an invocation
 PAGED_READS(uvec4, 1) motions;  // one an invocation
 PAGED_WRITES(uvec4, 2) wishes;  // one an invocation
 PAGED_WRITES(uvec4, 3) wish_motions;  // one an invocation
+PAGED_WRITES(uvec4, 16) claims;  // one an invocation
 READS(uvec4, 4) strips;
 layout(std430, set = 0, binding = 5) readonly buffer Physarums { Physarum physarums[]; };
 READS(uint, 6) homes_texels;
@@ -68,13 +71,14 @@ void main() {
         lower_texel(cells, own_cell, SHARED_CELL, also)
     }
     take_own_parameters();
-    walk_pending();
-    walk_step();
+    stand();
+    walk_step(motion.pending);
     if (PAINTED) stay_out_of_no_go_areas();
     w.u = settled(w.u);
     w.v = settled(w.v);
     uint cell = cell_at(walked_position(w));
     vec2 heading = settled(w.heading);
-    store_paged(wishes, i, words_of(Particle(w.triangle, w.u, w.v, cell)));
-    store_paged(wish_motions, i, words_of(Motion(heading.x, heading.y, settled(min(pending, own.speed)), own_cell)));
+    store_paged(wishes, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
+    store_paged(wish_motions, i, words_of(Motion(heading.x, heading.y, settled(min(pending, own.speed)), 0u)));
+    store_paged(claims, i, uvec4(cell, own_cell, rank_of(particle.id, params.salt), 0u));
 }

@@ -55,9 +55,12 @@ void walk_pending() {
     }
 }
 
-void walk_step() {
+// The length is beyond that of the step, where something is still pending that is walked with it.
+void walk_step(float beyond) {
     w.remaining = own.speed;
     if (PULSES) sweep(w);
+    precise float longer = w.remaining + beyond;
+    w.remaining = longer;
     walk_strip(w, params.attempts, BORDER_REFLECTS);
     precise float left_over = pending + (w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0);
     pending = left_over;

@@ -79,8 +79,11 @@ const KERNELS: &[(&str, &str)] = &[
         "Where particles would come to, with one particle a cell",
     ),
     ("claim", "Particles claim cells"),
-    ("settle", "Particles that have won their cells move there"),
-    ("stay", "Particles that have won no cell stay"),
+    ("settle", "Particles that have won their cells take them"),
+    (
+        "arrive",
+        "Particles that have won cells move there, and the others stay",
+    ),
     (
         "land_claim",
         "Particles that come over from another object claim cells there",

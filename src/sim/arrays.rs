@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use bytemuck::Zeroable;
-use glam::UVec2;
+use glam::{UVec2, UVec4};
 
 use super::behaviour::physarums;
 use super::buffers::{Counts, LIMIT_BINS_COUNT};
@@ -132,10 +132,12 @@ pub struct Arrays {
     pub weights: Vec<f32>,
     /// With one particle a cell, one per texel: what is known of the cell; otherwise empty.
     pub cells: Vec<u32>,
-    /// With one particle a cell, one per particle: where it would come to, and the cell there; `NONE` once it has moved.
+    /// With one particle a cell, one per particle: itself where it would come to.
     pub wishes: Vec<Particle>,
-    /// With one particle a cell, one per particle: its motion there, and the cell that it is in.
+    /// With one particle a cell, one per particle: its motion there.
     pub wish_motions: Vec<Motion>,
+    /// With one particle a cell, one per particle: the cell there, `NONE` once it has won it; the cell that it is in; its rank; nothing.
+    pub claims: Vec<UVec4>,
     /// One per food or marker.
     pub meals: Vec<Meal>,
     /// One per texel; empty without food and markers.
@@ -204,6 +206,7 @@ impl Arrays {
             cells: vec![FREE; counts.wishes.1 as usize],
             wishes: vec![Particle::zeroed(); counts.wishes.0 as usize],
             wish_motions: vec![Motion::zeroed(); counts.wishes.0 as usize],
+            claims: vec![UVec4::ZERO; counts.wishes.0 as usize],
             meals: Vec::new(),
             scent: Vec::new(),
             scent_is_due: false,

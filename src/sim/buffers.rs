@@ -6,7 +6,7 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use bytemuck::Pod;
-use glam::{UVec2, Vec4};
+use glam::{UVec2, UVec4, Vec4};
 
 use super::distance::{TILE_CANDIDATES, TILE_SAMPLES};
 use super::pulse::MOST_PULSES;
@@ -286,6 +286,7 @@ table! {
     CELLS: u32 = "cells", LARGE 0, |n| n.wishes.1;
     WISHES: Particle = "wishes", PAGED 4, |n| n.wishes.0;
     WISH_MOTIONS: Motion = "wish_motions", PAGED 4, |n| n.wishes.0;
+    CLAIMS: UVec4 = "claims", PAGED 4, |n| n.wishes.0;
 
     TRIANGLES: Triangle = "triangles", LARGE 4, |n| n.triangles;
     HALFEDGES: HalfEdge = "halfedges", LARGE 4, |n| 3 * n.triangles;

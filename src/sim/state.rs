@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use bytemuck::Pod;
 use bytemuck::allocation::pod_collect_to_vec;
+use glam::UVec4;
 
 use super::arranged::arranged;
 use super::behaviour::physarums;
@@ -260,10 +261,12 @@ pub struct Across {
 pub struct Crowd {
     /// One per texel, for owned ones: what is known of the cell in the present step.
     pub cells: Texture<u32>,
-    /// One per particle: the place that it would come to, and in place of the id the cell there; `NONE` once it has moved.
+    /// One per particle: itself where it would come to.
     pub wishes: Store<Particle>,
-    /// One per particle: heading and pending length there, and in place of flags the cell that it is in.
+    /// One per particle: its heading and pending length there.
     pub motions: Store<Motion>,
+    /// One per particle: the cell there, `NONE` once it has won it; the cell that it is in; its rank; nothing.
+    pub claims: Store<UVec4>,
 }
 
 /// Every buffer of the simulation.
@@ -503,6 +506,7 @@ fn crowd(make: &Maker<'_>) -> Result<Crowd, GpuError> {
         cells: Texture::new(make.ctx, make.zeros(&buffers::CELLS)?)?,
         wishes: make.store_of_zeros(&buffers::WISHES)?,
         motions: make.store_of_zeros(&buffers::WISH_MOTIONS)?,
+        claims: make.store_of_zeros(&buffers::CLAIMS)?,
     })
 }
 

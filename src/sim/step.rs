@@ -163,7 +163,7 @@ fn crowd(s: &mut Step, plan: &Plan<'_>) {
         s.run(particles, plan.claim());
         s.run(particles, plan.settle());
     }
-    s.run(particles, plan.stay());
+    s.run(particles, plan.arrive());
 }
 
 /// Every particle advances once, or does a stage of that. Sensors read straight ahead in the atlas where they can; particles whose sensors

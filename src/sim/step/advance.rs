@@ -572,19 +572,12 @@ pub(super) struct Walking<'a> {
 
 impl Walking<'_> {
     /// The walk of what is pending, and the length that still is.
-    pub(super) fn pending(
+    fn pending(
         &self,
         inputs: &AdvanceInputs,
         (particle, motion): (&Particle, &Motion),
     ) -> (StripWalk, f32) {
-        let mut w = StripWalk {
-            triangle: particle.triangle,
-            u: particle.u,
-            v: particle.v,
-            heading: [motion.heading_p, motion.heading_h],
-            remaining: motion.pending,
-            status: WALK_DONE,
-        };
+        let mut w = standing(particle, motion);
         let mut pending = 0.0;
         if motion.pending > 0.0 {
             w.walk(inputs.strips, self.attempts, self.border_reflects);
@@ -593,18 +586,31 @@ impl Walking<'_> {
         (w, pending)
     }
 
-    /// The step from where that walk has ended, and the pending length behind it. The particle turns round at no-go areas.
-    pub(super) fn step(
+    /// The walk of what is pending and of the step, as one.
+    pub(super) fn whole(
+        &self,
+        inputs: &AdvanceInputs,
+        own: &Physarum,
+        (particle, motion): (&Particle, &Motion),
+    ) -> (StripWalk, f32) {
+        let w = standing(particle, motion);
+        self.step(inputs, own, (particle, motion), (w, 0.0), motion.pending)
+    }
+
+    /// The step from where that walk has ended, longer by `beyond`, and the pending length behind it. The particle turns round at no-go areas.
+    fn step(
         &self,
         inputs: &AdvanceInputs,
         own: &Physarum,
         (particle, motion): (&Particle, &Motion),
         (mut w, mut pending): (StripWalk, f32),
+        beyond: f32,
     ) -> (StripWalk, f32) {
         w.remaining = own.speed;
         if !self.shells.is_empty() {
             sweep(self.shells, inputs, &mut w);
         }
+        w.remaining += beyond;
         w.walk(inputs.strips, self.attempts, self.border_reflects);
         pending += w.pending();
         if let Some(bias) = self.bias {
@@ -625,6 +631,18 @@ impl Walking<'_> {
         }
         (w.u, w.v) = (settled(w.u), settled(w.v));
         (w, settled(pending.min(own.speed)))
+    }
+}
+
+/// A walk of what is pending, where it begins.
+fn standing(particle: &Particle, motion: &Motion) -> StripWalk {
+    StripWalk {
+        triangle: particle.triangle,
+        u: particle.u,
+        v: particle.v,
+        heading: [motion.heading_p, motion.heading_h],
+        remaining: motion.pending,
+        status: WALK_DONE,
     }
 }
 
@@ -661,9 +679,14 @@ fn advance_one(
     if is_sensory {
         motion.pending = 0.0;
     }
-    let (mut w, pending) = walking.pending(inputs, (&particle, &motion));
+    let is_motor = constants.stage == Stage::Motor as u32;
+    let (mut w, pending) = if is_motor {
+        (standing(&particle, &motion), 0.0)
+    } else {
+        walking.pending(inputs, (&particle, &motion))
+    };
     let (mut form, mut concerned) = (None, true);
-    if constants.stage != Stage::Motor as u32 {
+    if !is_motor {
         let both = (&particle, &motion);
         (w.heading, form, concerned) = turned(constants, params, inputs, &own, both, w, appetite);
     }
@@ -682,7 +705,9 @@ fn advance_one(
             arrival: None,
         };
     }
-    let (w, pending) = walking.step(inputs, &own, (&particle, &motion), (w, pending));
+    let beyond = if is_motor { motion.pending } else { 0.0 };
+    let both = (&particle, &motion);
+    let (w, pending) = walking.step(inputs, &own, both, (w, pending), beyond);
     let moved = Particle {
         triangle: w.triangle,
         u: w.u,

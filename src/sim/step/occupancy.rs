@@ -1,8 +1,10 @@
 //! The kernels by which particles walk, one a cell: their parameters, bindings and twins.
 //!
-//! Every particle takes its cell, and wishes to come to another one. In each round those that still wait claim their cells, the lowest rank wins
-//! each, and the winners move: what they leave is free in the next round. Those that have won nothing stay. Particles that come over from other
-//! objects claim the cells that are free after that.
+//! Every particle takes its cell, and wishes to come to another one. In each round those that still wait claim their cells, and the lowest rank
+//! wins each: what winners leave is free in the next round. Then winners move, and those that have won nothing stay. Particles that come over
+//! from other objects claim the cells that are free after that.
+
+use glam::UVec4;
 
 use crate::mesh::surface::NONE;
 use crate::rng::{Purpose, random, seed_word};
@@ -12,10 +14,10 @@ use crate::sim::claims::{FREE, SHARED_CELL, TAKEN, rank_of};
 use crate::sim::field::{atlas_position, texel_at};
 use crate::sim::ground::{Flight, Ground};
 use crate::sim::kernels::{
-    Claim, ClaimArgs, ClaimConstants, ClaimParams, LandClaim, LandClaimArgs, LandClaimConstants,
-    LandClaimParams, LandSettle, LandSettleArgs, LandSettleConstants, LandSettleParams, Settle,
-    SettleArgs, SettleConstants, SettleParams, Stay, StayArgs, StayConstants, StayParams, Wish,
-    WishArgs, WishConstants, WishParams,
+    Arrive, ArriveArgs, ArriveConstants, ArriveParams, Claim, ClaimArgs, ClaimConstants,
+    ClaimParams, LandClaim, LandClaimArgs, LandClaimConstants, LandClaimParams, LandSettle,
+    LandSettleArgs, LandSettleConstants, LandSettleParams, Settle, SettleArgs, SettleConstants,
+    SettleParams, Wish, WishArgs, WishConstants, WishParams,
 };
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
@@ -40,6 +42,7 @@ impl Plan<'_> {
             },
             params: WishParams {
                 particle_count: self.particle_count(),
+                salt: self.claim_salt(),
                 attempts: self.settings.physarum.edge_crossing_attempts,
                 pitch: self.setup.atlas.pitch,
                 shell_count: self.shells.len() as u32,
@@ -58,48 +61,43 @@ impl Plan<'_> {
             },
             params: ClaimParams {
                 particle_count: self.particle_count(),
-                salt: self.claim_salt(),
             },
         }
     }
 
-    /// Winners move.
+    /// Winners take their cells.
     #[must_use]
     pub fn settle(&self) -> Call<Settle> {
         Call {
             on: (),
             constants: SettleConstants {
-                selects: self.strategy != Strategy::None,
-                food: self.has_food(),
                 paths: self.means.paths,
             },
             params: SettleParams {
                 particle_count: self.particle_count(),
-                salt: self.claim_salt(),
+            },
+        }
+    }
+
+    /// Winners move, and the others stay.
+    #[must_use]
+    pub fn arrive(&self) -> Call<Arrive> {
+        Call {
+            on: (),
+            constants: ArriveConstants {
+                selects: self.strategy != Strategy::None,
+                food: self.has_food(),
+                paths: self.means.paths,
+            },
+            params: ArriveParams {
+                particle_count: self.particle_count(),
+                seed: seed_word(self.settings.seed),
+                time_step: self.time_step(),
                 pitch: self.setup.atlas.pitch,
                 transfer_capacity: self.means.capacity,
                 transfer_threshold: self.lengths.threshold,
                 fed_steps: self.settings.feeding.fed_steps,
                 fed_deposit: self.settings.feeding.fed_deposit,
-            },
-        }
-    }
-
-    /// The others stay.
-    #[must_use]
-    pub fn stay(&self) -> Call<Stay> {
-        Call {
-            on: (),
-            constants: StayConstants {
-                food: self.has_food(),
-                paths: self.means.paths,
-            },
-            params: StayParams {
-                particle_count: self.particle_count(),
-                seed: seed_word(self.settings.seed),
-                time_step: self.time_step(),
-                pitch: self.setup.atlas.pitch,
-                fed_steps: self.settings.feeding.fed_steps,
             },
         }
     }
@@ -155,6 +153,7 @@ impl StepKernel for Wish {
             motions: &s.motions.texels,
             wishes: &crowd.wishes.texels,
             wish_motions: &crowd.motions.texels,
+            claims: &crowd.claims.texels,
             strips: &s.surface.strips,
             physarums: &s.objects.physarums,
             homes: s.homes(),
@@ -183,6 +182,7 @@ impl StepKernel for Wish {
             },
             (&a.particles, &a.motions),
             (&mut a.wishes, &mut a.wish_motions),
+            &mut a.claims,
             &mut a.cells,
         );
     }
@@ -194,14 +194,13 @@ impl StepKernel for Claim {
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> ClaimArgs<'s> {
         let crowd = s.crowd();
         ClaimArgs {
-            particles: &s.particles.texels,
-            wishes: &crowd.wishes.texels,
+            claims: &crowd.claims.texels,
             cells: &crowd.cells,
         }
     }
 
-    fn twin(call: &Call<Self>, a: &mut Arrays) {
-        claim(&call.params, &a.particles, &a.wishes, &mut a.cells);
+    fn twin(_call: &Call<Self>, a: &mut Arrays) {
+        claim(&a.claims, &mut a.cells);
     }
 }
 
@@ -209,12 +208,29 @@ impl StepKernel for Settle {
     type On = ();
 
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> SettleArgs<'s> {
-        let (crowd, food) = (s.crowd(), s.food.as_ref());
+        let crowd = s.crowd();
         SettleArgs {
+            claims: &crowd.claims.texels,
+            cells: &crowd.cells,
+        }
+    }
+
+    fn twin(_call: &Call<Self>, a: &mut Arrays) {
+        settle(&mut a.claims, &mut a.cells);
+    }
+}
+
+impl StepKernel for Arrive {
+    type On = ();
+
+    fn args<'s>(_call: &Call<Self>, s: &'s State) -> ArriveArgs<'s> {
+        let (crowd, food) = (s.crowd(), s.food.as_ref());
+        ArriveArgs {
             particles: &s.particles.texels,
             motions: &s.motions.texels,
             wishes: &crowd.wishes.texels,
             wish_motions: &crowd.motions.texels,
+            claims: &crowd.claims.texels,
             strips: &s.surface.strips,
             cells: &crowd.cells,
             deposits: &s.deposits.front,
@@ -229,7 +245,7 @@ impl StepKernel for Settle {
     fn twin(call: &Call<Self>, a: &mut Arrays) {
         let setup = &a.setup;
         let t = &mut a.transfers;
-        settle(
+        arrive(
             &call.constants,
             &call.params,
             &AdvanceInputs {
@@ -238,46 +254,11 @@ impl StepKernel for Settle {
                 ..AdvanceInputs::of_surface(setup, &a.physarums)
             },
             (&mut a.particles, &mut a.motions),
-            (&mut a.wishes, &a.wish_motions),
-            &mut a.cells,
+            (&a.wishes, &a.wish_motions),
+            (&a.claims, &a.cells),
             (&mut t.flow[0], &mut t.particle_indices),
             &mut a.meals,
             &mut a.deposits,
-        );
-    }
-}
-
-impl StepKernel for Stay {
-    type On = ();
-
-    fn args<'s>(_call: &Call<Self>, s: &'s State) -> StayArgs<'s> {
-        let (crowd, food) = (s.crowd(), s.food.as_ref());
-        StayArgs {
-            particles: &s.particles.texels,
-            motions: &s.motions.texels,
-            wishes: &crowd.wishes.texels,
-            cells: &crowd.cells,
-            strips: &s.surface.strips,
-            flow: &s.transfers.flow,
-            plates: food.map(|food| &food.plates),
-            meals: food.map(|food| &food.meals),
-        }
-    }
-
-    fn twin(call: &Call<Self>, a: &mut Arrays) {
-        let setup = &a.setup;
-        stay(
-            &call.constants,
-            &call.params,
-            &AdvanceInputs {
-                plates: &setup.food_set.plates,
-                ..AdvanceInputs::of_surface(setup, &a.physarums)
-            },
-            (&a.particles, &mut a.motions),
-            &a.wishes,
-            &a.cells,
-            &mut a.transfers.flow[0],
-            &mut a.meals,
         );
     }
 }
@@ -350,6 +331,7 @@ pub fn wish(
     inputs: &AdvanceInputs,
     (particles, motions): (&[Particle], &[Motion]),
     (wishes, wish_motions): (&mut [Particle], &mut [Motion]),
+    claims: &mut [UVec4],
     cells: &mut [u32],
 ) {
     let walking = Walking {
@@ -379,68 +361,64 @@ pub fn wish(
             particle,
             params.pitch,
         );
-        let walk = walking.pending(inputs, (particle, motion));
-        let (w, pending) = walking.step(inputs, &own, (particle, motion), walk);
+        let (w, pending) = walking.whole(inputs, &own, (particle, motion));
         wishes[slot] = Particle {
             triangle: w.triangle,
             u: w.u,
             v: w.v,
-            id: cell_at(w.triangle, w.u, w.v),
+            id: particle.id,
         };
         wish_motions[slot] = Motion {
             heading_p: settled(w.heading[0]),
             heading_h: settled(w.heading[1]),
             pending,
-            flags: own_cell,
+            flags: 0,
         };
+        let cell = cell_at(w.triangle, w.u, w.v);
+        claims[slot] = UVec4::new(cell, own_cell, rank_of(particle.id, params.salt), 0);
     }
 }
 
 /// Twin of `shaders/claim.comp`.
-pub fn claim(params: &ClaimParams, particles: &[Particle], wishes: &[Particle], cells: &mut [u32]) {
-    for (particle, wish) in particles.iter().zip(wishes) {
-        if wish.id != NONE {
-            let cell = &mut cells[wish.id as usize];
-            *cell = (*cell).min(rank_of(particle.id, params.salt));
-        }
+pub fn claim(claims: &[UVec4], cells: &mut [u32]) {
+    for claim in claims.iter().filter(|claim| claim.x != NONE) {
+        let cell = &mut cells[claim.x as usize];
+        *cell = (*cell).min(claim.z);
     }
 }
 
 /// Twin of `shaders/settle.comp`.
+pub fn settle(claims: &mut [UVec4], cells: &mut [u32]) {
+    for claim in claims.iter_mut().filter(|claim| claim.x != NONE) {
+        if claim.x != claim.y {
+            if cells[claim.x as usize] != claim.z {
+                continue;
+            }
+            cells[claim.x as usize] = TAKEN;
+            let left = &mut cells[claim.y as usize];
+            if *left == TAKEN {
+                *left = FREE;
+            }
+        }
+        claim.x = NONE;
+    }
+}
+
+/// Twin of `shaders/arrive.comp`.
 #[expect(clippy::too_many_arguments, reason = "those of the kernel")]
-pub fn settle(
-    constants: &SettleConstants,
-    params: &SettleParams,
+pub fn arrive(
+    constants: &ArriveConstants,
+    params: &ArriveParams,
     inputs: &AdvanceInputs,
     (particles, motions): (&mut [Particle], &mut [Motion]),
-    (wishes, wish_motions): (&mut [Particle], &[Motion]),
-    cells: &mut [u32],
+    (wishes, wish_motions): (&[Particle], &[Motion]),
+    (claims, cells): (&[UVec4], &[u32]),
     (flow, particle_indices): (&mut Flow, &mut [u32]),
     meals: &mut [Meal],
     deposits: &mut [u32],
 ) {
     let particle_indices = &mut particle_indices[..params.transfer_capacity as usize];
     for slot in 0..params.particle_count as usize {
-        let (wish, motion) = (wishes[slot], wish_motions[slot]);
-        let (cell, own_cell) = (wish.id, motion.flags);
-        if cell == NONE {
-            continue;
-        }
-        let particle = particles[slot];
-        if cell != own_cell {
-            if cells[cell as usize] != rank_of(particle.id, params.salt) {
-                continue;
-            }
-            cells[cell as usize] = TAKEN;
-            if cells[own_cell as usize] == TAKEN {
-                cells[own_cell as usize] = FREE;
-            }
-        }
-        let fed = if constants.food {
-            motions[slot].fed()
-        } else {
-            0
-        };
         let arriving = Arriving {
             food: constants.food,
             fed_steps: params.fed_steps,
@@ -451,37 +429,23 @@ pub fn settle(
             threshold: params.transfer_threshold,
             pitch: params.pitch,
         };
+        let (particle, cell) = (particles[slot], claims[slot].x);
+        let fed = if constants.food {
+            motions[slot].fed()
+        } else {
+            0
+        };
         let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-        let position = inputs.position_of(wish.triangle, [wish.u, wish.v]);
-        let arrival = arriving.at(previous, position, fed, constants.selects);
-        particles[slot] = Particle {
-            id: particle.id,
-            ..wish
-        };
-        motions[slot] = Motion {
-            flags: arrival.flags(),
-            ..motion
-        };
-        arrival.note(slot, flow, particle_indices, meals, deposits);
-        wishes[slot].id = NONE;
-    }
-}
-
-/// Twin of `shaders/stay.comp`.
-#[expect(clippy::too_many_arguments, reason = "those of the kernel")]
-pub fn stay(
-    constants: &StayConstants,
-    params: &StayParams,
-    inputs: &AdvanceInputs,
-    (particles, motions): (&[Particle], &mut [Motion]),
-    wishes: &[Particle],
-    cells: &[u32],
-    flow: &mut Flow,
-    meals: &mut [Meal],
-) {
-    for slot in 0..params.particle_count as usize {
-        let (particle, cell) = (&particles[slot], wishes[slot].id);
         if cell == NONE {
+            let moved = wishes[slot];
+            let position = inputs.position_of(moved.triangle, [moved.u, moved.v]);
+            let arrival = arriving.at(previous, position, fed, constants.selects);
+            particles[slot] = moved;
+            motions[slot] = Motion {
+                flags: arrival.flags(),
+                ..wish_motions[slot]
+            };
+            arrival.note(slot, flow, particle_indices, meals, deposits);
             continue;
         }
         if cells[cell as usize] == FREE {
@@ -489,19 +453,8 @@ pub fn stay(
         }
         let mut flags = Motion::STAYED;
         if constants.food {
-            let arriving = Arriving {
-                food: true,
-                fed_steps: params.fed_steps,
-                fed_deposit: 1,
-                plates: inputs.plates,
-                meals,
-                distances: &[],
-                threshold: 0.0,
-                pitch: params.pitch,
-            };
-            let position = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-            let texel = texel_at(position, params.pitch) as usize;
-            let (fed, meal) = arriving.fed_at(texel, motions[slot].fed());
+            let texel = texel_at(previous, params.pitch) as usize;
+            let (fed, meal) = arriving.fed_at(texel, fed);
             flags |= fed << Motion::FED_SHIFT;
             if let Some(meal) = meal {
                 meals[meal].eaten += 1;
