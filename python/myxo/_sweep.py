@@ -16,7 +16,7 @@ import time
 from collections import deque
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from . import _myxo, _runs
 from ._points import Point, grid, sample
@@ -24,6 +24,13 @@ from ._scene import Scene, is_picture, source, with_files
 
 if TYPE_CHECKING:
     import pandas
+
+
+class Row(Protocol):
+    """A row of a table: a dictionary, or a `pandas.Series`."""
+
+    def __getitem__(self, key: str, /) -> Any: ...
+
 
 # A row, and fields as the bytes of a file.
 _Result = tuple[dict[str, Any], bytes | None]
@@ -121,8 +128,7 @@ def sweep(
         study = read_study(points)
     else:
         study = {"points": points, "scene": scene, "steps": steps, "seeds": seeds, "preset": preset, "settings": settings}
-    # Pictures of maps have names by their content.
-    study = {**study, "settings": with_files(study["settings"] or {})}
+    study = {**study, "settings": study["settings"] or {}}
     fixed = _fixed(study, run)
     jobs = _jobs(study, fixed, run, tuple(fields), device)
     numbers = {job["key"]: job["number"] for job in jobs}
@@ -172,7 +178,7 @@ def read_sweep(out: str | os.PathLike[str]) -> pandas.DataFrame:
     return library.read_parquet(table) if table.exists() else _table(Path(out), library, None)
 
 
-def read_fields(out: str | os.PathLike[str], row: Mapping[str, Any] | pandas.Series[Any]) -> Mapping[str, Any]:
+def read_fields(out: str | os.PathLike[str], row: Row) -> Mapping[str, Any]:
     """The arrays of a run, given its row of the table: NumPy's, or Zarr's, which read what is asked of them."""
     fields = Path(out) / "fields"
     group = fields / f"{row['key']}.zarr"
@@ -211,7 +217,8 @@ def _jobs(
     seeds = list(range(seeds)) if isinstance(seeds, int) else [int(seed) for seed in seeds]
     if not seeds or min(seeds) < 0 or max(seeds) >= 2**32 or len(set(seeds)) < len(seeds):
         raise ValueError("seeds are one or more different numbers from 0 to 4294967295, or how many there are")
-    settings = dict(study["settings"] or {})
+    # Pictures of maps stay arrays: files of this machine are not on others.
+    settings = dict(study["settings"])
     _myxo.check_keys(sorted({key for point in [*points, settings] for key in point}))
     jobs: list[dict[str, Any]] = []
     for number, point in enumerate(points):
@@ -240,7 +247,8 @@ def _jobs(
 def _fixed(study: Mapping[str, Any], run: _runs.Run | None) -> dict[str, Any]:
     """What all runs of a study share, in a form that can be compared."""
     path, table, meshes, folder, preset = source(study["scene"], study["preset"])
-    settings = dict(study["settings"] or {})
+    # Pictures of maps have names by their content.
+    settings = with_files(study["settings"])
     return {
         "scene": _myxo.identity(path, table, meshes, folder, preset, settings),
         "steps": None if run else study["steps"],

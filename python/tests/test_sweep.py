@@ -3,6 +3,7 @@
 import concurrent.futures
 import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -405,6 +406,33 @@ def test_a_study_that_changes_is_another_one(tmp_path):
         myxo.sweep({"trail.decay": [0.9, 0.9]}, out=tmp_path / "b", **STUDY)
     with pytest.raises(KeyError, match="use `seeds`"):
         myxo.sweep({"seed": [1, 2]}, out=tmp_path / "b", **STUDY)
+
+
+def test_pictures_of_maps_go_to_other_machines(tmp_path):
+    """Catches runs that look for a map in a file of the machine on which the sweep began."""
+    from myxo import _scene
+
+    class Elsewhere(concurrent.futures.ThreadPoolExecutor):
+        def submit(self, function, job):
+            def run():
+                if _scene._pictures is not None:
+                    _scene._pictures.cleanup()
+                    _scene._pictures = None
+                return function(pickle.loads(pickle.dumps(job)))
+
+            return super().submit(run)
+
+    area = np.zeros((32, 32))
+    area[:, 16:] = 1.0
+    study = {**STUDY, "settings": {**SETTINGS, "areas.map": area}}
+    with Elsewhere(1) as executor:
+        table = myxo.sweep(ANGLES, out=tmp_path, executor=executor, **study)
+        assert table["error"].isna().all() and len(table) == 4
+        # It is the same study, though the file is another one.
+        again = myxo.sweep(ANGLES, out=tmp_path, executor=executor, **study)
+    assert hashes(again) == hashes(table)
+    with concurrent.futures.ThreadPoolExecutor(1) as threads, pytest.raises(ValueError, match="another study"):
+        myxo.sweep(ANGLES, out=tmp_path, executor=threads, **{**study, "settings": {**SETTINGS, "areas.map": area.T}})
 
 
 def test_numbers_of_points_are_those_of_now(tmp_path):

@@ -111,79 +111,70 @@ fn kernels_of(scene: &[&str]) -> Vec<String> {
     list.split(", ").map(str::to_owned).collect()
 }
 
-/// Takes long: the program runs once for each kernel, each time after a warm-up.
+/// Would catch: kernels of a strategy that the list leaves out or has in another order, and reports of one that name another, count it more
+/// than once, or give a form of `advance` the throughput of all particles. That every kernel runs alone is shown by `kernels::alone`.
 #[test]
-fn kernels_of_parallel_transfers_run_alone() {
-    let own =
-        "transfer_in advance close_list move_borders transfer_out defragment_scan defragment_swap";
-    every_kernel_runs_alone("parallel", "bvh", own);
-}
-
-/// Takes long, as the one before.
-#[test]
-fn kernels_of_sequential_transfers_run_alone() {
-    let own = "distance_brute defragment_scan defragment_swap";
-    every_kernel_runs_alone("sequential", "brute", own);
-}
-
-/// Takes long, as the one before.
-#[test]
-fn kernels_of_direct_transfers_run_alone() {
-    let own = "distance_raster distance_merge transfer_in";
-    every_kernel_runs_alone("direct", "raster", own);
-}
-
-/// Takes long, as the one before.
-#[test]
-fn kernels_of_respawning_run_alone() {
-    every_kernel_runs_alone("respawn", "bvh", "advance close_list respawn");
-}
-
-/// Kernels that all strategies share run for the first of them only.
-fn every_kernel_runs_alone(strategy: &str, method: &str, expected: &str) {
+fn kernels_of_strategies_are_listed_and_run_alone() {
     if no_device() {
         return;
     }
     let folder = Folder::new();
     let pair = small_pair(&folder);
     let spreading = ["diffuse", "diffuse_seams", "exchange_seams"];
-    let by_trees = ["distance_tiles", "distance", "exchange_seams", "unfold"];
-    let settings = [
-        format!("transfer.strategy={strategy}"),
-        format!("distance.method={method}"),
-    ];
-    let scene = [path(&pair), "--set", &settings[0], "--set", &settings[1]];
-    let kernels = kernels_of(&scene);
-    for kernel in expected.split(' ').chain(spreading) {
-        assert!(kernels.iter().any(|k| k == kernel), "{kernel}: {kernels:?}");
-    }
-    if strategy == "parallel" {
-        let names = by_trees.iter().chain(&["advance", "walk_sensors"]);
-        assert!(names.eq(&kernels[..6]), "in their order: {kernels:?}");
-    }
-    // Each kernel alone; kernels that all strategies share only once.
-    let is_form = |kernel: &String| FORMS_OF_ADVANCE[1..].contains(&kernel.as_str());
-    let has_forms = kernels.iter().any(is_form);
-    let shared = |kernel: &str| spreading.contains(&kernel) || by_trees.contains(&kernel);
-    for kernel in kernels
-        .iter()
-        .filter(|k| strategy == "parallel" || !shared(k))
-    {
-        let run = ["--kernel", kernel, "--steps", "3", "--warmup", "4"];
-        let json = ["--json", "--validate"];
-        let all = [&["profile"], &scene[..], &run, &json].concat();
-        let output = myxo(&all);
-        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-        let report: Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
-        assert_eq!(report["alone"].as_str(), Some(kernel.as_str()));
-        let rows = report["kernels"].as_array().expect("they are listed");
-        if rows.iter().any(|row| row["mean_ms"].is_number()) {
-            assert_eq!(rows.len(), 1, "{rows:?}");
-            assert_eq!(rows[0]["name"].as_str(), Some(kernel.as_str()));
-            assert_eq!(rows[0]["dispatches_per_step"], 1.0);
-            if kernel == "advance" {
-                // One form of `advance` does not process all particles.
-                assert_eq!(rows[0]["throughput"].is_null(), has_forms, "{rows:?}");
+    for (strategy, method, own, alone) in [
+        (
+            "parallel",
+            "bvh",
+            "transfer_in advance close_list move_borders transfer_out defragment_scan defragment_swap",
+            &["advance", "transfer_in"][..],
+        ),
+        (
+            "sequential",
+            "brute",
+            "distance_brute defragment_scan defragment_swap",
+            &["defragment_swap"],
+        ),
+        (
+            "direct",
+            "raster",
+            "distance_raster distance_merge transfer_in",
+            &["distance_raster"],
+        ),
+        ("respawn", "bvh", "advance close_list respawn", &["respawn"]),
+    ] {
+        let settings = [
+            format!("transfer.strategy={strategy}"),
+            format!("distance.method={method}"),
+        ];
+        let scene = [path(&pair), "--set", &settings[0], "--set", &settings[1]];
+        let kernels = kernels_of(&scene);
+        for kernel in own.split(' ').chain(spreading) {
+            assert!(kernels.iter().any(|k| k == kernel), "{kernel}: {kernels:?}");
+        }
+        if strategy == "parallel" {
+            let by_trees = ["distance_tiles", "distance", "exchange_seams", "unfold"];
+            let names = by_trees.iter().chain(&["advance", "walk_sensors"]);
+            assert!(names.eq(&kernels[..6]), "in their order: {kernels:?}");
+        }
+        let is_form = |kernel: &String| FORMS_OF_ADVANCE[1..].contains(&kernel.as_str());
+        let has_forms = kernels.iter().any(is_form);
+        for kernel in alone {
+            let run = ["--kernel", kernel, "--steps", "3", "--warmup", "4"];
+            let json = ["--json", "--validate"];
+            let all = [&["profile"], &scene[..], &run, &json].concat();
+            let output = myxo(&all);
+            assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+            let report: Value = serde_json::from_slice(&output.stdout).expect("it is JSON");
+            assert_eq!(report["alone"].as_str(), Some(*kernel));
+            let rows = report["kernels"].as_array().expect("they are listed");
+            if rows.iter().any(|row| row["mean_ms"].is_number()) {
+                assert_eq!(rows.len(), 1, "{rows:?}");
+                assert_eq!(rows[0]["name"].as_str(), Some(*kernel));
+                assert_eq!(rows[0]["dispatches_per_step"], 1.0);
+                if *kernel == "advance" {
+                    // One form of `advance` does not process all particles.
+                    assert_eq!(rows[0]["throughput"].is_null(), has_forms, "{rows:?}");
+                }
             }
         }
     }

@@ -5,7 +5,7 @@ use crate::program::{Folder, done, failed, myxo, no_device, path, report, text};
 /// A scene with a ball and a second object with these lines.
 fn two(second: &str) -> String {
     format!(
-        "[particles]\ncount = 2000\n[physarum]\nspeed = 0.02\n[atlas]\nsize = 128\n\
+        "[particles]\ncount = 2000\n[physarum]\nspeed = 0.02\n[atlas]\nsize = 96\n\
          [[object]]\nname = \"ball\"\nmesh = \"builtin:icosphere?subdivisions=3\"\n\
          [[object]]\nname = \"other\"\nmesh = \"builtin:icosphere?subdivisions=2\"\n{second}\n"
     )
@@ -82,7 +82,8 @@ fn too_many_objects_are_refused_with_the_most_that_fit() {
     );
 }
 
-/// Takes long: many scenes, each laid out again and run by the program with the validation layers on.
+/// Would catch: particles that get lost, or change objects against the threshold, where objects lie in each other or lists have odd sizes.
+/// Each scene runs by the strategy with the most kernels, and by one of the others in turn.
 #[test]
 fn odd_scenes_run_and_lose_no_particle() {
     if no_device() {
@@ -94,7 +95,8 @@ fn odd_scenes_run_and_lose_no_particle() {
     let close_inside = "scale = 0.9";
     let same = "mesh_of_the_ball";
     let beside = "position = [1.5, 0.3, 0.0]";
-    for (second, set, changes) in [
+    let others = ["none", "respawn", "sequential", "direct"];
+    let scenes = [
         // Deeper inside than the reach, or at the same place, where neither covers the other: no surface is crossed.
         (inside, "distance.reach=0.1", Some(false)),
         (same, "seed=1", Some(false)),
@@ -106,7 +108,8 @@ fn odd_scenes_run_and_lose_no_particle() {
         (beside, "transfer.threshold=-100", Some(false)),
         (beside, "transfer.buffer_size=2000000", Some(true)),
         (beside, "transfer.buffer_size=1", Some(true)),
-    ] {
+    ];
+    for ((second, set, changes), other) in scenes.into_iter().zip(others.into_iter().cycle()) {
         let text = if second == same {
             two("").replace("subdivisions=2", "subdivisions=3")
         } else {
@@ -114,7 +117,7 @@ fn odd_scenes_run_and_lose_no_particle() {
         };
         let file = folder.with("two.toml", text);
         let json = folder.file("report.json");
-        for strategy in ["none", "respawn", "sequential", "parallel", "direct"] {
+        for strategy in ["parallel", other] {
             let strategy_set = format!("transfer.strategy={strategy}");
             let run = ["profile", path(&file), "--steps", "8", "--warmup", "0"];
             let sets = ["--set", set, "--set", &strategy_set, "--validate"];
