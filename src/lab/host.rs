@@ -173,6 +173,14 @@ impl Host {
         }
     }
 
+    /// The most steps of a frame while the simulation runs.
+    pub fn most_steps(&self) -> u32 {
+        match self {
+            Self::Window(_) => u32::MAX,
+            Self::Windowless(_) => windowless::MOST_STEPS,
+        }
+    }
+
     /// Is the interface of this frame drawn?
     pub fn draws_interface(&self) -> bool {
         match self {

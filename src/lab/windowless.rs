@@ -17,6 +17,8 @@ use serde::Deserialize;
 pub const FRAME: Duration = Duration::from_millis(60);
 /// Steps of a frame take about so long.
 pub const PACE: Duration = Duration::from_millis(16);
+/// Steps of a frame, at the most: tests wait for frames and not for steps, and a step takes the host longer than the device.
+pub const MOST_STEPS: u32 = 2;
 /// The interface of one frame in this many is drawn, for the validation layers; nothing else looks at it.
 pub const DRAWN: u32 = 16;
 /// An animation of more frames than this counts as endless.

@@ -275,7 +275,10 @@ impl Lab {
         };
         let (runs, holds) = (self.runs(), self.jobs.exports.holds());
         let can_split = is_cpu && !seen.picture.is_empty();
-        let task = (self.runner).next_task((runs, holds), can_split, since_last, asked);
+        let mut task = (self.runner).next_task((runs, holds), can_split, since_last, asked);
+        if runs {
+            task.steps = task.steps.min(self.host.most_steps());
+        }
         // While the camera is moved the picture is the answer, and comes whole. One that is about to have other colours can wait.
         let is_picture = task == Task::default() && !seen.shown.touched && !asked.soon;
         if runs && can_split && is_picture && self.draw_in_slices(seen, &view)? {
