@@ -422,8 +422,9 @@ def test_pictures_of_maps_go_to_other_machines(tmp_path):
 
             return super().submit(run)
 
-    area = np.zeros((32, 32))
-    area[:, 16:] = 1.0
+    # Attracts on one half, by its green.
+    area = np.zeros((32, 32, 3))
+    area[:, 16:, 1] = 1.0
     study = {**STUDY, "settings": {**SETTINGS, "areas.map": area}}
     with Elsewhere(1) as executor:
         table = myxo.sweep(ANGLES, out=tmp_path, executor=executor, **study)
@@ -432,7 +433,7 @@ def test_pictures_of_maps_go_to_other_machines(tmp_path):
         again = myxo.sweep(ANGLES, out=tmp_path, executor=executor, **study)
     assert hashes(again) == hashes(table)
     with concurrent.futures.ThreadPoolExecutor(1) as threads, pytest.raises(ValueError, match="another study"):
-        myxo.sweep(ANGLES, out=tmp_path, executor=threads, **{**study, "settings": {**SETTINGS, "areas.map": area.T}})
+        myxo.sweep(ANGLES, out=tmp_path, executor=threads, **{**study, "settings": {**SETTINGS, "areas.map": area[:, ::-1]}})
 
 
 def test_numbers_of_points_are_those_of_now(tmp_path):

@@ -21,8 +21,8 @@ pub const PACE: Duration = Duration::from_millis(16);
 pub const MOST_STEPS: u32 = 2;
 /// The interface of one frame in this many is drawn, for the validation layers; nothing else looks at it.
 pub const DRAWN: u32 = 16;
-/// An animation of more frames than this counts as endless.
-pub const MOST_FRAMES: u64 = 90;
+/// An animation of more frames than this counts as endless. A look that changes within two seconds takes 42.
+pub const MOST_FRAMES: u64 = 50;
 /// While a button or a key is held, something may move; this many frames show its effect.
 pub const FRAMES_WHILE_HELD: u64 = 2;
 /// If no frame is due, pending work has this much time.

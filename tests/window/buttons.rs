@@ -5,6 +5,7 @@ use serde_json::Value;
 use crate::input::Gesture;
 use crate::{Lab, SMALL, can_open, out, step, views};
 
+/// Takes long: it works every control, one after the other.
 #[test]
 fn every_button_and_key_has_its_effect() {
     if !can_open() {
@@ -79,6 +80,7 @@ fn every_button_and_key_has_its_effect() {
     assert_eq!(lab.save("cube").particles.count, 4000);
 
     // Looks.
+    lab.type_into("morph", 0.5, "0.5");
     lab.click("preset");
     lab.click_until("preset=waves", "preset", "waves");
     assert!(lab.save("cube").physarum.rotation_angle < 0.0);
@@ -105,7 +107,6 @@ fn every_button_and_key_has_its_effect() {
     assert_eq!(goes("1 of 2"), by_chance.physarum);
     lab.key("k");
     assert_eq!(goes("2 of 2"), next);
-    lab.type_into("morph", 0.5, "0.5");
     lab.key("bracketright");
     lab.wait("the look changes, or has changed", |seen| {
         seen["state"]["preset"] == "network"
