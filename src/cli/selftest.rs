@@ -87,8 +87,8 @@ const PAINTED_IN: u32 = STEPS / 2 + 1;
 const PAINTED: &[&str] = &["cube", "trio"];
 
 /// Runs with features that built-in scenes do not use: a scene, the run's name, and what is set. Most kernels have groups of 64
-/// invocations, `advance` of 256: there are particles for less than one, for one, and for one more, in textures as small as they may be. No run is by `raster`, whose
-/// distances are as the device draws them; so `distance_merge` is the one kernel of a step that none has.
+/// invocations, `advance` of 256: there are particles for less than one, for one, and for one more, in textures as small as they may be. No
+/// run is by `raster`, whose distances are as the device draws them; so `distance_merge` is the one kernel of a step that none has.
 const EXTRA: &[(&str, &str, &[&str])] = &[
     (
         "torus",

@@ -342,7 +342,8 @@ impl Session {
         self.submit(|simulation, rec| simulation.record_alone(rec, alone, "step"))
     }
 
-    /// Waits for the last step, checks and keeps the state. If the checkpoint cannot be written, the error is printed and the rest continues.
+    /// Waits for the last step, checks and keeps the state. If the checkpoint cannot be written, the error is printed and the rest
+    /// continues.
     pub fn finish(&mut self) -> Result<Ending> {
         spanned(&mut self.trace, "wait", || self.frames.wait_idle())?;
         let wall = self.started.elapsed();

@@ -15,9 +15,9 @@ const WHAT: &str = "a slice of a frame";
 const RECENT: usize = 8;
 
 impl Recorder {
-    /// From now on every kernel ends a slice, and so does every picture or band of one. [`Frames::run_slice`](super::Frames::run_slice) submits slices one by one, and
-    /// [`Frames::submit`](super::Frames::submit) submits the rest. Frames submitted in between must not use the buffers of this recording,
-    /// and must come from another ring.
+    /// From now on every kernel ends a slice, and so does every picture or band of one. [`Frames::run_slice`](super::Frames::run_slice)
+    /// submits slices one by one, and [`Frames::submit`](super::Frames::submit) submits the rest. Frames submitted in between must not use
+    /// the buffers of this recording, and must come from another ring.
     ///
     /// On devices that are processors, a dispatch of a kernel that has recently taken longer than `longest` is divided into slices of about
     /// that time. [`Recorder::dispatch_indirect`] stays whole.

@@ -4,8 +4,8 @@ use myxo::scene::parameters::{Effect, Kind, PARAMETERS, Parameter, Scale, find};
 use myxo::scene::presets::is_look;
 use myxo::scene::settings::{ColorMap, Settings};
 
-/// With several objects, distances between them are computed again whenever these change, which takes longer than a step: on the way from one
-/// look to another they change in so many stages.
+/// With several objects, distances between them are computed again whenever these change, which takes longer than a step: on the way from
+/// one look to another they change in so many stages.
 const STAGES: f64 = 4.0;
 const LENGTHS: &[&str] = &[
     "physarum.speed",

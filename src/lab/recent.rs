@@ -66,8 +66,8 @@ impl Recent {
     }
 }
 
-/// A struct with these fields, each as it is now if it was changed since this window opened, and otherwise the kept one; further fields follow
-/// as in other structs.
+/// A struct with these fields, each as it is now if it was changed since this window opened, and otherwise the kept one; further fields
+/// follow as in other structs.
 macro_rules! merged {
     ($now:ident, $opened:ident, $kept:ident: [$($field:ident),*] $($others:tt)*) => {
         Self {

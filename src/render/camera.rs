@@ -202,8 +202,8 @@ impl Camera {
         self.shift = middle - 0.5 * (low + high) / half;
     }
 
-    /// As [`fit_points`](Self::fit_points), for all directions on a turn about the target: at the distance that the widest view needs, and the
-    /// target in the middle of the picture.
+    /// As [`fit_points`](Self::fit_points), for all directions on a turn about the target: at the distance that the widest view needs, and
+    /// the target in the middle of the picture.
     pub fn fit_all_round(&mut self, points: impl IntoIterator<Item = Vec3>, size: Vec2) {
         self.shift = Vec2::ZERO;
         let points: Vec<Vec3> = points.into_iter().collect();

@@ -1,7 +1,7 @@
 //! Development: what happens to a picture after it was drawn. Bright trail blooms, and jagged edges are smoothed.
 //!
-//! Pictures are drawn through the film curve (`film` in `shaders/include/shading.glsl`) sample by sample, into images of four bytes: then the
-//! mean of samples at the edge of something bright is smooth. So the bloom is of what a picture shows, not of unbounded light: the
+//! Pictures are drawn through the film curve (`film` in `shaders/include/shading.glsl`) sample by sample, into images of four bytes: then
+//! the mean of samples at the edge of something bright is smooth. So the bloom is of what a picture shows, not of unbounded light: the
 //! bright part of it, spread by a pyramid of coarser and coarser levels (as Jimenez, "Next Generation Post Processing in Call of Duty",
 //! 2014), and added as light behind glass, so that nothing is clipped. All is done by kernels on words of four bytes, which give the
 //! same bits on every device.

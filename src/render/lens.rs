@@ -22,8 +22,8 @@ pub fn focus(camera: &Camera, middle: Option<Hit>) -> f32 {
     })
 }
 
-/// The cameras of one picture of `size` pixels: so many, spread over a lens of this diameter, world units. All look the same way, and each is
-/// shifted so that the plane at the distance `focus` stays where it is in the picture.
+/// The cameras of one picture of `size` pixels: so many, spread over a lens of this diameter, world units. All look the same way, and each
+/// is shifted so that the plane at the distance `focus` stays where it is in the picture.
 #[must_use]
 pub fn cameras(camera: &Camera, diameter: f32, focus: f32, places: u32, size: Vec2) -> Vec<Camera> {
     // A spiral that covers the disc evenly (Vogel, 1979).

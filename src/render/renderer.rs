@@ -476,8 +476,8 @@ impl Renderer {
         readback.record(rec, &self.brightest, tag);
     }
 
-    /// The number of pixels, in all opaque pictures so far, whose light was not a number, or without end; they are black. Light comes out so
-    /// if the trail is.
+    /// The number of pixels, in all opaque pictures so far, whose light was not a number, or without end; they are black. Light comes out
+    /// so if the trail is.
     #[must_use]
     pub fn flaws(&self) -> &Buffer<u32> {
         &self.developer.flaws

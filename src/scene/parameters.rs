@@ -24,7 +24,8 @@ pub use table::{MOST_RADIUS, PARAMETERS};
 /// `[[food]]` or `[[pulse]]`.
 #[derive(Debug)]
 pub struct Parameter<T: 'static = Settings> {
-    /// Dotted, as in the file: `trail.decay`. Keys of an object lack the `object.N.` in front, those of a food `food.N.`, those of a pulse `pulse.N.`.
+    /// Dotted, as in the file: `trail.decay`. Keys of an object lack the `object.N.` in front, those of a food `food.N.`, those of a pulse
+    /// `pulse.N.`.
     pub key: &'static str,
     /// The name in the panel.
     pub name: &'static str,

@@ -8,8 +8,8 @@ use crate::mesh::surface::Seam;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{Settings, Strategy};
 
-/// Per texel its cell: an owned texel is its own, a gutter texel has the owned texel across the seam that it takes most of, the first of equal
-/// ones. Other texels, where no particle can be, are their own.
+/// Per texel its cell: an owned texel is its own, a gutter texel has the owned texel across the seam that it takes most of, the first of
+/// equal ones. Other texels, where no particle can be, are their own.
 #[must_use]
 pub fn homes(atlas: &Atlas) -> Vec<u32> {
     let mut homes: Vec<u32> = (0..atlas.density.len() as u32).collect();

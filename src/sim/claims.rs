@@ -10,8 +10,8 @@ pub const FREE: u32 = u32::MAX;
 /// Ids have fewer bits than these.
 const RANKS: u32 = u32::MAX >> 1;
 
-/// The rank of a particle in a step: above [`TAKEN`] and below [`FREE`]. A bijection of 31 bits, so that no two ranks are equal, made as the
-/// finalizer of MurmurHash3 (Appleby).
+/// The rank of a particle in a step: above [`TAKEN`] and below [`FREE`]. A bijection of 31 bits, so that no two ranks are equal, made as
+/// the finalizer of MurmurHash3 (Appleby).
 #[must_use]
 pub fn rank_of(id: u32, salt: u32) -> u32 {
     let mut h = id.wrapping_add(salt) & RANKS;

@@ -1,7 +1,8 @@
 //! The network as a graph: nodes where lines meet or end, edges with lengths, widths and trail.
 //!
-//! The network is where the trail is more than [`THRESHOLD`](super::network::THRESHOLD) times its mean, as for [`Network`](super::network::Network). Its texels are
-//! thinned to lines, over seams and from object to object where they touch, and the lines are followed. All of it is on the host.
+//! The network is where the trail is more than [`THRESHOLD`](super::network::THRESHOLD) times its mean, as for
+//! [`Network`](super::network::Network). Its texels are thinned to lines, over seams and from object to object where they touch, and the
+//! lines are followed. All of it is on the host.
 //!
 //! In atlases by `grid`, small stars may be left on lines where the corners of cells meet.
 

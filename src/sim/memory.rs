@@ -24,8 +24,8 @@ pub fn size_in_bytes(setup: &Setup, settings: &Settings) -> u64 {
 }
 
 /// About how many bytes a scene takes on the device, from its settings and meshes, before there is an atlas. Not included are the tables of
-/// seams, the inputs of the raster method, the lists of transfers, those of the texels within reach of food, and the bins that particles are
-/// sorted by (up to 8 MiB). With several objects, every texel counts as owned.
+/// seams, the inputs of the raster method, the lists of transfers, those of the texels within reach of food, and the bins that particles
+/// are sorted by (up to 8 MiB). With several objects, every texel counts as owned.
 #[must_use]
 pub fn needed(scene: &Scene) -> u64 {
     bytes(&Counts::about(scene))

@@ -80,7 +80,8 @@ impl Setup {
     ///
     /// # Errors
     /// When the texture has no room for the triangles (the message names a size that has), a start's mask or the area map cannot be read,
-    /// or a food is too far from its object. With one particle a cell, when there are more particles than cells, or particles restart anywhere.
+    /// or a food is too far from its object. With one particle a cell, when there are more particles than cells, or particles restart
+    /// anywhere.
     pub fn new(scene: &Scene) -> Result<Self> {
         Self::with_control(scene, &Control::default())
     }

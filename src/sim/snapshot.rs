@@ -152,8 +152,9 @@ impl Snapshot {
         texels.for_each(|value| *value = settled(*value));
     }
 
-    /// Clears the counts within steps and the marks of the last advance, which earlier versions stored and this one does not use. Those with
-    /// other arithmetic had such marks where particles that were refused a cell are marked now, and something else in the count of these.
+    /// Clears the counts within steps and the marks of the last advance, which earlier versions stored and this one does not use. Those
+    /// with other arithmetic had such marks where particles that were refused a cell are marked now, and something else in the count of
+    /// these.
     pub(super) fn forget_turns(&mut self, is_earlier: bool) {
         const STAMP: u32 = 0xfffe;
         let kept = if is_earlier { 0 } else { Motion::STAYED };

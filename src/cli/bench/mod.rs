@@ -36,8 +36,8 @@ const MOVED: &str = "choices";
 
 /// Measure how times grow: with particles, texture, edge crossings, objects, strategies, distances, meshes
 ///
-/// Each suite prints a table, and leaves that as SUITE.txt, SUITE.json and plots (SVG and PNG) in the folder. Cases that do not fit, or would
-/// take too long, are left out with a line that says why. Ctrl-C ends early, and keeps what was measured.
+/// Each suite prints a table, and leaves that as SUITE.txt, SUITE.json and plots (SVG and PNG) in the folder. Cases that do not fit, or
+/// would take too long, are left out with a line that says why. Ctrl-C ends early, and keeps what was measured.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:

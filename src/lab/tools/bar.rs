@@ -31,8 +31,8 @@ fn has_no_tools(picture: Rect, show: Show) -> bool {
     picture.width() < 260.0 || picture.height() < 330.0 || show.is_flat()
 }
 
-/// How much of a picture the tools cover on its right side, points. In a narrow one it does not depend on the tool that is taken, so that the
-/// scene stays where it is.
+/// How much of a picture the tools cover on its right side, points. In a narrow one it does not depend on the tool that is taken, so that
+/// the scene stays where it is.
 pub fn covered(ctx: &egui::Context, picture: Rect, show: Show) -> f32 {
     if has_no_tools(picture, show) {
         return 0.0;

@@ -126,7 +126,8 @@ fn any_nearest_faces_place(sides: &Sides, root: u32, place: Vec3, distance: f32)
     any_does
 }
 
-/// Is a place outside an object, by a rule? `tree` is the first node of its tree, `slot` the nearest face, and `point` the nearest point on it.
+/// Is a place outside an object, by a rule? `tree` is the first node of its tree, `slot` the nearest face, and `point` the nearest point on
+/// it.
 #[must_use]
 pub fn is_outside(
     sides: &Sides,

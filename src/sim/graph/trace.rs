@@ -18,8 +18,9 @@ const STEPS: f64 = 3.0;
 const FULL: f64 = 0.92;
 /// Loops of fewer texels are noise.
 const SMALLEST_LOOP: f64 = 9.0;
-/// Lines of texels have steps. They are smoothed so often, by turns by these two factors, which leaves curves as they are (Taubin, "Curve and
-/// surface smoothing without shrinkage", 1995). Straight lines are then up to 0.6 % too long, and rings of a radius of 12 texels 0.5 % too short.
+/// Lines of texels have steps. They are smoothed so often, by turns by these two factors, which leaves curves as they are (Taubin, "Curve
+/// and surface smoothing without shrinkage", 1995). Straight lines are then up to 0.6 % too long, and rings of a radius of 12 texels 0.5 %
+/// too short.
 const SMOOTHED: usize = 30;
 const FACTORS: [f64; 2] = [0.5, -0.51];
 

@@ -45,8 +45,8 @@ impl Simulation {
     /// back and does not wait; only the first dab makes its kernels, and the first one that attracts, repels or forbids makes the kernels
     /// of steps again. Returns the number of painted texels, which may be zero.
     ///
-    /// The trail that a dab adds spreads and decays like any other. Areas that attract, repel, forbid or have the second look stay, and are part of snapshots,
-    /// checkpoints and hashes from then on; scene files have them in a [map](super::super::areas) beside them.
+    /// The trail that a dab adds spreads and decays like any other. Areas that attract, repel, forbid or have the second look stay, and are
+    /// part of snapshots, checkpoints and hashes from then on; scene files have them in a [map](super::super::areas) beside them.
     ///
     /// ```no_run
     /// # use myxo::sim::paint::{Brush, Dab};
@@ -274,7 +274,8 @@ impl Simulation {
         })
     }
 
-    /// The texels of a span of which anything painted has changed since `before`. Everything recorded must have been submitted; waits for it.
+    /// The texels of a span of which anything painted has changed since `before`. Everything recorded must have been submitted; waits for
+    /// it.
     ///
     /// # Errors
     /// When the device is lost or its memory is full.

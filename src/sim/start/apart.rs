@@ -10,8 +10,8 @@ use crate::mesh::surface::Surface;
 use crate::mesh::walk::Frame;
 use crate::strict::{settled, within};
 
-/// Moves particles until no two have one cell. In each cell the first one stays; the others go where a flood from that cell through texels side
-/// by side, and over seams, first finds room: on their object, unless it is full. Headings are laid onto the triangles there.
+/// Moves particles until no two have one cell. In each cell the first one stays; the others go where a flood from that cell through texels
+/// side by side, and over seams, first finds room: on their object, unless it is full. Headings are laid onto the triangles there.
 ///
 /// # Errors
 /// When it was stopped.

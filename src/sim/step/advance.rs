@@ -597,7 +597,8 @@ impl Walking<'_> {
         self.step(inputs, own, (particle, motion), (w, 0.0), motion.pending)
     }
 
-    /// The step from where that walk has ended, longer by `beyond`, and the pending length behind it. The particle turns round at no-go areas.
+    /// The step from where that walk has ended, longer by `beyond`, and the pending length behind it. The particle turns round at no-go
+    /// areas.
     fn step(
         &self,
         inputs: &AdvanceInputs,

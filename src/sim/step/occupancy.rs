@@ -1,8 +1,8 @@
 //! The kernels by which particles walk, one a cell: their parameters, bindings and twins.
 //!
-//! Every particle takes its cell, and wishes to come to another one. In each round those that still wait claim their cells, and the lowest rank
-//! wins each: what winners leave is free in the next round. Then winners move, and those that have won nothing stay. Particles that come over
-//! from other objects claim the cells that are free after that.
+//! Every particle takes its cell, and wishes to come to another one. In each round those that still wait claim their cells, and the lowest
+//! rank wins each: what winners leave is free in the next round. Then winners move, and those that have won nothing stay. Particles that
+//! come over from other objects claim the cells that are free after that.
 
 use glam::UVec4;
 

@@ -1,5 +1,6 @@
 //! The kernels that sort a segment of the particles: their parameters and bindings. Twins of `shaders/sort_count.comp`,
-//! `shaders/sort_sums.comp`, `shaders/sort_scan.comp` and `shaders/sort_scatter.comp`: the order keeps particles that are near each other in the atlas together.
+//! `shaders/sort_sums.comp`, `shaders/sort_scan.comp` and `shaders/sort_scatter.comp`: the order keeps particles that are near each other
+//! in the atlas together.
 
 use crate::gpu::{Kernel as _, Threads};
 use crate::mesh::strip::StripTriangle;
