@@ -338,7 +338,7 @@ def _processes(jobs: list[dict[str, Any]]) -> tuple[int, bool]:
     device = None if jobs[0]["device"] is None else str(jobs[0]["device"])
     path, table, meshes, folder, preset = source(jobs[0]["scene"], jobs[0]["preset"])
     sizes = json.loads(_myxo.largest(_plain([job["point"] for job in jobs])))
-    settings = {**jobs[0]["settings"], **sizes}
+    settings = {**with_files(jobs[0]["settings"]), **sizes}
     return _myxo.processes(path, table, meshes, folder, preset, settings, device)
 
 

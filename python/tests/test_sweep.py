@@ -426,6 +426,10 @@ def test_pictures_of_maps_go_to_other_machines(tmp_path):
     area = np.zeros((32, 32, 3))
     area[:, 16:, 1] = 1.0
     study = {**STUDY, "settings": {**SETTINGS, "areas.map": area}}
+    # As many processes as without it.
+    job = {"device": None, "scene": "cube", "preset": None, "point": {}, "settings": SETTINGS}
+    counted = [myxo._sweep._processes([{**job, "settings": s}]) for s in (SETTINGS, study["settings"])]
+    assert counted[0] == counted[1]
     with Elsewhere(1) as executor:
         table = myxo.sweep(ANGLES, out=tmp_path, executor=executor, **study)
         assert table["error"].isna().all() and len(table) == 4

@@ -55,13 +55,13 @@ void walk_pending() {
     }
 }
 
-// The length is beyond that of the step, where something is still pending that is walked with it.
+// `beyond` is added to the length of the step: what is still pending, with attempts of its own.
 void walk_step(float beyond) {
     w.remaining = own.speed;
     if (PULSES) sweep(w);
     precise float longer = w.remaining + beyond;
     w.remaining = longer;
-    walk_strip(w, params.attempts, BORDER_REFLECTS);
+    walk_strip(w, beyond > 0.0 ? 2u * params.attempts : params.attempts, BORDER_REFLECTS);
     precise float left_over = pending + (w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0);
     pending = left_over;
 }

@@ -68,12 +68,6 @@ fn format_of(path: &Path) -> Result<Option<NetworkFormat>> {
     }
 }
 
-/// How an output is made.
-enum Form {
-    Text(NetworkFormat),
-    Picture(Painter),
-}
-
 impl Command for Network {
     fn run(&self) -> Result<Outcome> {
         let files = || self.out.iter().chain(&self.series);
@@ -106,12 +100,7 @@ impl Command for Network {
         // Checked again: masks and maps are inputs, too, and have been read by now.
         self.common.check_outputs(files())?;
         // Before the steps, so that a size that is too large is refused at once.
-        let forms: Vec<Form> = (formats.into_iter())
-            .map(|format| match format {
-                Some(format) => Ok(Form::Text(format)),
-                None => Painter::new(&session, self.size).map(Form::Picture),
-            })
-            .collect::<Result<_>>()?;
+        let painter = (is_drawn.then(|| Painter::new(&session, self.size))).transpose()?;
         let mut series = Vec::new();
         let mut completed = true;
         for done in 1..=self.steps {
@@ -133,13 +122,15 @@ impl Command for Network {
         let ending = session.finish()?;
         session.progress.doing("following the network");
         let (graph, measures) = found(&session, &ending.snapshot);
+        let picture = painter
+            .map(|painter| painter.picture(&mut session, &graph))
+            .transpose()?;
         session.progress.finish();
-        let scene = session.scene.name.clone();
         let hash = hash_text(ending.snapshot.hash());
         let objects = session.simulation.settings().objects.iter();
         let objects: Vec<String> = objects.map(|object| object.name.clone()).collect();
         let file = NetworkFile {
-            scene: &scene,
+            scene: &session.scene.name,
             step: ending.snapshot.step,
             state_hash: &hash,
             radius: f64::from(session.simulation.setup().radius),
@@ -147,13 +138,14 @@ impl Command for Network {
             measures: &measures,
             graph: &graph,
         };
-        let name = escaped(&scene);
+        let name = escaped(&session.scene.name);
         console::message(&format!("{name} at step {}: state hash {hash}", file.step));
         console::message(&line(&measures));
-        for ((sink, form), path) in sinks.into_iter().zip(forms).zip(&self.out) {
-            match form {
-                Form::Text(format) => sink.write(file.content(format))?,
-                Form::Picture(painter) => sink.write(painter.picture(&mut session, &graph)?)?,
+        for ((sink, format), path) in sinks.into_iter().zip(formats).zip(&self.out) {
+            if let Some(format) = format {
+                sink.write(file.content(format))?;
+            } else if let Some(picture) = &picture {
+                sink.write(picture)?;
             }
             console::message(&format!("wrote {}", path.shown()));
         }

@@ -126,7 +126,7 @@ fn kernels_of_strategies_are_listed_and_run_alone() {
             "parallel",
             "bvh",
             "transfer_in advance close_list move_borders transfer_out defragment_scan defragment_swap",
-            &["advance", "transfer_in"][..],
+            &["advance", "transfer_in", "exchange_seams"][..],
         ),
         (
             "sequential",

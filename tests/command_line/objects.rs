@@ -95,7 +95,7 @@ fn odd_scenes_run_and_lose_no_particle() {
     let close_inside = "scale = 0.9";
     let same = "mesh_of_the_ball";
     let beside = "position = [1.5, 0.3, 0.0]";
-    let others = ["none", "respawn", "sequential", "direct"];
+    let others = ["respawn", "sequential", "direct"];
     let scenes = [
         // Deeper inside than the reach, or at the same place, where neither covers the other: no surface is crossed.
         (inside, "distance.reach=0.1", Some(false)),

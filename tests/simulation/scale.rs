@@ -10,7 +10,9 @@ use myxo::gpu::{Frames, Limits, Tables};
 use myxo::mesh::atlas::Atlas;
 use myxo::render::{Offscreen, Prepared, Quality, Renderer, View, offscreen};
 use myxo::scene::Scene;
-use myxo::scene::settings::{AtlasMethod, DistanceMethod, Sensing, Settings, Show, Strategy};
+use myxo::scene::settings::{
+    AtlasMethod, DistanceMethod, Model, Sensing, Settings, Show, Strategy,
+};
 use myxo::sim::diffusion::Diffusion;
 use myxo::sim::paint::{Brush, Dab};
 use myxo::sim::texel_paths::TexelPaths;
@@ -275,16 +277,19 @@ fn teleported(gpu: &Gpu, scene: &Scene) -> u64 {
 /// or writes particles does so over the borders of pages; pictures, too.
 #[test]
 fn particles_in_pages_end_in_the_same_bits() {
-    for strategy in [
-        Strategy::None,
-        Strategy::Respawn,
-        Strategy::Sequential,
-        Strategy::Parallel,
-        Strategy::Direct,
+    for (strategy, model, particles, size) in [
+        (Strategy::None, Model::Thesis, 20_000, 96),
+        (Strategy::Respawn, Model::Thesis, 20_000, 96),
+        (Strategy::Sequential, Model::Thesis, 20_000, 96),
+        (Strategy::Parallel, Model::Thesis, 20_000, 96),
+        (Strategy::Direct, Model::Thesis, 20_000, 96),
+        // One particle a cell needs as many cells.
+        (Strategy::Parallel, Model::Jones, 10_000, 180),
     ] {
         let scene = scene_of_several(&TRIO, |settings| {
-            settings.particles.count = 20_000;
-            settings.atlas.size = 96;
+            settings.particles.count = particles;
+            settings.atlas.size = size;
+            settings.physarum.model = model;
             settings.transfer.strategy = strategy;
             settings.transfer.buffer_size = 50;
         });
@@ -302,7 +307,8 @@ fn particles_in_pages_end_in_the_same_bits() {
         let most = memory::most_particles(gpu.ctx.info());
         assert_eq!(most, (512 << 10) / 4);
         assert_eq!(memory::tables(gpu.ctx.info(), 8192), Tables::InOnePiece);
-        assert_eq!(memory::tables(gpu.ctx.info(), 20_000), Tables::InPages);
+        let tables = memory::tables(gpu.ctx.info(), particles.into());
+        assert_eq!(tables, Tables::InPages);
         let found = run_on(gpu, &scene, 34);
         assert_eq!(found.0, expected.0, "{strategy:?}");
         let others = [

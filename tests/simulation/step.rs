@@ -7,7 +7,7 @@ use myxo::mesh::suite;
 use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{BorderRule, SurfacePoint, walk};
 use myxo::scene::settings::{
-    Border, DepthMapping, DistanceMethod, Sensing, Settings, SignRule, Strategy,
+    Border, DepthMapping, DistanceMethod, Sensing, Settings, SignRule, StepOrder, Strategy,
 };
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
@@ -239,13 +239,18 @@ fn position(surface: &Surface, point: SurfacePoint) -> DVec3 {
 #[test]
 fn straight_walks_stay_straight_and_what_is_pending_is_walked() {
     let Some(gpu) = gpu() else { return };
-    for (attempts, some_pending) in [(50, false), (2, true)] {
+    for (order, attempts, some_pending) in [
+        (StepOrder::SenseFirst, 50, false),
+        (StepOrder::SenseFirst, 2, true),
+        (StepOrder::MoveFirst, 2, true),
+    ] {
         let scene = scene("builtin:torus?major=60&minor=40", |s| {
             s.particles.count = 400;
             s.atlas.size = 512;
             s.physarum.rotation_angle = 0.0;
             s.physarum.speed = 0.09;
             s.physarum.edge_crossing_attempts = attempts;
+            s.physarum.order = order;
         });
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
         let before = by_id(&simulation.snapshot().unwrap());
@@ -286,7 +291,7 @@ fn straight_walks_stay_straight_and_what_is_pending_is_walked() {
             .collect();
         assert!(
             misses.len() > 300,
-            "{attempts} attempts: only {} particles keep up",
+            "{order:?}, {attempts} attempts: only {} particles keep up",
             misses.len()
         );
         misses.sort_by(f64::total_cmp);

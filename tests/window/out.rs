@@ -152,7 +152,6 @@ fn every_export_is_whole() {
     assert_eq!(count, 10);
     // A video of another size, with every frame.
     lab.click("out.kind=MP4");
-    lab.click("out.film_size=4K");
     lab.click("out.film_size=1080p");
     lab.type_until("out.seconds", 0.5, "0.2", "out.seconds", "0.2");
     lab.click("out.film");

@@ -612,7 +612,9 @@ impl Walking<'_> {
             sweep(self.shells, inputs, &mut w);
         }
         w.remaining += beyond;
-        w.walk(inputs.strips, self.attempts, self.border_reflects);
+        // What is pending has attempts of its own.
+        let walks = if beyond > 0.0 { 2 } else { 1 };
+        w.walk(inputs.strips, walks * self.attempts, self.border_reflects);
         pending += w.pending();
         if let Some(bias) = self.bias {
             let bias_at = |position| bias[texel_at(position, self.pitch) as usize];
