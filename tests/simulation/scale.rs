@@ -284,7 +284,7 @@ fn particles_in_pages_end_in_the_same_bits() {
         (Strategy::Parallel, Model::Thesis, 20_000, 96),
         (Strategy::Direct, Model::Thesis, 20_000, 96),
         // One particle a cell needs as many cells.
-        (Strategy::Parallel, Model::Jones, 10_000, 180),
+        (Strategy::Parallel, Model::Jones, 9_500, 132),
     ] {
         let scene = scene_of_several(&TRIO, |settings| {
             settings.particles.count = particles;
