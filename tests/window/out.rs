@@ -150,16 +150,21 @@ fn every_export_is_whole() {
         count += 1;
     }
     assert_eq!(count, 10);
-    // A video of another size, with every frame.
+    // A video of other sizes, with every frame.
     lab.click("out.kind=MP4");
-    lab.click("out.film_size=1080p");
-    lab.type_until("out.seconds", 0.5, "0.2", "out.seconds", "0.2");
-    lab.click("out.film");
-    let film = arrived(&lab, "film_000001.mp4");
-    assert_eq!(shown_of(&film), ([1920, 1080], 4));
+    for (number, size, seconds, shown) in [
+        (1, "4K", "0.1", ([3840, 2160], 2)),
+        (2, "1080p", "0.2", ([1920, 1080], 4)),
+    ] {
+        lab.click(&format!("out.film_size={size}"));
+        lab.type_until("out.seconds", 0.5, seconds, "out.seconds", seconds);
+        lab.click("out.film");
+        let film = arrived(&lab, &format!("film_{number:06}.mp4"));
+        assert_eq!(shown_of(&film), shown);
+    }
     lab.click("out.film_size=window");
     lab.click("out.film");
-    let film = arrived(&lab, "film_000002.mp4");
+    let film = arrived(&lab, "film_000003.mp4");
     let ([width, height], frames) = shown_of(&film);
     let off = (f64::from(width) - window.0)
         .abs()
