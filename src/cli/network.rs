@@ -196,7 +196,7 @@ impl Painter {
     fn picture(mut self, session: &mut Session, graph: &Graph) -> Result<Vec<u8>> {
         let simulation = &session.simulation;
         let mut rec = session.frames.begin()?;
-        let camera = self.view.camera.clone();
+        let camera = self.view.camera;
         let canvas = &self.canvas;
         let seen = [(self.view, canvas.canvas())];
         (self.renderer).draw_beside(&mut rec, simulation.state(), &seen);
