@@ -188,7 +188,8 @@ uint list_of(vec2 from, Ways ways) {
     return walks ? (is_near ? WALKING_NEARBY : WALKING) : is_near ? NEARBY : NONE;
 }
 
-// Reads a particle, walks what is pending unless that comes with the step, senses and turns. False if the particle is listed for another form instead.
+// Reads a particle, walks what is pending unless that comes with the step, senses and turns. False if the particle is listed for another form
+// instead.
 bool turns(uint i) {
     particle = particle_of(fetch_paged(particles_before, i));
     motion = motion_of(fetch_paged(motions_before, i));

@@ -144,7 +144,15 @@ fn a_single_object_takes_any_strategy() {
     }
     let folder = Folder::new();
     let json = folder.file("report.json");
-    let hashes = ["none", "respawn", "parallel"].map(|strategy| {
+    let hashes = [
+        "none",
+        "respawn",
+        "scattered",
+        "sequential",
+        "parallel",
+        "direct",
+    ]
+    .map(|strategy| {
         let strategy = format!("transfer.strategy={strategy}");
         let sets = ["--set", "particles.count=2000", "--set", "atlas.size=64"];
         let run = ["profile", "cube", "--steps", "3", "--validate"];
