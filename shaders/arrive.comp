@@ -74,7 +74,10 @@ void main() {
     // The cell, the present cell, the rank, the texel.
     uvec4 claim = fetch_paged(claims, i);
     Particle moved = particle_of(fetch_paged(wishes, i));
-    if (SELECTS || FOOD) particle = particle_of(load_paged(particles, i));
+    // In two lines, because || of constants alone is not understood by every reader of SPIR-V.
+    bool asks = SELECTS;
+    asks = asks || FOOD;
+    if (asks) particle = particle_of(load_paged(particles, i));
     uint fed = FOOD ? load_paged(motions, i).w >> FED_SHIFT : 0u;
     uint word = texel_of(cells, claim.x);
     // A step within its own cell needs no claim.

@@ -35,10 +35,12 @@ uint selected_flag(vec2 position, uint slot) {
     float before = distance_at(previous_position(), params.pitch);
     // Gutter values are rounded, so the distances beyond reach, which are equal, may seem to change.
     precise float less = before - ROUNDING * abs(before);
-    if (now >= params.transfer_threshold || now >= less) return 0u;
-    append_to(flow[0].wanted, place)
-    if (place < params.transfer_capacity) particle_indices[place] = slot;
-    return SELECTED;
+    if (now < params.transfer_threshold && now < less) {
+        append_to(flow[0].wanted, place)
+        if (place < params.transfer_capacity) particle_indices[place] = slot;
+        return SELECTED;
+    }
+    return 0u;
 }
 
 // The flags of a particle that has come to a place, by slot; `is_far` if it cannot have entered another object.

@@ -13,7 +13,7 @@ const uint TAKEN = 1u;
 // No particle is in it, and none has claimed it.
 const uint FREE = 0xffffffffu;
 
-// Ids have fewer bits than these, because there are fewer cells than that.
+// Ids have fewer bits than these: scenes of more particles are refused.
 const uint RANK_BITS = 28u;
 const uint RANKS = (1u << RANK_BITS) - 1u;
 // The round in which particles that come over from other objects claim cells, after all others.

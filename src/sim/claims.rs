@@ -7,8 +7,8 @@ pub const TAKEN: u32 = 1;
 /// No particle is in it, and none has claimed it.
 pub const FREE: u32 = u32::MAX;
 
-/// Ids have fewer bits than these, because there are fewer cells than that.
-const RANK_BITS: u32 = 28;
+/// Ids have fewer bits than these: scenes of more particles are refused.
+pub const RANK_BITS: u32 = 28;
 const RANKS: u32 = (1 << RANK_BITS) - 1;
 /// The round in which particles that come over from other objects claim cells, after all others.
 pub const LANDING: u32 = 14;
