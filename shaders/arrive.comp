@@ -71,20 +71,27 @@ vec2 previous_position() {
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
-    uint cell = fetch_paged(claims, i).x;
-    particle = particle_of(load_paged(particles, i));
+    // The cell, the present cell, the rank, the texel.
+    uvec4 claim = fetch_paged(claims, i);
+    Particle moved = particle_of(fetch_paged(wishes, i));
+    // In two lines, because || of constants alone is not understood by every reader of SPIR-V.
+    bool asks = SELECTS;
+    asks = asks || FOOD;
+    if (asks) particle = particle_of(load_paged(particles, i));
     uint fed = FOOD ? load_paged(motions, i).w >> FED_SHIFT : 0u;
-    if (cell == NONE) {
-        Particle moved = particle_of(fetch_paged(wishes, i));
+    uint word = texel_of(cells, claim.x);
+    // A step within its own cell needs no claim.
+    if (claim.x == claim.y || is_won(word, claim.z)) {
         Motion motion = motion_of(fetch_paged(wish_motions, i));
-        uint flags = flags_at(position_of(moved), i, fed, false);
+        uint flags = arrived_flags(claim.w, fed);
+        if (SELECTS) flags |= selected_flag(position_of(moved), i);
         store_paged(particles, i, words_of(moved));
         store_paged(motions, i, words_of(Motion(motion.heading_p, motion.heading_h, motion.pending, flags)));
     } else {
-        if (texel_of(cells, cell) == FREE) count_one(flow[0].left_over)
+        if (word == FREE) count_one(flow[0].left_over)
         uint flags = STAYED;
         if (FOOD) flags |= fed_at(texel_at(previous_position(), params.pitch), fed) << FED_SHIFT;
-        vec2 heading = turn_of(random_words(params.seed, particle.id, params.time_step, PURPOSE_REFUSED).x);
+        vec2 heading = turn_of(random_words(params.seed, moved.id, params.time_step, PURPOSE_REFUSED).x);
         store_paged(motions, i, words_of(Motion(heading.x, heading.y, 0.0, flags)));
     }
 }

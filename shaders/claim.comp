@@ -1,6 +1,7 @@
-// claim: every particle that has not won a cell yet claims the one that it would come to; of those that claim one, the lowest rank remains.
+// claim: every particle claims the cell that it would come to; of those that claim one, the lowest rank remains. What is taken, or was won in an
+// earlier round, stays as it is: so those that have won a cell need not know, and claim it again for nothing.
 // Reads   claims.
-// Writes  cells, by atomic minima, so that no order shows; a taken cell stays as it is.
+// Writes  cells, by atomic minima, so that no order shows.
 // One invocation per particle.
 // Overflow: cannot happen; nothing is appended.
 
@@ -10,11 +11,13 @@
 #include "index.glsl"
 #include "tables.glsl"
 #include "texels.glsl"
+#include "claims.glsl"
 
 layout(local_size_x = 256) in;
 
 layout(push_constant) uniform Params {
     uint particle_count;
+    uint round;  // from 0
 } params;
 
 PAGED_READS(uvec4, 0) claims;  // one an invocation
@@ -25,8 +28,7 @@ CHANGES(uint, 3) cells_high;
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
-    // The cell, the present cell, the rank.
+    // The cell, the present cell, the rank, the texel.
     uvec4 claim = fetch_paged(claims, i);
-    if (claim.x == NONE) return;
-    lower_texel(cells, claim.x, claim.z, before)
+    lower_texel(cells, claim.x, claim_of(claim.z, params.round), before)
 }

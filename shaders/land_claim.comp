@@ -48,5 +48,6 @@ void main() {
     vec2 position = atlas_position(atlas_map_of(transfer.triangle), landing.u, landing.v);
     uint cell = texel_of(homes, texel_at(position, params.pitch));
     transfers[i].cell = cell;
-    lower_texel(cells, cell, rank_of(fetch_paged(particles, transfer.particle).w, params.salt), before)
+    uint rank = rank_of(fetch_paged(particles, transfer.particle).w, params.salt);
+    lower_texel(cells, cell, claim_of(rank, LANDING), before)
 }

@@ -42,7 +42,7 @@ void main() {
     uint slot = transfer.particle;
     uint id = fetch_paged(particles, slot).w;
     bool comes = transfer.source != transfer.target;
-    if (comes && texel_of(cells, transfer.cell) == rank_of(id, params.salt)) return;
+    if (comes && texel_of(cells, transfer.cell) == claim_of(rank_of(id, params.salt), LANDING)) return;
     transfers[i].stays = 1u;
     if (comes) {
         transfers[i].target = transfer.source;

@@ -1,7 +1,7 @@
 // wish: the motor stage with one particle a cell: where each particle would come to, and the cell there. Every particle takes its present cell.
 // Reads   particles, motions, strips, physarums, homes, bias and looks (gutters filled); for pulses shells, corners, vertices and poses.
-// Writes  wishes and wish_motions: the particle there, and its motion; claims: the cell there, the present cell, and the rank; cells, by atomic
-//         minima.
+// Writes  wishes and wish_motions: the particle there, and its motion; claims: the cell there, the present cell, the rank, and the texel there;
+//         cells, by atomic minima.
 // One invocation per particle.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending, and the next step is so much longer.
 // Overflow: cannot happen; nothing is appended.
@@ -76,9 +76,10 @@ void main() {
     if (PAINTED) stay_out_of_no_go_areas();
     w.u = settled(w.u);
     w.v = settled(w.v);
-    uint cell = cell_at(walked_position(w));
+    uint texel = texel_at(walked_position(w), params.pitch);
+    uint cell = texel_of(homes, texel);
     vec2 heading = settled(w.heading);
     store_paged(wishes, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
     store_paged(wish_motions, i, words_of(Motion(heading.x, heading.y, settled(min(pending, own.speed)), 0u)));
-    store_paged(claims, i, uvec4(cell, own_cell, rank_of(particle.id, params.salt), 0u));
+    store_paged(claims, i, uvec4(cell, own_cell, rank_of(particle.id, params.salt), texel));
 }

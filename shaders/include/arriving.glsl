@@ -17,9 +17,8 @@
 // Bound on the rounding of a distance.
 const float ROUNDING = 1.0e-6;
 
-// The flags of a particle that has come to a place, by slot; `is_far` if it cannot have entered another object.
-uint flags_at(vec2 position, uint slot, uint fed, bool is_far) {
-    uint texel = texel_at(position, params.pitch);
+// A particle that has come to a texel eats and deposits; its flags.
+uint arrived_flags(uint texel, uint fed) {
     uint flags = 0u;
     if (FOOD) {
         fed = fed_at(texel, fed);
@@ -27,17 +26,27 @@ uint flags_at(vec2 position, uint slot, uint fed, bool is_far) {
     }
     uint deposit = fed == 0u ? 1u : params.fed_deposit;
     add_to_texel(deposits, texel, deposit)
-    if (SELECTS && !is_far) {
-        float now = distance_at(position, params.pitch);
-        float before = distance_at(previous_position(), params.pitch);
-        // Gutter values are rounded, so the distances beyond reach, which are equal, may seem to change.
-        precise float less = before - ROUNDING * abs(before);
-        if (now < params.transfer_threshold && now < less) {
-            append_to(flow[0].wanted, place)
-            if (place < params.transfer_capacity) particle_indices[place] = slot;
-            flags |= SELECTED;
-        }
+    return flags;
+}
+
+// A particle that has entered another object is listed, by slot; its flag.
+uint selected_flag(vec2 position, uint slot) {
+    float now = distance_at(position, params.pitch);
+    float before = distance_at(previous_position(), params.pitch);
+    // Gutter values are rounded, so the distances beyond reach, which are equal, may seem to change.
+    precise float less = before - ROUNDING * abs(before);
+    if (now < params.transfer_threshold && now < less) {
+        append_to(flow[0].wanted, place)
+        if (place < params.transfer_capacity) particle_indices[place] = slot;
+        return SELECTED;
     }
+    return 0u;
+}
+
+// The flags of a particle that has come to a place, by slot; `is_far` if it cannot have entered another object.
+uint flags_at(vec2 position, uint slot, uint fed, bool is_far) {
+    uint flags = arrived_flags(texel_at(position, params.pitch), fed);
+    if (SELECTS && !is_far) flags |= selected_flag(position, slot);
     return flags;
 }
 

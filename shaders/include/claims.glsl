@@ -1,6 +1,7 @@
 // claims: what is known of a cell, an owned texel, while particles claim cells. Twin of src/sim/claims.rs.
-// A word says it: from the lowest on, that it is taken, or the lowest rank that claims it, or that it is free. So one atomic minimum is a claim,
-// and a taken cell cannot be claimed. No order shows, because no two ranks are equal.
+// A word says it: from the lowest on, that it is taken, or the lowest claim, or that it is free. So one atomic minimum is a claim, and a taken
+// cell cannot be claimed. A claim is the round, above the particle's rank: what was won in an earlier round stays as it is, and none has to be
+// told that it was. No order shows, because no two ranks are equal.
 
 #ifndef MYXO_CLAIMS
 #define MYXO_CLAIMS
@@ -12,10 +13,13 @@ const uint TAKEN = 1u;
 // No particle is in it, and none has claimed it.
 const uint FREE = 0xffffffffu;
 
-// Ids have fewer bits than these.
-const uint RANKS = 0x7fffffffu;
+// Ids have fewer bits than these: scenes of more particles are refused.
+const uint RANK_BITS = 28u;
+const uint RANKS = (1u << RANK_BITS) - 1u;
+// The round in which particles that come over from other objects claim cells, after all others.
+const uint LANDING = 14u;
 
-// The rank of a particle in a step: above TAKEN and below FREE. A bijection of 31 bits, made as the finalizer of MurmurHash3 (Appleby).
+// The rank of a particle in a step: a bijection of 28 bits, made as the finalizer of MurmurHash3 (Appleby).
 uint rank_of(uint id, uint salt) {
     uint h = (id + salt) & RANKS;
     h ^= h >> 16u;
@@ -23,7 +27,17 @@ uint rank_of(uint id, uint salt) {
     h ^= h >> 13u;
     h = (h * 0xc2b2ae35u) & RANKS;
     h ^= h >> 16u;
-    return h + 2u;
+    return h;
+}
+
+// The claim of a rank in a round of this number, from 0 on.
+uint claim_of(uint rank, uint number) {
+    return number + 1u << RANK_BITS | rank;
+}
+
+// Has a particle of this rank won the cell with this word, in whichever round?
+bool is_won(uint word, uint rank) {
+    return word > RANKS && word != FREE && (word & RANKS) == rank;
 }
 
 #endif

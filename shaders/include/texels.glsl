@@ -32,7 +32,7 @@ layout(constant_id = 102) const bool OUTGROWS_BLOCK = false;
 #define store_quad(name, quad, value) { name##_block[quad] = value; }
 #define add_to_texel(name, texel, value) { atomicAdd(name##_block[texel], value); }
 #define lower_texel(name, texel, value, before) uint before = atomicMin(name##_block[texel], value);
-#define replace_texel(name, texel, value) { atomicExchange(name##_block[texel], value); }
+#define swap_texel(name, texel, from, to) { atomicCompSwap(name##_block[texel], from, to); }
 
 #else
 
@@ -74,11 +74,12 @@ uint texel_in(usamplerBuffer view, uint texel) {
         else { before = imageAtomicMin(name##_high, int((texel) - BAND), value); } \
     } else { before = atomicMin(name##_block[texel], value); } }
 
-#define replace_texel(name, texel, value) \
+// A texel that has one value gets another.
+#define swap_texel(name, texel, from, to) \
     { if (OUTGROWS_BLOCK) { \
-        if ((texel) < BAND) { imageAtomicExchange(name##_low, int(texel), value); } \
-        else { imageAtomicExchange(name##_high, int((texel) - BAND), value); } \
-    } else { atomicExchange(name##_block[texel], value); } }
+        if ((texel) < BAND) { imageAtomicCompSwap(name##_low, int(texel), from, to); } \
+        else { imageAtomicCompSwap(name##_high, int((texel) - BAND), from, to); } \
+    } else { atomicCompSwap(name##_block[texel], from, to); } }
 
 #endif
 

@@ -136,7 +136,7 @@ pub struct Arrays {
     pub wishes: Vec<Particle>,
     /// With one particle a cell, one per particle: its motion there.
     pub wish_motions: Vec<Motion>,
-    /// With one particle a cell, one per particle: the cell there, `NONE` once it has won it; the cell that it is in; its rank; nothing.
+    /// With one particle a cell, one per particle: the cell there; the cell that it is in; its rank; the texel there.
     pub claims: Vec<UVec4>,
     /// One per food or marker.
     pub meals: Vec<Meal>,

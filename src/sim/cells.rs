@@ -1,5 +1,6 @@
 //! Cells: the owned texels, of which every texel of the surface has one. Particles may be one a cell, and sensors may read whole cells.
 
+use super::claims::RANK_BITS;
 use super::field::{atlas_position, texel_at};
 use super::types::Particle;
 use crate::error::{Error, Result};
@@ -47,13 +48,24 @@ pub fn sharing_count(particles: &[Particle], atlas: &Atlas, homes: &[u32]) -> us
     sharing.count()
 }
 
-/// Checks that the particles of a scene with one particle a cell have cells.
+/// Checks that the particles of a scene with one particle a cell have cells, and ranks of their own.
 ///
 /// # Errors
-/// When there are more particles than cells; says how many there may be.
+/// When there are more particles than cells, or than ranks; says how many there may be.
 pub fn check_room(settings: &Settings, atlas: &Atlas) -> Result<()> {
     let (count, cells) = (settings.particles.count, atlas.owned_count);
-    if settings.physarum.rules().is_crowded() && count > cells {
+    if !settings.physarum.rules().is_crowded() {
+        return Ok(());
+    }
+    let most = 1 << RANK_BITS;
+    if count > most {
+        return Err(Error::Invalid(format!(
+            "particles.count = {}: with one particle a cell there may be {}, at the most",
+            grouped(count.into()),
+            grouped(most.into()),
+        )));
+    }
+    if count > cells {
         return Err(Error::Invalid(format!(
             "particles.count = {}: there is one particle a cell, and the texture has {} cells: use fewer particles, raise atlas.size from {}, or \
              let them share cells (physarum.model = \"thesis\" and physarum.occupancy_rounds = 0)",

@@ -265,7 +265,7 @@ pub struct Crowd {
     pub wishes: Store<Particle>,
     /// One per particle: its heading and pending length there.
     pub motions: Store<Motion>,
-    /// One per particle: the cell there, `NONE` once it has won it; the cell that it is in; its rank; nothing.
+    /// One per particle: the cell there; the cell that it is in; its rank; the texel there.
     pub claims: Store<UVec4>,
 }
 

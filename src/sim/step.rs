@@ -159,9 +159,9 @@ fn crowd(s: &mut Step, plan: &Plan<'_>) {
     let particles = Threads(plan.particle_count());
     s.fill(FREE, |s| &s.crowd().cells, |a| &mut a.cells);
     s.run(particles, plan.wish());
-    for _ in 0..plan.rules.rounds {
-        s.run(particles, plan.claim());
-        s.run(particles, plan.settle());
+    for round in 0..plan.rules.rounds {
+        s.run(particles, plan.claim(round));
+        s.run(particles, plan.settle(round));
     }
     s.run(particles, plan.arrive());
 }

@@ -129,7 +129,7 @@ fn each_rule_has_the_same_bits_on_both_engines() {
     let rules: [(&str, Change); 8] = [
         ("move_first", |s| s.physarum.order = StepOrder::MoveFirst),
         ("one round", |s| s.physarum.occupancy_rounds = 1),
-        ("five rounds", |s| s.physarum.occupancy_rounds = 5),
+        ("fourteen rounds", |s| s.physarum.occupancy_rounds = 14),
         ("random ties", |s| s.physarum.turning = Turning::Random),
         ("random turns", |s| s.physarum.random_turn = 0.2),
         ("sensitivity", |s| s.physarum.sensitivity = 3.0),

@@ -108,7 +108,7 @@ macro_rules! physarum {
             }
             restart {
                 /// Rounds in which particles claim cells, one particle a cell; 0 as in the model.
-                occupancy_rounds: u32 = 0, whole((0.0, 16.0), (0.0, 16.0), Linear),
+                occupancy_rounds: u32 = 0, whole((0.0, 14.0), (0.0, 14.0), Linear),
                 "Occupancy rounds", "rounds",
                 "One particle a cell of the texture: in each of so many rounds particles claim cells, and those that are refused stay. More rounds let more of a crowd move. 0: as the model has it, thesis without any such rule, jones 3."
             }

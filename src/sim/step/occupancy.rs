@@ -1,16 +1,15 @@
 //! The kernels by which particles walk, one a cell: their parameters, bindings and twins.
 //!
-//! Every particle takes its cell, and wishes to come to another one. In each round those that still wait claim their cells, and the lowest
-//! rank wins each: what winners leave is free in the next round. Then winners move, and those that have won nothing stay. Particles that
+//! Every particle takes its cell, and wishes to come to another one. In each round they claim these cells, and the lowest rank wins each
+//! that is free: what winners leave is free in the next round. Then winners move, and those that have won nothing stay. Particles that
 //! come over from other objects claim the cells that are free after that.
 
 use glam::UVec4;
 
-use crate::mesh::surface::NONE;
 use crate::rng::{Purpose, random, seed_word};
 use crate::scene::settings::Strategy;
 use crate::sim::arrays::Arrays;
-use crate::sim::claims::{FREE, SHARED_CELL, TAKEN, rank_of};
+use crate::sim::claims::{FREE, LANDING, SHARED_CELL, TAKEN, claim_of, is_won, rank_of};
 use crate::sim::field::{atlas_position, texel_at};
 use crate::sim::ground::{Flight, Ground};
 use crate::sim::kernels::{
@@ -53,7 +52,7 @@ impl Plan<'_> {
 
     /// Particles claim cells.
     #[must_use]
-    pub fn claim(&self) -> Call<Claim> {
+    pub fn claim(&self, round: u32) -> Call<Claim> {
         Call {
             on: (),
             constants: ClaimConstants {
@@ -61,13 +60,14 @@ impl Plan<'_> {
             },
             params: ClaimParams {
                 particle_count: self.particle_count(),
+                round,
             },
         }
     }
 
-    /// Winners take their cells.
+    /// What winners leave is free.
     #[must_use]
-    pub fn settle(&self) -> Call<Settle> {
+    pub fn settle(&self, round: u32) -> Call<Settle> {
         Call {
             on: (),
             constants: SettleConstants {
@@ -75,6 +75,7 @@ impl Plan<'_> {
             },
             params: SettleParams {
                 particle_count: self.particle_count(),
+                round,
             },
         }
     }
@@ -199,8 +200,8 @@ impl StepKernel for Claim {
         }
     }
 
-    fn twin(_call: &Call<Self>, a: &mut Arrays) {
-        claim(&a.claims, &mut a.cells);
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        claim(&call.params, &a.claims, &mut a.cells);
     }
 }
 
@@ -215,8 +216,8 @@ impl StepKernel for Settle {
         }
     }
 
-    fn twin(_call: &Call<Self>, a: &mut Arrays) {
-        settle(&mut a.claims, &mut a.cells);
+    fn twin(call: &Call<Self>, a: &mut Arrays) {
+        settle(&call.params, &a.claims, &mut a.cells);
     }
 }
 
@@ -345,13 +346,13 @@ pub fn wish(
             &[]
         },
     };
-    let cell_at = |triangle: u32, u: f32, v: f32| {
-        let position = inputs.position_of(triangle, [u, v]);
-        inputs.homes[texel_at(position, params.pitch) as usize]
+    let texel_of = |triangle: u32, u: f32, v: f32| {
+        texel_at(inputs.position_of(triangle, [u, v]), params.pitch)
     };
     for slot in 0..params.particle_count as usize {
         let (particle, motion) = (&particles[slot], &motions[slot]);
-        let own_cell = cell_at(particle.triangle, particle.u, particle.v);
+        let texel = texel_of(particle.triangle, particle.u, particle.v);
+        let own_cell = inputs.homes[texel as usize];
         let cell = &mut cells[own_cell as usize];
         *cell = if *cell <= TAKEN { SHARED_CELL } else { TAKEN };
         let own = own_parameters(
@@ -374,33 +375,27 @@ pub fn wish(
             pending,
             flags: 0,
         };
-        let cell = cell_at(w.triangle, w.u, w.v);
-        claims[slot] = UVec4::new(cell, own_cell, rank_of(particle.id, params.salt), 0);
+        let texel = texel_of(w.triangle, w.u, w.v);
+        let rank = rank_of(particle.id, params.salt);
+        claims[slot] = UVec4::new(inputs.homes[texel as usize], own_cell, rank, texel);
     }
 }
 
 /// Twin of `shaders/claim.comp`.
-pub fn claim(claims: &[UVec4], cells: &mut [u32]) {
-    for claim in claims.iter().filter(|claim| claim.x != NONE) {
+pub fn claim(params: &ClaimParams, claims: &[UVec4], cells: &mut [u32]) {
+    for claim in &claims[..params.particle_count as usize] {
         let cell = &mut cells[claim.x as usize];
-        *cell = (*cell).min(claim.z);
+        *cell = (*cell).min(claim_of(claim.z, params.round));
     }
 }
 
 /// Twin of `shaders/settle.comp`.
-pub fn settle(claims: &mut [UVec4], cells: &mut [u32]) {
-    for claim in claims.iter_mut().filter(|claim| claim.x != NONE) {
-        if claim.x != claim.y {
-            if cells[claim.x as usize] != claim.z {
-                continue;
-            }
-            cells[claim.x as usize] = TAKEN;
-            let left = &mut cells[claim.y as usize];
-            if *left == TAKEN {
-                *left = FREE;
-            }
+pub fn settle(params: &SettleParams, claims: &[UVec4], cells: &mut [u32]) {
+    for claim in &claims[..params.particle_count as usize] {
+        let left = claim.y as usize;
+        if cells[claim.x as usize] == claim_of(claim.z, params.round) && cells[left] == TAKEN {
+            cells[left] = FREE;
         }
-        claim.x = NONE;
     }
 }
 
@@ -429,14 +424,15 @@ pub fn arrive(
             threshold: params.transfer_threshold,
             pitch: params.pitch,
         };
-        let (particle, cell) = (particles[slot], claims[slot].x);
+        let (particle, claim) = (particles[slot], claims[slot]);
+        let word = cells[claim.x as usize];
         let fed = if constants.food {
             motions[slot].fed()
         } else {
             0
         };
         let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-        if cell == NONE {
+        if claim.x == claim.y || is_won(word, claim.z) {
             let moved = wishes[slot];
             let position = inputs.position_of(moved.triangle, [moved.u, moved.v]);
             let arrival = arriving.at(previous, position, fed, constants.selects);
@@ -448,7 +444,7 @@ pub fn arrive(
             arrival.note(slot, flow, particle_indices, meals, deposits);
             continue;
         }
-        if cells[cell as usize] == FREE {
+        if word == FREE {
             flow.left_over = flow.left_over.saturating_add(1);
         }
         let mut flags = Motion::STAYED;
@@ -496,7 +492,7 @@ pub fn land_claim(
         transfer.cell = inputs.homes[texel_at(position, params.pitch) as usize];
         let id = particles[transfer.particle as usize].id;
         let cell = &mut cells[transfer.cell as usize];
-        *cell = (*cell).min(rank_of(id, params.salt));
+        *cell = (*cell).min(claim_of(rank_of(id, params.salt), LANDING));
     }
 }
 
@@ -514,7 +510,8 @@ pub fn land_settle(
         let id = particles[slot].id;
         let (source, target) = (transfer.source, transfer.target);
         let comes = source != target;
-        if comes && cells[transfer.cell as usize] == rank_of(id, params.salt) {
+        let claim = claim_of(rank_of(id, params.salt), LANDING);
+        if comes && cells[transfer.cell as usize] == claim {
             continue;
         }
         transfer.stays = 1;
