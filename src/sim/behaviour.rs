@@ -78,7 +78,7 @@ mod tests {
     use crate::scene::settings::ObjectSettings;
     use crate::scene::{Overrides, Scene};
     use crate::sim::plan::{Means, Plan};
-    use crate::sim::spread::Half;
+    use crate::sim::spread::Pass;
 
     #[test]
     fn deposits_and_decrowding_follow_the_density() {
@@ -102,8 +102,8 @@ mod tests {
             settings.physarum.reference_density = reference;
             let plan = Plan::new(&settings, &setup, 0, Means::of_host(false, 0));
             let found = [
-                plan.diffuse(Half::Last).params.deposit,
-                plan.diffuse_seams(Half::Last).params.deposit,
+                plan.diffuse(Pass::Last).params.deposit,
+                plan.diffuse_seams(Pass::Last).params.deposit,
                 physarums(&settings, &setup)[0].decrowding_weight,
             ];
             for (value, plain) in found.into_iter().zip([2.0, 2.0, 0.25]) {
