@@ -29,7 +29,7 @@ fn second(settings: &Settings, setup: &Setup) -> Physarum {
         return Physarum::of(&settings.physarum, setup.radius, factor);
     };
     let mean = |physarum: &PhysarumSettings, trail: &TrailSettings| {
-        let decay = f64::from(trail.decay).clamp(0.0, 0.999);
+        let decay = f64::from(trail.remaining()).clamp(0.0, 0.999);
         let factor = f64::from(factor_of(physarum, setup));
         factor * f64::from(physarum.deposit) * (decay / (1.0 - decay)).max(0.01)
     };

@@ -9,7 +9,7 @@ use super::distance::DistanceSetup;
 use super::food::{FoodSet, places};
 use super::looks::weights_of;
 use super::sorting::Bins;
-use super::spread::check_length;
+use super::spread_length::check_length;
 use super::start::{self, Masks, Starts};
 use super::surroundings::surroundings;
 use super::types::{Motion, Particle, Pose, Vertex};

@@ -23,7 +23,7 @@ use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::snapshot::{Distances, Snapshot};
 use super::sorting::{self, Segments};
-use super::spread::check_length;
+use super::spread_length::check_length;
 use super::state::{State, bias_of, looks_of};
 use super::texel_paths::TexelPaths;
 use super::transfers::{Transfers, capacity};

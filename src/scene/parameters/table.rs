@@ -222,7 +222,7 @@ const AFTER: &[Parameter] = &[
         unit: "scene radii",
         help: "How far the trail spreads in a step, as a standard deviation, the same on textures of every size; 4 texels at the most. 0: as the trail diffusion says.",
         effect: Effect::Live,
-        kind: real!(trail.diffusion_length, (0.0, 1.0), (0.0, 0.02), Linear),
+        kind: real!(trail.diffusion_length, (0.0, 1.0), (0.0, 0.01), Linear),
     },
     Parameter {
         key: "trail.diffusion_distance",

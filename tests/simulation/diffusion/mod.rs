@@ -519,11 +519,12 @@ fn a_diffusion_length_is_the_same_on_every_texture() {
             by_twin.step();
         }
         let trail = simulation.snapshot().unwrap().trail;
+        let expected = by_twin.snapshot().trail;
         let (mut mass, mut along, mut across, mut askew) = (0.0, 0.0, 0.0, 0.0);
         let centre = case.place(source).unwrap();
         for texel in case.owned() {
             let value = trail[texel as usize];
-            assert_eq!(value, by_twin.snapshot().trail[texel as usize], "{texel}");
+            assert_eq!(value, expected[texel as usize], "{texel}");
             let share = f64::from(value) * f64::from(case.atlas.area[texel as usize]);
             let from = case.place(texel).unwrap() - centre;
             mass += share;
