@@ -171,7 +171,7 @@ pub fn by_chance(settings: &Settings, seed: u64) -> Settings {
         }
     }
     // The trail's mean where the density is the reference.
-    let decay = f64::from(settings.trail.decay);
+    let decay = f64::from(settings.trail.remaining()).min(0.999);
     let mean = REFERENCE_DENSITY * decay / (1.0 - decay);
     let crowds = f64::from(chance() < SELDOM);
     let favours = f64::from(chance() < OFTEN);

@@ -21,8 +21,8 @@ const COLOURS: &str = "color_map";
 pub(super) const PARTS: &str =
     "the sections [physarum], [trail] and [feeding], and picture.color_map";
 
-/// Keys of the method of walking and sensing, which presets do not change.
-const HOW: [&str; 10] = [
+/// Keys of the method of walking, sensing and spreading, which presets do not change.
+const HOW: [&str; 12] = [
     "physarum.border",
     "physarum.edge_crossing_attempts",
     "physarum.sensing",
@@ -33,6 +33,8 @@ const HOW: [&str; 10] = [
     "physarum.random_turn",
     "physarum.sensitivity",
     "physarum.sensor_width",
+    "trail.diffusion_length",
+    "trail.half_life",
 ];
 
 /// Is the key part of a look?

@@ -27,6 +27,7 @@ pub use shown::{Legend, Part, Show};
 pub use start::{OwnStart, StartSettings};
 
 use super::motion::{self, MotionSettings};
+use crate::portable;
 
 /// A whole scene file. `Settings::default()` is a valid scene: one torus.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -177,18 +178,41 @@ impl Default for TimeSettings {
 pub struct TrailSettings {
     /// The share of a texel that is replaced by the mean of its neighbourhood in a step, 0 to 1.
     pub diffusion: f32,
+    /// How far the trail spreads in a step: the standard deviation in every direction, scene radii; 0 as `diffusion` says.
+    pub diffusion_length: f32,
     /// Reach of that neighbourhood, in texels.
     pub diffusion_distance: u32,
     /// Share of the trail that remains after a step, deposits included, 0 to 1.
     pub decay: f32,
+    /// Steps after which half of the trail remains; 0 as `decay` says.
+    pub half_life: f32,
+}
+
+impl TrailSettings {
+    /// Does it spread?
+    #[must_use]
+    pub fn spreads(&self) -> bool {
+        self.diffusion > 0.0 || self.diffusion_length > 0.0
+    }
+
+    /// The share of the trail that remains after a step, by the half-life if there is one.
+    #[must_use]
+    pub fn remaining(&self) -> f32 {
+        match self.half_life > 0.0 {
+            true => portable::exp(-std::f64::consts::LN_2 / f64::from(self.half_life)) as f32,
+            false => self.decay,
+        }
+    }
 }
 
 impl Default for TrailSettings {
     fn default() -> Self {
         Self {
             diffusion: 0.5,
+            diffusion_length: 0.0,
             diffusion_distance: 1,
             decay: 0.95,
+            half_life: 0.0,
         }
     }
 }

@@ -29,7 +29,7 @@ fn second(settings: &Settings, setup: &Setup) -> Physarum {
         return Physarum::of(&settings.physarum, setup.radius, factor);
     };
     let mean = |physarum: &PhysarumSettings, trail: &TrailSettings| {
-        let decay = f64::from(trail.decay).clamp(0.0, 0.999);
+        let decay = f64::from(trail.remaining()).clamp(0.0, 0.999);
         let factor = f64::from(factor_of(physarum, setup));
         factor * f64::from(physarum.deposit) * (decay / (1.0 - decay)).max(0.01)
     };
@@ -78,7 +78,7 @@ mod tests {
     use crate::scene::settings::ObjectSettings;
     use crate::scene::{Overrides, Scene};
     use crate::sim::plan::{Means, Plan};
-    use crate::sim::spread::Half;
+    use crate::sim::spread::Pass;
 
     #[test]
     fn deposits_and_decrowding_follow_the_density() {
@@ -102,8 +102,8 @@ mod tests {
             settings.physarum.reference_density = reference;
             let plan = Plan::new(&settings, &setup, 0, Means::of_host(false, 0));
             let found = [
-                plan.diffuse(Half::Last).params.deposit,
-                plan.diffuse_seams(Half::Last).params.deposit,
+                plan.diffuse(Pass::Last).params.deposit,
+                plan.diffuse_seams(Pass::Last).params.deposit,
                 physarums(&settings, &setup)[0].decrowding_weight,
             ];
             for (value, plain) in found.into_iter().zip([2.0, 2.0, 0.25]) {

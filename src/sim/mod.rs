@@ -59,6 +59,7 @@ pub mod raster;
 pub mod roles;
 pub mod sorting;
 pub mod spread;
+mod spread_length;
 pub mod start;
 pub mod strip_walk;
 pub mod texel_paths;

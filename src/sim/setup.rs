@@ -9,6 +9,7 @@ use super::distance::DistanceSetup;
 use super::food::{FoodSet, places};
 use super::looks::weights_of;
 use super::sorting::Bins;
+use super::spread_length::check_length;
 use super::start::{self, Masks, Starts};
 use super::surroundings::surroundings;
 use super::types::{Motion, Particle, Pose, Vertex};
@@ -80,8 +81,8 @@ impl Setup {
     ///
     /// # Errors
     /// When the texture has no room for the triangles (the message names a size that has), a start's mask or the area map cannot be read,
-    /// or a food is too far from its object. With one particle a cell, when there are more particles than cells, or particles restart
-    /// anywhere.
+    /// a food is too far from its object, or the diffusion length is more than four texels. With one particle a cell, when there are more
+    /// particles than cells, or particles restart anywhere.
     pub fn new(scene: &Scene) -> Result<Self> {
         Self::with_control(scene, &Control::default())
     }
@@ -122,6 +123,7 @@ impl Setup {
             Atlas::build_with(&scene.surface, &atlas_options(settings), control)
         })?;
         check_room(settings, &atlas)?;
+        check_length(&settings.trail, scene.radius, &atlas)?;
         control.step(STARTING, shares[0])?;
         let homes = if rules.has_cells() {
             homes(&atlas)

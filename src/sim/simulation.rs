@@ -23,6 +23,7 @@ use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::snapshot::{Distances, Snapshot};
 use super::sorting::{self, Segments};
+use super::spread_length::check_length;
 use super::state::{State, bias_of, looks_of};
 use super::texel_paths::TexelPaths;
 use super::transfers::{Transfers, capacity};
@@ -207,7 +208,7 @@ impl Simulation {
     ///
     /// # Errors
     /// When a changed setting is out of range, or needs a restart (the message names it): make a new simulation then. When a food is too
-    /// far from its object.
+    /// far from its object, or the diffusion length is more than four texels.
     pub fn apply(&mut self, settings: &Settings) -> Result<()> {
         self.apply_prepared(settings, None)
     }
@@ -231,6 +232,7 @@ impl Simulation {
             return Err(Error::Invalid(Problem::from(problem).to_string()));
         }
         check_rules(settings)?;
+        check_length(&settings.trail, self.setup().radius, &self.setup().atlas)?;
         let restarting = restarting(self.settings(), settings);
         if !restarting.is_empty() {
             let keys: Vec<&str> = restarting.iter().map(|parameter| parameter.key).collect();

@@ -2,22 +2,23 @@
 
 use super::kernels::{DiffuseParams, DiffuseSeamsParams};
 use super::plan::Plan;
+use super::spread_length::spread_of;
 use crate::mesh::atlas::{Atlas, BLOCK_QUADS, GREATEST_DENSITY, GREATEST_DIFFUSION};
 
 /// Trail values below this become zero. Decay would turn them into denormal numbers, with which some devices are 4 to 8 times slower, and
 /// no picture shows them.
 pub const TINY_TRAIL: f32 = 1e-20;
 
-/// Diffusion above the limit of the exchange tables is done in two halves of a step, half of it in each.
+/// Diffusion above the limit of the exchange tables is done in several passes of a step, an equal part of it in each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Half {
-    /// The first, which only spreads: deposits, decay and the filling of gutters, which diffusion does not read, come with the second.
-    First,
-    /// The second half, or the whole step.
+pub enum Pass {
+    /// One that only spreads: deposits, decay and the filling of gutters, which diffusion does not read, come with the last one.
+    Spreading,
+    /// The last pass, or the whole step.
     Last,
 }
 
-/// Rates of one half of a diffusion step.
+/// Rates of one pass of a diffusion step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rates {
     /// The share that is spread.
@@ -28,22 +29,24 @@ pub struct Rates {
     pub decay: f32,
 }
 
-/// Does the trail spread in two halves?
+/// The number of passes of a step.
 #[must_use]
-pub fn in_halves(plan: &Plan<'_>) -> bool {
-    plan.settings.trail.diffusion > GREATEST_DIFFUSION
+pub fn passes(plan: &Plan<'_>) -> u32 {
+    let spread = spread_of(&plan.settings.trail, plan.setup.radius, &plan.setup.atlas);
+    (spread / f64::from(GREATEST_DIFFUSION)).ceil().max(1.0) as u32
 }
 
-/// The rates of one half of a step.
+/// The rates of one pass.
 #[must_use]
-pub fn rate_of(plan: &Plan<'_>, half: Half) -> Rates {
+pub fn rate_of(plan: &Plan<'_>, pass: Pass) -> Rates {
     let trail = &plan.settings.trail;
-    let diffusion = trail.diffusion * if in_halves(plan) { 0.5 } else { 1.0 };
-    let (deposit, decay) = match half {
-        Half::First => (0.0, 1.0),
-        Half::Last => (
+    let spread = spread_of(trail, plan.setup.radius, &plan.setup.atlas);
+    let diffusion = (spread / f64::from(passes(plan))) as f32;
+    let (deposit, decay) = match pass {
+        Pass::Spreading => (0.0, 1.0),
+        Pass::Last => (
             plan.deposit_factor * plan.settings.physarum.deposit,
-            trail.decay,
+            trail.remaining(),
         ),
     };
     Rates {

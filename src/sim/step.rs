@@ -25,7 +25,7 @@ use super::distance::TILE_SAMPLES;
 use super::plan::Plan;
 use super::roles::Pair;
 use super::sorting::Segment;
-use super::spread::{Half, in_halves};
+use super::spread::{Pass, passes};
 use super::work::{Counter, Step};
 use crate::gpu::{DispatchGroups, Threads};
 use crate::scene::settings::{DistanceMethod, Strategy};
@@ -245,11 +245,11 @@ fn feed(s: &mut Step, plan: &Plan<'_>) {
 
 /// The trail spreads, takes up the deposits and decays.
 fn spread(s: &mut Step, plan: &Plan<'_>) {
-    if in_halves(plan) {
-        diffuse(s, plan, Half::First);
+    for _ in 1..passes(plan) {
+        diffuse(s, plan, Pass::Spreading);
         s.swap(Pair::Trail);
     }
-    diffuse(s, plan, Half::Last);
+    diffuse(s, plan, Pass::Last);
     // Gutters are filled, so that the next step's sensors see no seam.
     s.run(plan.seams(), plan.exchange_seams(Field::Trail));
     s.swap(Pair::Trail);
@@ -257,9 +257,9 @@ fn spread(s: &mut Step, plan: &Plan<'_>) {
 }
 
 /// Texels beside seams come after the others, by their rows.
-fn diffuse(s: &mut Step, plan: &Plan<'_>, half: Half) {
-    let texels = plan.diffuse(half);
-    let rows = plan.diffuse_seams(half);
+fn diffuse(s: &mut Step, plan: &Plan<'_>, pass: Pass) {
+    let texels = plan.diffuse(pass);
+    let rows = plan.diffuse_seams(pass);
     s.run(Threads(texels.params.lane_count), texels);
     s.run(Threads(rows.params.row_count), rows);
 }

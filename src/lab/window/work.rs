@@ -261,7 +261,7 @@ impl Lab {
         self.clocks.facts.pulses = simulation.pulses().len();
         let (settings, setup) = (simulation.settings(), simulation.setup());
         let particles = f64::from(settings.particles.count);
-        let decay = f64::from(settings.trail.decay).clamp(0.0, 0.999);
+        let decay = f64::from(settings.trail.remaining()).clamp(0.0, 0.999);
         let mean = f64::from(deposit_factor(settings, setup) * settings.physarum.deposit)
             * particles
             / f64::from(setup.atlas.owned_count.max(1))

@@ -95,9 +95,17 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             settings.food_count() == 0,
             "There is no food: put some on an object, or raise Scattered food from 0.",
         ),
+        "trail.diffusion" => because(
+            settings.trail.diffusion_length > 0.0,
+            "The diffusion length takes its place: set that to 0.",
+        ),
+        "trail.decay" => because(
+            settings.trail.half_life > 0.0,
+            "The half-life takes its place: set that to 0.",
+        ),
         "trail.diffusion_distance" => because(
-            settings.trail.diffusion == 0.0,
-            "Nothing diffuses: raise the trail diffusion from 0.",
+            !settings.trail.spreads(),
+            "Nothing diffuses: raise the trail diffusion, or the diffusion length, from 0.",
         ),
         "atlas.cell_size" => because(
             settings.atlas.method != AtlasMethod::Grid,

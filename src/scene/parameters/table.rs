@@ -217,6 +217,14 @@ const AFTER: &[Parameter] = &[
         kind: real!(trail.diffusion, (0.0, 1.0), (0.0, 1.0), Linear),
     },
     Parameter {
+        key: "trail.diffusion_length",
+        name: "Diffusion length",
+        unit: "scene radii",
+        help: "How far the trail spreads in a step, as a standard deviation, the same on textures of every size; 4 texels at the most. 0: as the trail diffusion says.",
+        effect: Effect::Live,
+        kind: real!(trail.diffusion_length, (0.0, 1.0), (0.0, 0.01), Linear),
+    },
+    Parameter {
         key: "trail.diffusion_distance",
         name: "Diffusion distance",
         unit: "texels",
@@ -231,6 +239,14 @@ const AFTER: &[Parameter] = &[
         help: "What remains of the trail after a step, deposits included: 0 forgets at once, 1 forgets nothing.",
         effect: Effect::Live,
         kind: real!(trail.decay, (0.0, 1.0), (0.5, 1.0), Linear),
+    },
+    Parameter {
+        key: "trail.half_life",
+        name: "Half-life",
+        unit: "steps",
+        help: "Steps after which half of the trail remains. 0: as the trail decay says.",
+        effect: Effect::Live,
+        kind: real!(trail.half_life, (0.0, 1e6), (0.0, 200.0), Linear),
     },
     Parameter {
         key: "atlas.method",

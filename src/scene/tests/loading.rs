@@ -62,7 +62,7 @@ fn every_builtin_scene_and_preset_is_right() {
                 .key
                 .rsplit_once('.')
                 .unwrap_or(("", parameter.key));
-            let how = section == "physarum" && !is_look(parameter);
+            let how = !is_look(parameter);
             let mentioned = table
                 .get(section)
                 .is_some_and(|section| section.get(key).is_some());

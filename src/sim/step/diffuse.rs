@@ -6,15 +6,15 @@ use crate::mesh::atlas::BLOCK_ROWS;
 use crate::sim::arrays::Arrays;
 use crate::sim::kernels::{Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams};
 use crate::sim::plan::Plan;
-use crate::sim::spread::{Half, rate_of, spreading};
+use crate::sim::spread::{Pass, rate_of, spreading};
 use crate::sim::state::State;
 use crate::sim::work::{Call, StepKernel};
 
 impl Plan<'_> {
     /// Spreads and decays the trail.
     #[must_use]
-    pub fn diffuse(&self, half: Half) -> Call<Diffuse> {
-        let rates = rate_of(self, half);
+    pub fn diffuse(&self, pass: Pass) -> Call<Diffuse> {
+        let rates = rate_of(self, pass);
         Call {
             on: (),
             constants: DiffuseConstants {

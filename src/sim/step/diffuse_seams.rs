@@ -6,15 +6,15 @@ use crate::sim::kernels::{
     DiffuseSeams, DiffuseSeamsArgs, DiffuseSeamsConstants, DiffuseSeamsParams,
 };
 use crate::sim::plan::Plan;
-use crate::sim::spread::{Half, rate_of, spreading};
+use crate::sim::spread::{Pass, rate_of, spreading};
 use crate::sim::state::State;
 use crate::sim::work::{Call, StepKernel};
 
 impl Plan<'_> {
     /// The diffusion of texels beside seams.
     #[must_use]
-    pub fn diffuse_seams(&self, half: Half) -> Call<DiffuseSeams> {
-        let rates = rate_of(self, half);
+    pub fn diffuse_seams(&self, pass: Pass) -> Call<DiffuseSeams> {
+        let rates = rate_of(self, pass);
         Call {
             on: (),
             constants: DiffuseSeamsConstants {

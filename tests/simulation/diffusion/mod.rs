@@ -484,6 +484,79 @@ fn strong_diffusion_is_twice_half_of_it() {
     gpu.finish();
 }
 
+/// Would catch: a length that depends on the texture's size or on the distance of taps, passes that lose mass, are not round or differ from
+/// their twins', a half-life that is no half, and a length beyond the greatest that is taken.
+#[test]
+fn a_diffusion_length_is_the_same_on_every_texture() {
+    let Some(gpu) = gpu() else { return };
+    const LENGTH: f32 = 0.025;
+    const STEPS: u32 = 4;
+    for (size, distance) in [(96, 1), (200, 1), (200, 2)] {
+        let scene = scene_of(builtin("plane"), |s| {
+            s.particles.count = 1;
+            s.atlas.size = size;
+            s.trail.diffusion_length = LENGTH;
+            s.trail.diffusion_distance = distance;
+            s.trail.half_life = STEPS as f32;
+            s.physarum.deposit = 0.0;
+        });
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let setup = simulation.setup().clone();
+        let mut by_twin = twin::Simulation::new(setup.clone(), scene.settings.clone());
+        let case = Case {
+            name: format!("plane at {size}, distance {distance}"),
+            method: AtlasMethod::Charts,
+            surface: setup.surface.clone(),
+            atlas: setup.atlas.clone(),
+        };
+        let source = case.nearest(DVec3::ZERO);
+        let mut state = simulation.snapshot().unwrap();
+        state.trail = deposit(&case, source);
+        simulation.restore(&state).unwrap();
+        by_twin.restore(&state);
+        for _ in 0..STEPS {
+            gpu.run(|rec| simulation.record_step(rec));
+            by_twin.step();
+        }
+        let trail = simulation.snapshot().unwrap().trail;
+        let expected = by_twin.snapshot().trail;
+        let (mut mass, mut along, mut across, mut askew) = (0.0, 0.0, 0.0, 0.0);
+        let centre = case.place(source).unwrap();
+        for texel in case.owned() {
+            let value = trail[texel as usize];
+            assert_eq!(value, expected[texel as usize], "{texel}");
+            let share = f64::from(value) * f64::from(case.atlas.area[texel as usize]);
+            let from = case.place(texel).unwrap() - centre;
+            mass += share;
+            along += share * from.x * from.x;
+            across += share * from.z * from.z;
+            askew += share * from.x * from.z;
+        }
+        assert!((mass - 0.5).abs() < 1e-5, "half of it remains: {mass}");
+        let length = f64::from(LENGTH) * f64::from(setup.radius);
+        let variance = f64::from(STEPS) * length * length;
+        for found in [along, across].map(|sum| sum / mass / variance) {
+            assert!((found - 1.0).abs() < 0.01, "{}: {found}", case.name);
+        }
+        assert!((askew / mass / variance).abs() < 0.01, "{}", case.name);
+        if (size, distance) == (200, 1) {
+            let kernel = |place: DVec3| plane_kernel(0.5 * variance, place.distance(centre));
+            let compared = case.compare(&trail, |texel| Some(0.5 * kernel(case.place(texel)?)));
+            assert!(compared.scatter < 0.01, "{compared:?}");
+            let mut far = scene.settings.clone();
+            far.trail.diffusion_length = 0.2;
+            let problem = simulation.apply(&far).unwrap_err().to_string();
+            let (_, greatest) = problem.split_once("use ").expect("there is advice");
+            let (greatest, _) = greatest.split_once(" or less").expect("with a number");
+            far.trail.diffusion_length = greatest.parse().expect("it is one");
+            simulation.apply(&far).unwrap();
+            far.trail.diffusion_length *= 1.01;
+            assert!(simulation.apply(&far).is_err(), "it is the greatest");
+        }
+    }
+    gpu.finish();
+}
+
 /// From one texel, on a sphere.
 #[test]
 fn a_spot_on_a_sphere_spreads_round() {
