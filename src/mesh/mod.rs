@@ -5,8 +5,8 @@
 //! A model comes in through `load` (files, read by `obj`, `stl`, `ply` and `gltf`) or [`builtin`] as a `soup` of
 //! triangles. [`origin`] chooses the origin of its coordinates, `weld` merges vertices at one place and drops triangles without area,
 //! `stitch` joins borders that coincide within rounding error, `orient` makes windings agree, and the result is a [`Mesh`] with a
-//! [`MeshReport`]. `glue` joins borders that lie apart. [`surface`] pools meshes for the kernels, with the rotation across every edge; [`walk`] is the reference for walks on
-//! it.
+//! [`MeshReport`]. `glue` joins borders that lie apart. [`surface`] pools meshes for the kernels, with the rotation across every edge;
+//! [`walk`] is the reference for walks on it.
 //!
 //! Conventions, stated once:
 //! - half-edge `h = 3 * triangle + corner` runs from that corner to the next one of its triangle;

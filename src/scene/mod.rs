@@ -183,8 +183,8 @@ impl Scene {
     /// for the animation of an object that follows its model's.
     ///
     /// # Errors
-    /// When a value is out of range, the scene is too small or too large to measure lengths by, or an object cannot follow
-    /// its model.
+    /// When a value is out of range, edges cannot be glued, the scene is too small or too large to measure lengths by, or an object cannot
+    /// follow its model.
     ///
     /// # Panics
     /// When there are not as many meshes as objects.

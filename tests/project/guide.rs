@@ -252,7 +252,10 @@ const UNSEEN: [(&str, &str); 8] = [
     ("distance.depth", "they differ in the last digits"),
     ("distance.sign", "they differ in creases and at holes"),
     ("object.N.name", "it is a name"),
-    ("object.N.glue", "what crosses an edge shows it, and no still picture"),
+    (
+        "object.N.glue",
+        "what crosses an edge shows it, and no still picture",
+    ),
     (
         "object.N.motion.model",
         "it needs a model that has an animation",

@@ -62,8 +62,8 @@ fn way_round(from: DVec3, to: DVec3) -> DVec3 {
     way - 2.0 * (0.5 * way).round()
 }
 
-/// Catches a walk that comes in at another place of the opposite side than it left, in another direction, or with a part of its length lost;
-/// and a plane that is not as wide one way as the other.
+/// Catches a walk that comes in at another place of the opposite side than it left, in another direction, or with a part of its length
+/// lost; and a plane that is not as wide one way as the other.
 #[test]
 fn straight_walks_round_a_periodic_plane_end_where_they_began() {
     for (direction, steps) in [([1.0, 0.0, 0.0], 40), ([-3.0, 0.0, 4.0], 200)] {
@@ -129,7 +129,8 @@ fn mixed(cells: &[f64], side: usize, diffusion: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Catches conductances over the glued sides that are not those inside, in any of the eight directions, and mass that a side or a corner keeps.
+/// Catches conductances over the glued sides that are not those inside, in any of the eight directions, and mass that a side or a corner
+/// keeps.
 #[test]
 fn a_deposit_in_a_corner_spreads_as_on_a_torus() {
     const SIDE: usize = 200;

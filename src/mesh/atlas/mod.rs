@@ -130,8 +130,8 @@ pub enum AtlasError {
     Size(u32),
     /// A square with glued sides has no room for its gutter.
     #[error(
-        "atlas size {size} is the side of a plane without borders, and with its gutter of {gutter} the texture would be larger than {MAX_SIZE}: \
-         choose {most} at most"
+        "atlas size {size} is the side of a plane without borders, and with its gutter of {gutter} the texture would be larger \
+         than {MAX_SIZE}: choose {most} at most"
     )]
     NoRoomForGutter {
         /// The texels along a side.
@@ -344,7 +344,14 @@ impl Atlas {
         };
         let (seams, ways) = gutter::seams(surface, &layout, pitch_of(options.size), control)?;
         let is_plain = torus.is_some();
-        let atlas = Self::assemble(surface, &options, layout, seams, (&ways, is_plain), control)?;
+        let atlas = Self::assemble(
+            surface,
+            &options,
+            layout,
+            seams,
+            (&ways[..], is_plain),
+            control,
+        )?;
         // A cancellation in the meantime returns an error, too.
         control.step(JOINING, 1.0)?;
         Ok(atlas)

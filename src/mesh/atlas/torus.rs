@@ -1,8 +1,8 @@
 //! The layout of a flat torus: a square whose opposite sides are glued, alone in the texture.
 //!
-//! It is one chart, with its sides along those of the texture and a whole number of texels along each: the size that was asked for. Round it
-//! comes the gutter, so the texture is larger. All owned texels have one area, and across the glued sides each has the neighbours that it
-//! would have inside: the trail spreads by the plain stencil everywhere.
+//! It is one chart, with its sides along those of the texture and a whole number of texels along each: the size that was asked for. The
+//! gutter lies round it, so the texture is larger. All owned texels have one area, and across the glued sides each has the neighbours that
+//! it would have inside: the trail spreads by the plain stencil everywhere.
 
 use glam::{DVec2, DVec3, IVec2};
 
