@@ -79,6 +79,8 @@
 //!
 //! - **half-edge** `h = 3 * triangle + corner`: a directed edge of a triangle; its **twin** is the same edge seen
 //!   from the neighbour.
+//! - **glued** edges: two border edges that are one, although they lie apart ([`mesh::Mesh::glued`]). They are twins; what works by
+//!   place takes them for borders.
 //! - **uv**: the barycentric weights of corners B and C; `P = A + u (B - A) + v (C - A)`.
 //! - **tangent frame**: of a triangle, `p` along `B - A` and `h` perpendicular to it; lengths in it are world lengths.
 //! - **heading**: the unit vector of a particle in its triangle's tangent frame.

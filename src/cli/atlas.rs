@@ -214,6 +214,7 @@ impl Atlas {
             seconds,
             phases,
             options: AtlasOptions {
+                size: atlas.size,
                 gutter: atlas.gutter,
                 ..options
             },

@@ -103,6 +103,7 @@ fn keys() -> String {
     }
     text += "object.N.motion.keyframes = []\n    Where the object is at given times: { time = 0, position = [0, 0, 0], rotation = [0, 0, 0] }, times ascending, in seconds; position in world units and rotation in degrees, on top of the object's own.\n    A list of tables.\n";
     text += "object.N.distance_to = []\n    The names of the objects that this one has distances to. Empty for all others.\n    A list of texts; restarts.\n";
+    text += "object.N.glue = []\n    Pairs of border edges that are one edge, although they lie apart: [face, edge, other face, other edge]. Faces are counted from 0, polygons cut into triangles; edge 0 goes from a face's first corner to its second.\n    A list of lists of four whole numbers; restarts.\n";
     for parameter in OBJECT_PARAMETERS {
         describe(
             &mut text,

@@ -4,7 +4,7 @@
 //! A name is written as in a web address: `torus`, `torus?major=64&minor=32`.
 
 use super::gear::{Gear, gear};
-use super::primitive::{capsule, cube, icosphere, plane, torus};
+use super::primitive::{capsule, cube, icosphere, periodic_plane, plane, torus};
 use super::soup::MOST_TRIANGLES;
 use super::{Mesh, MeshError, embedded};
 
@@ -24,7 +24,7 @@ pub const BUILTINS: &[(&str, &str)] = &[
     ),
     (
         "plane",
-        "2 by 2 in XZ, facing +Y, with an open border; `columns=64` and `rows=64` of quads",
+        "2 by 2 in XZ, facing +Y, with an open border; `columns=64` and `rows=64` of quads; `periodic=true` glues opposite sides",
     ),
     (
         "capsule",
@@ -79,7 +79,11 @@ impl Mesh {
                 let columns = parameters.number("columns", 64, 1, 4096)?;
                 let rows = parameters.number("rows", 64, 1, 4096)?;
                 parameters.limit(2 * u64::from(columns) * u64::from(rows))?;
-                plane(columns, rows)
+                if parameters.flag("periodic")? {
+                    periodic_plane(columns, rows)
+                } else {
+                    plane(columns, rows)
+                }
             }
             "capsule" => {
                 let segments = parameters.number("segments", 96, 3, 4096)?;
@@ -178,6 +182,18 @@ impl<'a> Parameters<'a> {
         }
     }
 
+    /// A switch, which is off by default.
+    fn flag(&mut self, name: &'static str) -> Result<bool, MeshError> {
+        match self.take(name) {
+            None | Some("false") => Ok(false),
+            Some("true") => Ok(true),
+            Some(text) => Err(MeshError::Parameter {
+                name: self.mesh.to_owned(),
+                problem: format!("`{name}={text}` is neither true nor false"),
+            }),
+        }
+    }
+
     /// Refuses so many triangles before any is made.
     fn limit(&self, triangles: u64) -> Result<(), MeshError> {
         let problem = if triangles > MOST_TRIANGLES as u64 {
@@ -250,6 +266,7 @@ mod tests {
             ("icosphere?subdivisions=0", 20, 12, 0, 0),
             ("icosphere", 20_480, 10_242, 0, 0),
             ("plane?columns=3&rows=2", 12, 12, 0, 10),
+            ("plane?columns=3&rows=2&periodic=true", 12, 12, 0, 10),
             ("capsule?segments=5&rings=3&length=0.5", 60, 32, 0, 0),
             ("gear?teeth=12", 9600, 4800, 1, 0),
             ("ring_gear?teeth=30&radius=1.25", 19_800, 9900, 1, 0),
@@ -298,6 +315,8 @@ mod tests {
             "capsule?length=0.001&rings=1",
             "capsule?segments=4096&rings=1&length=0.001",
             "plane?columns=4096&rows=1",
+            "plane?columns=1&rows=4096&periodic=true",
+            "plane?columns=1&rows=1&periodic=true",
             "cube?divisions=64",
             "gear?teeth=9&bore=0.05&thickness=10",
             "gear?teeth=200&radius=1&bore=0.95",
@@ -320,6 +339,8 @@ mod tests {
             ("torus?major", "not of the form NAME=VALUE"),
             ("torus?tube=nan", "not a number from 0.001 to 0.999"),
             ("torus?major=5&major=6", "given twice"),
+            ("plane?periodic=1", "`periodic=1` is neither true nor false"),
+            ("plane?period=true", "did you mean `periodic`?"),
             (
                 "gear?bore=0.9",
                 "leaves nothing between its hole and its teeth",

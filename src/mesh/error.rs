@@ -67,6 +67,14 @@ pub enum MeshProblem {
         /// The number of vertices.
         count: usize,
     },
+    /// A pair of edges that cannot be glued.
+    #[error("glued pair {pair}: {problem}")]
+    Glue {
+        /// Its place in the list, counted from 0.
+        pair: usize,
+        /// The problem.
+        problem: String,
+    },
     /// A model's animation that an object cannot follow.
     #[error("{0}")]
     Animation(String),

@@ -5,8 +5,8 @@
 //! A model comes in through `load` (files, read by `obj`, `stl`, `ply` and `gltf`) or [`builtin`] as a `soup` of
 //! triangles. [`origin`] chooses the origin of its coordinates, `weld` merges vertices at one place and drops triangles without area,
 //! `stitch` joins borders that coincide within rounding error, `orient` makes windings agree, and the result is a [`Mesh`] with a
-//! [`MeshReport`]. [`surface`] pools meshes for the kernels, with the rotation across every edge; [`walk`] is the reference for walks on
-//! it.
+//! [`MeshReport`]. `glue` joins borders that lie apart. [`surface`] pools meshes for the kernels, with the rotation across every edge;
+//! [`walk`] is the reference for walks on it.
 //!
 //! Conventions, stated once:
 //! - half-edge `h = 3 * triangle + corner` runs from that corner to the next one of its triangle;
@@ -25,6 +25,7 @@ mod error;
 mod foreign_files;
 pub mod gear;
 mod gltf;
+mod glue;
 mod load;
 mod obj;
 mod orient;
@@ -80,6 +81,9 @@ pub struct Mesh {
     /// Texture coordinates of each triangle's corners (in the order of `corners`), if the model has them everywhere;
     /// as the file has them, so `v` points up in OBJ and PLY and down in glTF.
     pub uvs: Option<Vec<[Vec2; 3]>>,
+    /// Pairs of border half-edges that are one edge, although they lie apart; ascending, and the lower one first. Triangles are numbered as
+    /// in `corners`.
+    pub glue: Vec<[u32; 2]>,
     /// Sizes, topology, and defects.
     pub report: MeshReport,
 }

@@ -158,6 +158,29 @@ pub fn plane(columns: u32, rows: u32) -> Mesh {
     builder.finish("plane")
 }
 
+/// As [`plane`], with opposite sides glued: walks that leave by one side come in by the other.
+#[must_use]
+pub fn periodic_plane(columns: u32, rows: u32) -> Mesh {
+    let quad = |i: u32, j: u32| j * columns + i;
+    // A quad has its sides at lower X and at higher Z in its first triangle, the two others in its second.
+    let [low_x, high_z, high_x, low_z] = [(0, 0), (0, 1), (1, 1), (1, 2)];
+    let pair = |one: u32, of_one: (u32, u32), other: u32, of_other: (u32, u32)| {
+        let face = |quad: u32, side: (u32, u32)| 2 * quad + side.0;
+        [
+            face(one, of_one),
+            of_one.1,
+            face(other, of_other),
+            of_other.1,
+        ]
+    };
+    let along_x = (0..rows).map(|j| pair(quad(0, j), low_x, quad(columns - 1, j), high_x));
+    let along_z = (0..columns).map(|i| pair(quad(i, 0), low_z, quad(i, rows - 1), high_z));
+    let pairs: Vec<[u32; 4]> = along_x.chain(along_z).collect();
+    plane(columns, rows)
+        .glued(&pairs)
+        .expect("opposite sides have edges of one length")
+}
+
 /// A capsule of radius 0.5 about the Y axis, `length` between the centres of its half spheres;
 /// `segments` around, `rings` in each half sphere, and as many along the side as make its quads nearly square.
 #[must_use]

@@ -25,6 +25,8 @@ pub struct MeshReport {
     pub border_edges: usize,
     /// Closed chains of border edges.
     pub border_loops: usize,
+    /// Pairs of border edges that are glued, although they lie apart. All other numbers are those before that.
+    pub glued_pairs: usize,
     /// Vertices where the surface touches itself in a point; a walk cannot pass from one sheet to the other there.
     pub pinched_vertices: usize,
     /// Vertices - edges + triangles, where a pinched vertex counts once for each sheet that meets there.
@@ -142,6 +144,12 @@ impl MeshReport {
                 ", {} in {}",
                 counted(self.border_edges, "border edge", "border edges"),
                 counted(self.border_loops, "loop", "loops")
+            );
+        }
+        if self.glued_pairs > 0 {
+            text += &format!(
+                ", {} of them glued",
+                counted(self.glued_pairs, "pair", "pairs")
             );
         }
         text + &format!(", genus {}", self.genus())

@@ -135,6 +135,7 @@ impl Mesh {
             file_corners,
             file_triangle: welded.file_triangle,
             uvs,
+            glue: Vec::new(),
             report,
         })
     }

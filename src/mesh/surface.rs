@@ -2,6 +2,8 @@
 //!
 //! Triangle ids are global over all objects of a scene; a triangle says which object it belongs to.
 
+use std::borrow::Cow;
+
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, Vec2, Vec3};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
@@ -157,6 +159,8 @@ pub struct Surface {
     pub triangles: Vec<Triangle>,
     /// Three for each triangle.
     pub halfedges: Vec<HalfEdge>,
+    /// Half-edges whose twin lies at another place, ascending: edges that are glued.
+    pub glued: Vec<u32>,
     /// One for each object.
     pub objects: Vec<ObjectRange>,
     /// One for each object: texture coordinates of each corner of its triangles, if the model has them.
@@ -177,6 +181,7 @@ impl Surface {
             corners: Vec::new(),
             triangles: Vec::new(),
             halfedges: Vec::new(),
+            glued: Vec::new(),
             objects: Vec::new(),
             uvs: Vec::new(),
         };
@@ -225,7 +230,14 @@ impl Surface {
             object,
         }));
         let first_halfedge = 3 * first_triangle as u32;
-        let twins = EdgeGroups::new(&mesh.corners).twins(&mesh.corners);
+        let mut twins = EdgeGroups::new(&mesh.corners).twins(&mesh.corners);
+        let first_glued = self.glued.len();
+        for &[one, other] in &mesh.glue {
+            twins[one as usize] = other;
+            twins[other as usize] = one;
+            self.glued.extend([one, other].map(|h| first_halfedge + h));
+        }
+        self.glued[first_glued..].sort_unstable();
         let halfedges: Vec<HalfEdge> = twins
             .par_iter()
             .enumerate()
@@ -245,12 +257,34 @@ impl Surface {
         self.halfedges.extend(halfedges);
     }
 
-    /// Has an object no open border? Then it has an inside.
+    /// Is an edge glued, so that its other side lies at another place?
+    #[must_use]
+    pub fn is_glued(&self, halfedge: u32) -> bool {
+        self.glued.binary_search(&halfedge).is_ok()
+    }
+
+    /// The surface with open borders in place of glued edges.
+    #[must_use]
+    pub fn cut(&self) -> Cow<'_, Self> {
+        if self.glued.is_empty() {
+            return Cow::Borrowed(self);
+        }
+        let mut cut = self.clone();
+        for h in std::mem::take(&mut cut.glued) {
+            let along = Frame::of(self, h / 3).edge(h as usize % 3).normalize();
+            cut.halfedges[h as usize] = HalfEdge::new(NONE, along.rotate(along));
+        }
+        Cow::Owned(cut)
+    }
+
+    /// Has an object no open border and no glued edge? Then it has an inside.
     #[must_use]
     pub fn is_closed(&self, object: usize) -> bool {
         let (first, end) = self.objects[object].triangles;
         let halfedges = &self.halfedges[3 * first as usize..3 * end as usize];
-        halfedges.iter().all(|halfedge| halfedge.twin != NONE)
+        let next_glued = self.glued.partition_point(|&h| h < 3 * first);
+        let is_glued = self.glued.get(next_glued).is_some_and(|&h| h < 3 * end);
+        !is_glued && halfedges.iter().all(|halfedge| halfedge.twin != NONE)
     }
 
     /// The lowest and the highest corner of the box round an object, in object space.
@@ -377,7 +411,12 @@ impl Surface {
             ));
         }
         let (start, end) = ends(&self.corners, h);
-        if ends(&self.corners, twin) != (end, start) {
+        if self.is_glued(h) != self.is_glued(twin) {
+            return Err(format!(
+                "of the half-edges {h} and {twin} only one counts as glued"
+            ));
+        }
+        if !self.is_glued(h) && ends(&self.corners, twin) != (end, start) {
             return Err(format!(
                 "half-edge {h} does not run against its twin {twin}"
             ));

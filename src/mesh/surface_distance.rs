@@ -164,6 +164,8 @@ struct Search<'a> {
     /// For each vertex the half-edges that begin there: where its own begin, and one end more.
     first_leaving: Vec<u32>,
     leaving: Vec<u32>,
+    /// For each vertex the next one that glued edges make one with it, in a ring; most are alone.
+    copies: Vec<u32>,
     /// Those of the window that enters, kept so that no memory is taken for each.
     parts: Vec<(f64, f64)>,
     /// Tests compare results with and without cutting.
@@ -200,13 +202,17 @@ impl<'a> Search<'a> {
             *place += 1;
         }
         let full = std::f64::consts::TAU * (1.0 + 1e-9);
-        let turns = angles.iter().zip(&at_border);
+        let copies = copies(surface);
+        let is_turn = |vertex: u32| {
+            let angle: f64 = ring(&copies, vertex).map(|v| angles[v as usize]).sum();
+            angle > full || ring(&copies, vertex).any(|v| at_border[v as usize])
+        };
+        let turns = (0..vertex_count as u32).map(is_turn).collect();
         Self {
-            turns: turns
-                .map(|(&angle, &border)| border || angle > full)
-                .collect(),
+            turns,
             first_leaving,
             leaving,
+            copies,
             parts: Vec::new(),
             cuts: true,
             reached_count: 0,
@@ -417,15 +423,44 @@ impl<'a> Search<'a> {
     }
 
     fn reach_vertex(&mut self, vertex: u32, distance: f64) {
-        let known = &mut self.found.vertices[vertex as usize];
-        if distance < *known {
-            self.reached_count += u32::from(known.is_infinite());
-            *known = distance;
-            if self.turns[vertex as usize] {
-                self.push(distance, Next::Turn(vertex));
+        let mut copy = vertex;
+        loop {
+            let known = &mut self.found.vertices[copy as usize];
+            if distance < *known {
+                self.reached_count += u32::from(known.is_infinite());
+                *known = distance;
+                if self.turns[copy as usize] {
+                    self.push(distance, Next::Turn(copy));
+                }
+            }
+            copy = self.copies[copy as usize];
+            if copy == vertex {
+                return;
             }
         }
     }
+}
+
+/// For each vertex the next one that glued edges make one with it, in rings.
+fn copies(surface: &Surface) -> Vec<u32> {
+    let mut copies: Vec<u32> = (0..surface.positions.len() as u32).collect();
+    for &h in &surface.glued {
+        let [start, end] = ends_of(surface, h);
+        let [from, to] = ends_of(surface, surface.halfedges[h as usize].twin);
+        for (one, other) in [(start, to), (end, from)] {
+            // Within a ring this would make two of it.
+            if ring(&copies, one).all(|vertex| vertex != other) {
+                copies.swap(one as usize, other as usize);
+            }
+        }
+    }
+    copies
+}
+
+fn ring(copies: &[u32], first: u32) -> impl Iterator<Item = u32> + '_ {
+    std::iter::successors(Some(first), move |&vertex| {
+        Some(copies[vertex as usize]).filter(|&next| next != first)
+    })
 }
 
 fn inset(point: &SurfacePoint) -> SurfacePoint {

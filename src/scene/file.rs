@@ -419,6 +419,16 @@ impl Reader {
                 }
             }
             ("distance_to", other) => Some(wrong_type(key, "a list of names", other)),
+            ("glue", value) => match glue(value) {
+                Some(pairs) => {
+                    object.glue = pairs;
+                    None
+                }
+                None => {
+                    let expected = "a list of pairs of edges, each [face, edge, other face, other edge] in whole numbers,";
+                    Some(wrong_type(key, expected, value))
+                }
+            },
             ("name" | "mesh", other) => Some(wrong_type(key, "a text", other)),
             _ => {
                 let typed = matches!(self.place, Place::Argument(_));
@@ -431,6 +441,20 @@ impl Reader {
             Some(Refusal::Unknown) => self.unknown(key, at),
         }
     }
+}
+
+/// Pairs of edges, each as four whole numbers.
+fn glue(value: &DeValue<'_>) -> Option<Vec<[u32; 4]>> {
+    let whole = |item: &Spanned<DeValue<'_>>| {
+        let number = number(item.get_ref())?;
+        let is_id = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
+        is_id.then_some(number as u32)
+    };
+    let pair = |item: &Spanned<DeValue<'_>>| -> Option<[u32; 4]> {
+        let numbers: Option<Vec<u32>> = item.get_ref().as_array()?.iter().map(whole).collect();
+        numbers?.try_into().ok()
+    };
+    value.as_array()?.iter().map(pair).collect()
 }
 
 /// The tables of a list of tables, if it is one.

@@ -21,13 +21,14 @@ pub mod suggest;
 #[cfg(test)]
 mod tests;
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use glam::{Affine3A, DVec3, Vec3};
 
 use crate::mesh::surface::Surface;
-use crate::mesh::{Mesh, RigidTrack, origin};
+use crate::mesh::{Mesh, MeshError, RigidTrack, origin};
 use crate::regular_file;
 
 pub use error::SceneError;
@@ -182,8 +183,8 @@ impl Scene {
     /// for the animation of an object that follows its model's.
     ///
     /// # Errors
-    /// When a value is out of range, the scene is too small or too large to measure lengths by, or an object cannot follow
-    /// its model.
+    /// When a value is out of range, edges cannot be glued, the scene is too small or too large to measure lengths by, or an object cannot
+    /// follow its model.
     ///
     /// # Panics
     /// When there are not as many meshes as objects.
@@ -212,12 +213,7 @@ impl Scene {
         foods::check(&name, &settings)?;
         starts::check(&name, &settings)?;
         starts::from_everywhere(&mut settings, &folder);
-        let pooled: Vec<_> = meshes
-            .iter()
-            .zip(&settings.objects)
-            .map(|(mesh, object)| (mesh, object.scale))
-            .collect();
-        let surface = Surface::build(&pooled);
+        let surface = pooled(&meshes, &settings.objects)?;
         check_thinness(&settings.objects, &surface)?;
         let origins = origins(&settings, &meshes, &tracks, &surface)?;
         let poses = poses(&settings.objects, &tracks, &origins, 0.0);
@@ -421,6 +417,36 @@ impl Source {
 fn most_triangles(settings: &Settings) -> u64 {
     let texels = u64::from(settings.atlas.size).pow(2);
     (texels * MOST_TRIANGLES_A_TEXEL).max(FEW_TRIANGLES)
+}
+
+/// The meshes of all objects, each in its size and with the edges glued that its settings name.
+fn pooled(meshes: &[Mesh], objects: &[ObjectSettings]) -> Result<Surface, SceneError> {
+    let glued = meshes.iter().zip(objects);
+    let glued: Vec<Cow<'_, Mesh>> = glued
+        .map(|(mesh, object)| glued_as_set(mesh, object))
+        .collect::<Result<_, SceneError>>()?;
+    let scaled = glued.iter().zip(objects);
+    let scaled: Vec<(&Mesh, f32)> = scaled
+        .map(|(mesh, object)| (mesh.as_ref(), object.scale))
+        .collect();
+    Ok(Surface::build(&scaled))
+}
+
+/// The mesh of an object with the edges glued that its settings name.
+fn glued_as_set<'a>(mesh: &'a Mesh, object: &ObjectSettings) -> Result<Cow<'a, Mesh>, SceneError> {
+    if object.glue.is_empty() {
+        return Ok(Cow::Borrowed(mesh));
+    }
+    match mesh.clone().glued(&object.glue) {
+        Ok(glued) => Ok(Cow::Owned(glued)),
+        Err(problem) => Err(SceneError::Object {
+            object: object.name.clone(),
+            source: MeshError::Bad {
+                place: object.mesh.clone(),
+                problem,
+            },
+        }),
+    }
 }
 
 /// Names objects without a name after their meshes, and makes names unique.

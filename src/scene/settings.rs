@@ -393,6 +393,9 @@ pub struct ObjectSettings {
     pub texel_weight: f32,
     /// The names of the objects whose distance counts for this one; empty for all others.
     pub distance_to: Vec<String>,
+    /// Pairs of border edges of its mesh that are glued: a face and its edge, then the other face and its edge.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub glue: Vec<[u32; 4]>,
     /// The start of its particles, if it differs from the scene's.
     #[serde(skip_serializing_if = "OwnStart::is_default")]
     pub start: OwnStart,
@@ -414,6 +417,7 @@ impl Default for ObjectSettings {
             scale: 1.0,
             texel_weight: 1.0,
             distance_to: Vec::new(),
+            glue: Vec::new(),
             start: OwnStart::default(),
             motion: MotionSettings::default(),
             physarum: OwnPhysarum::default(),

@@ -23,7 +23,7 @@ pub(super) fn nearest_key(unknown: &str) -> Option<String> {
         None => "object.0.".to_owned(),
     };
     let objects = OBJECT_PARAMETERS.iter().map(|parameter| parameter.key);
-    let mut keys: Vec<String> = ["name", "mesh", "distance_to"]
+    let mut keys: Vec<String> = ["name", "mesh", "distance_to", "glue"]
         .into_iter()
         .chain(objects)
         .map(|key| format!("{prefix}{key}"))

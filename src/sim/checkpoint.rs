@@ -300,6 +300,10 @@ fn layout(setup: &Setup) -> u32 {
     let mut crc = crc32fast::Hasher::new();
     crc.update(bytemuck::cast_slice(&setup.surface.positions));
     crc.update(bytemuck::cast_slice(&setup.surface.corners));
+    for &h in &setup.surface.glued {
+        let twin = setup.surface.halfedges[h as usize].twin;
+        crc.update(bytemuck::cast_slice(&[h, twin]));
+    }
     crc.update(bytemuck::cast_slice(&setup.atlas.maps));
     crc.update(&setup.atlas.pitch.to_le_bytes());
     crc.finalize()

@@ -492,6 +492,8 @@ fn remeshing(old: &Settings, new: &Settings) -> Option<String> {
             Some(format!("object.{i}.scale"))
         } else if old.distance_to != new.distance_to {
             Some(format!("object.{i}.distance_to"))
+        } else if old.glue != new.glue {
+            Some(format!("object.{i}.glue"))
         } else if old.motion.model != new.motion.model {
             Some(format!("object.{i}.motion.model"))
         } else {

@@ -245,13 +245,17 @@ fn the_guide_shows_every_strip_and_no_picture_is_left_over() {
 }
 
 /// Keys without a picture, and why.
-const UNSEEN: [(&str, &str); 7] = [
+const UNSEEN: [(&str, &str); 8] = [
     ("physarum.order", "the same grows, half a step apart"),
     ("time.steps_per_second", "the same grows, more slowly"),
     ("distance.method", "the distances are the same"),
     ("distance.depth", "they differ in the last digits"),
     ("distance.sign", "they differ in creases and at holes"),
     ("object.N.name", "it is a name"),
+    (
+        "object.N.glue",
+        "what crosses an edge shows it, and no still picture",
+    ),
     (
         "object.N.motion.model",
         "it needs a model that has an animation",

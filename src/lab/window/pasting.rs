@@ -82,7 +82,10 @@ fn as_it_runs(running: &Settings, read: &Settings, folder: &Path) -> Option<Sett
             object.name.clone_from(&runs.name);
         }
         let restarts = OBJECT_PARAMETERS.iter().any(|p| p.restarts(runs, object));
-        if restarts || object.name != runs.name || object.distance_to != runs.distance_to {
+        let is_as_it_was = object.name == runs.name
+            && object.distance_to == runs.distance_to
+            && object.glue == runs.glue;
+        if restarts || !is_as_it_was {
             return None;
         }
     }

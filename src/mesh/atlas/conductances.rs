@@ -36,6 +36,8 @@ pub(super) struct Layers<'a> {
     pub ways: &'a [Way],
     /// Gutter texels on which particles may deposit, by their place in `seams`.
     pub deposited: &'a [bool],
+    /// Across seams texels lie as inside a chart, so that the conductances that they read are right as they are.
+    pub is_plain: bool,
     pub pitch: u32,
     /// Texels between the stencil's taps.
     pub distance: u32,
@@ -261,8 +263,11 @@ impl Layers<'_> {
         (*seam != NONE).then_some(*seam as usize)
     }
 
-    /// The moments that a texel should have; `None` where open borders meet, or charts without a direction.
+    /// The moments that a texel should have; `None` where open borders meet, or charts without a direction, and where nothing is to change.
     fn demand(&self, texel: u32, at_border: bool, index: &[u32]) -> Option<Demand> {
+        if self.is_plain {
+            return None;
+        }
         let mask = self.mask(texel);
         let area = if at_border {
             let whole = self.whole[self.owner[texel as usize] as usize];

@@ -41,6 +41,7 @@ mod statistics;
 mod table;
 #[cfg(test)]
 mod tests;
+mod torus;
 mod validate;
 
 use std::fmt;
@@ -49,6 +50,7 @@ use glam::{DVec2, Vec2};
 use rayon::prelude::*;
 
 use self::conductances::Layers;
+use self::torus::Torus;
 use super::surface::{AtlasMap, NONE, Seam, Surface};
 use crate::choice::choice;
 pub use clearance::UNIT as CLEARANCE_UNIT;
@@ -85,7 +87,8 @@ choice! {
 pub struct AtlasOptions {
     /// How triangles are laid out.
     pub method: AtlasMethod,
-    /// Texture side in texels, 1 to [`MAX_SIZE`]; any number, not only powers of two.
+    /// Texture side in texels, 1 to [`MAX_SIZE`]; any number, not only powers of two. By `charts`, a square whose opposite sides are glued,
+    /// if it is the only object, has so many owned texels a side, and the texture is larger by the gutter on both sides.
     pub size: u32,
     /// Side of a `grid` cell in texels, gutter included; 0 takes the largest that fits.
     pub cell_size: u32,
@@ -125,6 +128,19 @@ pub enum AtlasError {
     /// The texture side is not in the range.
     #[error("atlas size {0} is out of range: choose from 1 to {MAX_SIZE}")]
     Size(u32),
+    /// A square with glued sides has no room for its gutter.
+    #[error(
+        "atlas size {size} is the side of a plane without borders, and with its gutter of {gutter} the texture would be larger \
+         than {MAX_SIZE}: choose {most} at most"
+    )]
+    NoRoomForGutter {
+        /// The texels along a side.
+        size: u32,
+        /// The gutter, texels.
+        gutter: u32,
+        /// The largest size that works.
+        most: u32,
+    },
     /// The work was cancelled.
     #[error("interrupted while setting up")]
     Cancelled,
@@ -317,37 +333,62 @@ impl Atlas {
         options: &AtlasOptions,
         control: &Control<'_>,
     ) -> Result<Self, AtlasError> {
-        let options = options.checked(surface)?;
-        let layout = match options.method {
-            AtlasMethod::Charts => {
-                let (maps, chart, chart_count) = cache::kept(surface, &options, control, || {
-                    let flat = charts::flat_charts(surface, control)?;
-                    place::place(surface, flat, &options, control)
-                })?;
-                owners::derive(surface, maps, chart, chart_count, &options, control)?
-            }
-            AtlasMethod::Grid => {
-                control.step(owners::DOING, owners::START)?;
-                grid::Grid::new(surface, &options)?.layout(surface)
-            }
-            AtlasMethod::Mesh => {
-                let (maps, chart, chart_count) = own_uvs::place(surface, &options, control)?;
-                owners::derive(surface, maps, chart, chart_count, &options, control)?
-            }
+        let mut options = options.checked(surface)?;
+        let torus = Torus::of(surface, &options);
+        if torus.is_some() {
+            options.size = Torus::side(&options)?;
+        }
+        let layout = match &torus {
+            Some(torus) => torus.layout(&surface.cut(), &options, control)?,
+            None => Self::layout(&surface.cut(), &options, control)?,
         };
         let (seams, ways) = gutter::seams(surface, &layout, pitch_of(options.size), control)?;
-        let atlas = Self::assemble(surface, &options, layout, seams, &ways, control)?;
+        let is_plain = torus.is_some();
+        let atlas = Self::assemble(
+            surface,
+            &options,
+            layout,
+            seams,
+            (&ways[..], is_plain),
+            control,
+        )?;
         // A cancellation in the meantime returns an error, too.
         control.step(JOINING, 1.0)?;
         Ok(atlas)
     }
 
+    /// The places of charts, in which glued edges are seams: of the surface without them.
+    fn layout(
+        cut: &Surface,
+        options: &AtlasOptions,
+        control: &Control<'_>,
+    ) -> Result<Layout, AtlasError> {
+        Ok(match options.method {
+            AtlasMethod::Charts => {
+                let (maps, chart, chart_count) = cache::kept(cut, options, control, || {
+                    let flat = charts::flat_charts(cut, control)?;
+                    place::place(cut, flat, options, control)
+                })?;
+                owners::derive(cut, maps, chart, chart_count, options, control)?
+            }
+            AtlasMethod::Grid => {
+                control.step(owners::DOING, owners::START)?;
+                grid::Grid::new(cut, options)?.layout(cut)
+            }
+            AtlasMethod::Mesh => {
+                let (maps, chart, chart_count) = own_uvs::place(cut, options, control)?;
+                owners::derive(cut, maps, chart, chart_count, options, control)?
+            }
+        })
+    }
+
+    /// `ways` go with the seams; `is_plain` says that the stencil goes on over all seams.
     fn assemble(
         surface: &Surface,
         options: &AtlasOptions,
         mut layout: Layout,
         seams: Vec<Seam>,
-        ways: &[gutter::Way],
+        (ways, is_plain): (&[gutter::Way], bool),
         control: &Control<'_>,
     ) -> Result<Self, AtlasError> {
         control.step(JOINING, 0.82)?;
@@ -376,6 +417,7 @@ impl Atlas {
             seams: &seams,
             ways,
             deposited: &deposited,
+            is_plain,
             pitch,
             distance: options.gutter,
             offsets: ExchangeRow::neighbours(pitch, options.gutter),

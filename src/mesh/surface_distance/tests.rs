@@ -317,3 +317,34 @@ fn it_reports_progress_and_stops() {
     assert_eq!(found, Err(AtlasError::Cancelled));
     assert!(shares.iter().filter(|share| **share >= 0.5).count() == 1);
 }
+
+/// Catches glued edges that no path crosses, and paths that cross them at another place: on a flat torus the distance is the shortest
+/// straight line to any of the places that the sides' translations make of one.
+#[test]
+fn on_a_periodic_plane_it_is_the_straight_line_over_the_sides() {
+    for name in [
+        "plane?columns=1&rows=1&periodic=true",
+        "plane?columns=7&rows=2&periodic=true",
+    ] {
+        let surface = surface(name);
+        let all = points(&surface);
+        let mut over = 0;
+        for source in [all[0], all[2], all[7]] {
+            let distance = SurfaceDistance::new(&surface, &[source], f64::INFINITY);
+            let from = place(&surface, source);
+            for &point in &all {
+                let found = distance.at(point.triangle, point.u, point.v);
+                let way = place(&surface, point) - from;
+                // The sides are 2 long.
+                let nearest = way - 2.0 * (0.5 * way).round();
+                over += u32::from(nearest.length() < way.length() - 0.1);
+                assert!(
+                    (found - nearest.length()).abs() < 1e-6,
+                    "{found} for {}, from {from}",
+                    nearest.length()
+                );
+            }
+        }
+        assert!(over > 3, "{over} of the paths cross a side");
+    }
+}

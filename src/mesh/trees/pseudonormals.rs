@@ -25,6 +25,8 @@ pub(super) fn pseudonormals(surface: &Surface) -> Vec<Vec4> {
         let here = normals[h / 3];
         match edge.twin {
             NONE => here,
+            // What is glued lies elsewhere.
+            _ if surface.is_glued(h as u32) => here,
             twin => (here + normals[twin as usize / 3]).normalize_or_zero(),
         }
     });

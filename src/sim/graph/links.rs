@@ -135,6 +135,11 @@ impl Links {
                     self.is_border[i] |= k % 2 == 0 && around.is_at_open_border(texel);
                     continue;
                 }
+                if around.is_glued_between(texel, other) {
+                    // Lines are measured by places, so they end there.
+                    self.is_border[i] |= k % 2 == 0;
+                    continue;
+                }
                 match number[other as usize] {
                     // A corner does not make a border: bare texels are not connected by corners.
                     NONE => self.is_border[i] |= k % 2 == 0,

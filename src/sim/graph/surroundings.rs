@@ -6,6 +6,9 @@ use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::{NONE, Surface};
 use crate::sim::setup::Setup;
 
+/// Texels that are neighbours over a seam, in texel sides: no farther apart than this.
+const APART: f64 = 4.0;
+
 /// The surface under a trail.
 #[derive(Clone, Copy)]
 pub struct Surroundings<'a> {
@@ -65,6 +68,14 @@ impl<'a> Surroundings<'a> {
     /// A place in world coordinates, scene radii.
     pub(super) fn in_world(&self, place: DVec3) -> DVec3 {
         place + self.origin / self.radius
+    }
+
+    /// Does a glued edge lie between two texels that the texture has side by side? Its two sides lie apart.
+    pub(super) fn is_glued_between(&self, a: u32, b: u32) -> bool {
+        !self.surface.glued.is_empty() && {
+            let apart = self.place(a).distance(self.place(b));
+            apart > APART * 0.5 * (self.side(a) + self.side(b))
+        }
     }
 
     /// Does the mesh end at the triangle of this texel?

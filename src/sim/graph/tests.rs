@@ -210,6 +210,17 @@ fn lines_go_on_where_objects_touch() {
     assert_shape(&apart, [0, 4, 0, 0], &[2.0; 2]);
 }
 
+/// Catches a line over a glued side that jumps from one side of the plane to the other, which would be as long as the plane.
+#[test]
+fn lines_end_at_glued_sides() {
+    let canvas = Canvas::new(
+        &[("plane?columns=8&rows=8&periodic=true", Vec3::ZERO)],
+        &options(0, 1, AtlasMethod::Charts),
+    );
+    let line = canvas.graph(|place| place.z.abs());
+    assert_shape(&line, [0, 2, 0, 0], &[2.0]);
+}
+
 /// Catches graphs that do not end, or that are made of nothing.
 #[test]
 fn odd_trails_have_plain_graphs() {

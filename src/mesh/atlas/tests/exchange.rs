@@ -9,7 +9,7 @@ use super::super::gutter::Way;
 use super::*;
 
 /// Conductance of each pair of texels, as both sides see it.
-fn conductances(atlas: &Atlas) -> HashMap<(u32, u32), f32> {
+pub(super) fn conductances(atlas: &Atlas) -> HashMap<(u32, u32), f32> {
     let offsets = ExchangeRow::neighbours(atlas.pitch, atlas.gutter);
     let mut found = HashMap::new();
     let mut add =
@@ -36,7 +36,7 @@ fn conductances(atlas: &Atlas) -> HashMap<(u32, u32), f32> {
     found
 }
 
-fn check(what: &str, atlas: &Atlas) {
+pub(super) fn check(what: &str, atlas: &Atlas) {
     let all = conductances(atlas);
     let mut given = vec![0.0f32; atlas.texel_count()];
     for (&(from, to), &weight) in &all {
@@ -128,6 +128,7 @@ fn a_seam_exchanges_what_both_sides_would_read() {
         seams: &seams,
         ways: &ways,
         deposited: &deposited,
+        is_plain: false,
         pitch,
         distance: 1,
         offsets: ExchangeRow::neighbours(pitch, 1),

@@ -9,6 +9,7 @@ mod measure;
 mod outlook;
 mod own_uvs;
 mod reads;
+mod torus;
 
 use super::*;
 use crate::mesh::Mesh;
