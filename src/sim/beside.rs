@@ -94,8 +94,8 @@ const MEALS: &[(&str, As)] = &[
     ("level", As::Number),
     ("strength", As::Float),
     ("scent", As::Float),
+    ("projection", As::Float),
     ("pad0", As::Number),
-    ("pad1", As::Number),
 ];
 const TRANSFERS: &[(&str, As)] = &[
     ("x", As::Float),

@@ -53,6 +53,7 @@ impl Counts {
                 count(food_set.scented.len()),
                 count(food_set.falloffs.len()),
             ),
+            projected: count(food_set.projected.len()),
             samples: count(distance.samples.len()),
             tiles: count(distance.tiles.len()),
             job_tiles: count(distance.tiles_len()),

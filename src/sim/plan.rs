@@ -231,6 +231,18 @@ impl<'a> Plan<'a> {
         self.means.looks && self.settings.second_look.is_some()
     }
 
+    /// Is food projected into the trail?
+    #[must_use]
+    pub fn projects(&self) -> bool {
+        self.settings.projects()
+    }
+
+    /// One invocation for each texel at which food is projected into the trail.
+    #[must_use]
+    pub fn projected(&self) -> Threads {
+        Threads(self.setup.food_set.projected.len() as u32)
+    }
+
     /// Number of foods and markers.
     #[must_use]
     pub fn foods(&self) -> u32 {

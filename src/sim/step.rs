@@ -13,6 +13,7 @@ pub mod distance_tiles;
 pub mod exchange_seams;
 pub mod limit;
 pub mod occupancy;
+pub mod project;
 pub mod respawn;
 pub mod scent;
 pub mod sort;
@@ -232,7 +233,7 @@ fn defragment(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Subtracts the meals eaten, and updates the scent field if a scent has changed.
+/// Subtracts the meals eaten, updates the scent field if a scent has changed, and adds to the trail what food projects into it.
 fn feed(s: &mut Step, plan: &Plan<'_>) {
     if !plan.has_food() {
         return;
@@ -241,6 +242,9 @@ fn feed(s: &mut Step, plan: &Plan<'_>) {
     s.reset([none], |s| &s.food().groups);
     s.run(Threads(plan.foods()), plan.digest());
     s.run(Counter::Scented, plan.scent());
+    if plan.projects() {
+        s.run(plan.projected(), plan.project());
+    }
 }
 
 /// The trail spreads, takes up the deposits and decays.

@@ -43,9 +43,14 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             because(start != Start::Food, "Only the start food begins on food.")
         }
         "feeding.scattered" => None,
-        "feeding.radius" | "feeding.strength" | "feeding.amount" | "feeding.size" => because(
+        "feeding.radius" | "feeding.strength" | "feeding.amount" | "feeding.size"
+        | "feeding.projection" => because(
             settings.feeding.scattered == 0,
             "No food is scattered: raise Scattered food from 0.",
+        ),
+        "feeding.projection_covered" => because(
+            !settings.projects(),
+            "No food is projected into the trail: raise the projection of some from 0.",
         ),
         _ if key.starts_with("feeding.") => because(
             settings.food_count() == 0,
@@ -264,6 +269,9 @@ mod tests {
         settings.foods.push(FoodSettings::default());
         let waits = idle(&settings);
         assert!(waits.contains(&"feeding.size") && !waits.contains(&"feeding.fed_steps"));
+        assert!(waits.contains(&"feeding.projection_covered"));
+        settings.feeding.projection = 3.0;
+        assert!(idle(&settings).contains(&"feeding.projection_covered"));
         settings.feeding.scattered = 2;
         assert_eq!(
             idle(&settings),

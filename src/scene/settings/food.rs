@@ -22,6 +22,8 @@ pub struct FoodSettings {
     pub amount: u32,
     /// How far along the surface it is eaten, in scene radii; 0 for a marker.
     pub size: f32,
+    /// Trail units that each of its texels adds to the trail in a step, before the trail spreads; 0 for none.
+    pub projection: f32,
 }
 
 impl Default for FoodSettings {
@@ -31,6 +33,7 @@ impl Default for FoodSettings {
             strength,
             amount,
             size,
+            projection,
             ..
         } = FeedingSettings::default();
         Self {
@@ -40,6 +43,7 @@ impl Default for FoodSettings {
             strength,
             amount,
             size,
+            projection,
         }
     }
 }
@@ -65,6 +69,10 @@ pub struct FeedingSettings {
     pub amount: u32,
     /// As [`FoodSettings::size`].
     pub size: f32,
+    /// As [`FoodSettings::projection`].
+    pub projection: f32,
+    /// The share of its projection that a texel of any food keeps while particles are on it or beside it.
+    pub projection_covered: f32,
     /// For how many steps a particle that has eaten is fed.
     pub fed_steps: u32,
     /// How many particles a fed one counts as where it deposits.
@@ -81,6 +89,8 @@ impl Default for FeedingSettings {
             strength: 20.0,
             amount: 0,
             size: 0.03,
+            projection: 0.0,
+            projection_covered: 1.0,
             fed_steps: 150,
             fed_deposit: 4,
             fed_attraction: 0.0,
@@ -103,5 +113,12 @@ impl Settings {
     #[must_use]
     pub fn food_count(&self) -> usize {
         self.foods.len() + self.feeding.scattered as usize
+    }
+
+    /// Is any food projected into the trail?
+    #[must_use]
+    pub fn projects(&self) -> bool {
+        let is_scattered = self.feeding.scattered > 0 && self.feeding.projection > 0.0;
+        is_scattered || self.foods.iter().any(|food| food.projection > 0.0)
     }
 }

@@ -24,6 +24,8 @@ pub struct FoodBuffers {
     pub scented: Buffer<UVec2>,
     /// As [`FoodSet::falloffs`].
     pub falloffs: Buffer<UVec2>,
+    /// As [`FoodSet::projected`].
+    pub projected: Buffer<UVec2>,
     /// The groups of the dispatch that sums up scents again.
     pub groups: Buffer<DispatchGroups>,
     /// The number of foods and markers.
@@ -44,15 +46,14 @@ impl FoodBuffers {
                 food_set.scented.len() as u64,
                 food_set.falloffs.len() as u64,
             ),
+            projected: food_set.projected.len() as u64,
             ..Counts::default()
         };
         let scent = buffers::SCENT.of(ctx, counts, &field)?;
         let plates = buffers::PLATES.of(ctx, counts, &food_set.plates)?;
         // Markers without a radius reach nothing.
-        let falloffs: &[UVec2] = match &food_set.falloffs[..] {
-            [] => &[UVec2::ZERO],
-            falloffs => falloffs,
-        };
+        let falloffs = or_one(&food_set.falloffs);
+        let projected = or_one(&food_set.projected);
         Ok(Self {
             meals: buffers::MEALS.of(ctx, counts, meals)?,
             marks: buffers::MARKS.of(ctx, counts, &food_set.marks)?,
@@ -60,8 +61,18 @@ impl FoodBuffers {
             plates: Texture::new(ctx, plates)?,
             scented: buffers::SCENTED.of(ctx, counts, &food_set.scented)?,
             falloffs: buffers::FALLOFFS.of(ctx, counts, falloffs)?,
+            projected: buffers::PROJECTED.of(ctx, counts, projected)?,
             groups: buffers::SCENT_GROUPS.zeroed(ctx, counts)?,
             food_count: meals.len() as u32,
         })
+    }
+}
+
+/// Buffers have at least one element.
+fn or_one(elements: &[UVec2]) -> &[UVec2] {
+    if elements.is_empty() {
+        &[UVec2::ZERO]
+    } else {
+        elements
     }
 }

@@ -24,6 +24,7 @@ pub use super::step::distance_merge::distance_merge;
 pub use super::step::distance_raster::distance_raster;
 pub use super::step::distance_tiles::distance_tiles;
 pub use super::step::exchange_seams::exchange_seams;
+pub use super::step::project::project;
 pub use super::step::respawn::respawn;
 pub use super::step::scent::scent;
 pub use super::step::{limit, occupancy, sort, transfer, unfold, windows};
