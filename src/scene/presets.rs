@@ -22,7 +22,7 @@ pub(super) const PARTS: &str =
     "the sections [physarum], [trail] and [feeding], and picture.color_map";
 
 /// Keys of the method of walking, sensing, spreading and feeding, which presets do not change.
-const HOW: [&str; 14] = [
+const HOW: [&str; 15] = [
     "physarum.border",
     "physarum.edge_crossing_attempts",
     "physarum.sensing",
@@ -37,6 +37,7 @@ const HOW: [&str; 14] = [
     "trail.half_life",
     "feeding.projection",
     "feeding.projection_covered",
+    "feeding.scent_across",
 ];
 
 /// Is the key part of a look?

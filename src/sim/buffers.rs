@@ -68,6 +68,8 @@ pub struct Counts {
     pub scents: (u64, u64),
     /// Texels at which food is projected into the trail.
     pub projected: u64,
+    /// Do scents cross from object to object?
+    pub crosses: bool,
     /// Owned texels, if there are distances between objects.
     pub samples: u64,
     /// Tiles of them.
@@ -338,6 +340,7 @@ table! {
     MEALS: Meal = "meals", BLOCK 0, |n| n.foods;
     MARKS: Mark = "marks", BLOCK 0, |n| n.foods;
     SCENT: f32 = "scent", LARGE 0, Counts::food;
+    SCENT_AROUND: f32 = "scent.around", LARGE 0, |n| if n.crosses { n.food() } else { 0 };
     PLATES: u32 = "plates", LARGE 0, Counts::food;
     SCENTED: UVec2 = "scented", BLOCK 0, |n| if n.foods > 0 { n.scents.0 } else { 0 };
     FALLOFFS: UVec2 = "falloffs", BLOCK 0, |n| if n.foods > 0 { n.scents.1.max(1) } else { 0 };

@@ -159,6 +159,8 @@ pub struct FoodSet {
     pub projected: Vec<UVec2>,
     /// The mark of each in pictures.
     pub marks: Vec<Mark>,
+    /// Do scents cross from object to object?
+    pub crosses: bool,
     /// The texels within reach of each place, kept so that unchanged places need not be measured again.
     reached: Vec<Arc<Reached>>,
 }
@@ -228,11 +230,18 @@ impl FoodSet {
                 .collect(),
             marks: places.iter().map(|place| place.mark(surface)).collect(),
             projected: projected(atlas, &places, &reached),
+            crosses: false,
             places,
             scented,
             plates,
             reached,
         })
+    }
+
+    /// This set, with or without scents that cross from object to object.
+    #[must_use]
+    pub fn crossing(self, crosses: bool) -> Self {
+        Self { crosses, ..self }
     }
 
     /// Is there neither food nor marker?

@@ -231,6 +231,18 @@ impl<'a> Plan<'a> {
         self.means.looks && self.settings.second_look.is_some()
     }
 
+    /// Does the scent of food and markers cross from object to object?
+    #[must_use]
+    pub fn scent_crosses(&self) -> bool {
+        self.settings.scent_crosses()
+    }
+
+    /// One invocation for each sample, which is an owned texel of a scene of several objects.
+    #[must_use]
+    pub fn samples(&self) -> Threads {
+        Threads(self.setup.distance.samples.len() as u32)
+    }
+
     /// Is food projected into the trail?
     #[must_use]
     pub fn projects(&self) -> bool {

@@ -16,6 +16,7 @@ pub mod occupancy;
 pub mod project;
 pub mod respawn;
 pub mod scent;
+pub mod scent_across;
 pub mod sort;
 pub mod transfer;
 pub mod unfold;
@@ -41,6 +42,7 @@ pub fn step(plan: &Plan<'_>) -> Step {
     let s = &mut step;
     bring_changes(s, plan);
     take_distances(s, plan);
+    cross_contacts(s, plan);
     act(s, plan);
     s.side_by_side(
         |s| {
@@ -115,6 +117,14 @@ fn take_distances(s: &mut Step, plan: &Plan<'_>) {
             DistanceMethod::Bvh => s.run(Counter::Covered, plan.unfold()),
             _ => s.run(Threads(update.thread_count), plan.unfold()),
         }
+    }
+}
+
+/// Sums up the scents that sensors read where they cross contacts, because objects move and food is eaten.
+fn cross_contacts(s: &mut Step, plan: &Plan<'_>) {
+    if plan.scent_crosses() {
+        s.run(plan.samples(), plan.scent_across());
+        s.run(plan.seams(), plan.exchange_seams(Field::Scent));
     }
 }
 

@@ -5,17 +5,17 @@ use crate::advance;
 use std::sync::Arc;
 
 use crate::common::{Gpu, TRIO, awkward_sizes, gpu, scene, scene_of_several};
-use glam::{DVec2, UVec2, Vec3};
+use glam::{DAffine3, DVec2, UVec2, Vec3};
 use myxo::gpu::{Buffer, Context, DispatchGroups, Domain, Pipeline, Threads};
 use myxo::mesh::atlas::Control;
 use myxo::mesh::surface_distance::SurfaceDistance;
 use myxo::mesh::walk::{BorderRule, walk};
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::Scene;
-use myxo::scene::settings::{AtlasMethod, FoodSettings, Start, Strategy};
+use myxo::scene::settings::{AtlasMethod, FoodSettings, Settings, Start, Strategy};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::field::{atlas_position, trail_at};
-use myxo::sim::food::{FoodPlace, FoodSet, LEVELS, MOST_AMOUNT};
+use myxo::sim::food::{FoodPlace, FoodSet, LEVELS, MOST_AMOUNT, nearest_on_object};
 use myxo::sim::kernels::{
     Digest, DigestArgs, DigestParams, Project, ProjectArgs, ProjectConstants, ProjectParams, Scent,
     ScentArgs, ScentConstants, ScentParams,
@@ -792,4 +792,144 @@ fn particles_gather_at_projected_food() {
         gathered > 2 * control && gathered > 100,
         "{gathered} beside {control}"
     );
+}
+
+/// A ball with all particles, and a ball with a marker to the right of it, which lies beside the place where they touch if there is no gap.
+fn two_balls(gap: f64, across: f32, change: impl FnOnce(&mut Settings)) -> Scene {
+    let ball = ("icosphere?subdivisions=3", [0.0; 3]);
+    scene_of_several(&[ball, ball], |s| {
+        for (object, name) in s.objects.iter_mut().zip(["left", "right"]) {
+            object.name = name.to_owned();
+            object.rotation = [0.0; 3];
+        }
+        s.objects[1].position = [2.0 + gap, 0.0, 0.0];
+        s.radius = 1.0;
+        s.particles.count = 2000;
+        s.particles.start_object = "left".to_owned();
+        s.atlas.size = 256;
+        s.distance.reach = 0.5;
+        s.feeding.scent_across = across;
+        s.foods = vec![food("right", [-0.9, 0.4, 0.0], |f| {
+            f.radius = 1.0;
+            f.strength = 40.0;
+            f.size = 0.0;
+        })];
+        change(s);
+    })
+}
+
+/// Would catch: scent of another place of the other object, in the wrong pose, from beyond the reach or with another share; what crosses coming
+/// back to its own object; engines that differ, also in gutters; and a resumed run, or one in which scents cross anew, that differs.
+#[test]
+fn scents_cross_contacts() {
+    let Some(gpu) = gpu() else { return };
+    const SHARE: f32 = 0.5;
+    let scene = two_balls(-0.05, SHARE, |s| {
+        s.time.dt = 0.02;
+        s.objects[1].motion.spin = [40.0, 0.0, 90.0];
+    });
+    let reach = f64::from(scene.settings.distance.reach);
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let setup = simulation.setup().clone();
+    let mut by_twin = twin::Simulation::new(setup.clone(), scene.settings.clone());
+    advance(&gpu, &mut simulation, 1);
+    by_twin.step();
+
+    // The first step has the first poses.
+    let arrays = by_twin.arrays();
+    let place = setup.food_set.places[0];
+    let on_right = SurfaceDistance::new(&setup.surface, &[place.point], 1.01 * place.radius);
+    let [left, right] = [0, 1].map(|object: usize| DAffine3::from(&setup.poses[object]));
+    let right_from_left = right.inverse() * left;
+    let samples_of = |object: usize| {
+        let (first, end) = setup.distance.ranges[object];
+        setup.distance.samples[first as usize..end as usize].iter()
+    };
+    let (mut crossed, mut beyond) = (0, 0);
+    for sample in samples_of(0).step_by(23) {
+        let at = right_from_left.transform_point3(sample.position.as_dvec3());
+        let (point, nearest) = nearest_on_object(&setup.surface, at.as_vec3(), 1);
+        let away = nearest.distance(at) / reach;
+        let found = arrays.around[sample.texel as usize];
+        if away > 1.001 {
+            assert_eq!(found, 0.0, "{at}");
+            beyond += 1;
+            continue;
+        }
+        let near = (1.0 - away).max(0.0);
+        let smelled = f64::from(place.strength)
+            * place.falloff(on_right.at(point.triangle, point.u, point.v));
+        let expected = f64::from(SHARE) * near * near * smelled;
+        let off = (f64::from(found) - expected).abs();
+        assert!(off < 0.6, "{at}: {found}, not {expected}");
+        crossed += u32::from(expected > 1.0);
+    }
+    assert!(crossed > 20 && beyond > 100, "{crossed}, {beyond}");
+    for sample in samples_of(1) {
+        let texel = sample.texel as usize;
+        assert_eq!(arrays.around[texel], arrays.scent[texel], "its own alone");
+    }
+
+    for _ in 0..5 {
+        advance(&gpu, &mut simulation, 1);
+        by_twin.step();
+    }
+    let around = simulation.state().food().around();
+    let around: Vec<f32> = gpu.ctx.download(around).unwrap();
+    assert!(around == by_twin.arrays().around, "engines agree");
+    let half = simulation.snapshot().unwrap();
+    assert_eq!(half.hash(), by_twin.snapshot().hash());
+
+    let mut resumed = Simulation::from_setup(&gpu.ctx, &scene, setup).unwrap();
+    resumed.restore(&half).unwrap();
+    let mut settings = simulation.settings().clone();
+    for across in [0.0, SHARE] {
+        settings.feeding.scent_across = across;
+        simulation.apply(&settings).unwrap();
+        let crosses = simulation.state().food().around.is_some();
+        assert_eq!(crosses, across > 0.0);
+    }
+    let [whole, resumed] = [&mut simulation, &mut resumed].map(|simulation| {
+        advance(&gpu, simulation, 4);
+        simulation.snapshot().unwrap().hash()
+    });
+    assert_eq!(whole, resumed);
+    gpu.finish();
+}
+
+/// Would catch: sensors that read the scent of their own object's food only, scents that cross a gap beyond the reach, or cross with the key at
+/// 0. No particle changes objects, and sensors do not see across, so nothing else draws them.
+#[test]
+fn particles_sense_food_on_an_object_that_touches() {
+    let run = |gap: f64, across: f32| {
+        let scene = two_balls(gap, across, |s| {
+            s.transfer.strategy = Strategy::None;
+            s.physarum.speed = 0.01;
+            s.physarum.deposit = 0.05;
+        });
+        let mut twin = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings);
+        for _ in 0..100 {
+            twin.step();
+        }
+        let setup = twin.setup();
+        let state = twin.snapshot();
+        let beside = |particle: &&Particle| {
+            let [a, b, c] = setup.surface.corners[particle.triangle as usize]
+                .map(|vertex| setup.surface.positions[vertex as usize]);
+            let place = a + particle.u * (b - a) + particle.v * (c - a);
+            place.distance(Vec3::new(0.93, 0.37, 0.0)) < 0.3
+        };
+        let count = state.particles.iter().filter(beside).count();
+        (count, state.hash())
+    };
+    let [touching, off] = [1.0, 0.0].map(|across| run(-0.05, across));
+    let [apart, apart_off] = [1.0, 0.0].map(|across| run(0.6, across));
+    assert!(
+        touching.0 > 2 * off.0 && touching.0 > 100,
+        "{} beside {}",
+        touching.0,
+        off.0
+    );
+    assert_eq!(apart, apart_off, "beyond the reach nothing crosses");
+    assert_eq!(off.0, apart.0, "without the key, contacts do not matter");
 }

@@ -52,6 +52,10 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             !settings.projects(),
             "No food is projected into the trail: raise the projection of some from 0.",
         ),
+        "feeding.scent_across" if is_alone => Some(ALONE),
+        "feeding.scent_across" if settings.distance.reach == 0.0 => {
+            Some("Objects do not see each other: raise the distance reach from 0.")
+        }
         _ if key.starts_with("feeding.") => because(
             settings.food_count() == 0,
             "There is no food: put some on an object, or raise Scattered food from 0.",
@@ -241,6 +245,7 @@ mod tests {
             "distance.reach",
             "time.dt",
             "atlas.cell_size",
+            "feeding.scent_across",
         ] {
             assert!(alone.contains(&key), "{key}");
         }

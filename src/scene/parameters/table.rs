@@ -417,6 +417,14 @@ const AFTER: &[Parameter] = &[
         kind: real!(feeding.fed_attraction, (0.0, 1.0), (0.0, 1.0), Linear),
     },
     Parameter {
+        key: "feeding.scent_across",
+        name: "Scent across contacts",
+        unit: "",
+        help: "The share of the scent of food and markers that crosses to another object where the two touch. It falls off with the distance between them, to 0 at the distance reach. 0: none crosses.",
+        effect: Effect::Live,
+        kind: real!(feeding.scent_across, (0.0, 1.0), (0.0, 1.0), Linear),
+    },
+    Parameter {
         key: "camera.field_of_view",
         name: "Field of view",
         unit: "degrees",

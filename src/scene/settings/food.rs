@@ -79,6 +79,8 @@ pub struct FeedingSettings {
     pub fed_deposit: u32,
     /// Factor of fed particles on attraction by food and markers.
     pub fed_attraction: f32,
+    /// The share of a scent that crosses from object to object where they touch; 0 for none.
+    pub scent_across: f32,
 }
 
 impl Default for FeedingSettings {
@@ -94,6 +96,7 @@ impl Default for FeedingSettings {
             fed_steps: 150,
             fed_deposit: 4,
             fed_attraction: 0.0,
+            scent_across: 0.0,
         }
     }
 }
@@ -113,6 +116,12 @@ impl Settings {
     #[must_use]
     pub fn food_count(&self) -> usize {
         self.foods.len() + self.feeding.scattered as usize
+    }
+
+    /// Does the scent of food and markers cross from object to object?
+    #[must_use]
+    pub fn scent_crosses(&self) -> bool {
+        self.feeding.scent_across > 0.0 && self.objects.len() > 1 && self.food_count() > 0
     }
 
     /// Is any food projected into the trail?

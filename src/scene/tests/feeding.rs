@@ -105,6 +105,10 @@ fn wrong_food_is_refused() {
             "food.0.projection = 2000000 is out of range",
         ),
         (
+            "[feeding]\nscent_across = 1.01\n",
+            "feeding.scent_across = 1.01 is out of range",
+        ),
+        (
             "[feeding]\nprojection = -0.5\n",
             "feeding.projection = -0.5 is out of range",
         ),

@@ -18,6 +18,8 @@ pub struct FoodBuffers {
     pub marks: Buffer<Mark>,
     /// One per texel, gutters filled: trail units that are added to sensor readings.
     pub scent: Texture<f32>,
+    /// One per texel, gutters filled: the same with what crosses from other objects, if scents do.
+    pub around: Option<Texture<f32>>,
     /// One per texel, gutters filled: the food that is eaten there, counted from 1, or 0.
     pub plates: Texture<u32>,
     /// As [`FoodSet::scented`].
@@ -47,6 +49,7 @@ impl FoodBuffers {
                 food_set.falloffs.len() as u64,
             ),
             projected: food_set.projected.len() as u64,
+            crosses: food_set.crosses,
             ..Counts::default()
         };
         let scent = buffers::SCENT.of(ctx, counts, &field)?;
@@ -58,6 +61,9 @@ impl FoodBuffers {
             meals: buffers::MEALS.of(ctx, counts, meals)?,
             marks: buffers::MARKS.of(ctx, counts, &food_set.marks)?,
             scent: Texture::new(ctx, scent)?,
+            around: (food_set.crosses)
+                .then(|| Texture::new(ctx, buffers::SCENT_AROUND.zeroed(ctx, counts)?))
+                .transpose()?,
             plates: Texture::new(ctx, plates)?,
             scented: buffers::SCENTED.of(ctx, counts, &food_set.scented)?,
             falloffs: buffers::FALLOFFS.of(ctx, counts, falloffs)?,
@@ -65,6 +71,21 @@ impl FoodBuffers {
             groups: buffers::SCENT_GROUPS.zeroed(ctx, counts)?,
             food_count: meals.len() as u32,
         })
+    }
+
+    /// The scent that sensors read.
+    #[must_use]
+    pub fn sensed(&self) -> &Texture<f32> {
+        self.around.as_ref().unwrap_or(&self.scent)
+    }
+
+    /// The scent with what crosses from other objects.
+    ///
+    /// # Panics
+    /// Where scents do not cross.
+    #[must_use]
+    pub fn around(&self) -> &Texture<f32> {
+        self.around.as_ref().expect("scents cross contacts")
     }
 }
 
