@@ -1,5 +1,5 @@
-// scent_across: the scent that sensors read where scents cross contacts: each texel's own, and a share of that at the nearest place of another
-// object, the less the farther that is away.
+// scent_across: the scent that sensors read where scents cross contacts: each texel's own, and a share of that at the nearest place of
+// another object, the less the farther that is away.
 // Reads   samples, owners, distances, nearest, scent, triangles, corners, vertices, strips, poses.
 // Writes  around, at owned texels.
 // One invocation per sample.

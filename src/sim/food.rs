@@ -412,8 +412,8 @@ fn reached(
     Ok(reached)
 }
 
-/// The owned texels at which food is projected into the trail, each with the nearest food that is: those on its plate, and the one that holds
-/// its place, so that markers and food that is smaller than a texel have one.
+/// The owned texels at which food is projected into the trail, each with the nearest food that is: those on its plate, and the one that
+/// holds its place, so that markers and food that is smaller than a texel have one.
 fn projected(atlas: &Atlas, places: &[FoodPlace], reached: &[Arc<Reached>]) -> Vec<UVec2> {
     let mut nearest: BTreeMap<u32, (f32, u32)> = BTreeMap::new();
     for (food, (place, reached)) in (0..).zip(places.iter().zip(reached)) {

@@ -631,8 +631,8 @@ fn scattered_food_is_far_apart_and_stays() {
     }
 }
 
-/// Would catch: food that is projected elsewhere than where it is eaten, with another factor, after the trail has spread or more than once in
-/// a step of several passes, or in one engine only; and a mass that does not grow by the projection and shrink by the decay.
+/// Would catch: food that is projected elsewhere than where it is eaten, with another factor, after the trail has spread or more than once
+/// in a step of several passes, or in one engine only; and a mass that does not grow by the projection and shrink by the decay.
 #[test]
 fn food_is_projected_into_the_trail() {
     let Some(gpu) = gpu() else { return };
@@ -818,8 +818,9 @@ fn two_balls(gap: f64, across: f32, change: impl FnOnce(&mut Settings)) -> Scene
     })
 }
 
-/// Would catch: scent of another place of the other object, in the wrong pose, from beyond the reach or with another share; what crosses coming
-/// back to its own object; engines that differ, also in gutters; and a resumed run, or one in which scents cross anew, that differs.
+/// Would catch: scent of another place of the other object, in the wrong pose, from beyond the reach or with another share; what crosses
+/// coming back to its own object; engines that differ, also in gutters; and a run that differs when it is resumed, or when the key has been
+/// 0 and is not any more.
 #[test]
 fn scents_cross_contacts() {
     let Some(gpu) = gpu() else { return };
@@ -897,8 +898,8 @@ fn scents_cross_contacts() {
     gpu.finish();
 }
 
-/// Would catch: sensors that read the scent of their own object's food only, scents that cross a gap beyond the reach, or cross with the key at
-/// 0. No particle changes objects, and sensors do not see across, so nothing else draws them.
+/// Would catch: sensors that read the scent of their own object's food only, scents that cross a gap beyond the reach, or cross with the
+/// key at 0. No particle changes objects, and sensors do not see across, so nothing else draws them.
 #[test]
 fn particles_sense_food_on_an_object_that_touches() {
     let run = |gap: f64, across: f32| {

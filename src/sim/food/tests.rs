@@ -134,8 +134,8 @@ fn plates_are_of_the_nearest_food() {
     }
 }
 
-/// Would catch: food that is projected at texels of gutters, twice at a texel, or at none because it is smaller than a texel or a marker; and
-/// food without a projection that takes texels from food with one.
+/// Would catch: food that is projected at texels of gutters, twice at a texel, or at none because it is smaller than a texel or a marker;
+/// and food without a projection that takes texels from food with one.
 #[test]
 fn food_is_projected_at_owned_texels_of_the_nearest() {
     let near = [0.98, 0.2, 0.0];
