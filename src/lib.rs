@@ -56,7 +56,8 @@
 //! 2. Every particle walks its pending length, senses, turns, walks, deposits, and is selected if it has gone into another object.
 //!    Selected particles land on the other object, and the particle buffer is put in order again. In each step one part of the
 //!    particles is sorted by place in the texture, so that after a fixed number of steps all have been sorted.
-//! 3. If there is food, the amounts eaten are subtracted, and the scent that sensors read is summed up again.
+//! 3. If there is food, the amounts eaten are subtracted, and the scent that sensors read is summed up again. Projected food adds to the
+//!    trail.
 //! 4. The trail spreads, takes up the deposits and decays: inside charts, then over seams; then the gutters are filled, so that
 //!    reads never see a seam.
 //!

@@ -125,6 +125,11 @@ const KERNELS: &[(&str, &str)] = &[
     ("respawn", "Particles that went into another object restart"),
     ("digest", "Takes away the food that was eaten"),
     ("scent", "The field by which food and markers attract"),
+    (
+        "scent_across",
+        "The scent that crosses from object to object where they touch",
+    ),
+    ("project", "Adds to the trail what food projects into it"),
     ("paint", "A dab of a brush"),
     ("teleport", "A dab of the brush that brings particles"),
     ("update", "Numbers that the host writes for the step"),

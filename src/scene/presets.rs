@@ -21,8 +21,8 @@ const COLOURS: &str = "color_map";
 pub(super) const PARTS: &str =
     "the sections [physarum], [trail] and [feeding], and picture.color_map";
 
-/// Keys of the method of walking, sensing and spreading, which presets do not change.
-const HOW: [&str; 12] = [
+/// Keys of the method of walking, sensing, spreading and feeding, which presets do not change.
+const HOW: [&str; 15] = [
     "physarum.border",
     "physarum.edge_crossing_attempts",
     "physarum.sensing",
@@ -35,6 +35,9 @@ const HOW: [&str; 12] = [
     "physarum.sensor_width",
     "trail.diffusion_length",
     "trail.half_life",
+    "feeding.projection",
+    "feeding.projection_covered",
+    "feeding.scent_across",
 ];
 
 /// Is the key part of a look?

@@ -142,6 +142,8 @@ pub struct Arrays {
     pub meals: Vec<Meal>,
     /// One per texel; empty without food and markers.
     pub scent: Vec<f32>,
+    /// The same with what crosses from other objects; empty if no scents do.
+    pub around: Vec<f32>,
     /// Has the scent of any food changed in this step?
     pub scent_is_due: bool,
     /// World from object.
@@ -209,6 +211,7 @@ impl Arrays {
             claims: vec![UVec4::ZERO; counts.wishes.0 as usize],
             meals: Vec::new(),
             scent: Vec::new(),
+            around: Vec::new(),
             scent_is_due: false,
             poses: setup.poses.clone(),
             poses_before: setup.poses.clone(),
@@ -245,6 +248,8 @@ impl Arrays {
     pub fn serve(&mut self, remaining: Option<&[u32]>) {
         self.meals = self.setup.food_set.meals(remaining);
         self.scent = scent_of(&self.setup.food_set, &self.meals);
+        let crosses = self.setup.food_set.crosses;
+        self.around = vec![0.0; if crosses { self.scent.len() } else { 0 }];
     }
 
     /// Lets two arrays change roles.

@@ -94,8 +94,8 @@ const MEALS: &[(&str, As)] = &[
     ("level", As::Number),
     ("strength", As::Float),
     ("scent", As::Float),
+    ("projection", As::Float),
     ("pad0", As::Number),
-    ("pad1", As::Number),
 ];
 const TRANSFERS: &[(&str, As)] = &[
     ("x", As::Float),
@@ -126,6 +126,8 @@ struct Everything {
     previous_deposits: Vec<u32>,
     meals: Vec<u32>,
     scent: Vec<f32>,
+    /// Empty if no scents cross contacts.
+    around: Vec<f32>,
     /// Empty before any bias is painted.
     bias: Vec<f32>,
     /// Empty before any second look is painted.
@@ -163,6 +165,8 @@ impl Everything {
                 ctx.download(&food.scent)?,
             ),
         };
+        let around = s.food.as_ref().and_then(|food| food.around.as_ref());
+        let around = around.map(|around| ctx.download(around));
         let bias = s.bias.as_ref().map(|bias| ctx.download(bias));
         let looks = s.looks.as_ref().map(|looks| ctx.download(looks));
         let leaving = match s.transfers.transfers.len() {
@@ -181,6 +185,7 @@ impl Everything {
             previous_deposits: ctx.download(&s.deposits.back)?,
             meals,
             scent,
+            around: around.transpose()?.unwrap_or_default(),
             bias: bias.transpose()?.unwrap_or_default(),
             looks: looks.transpose()?.unwrap_or_default(),
             near: (objects > 1).then(near).transpose()?,
@@ -201,6 +206,7 @@ impl Everything {
             previous_deposits: a.previous_deposits.clone(),
             meals: bytemuck::allocation::pod_collect_to_vec(&a.meals),
             scent: a.scent.clone(),
+            around: a.around.clone(),
             bias: a.bias.clone(),
             looks: a.weights.clone(),
             near: several.then(|| Near {
@@ -265,6 +271,7 @@ impl Everything {
         add("next trail", FLOATS, words(&self.next_trail));
         add("meals", MEALS, self.meals);
         add("scent", FLOATS, words(&self.scent));
+        add("scent around", FLOATS, words(&self.around));
         add("bias", FLOATS, words(&self.bias));
         add("looks", FLOATS, words(&self.looks));
         fields

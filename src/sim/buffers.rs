@@ -66,6 +66,10 @@ pub struct Counts {
     pub foods: u64,
     /// Texels that any of them reaches, plus one; and the number of pairs of such a texel and a food.
     pub scents: (u64, u64),
+    /// Texels at which food is projected into the trail.
+    pub projected: u64,
+    /// Do scents cross from object to object?
+    pub crosses: bool,
     /// Owned texels, if there are distances between objects.
     pub samples: u64,
     /// Tiles of them.
@@ -336,9 +340,11 @@ table! {
     MEALS: Meal = "meals", BLOCK 0, |n| n.foods;
     MARKS: Mark = "marks", BLOCK 0, |n| n.foods;
     SCENT: f32 = "scent", LARGE 0, Counts::food;
+    SCENT_AROUND: f32 = "scent.around", LARGE 0, |n| if n.crosses { n.food() } else { 0 };
     PLATES: u32 = "plates", LARGE 0, Counts::food;
     SCENTED: UVec2 = "scented", BLOCK 0, |n| if n.foods > 0 { n.scents.0 } else { 0 };
     FALLOFFS: UVec2 = "falloffs", BLOCK 0, |n| if n.foods > 0 { n.scents.1.max(1) } else { 0 };
+    PROJECTED: UVec2 = "projected", BLOCK 0, |n| if n.foods > 0 { n.projected.max(1) } else { 0 };
     SCENT_GROUPS: DispatchGroups = "scent_groups", BLOCK 0, |n| u64::from(n.foods > 0);
 
     OUTLINES: Outline = "outlines", LARGE 4, |n| n.drawn(n.outlines);

@@ -53,6 +53,8 @@ impl Counts {
                 count(food_set.scented.len()),
                 count(food_set.falloffs.len()),
             ),
+            projected: count(food_set.projected.len()),
+            crosses: settings.scent_crosses(),
             samples: count(distance.samples.len()),
             tiles: count(distance.tiles.len()),
             job_tiles: count(distance.tiles_len()),
@@ -106,6 +108,7 @@ impl Counts {
                 (0, 0)
             },
             foods: settings.food_count() as u64,
+            crosses: settings.scent_crosses(),
             samples,
             tiles,
             job_tiles: tiles + objects * u64::from(GROUP / TILE_SAMPLES) * u64::from(objects > 1),

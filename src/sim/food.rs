@@ -1,13 +1,14 @@
 //! Food and markers: their places, the distances of texels along the surface, and the scent that sensors read.
 //!
 //! The host measures the distances; simulation and twin begin from one [`FoodSet`]. The kernels `digest` and `scent` update
-//! amounts and scents as food is eaten.
+//! amounts and scents as food is eaten, and `project` adds to the trail on food.
 
 pub mod buffers;
 mod places;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -23,7 +24,7 @@ use crate::mesh::walk::SurfacePoint;
 
 pub use places::{nearest_on_object, places};
 
-/// Levels of a scent; `shaders/digest.comp` has an equal constant.
+/// Levels of a scent; `shaders/digest.comp` and `shaders/project.comp` have an equal constant.
 pub const LEVELS: u32 = 64;
 /// `LEVELS * amount + amount` fits in 32 bits.
 pub const MOST_AMOUNT: u32 = 60_000_000;
@@ -57,6 +58,8 @@ pub struct FoodPlace {
     pub size: f64,
     /// Its number of meals; 0 for an endless food.
     pub amount: u32,
+    /// Trail units that each of its texels adds to the trail in a step; 0 for none.
+    pub projection: f32,
 }
 
 impl FoodPlace {
@@ -103,7 +106,10 @@ impl FoodPlace {
     #[must_use]
     pub fn meal(&self, remaining: Option<u32>) -> Meal {
         let Self {
-            amount, strength, ..
+            amount,
+            strength,
+            projection,
+            ..
         } = *self;
         let mut meal = Meal {
             // Endless food always has a remaining meal.
@@ -117,8 +123,8 @@ impl FoodPlace {
             level: LEVELS,
             strength,
             scent: strength,
+            projection,
             pad0: 0,
-            pad1: 0,
         };
         if amount > 0 {
             meal.smell();
@@ -149,8 +155,12 @@ pub struct FoodSet {
     pub falloffs: Vec<UVec2>,
     /// One per texel: the food that is eaten there, counted from 1, or 0. Empty in scenes without foods and markers.
     pub plates: Vec<u32>,
+    /// The texels at which food is projected into the trail, ascending, each with the index of the food.
+    pub projected: Vec<UVec2>,
     /// The mark of each in pictures.
     pub marks: Vec<Mark>,
+    /// Do scents cross from object to object?
+    pub crosses: bool,
     /// The texels within reach of each place, kept so that unchanged places need not be measured again.
     reached: Vec<Arc<Reached>>,
 }
@@ -219,11 +229,19 @@ impl FoodSet {
                 .map(|&(_, food, value)| UVec2::new(food, value.to_bits()))
                 .collect(),
             marks: places.iter().map(|place| place.mark(surface)).collect(),
+            projected: projected(atlas, &places, &reached),
+            crosses: false,
             places,
             scented,
             plates,
             reached,
         })
+    }
+
+    /// This set, with or without scents that cross from object to object.
+    #[must_use]
+    pub fn crossing(self, crosses: bool) -> Self {
+        Self { crosses, ..self }
     }
 
     /// Is there neither food nor marker?
@@ -392,6 +410,40 @@ fn reached(
         .collect();
     control.check()?;
     Ok(reached)
+}
+
+/// The owned texels at which food is projected into the trail, each with the nearest food that is: those on its plate, and the one that
+/// holds its place, so that markers and food that is smaller than a texel have one.
+fn projected(atlas: &Atlas, places: &[FoodPlace], reached: &[Arc<Reached>]) -> Vec<UVec2> {
+    let mut nearest: BTreeMap<u32, (f32, u32)> = BTreeMap::new();
+    for (food, (place, reached)) in (0..).zip(places.iter().zip(reached)) {
+        if place.projection <= 0.0 {
+            continue;
+        }
+        let mut take = |texel: u32, distance: f32| {
+            let best = nearest.entry(texel).or_insert((distance, food));
+            if distance < best.0 {
+                *best = (distance, food);
+            }
+        };
+        for &(texel, distance) in reached.iter() {
+            if f64::from(distance) < place.size {
+                take(texel, distance);
+            }
+        }
+        take(middle_of(atlas, &place.point), 0.0);
+    }
+    let nearest = nearest.into_iter();
+    nearest
+        .map(|(texel, (_, food))| UVec2::new(texel, food))
+        .collect()
+}
+
+/// The owned texel that holds a place, or stands for the gutter texel that does.
+fn middle_of(atlas: &Atlas, point: &SurfacePoint) -> u32 {
+    let texel = atlas.texel_of(point.triangle, point.u as f32, point.v as f32);
+    let seam = atlas.seams.iter().find(|seam| seam.texel == texel);
+    seam.map_or(texel, most_of)
 }
 
 /// The value that fills a gutter texel.

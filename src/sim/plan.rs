@@ -231,6 +231,30 @@ impl<'a> Plan<'a> {
         self.means.looks && self.settings.second_look.is_some()
     }
 
+    /// Does the scent of food and markers cross from object to object?
+    #[must_use]
+    pub fn scent_crosses(&self) -> bool {
+        self.settings.scent_crosses()
+    }
+
+    /// One invocation for each sample, which is an owned texel of a scene of several objects.
+    #[must_use]
+    pub fn samples(&self) -> Threads {
+        Threads(self.setup.distance.samples.len() as u32)
+    }
+
+    /// Is food projected into the trail?
+    #[must_use]
+    pub fn projects(&self) -> bool {
+        self.settings.projects()
+    }
+
+    /// One invocation for each texel at which food is projected into the trail.
+    #[must_use]
+    pub fn projected(&self) -> Threads {
+        Threads(self.setup.food_set.projected.len() as u32)
+    }
+
     /// Number of foods and markers.
     #[must_use]
     pub fn foods(&self) -> u32 {

@@ -159,6 +159,7 @@ impl Setup {
         let food_set = control.part(shares[3]..1.0, |control| {
             FoodSet::new(&scene.surface, &atlas, foods, None, control)
         })?;
+        let food_set = food_set.crossing(settings.scent_crosses());
         Ok(Self {
             clearance,
             surroundings,

@@ -13,8 +13,10 @@ pub mod distance_tiles;
 pub mod exchange_seams;
 pub mod limit;
 pub mod occupancy;
+pub mod project;
 pub mod respawn;
 pub mod scent;
+pub mod scent_across;
 pub mod sort;
 pub mod transfer;
 pub mod unfold;
@@ -40,6 +42,7 @@ pub fn step(plan: &Plan<'_>) -> Step {
     let s = &mut step;
     bring_changes(s, plan);
     take_distances(s, plan);
+    cross_contacts(s, plan);
     act(s, plan);
     s.side_by_side(
         |s| {
@@ -114,6 +117,14 @@ fn take_distances(s: &mut Step, plan: &Plan<'_>) {
             DistanceMethod::Bvh => s.run(Counter::Covered, plan.unfold()),
             _ => s.run(Threads(update.thread_count), plan.unfold()),
         }
+    }
+}
+
+/// Sums up the scents that sensors read where they cross contacts, because objects move and food is eaten.
+fn cross_contacts(s: &mut Step, plan: &Plan<'_>) {
+    if plan.scent_crosses() {
+        s.run(plan.samples(), plan.scent_across());
+        s.run(plan.seams(), plan.exchange_seams(Field::Scent));
     }
 }
 
@@ -232,7 +243,7 @@ fn defragment(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Subtracts the meals eaten, and updates the scent field if a scent has changed.
+/// Subtracts the meals eaten, updates the scent field if a scent has changed, and adds to the trail what food projects into it.
 fn feed(s: &mut Step, plan: &Plan<'_>) {
     if !plan.has_food() {
         return;
@@ -241,6 +252,9 @@ fn feed(s: &mut Step, plan: &Plan<'_>) {
     s.reset([none], |s| &s.food().groups);
     s.run(Threads(plan.foods()), plan.digest());
     s.run(Counter::Scented, plan.scent());
+    if plan.projects() {
+        s.run(plan.projected(), plan.project());
+    }
 }
 
 /// The trail spreads, takes up the deposits and decays.

@@ -82,10 +82,10 @@ pub struct Meal {
     pub strength: f32,
     /// Trail units that sensors read at its place now.
     pub scent: f32,
+    /// Trail units that each of its texels adds to the trail in a step while it is uneaten.
+    pub projection: f32,
     /// Unused.
     pub pad0: u32,
-    /// Unused.
-    pub pad1: u32,
 }
 
 /// Place and size of a food or a marker in pictures.

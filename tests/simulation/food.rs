@@ -5,22 +5,23 @@ use crate::advance;
 use std::sync::Arc;
 
 use crate::common::{Gpu, TRIO, awkward_sizes, gpu, scene, scene_of_several};
-use glam::{DVec2, UVec2, Vec3};
+use glam::{DAffine3, DVec2, UVec2, Vec3};
 use myxo::gpu::{Buffer, Context, DispatchGroups, Domain, Pipeline, Threads};
 use myxo::mesh::atlas::Control;
 use myxo::mesh::surface_distance::SurfaceDistance;
 use myxo::mesh::walk::{BorderRule, walk};
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::Scene;
-use myxo::scene::settings::{AtlasMethod, FoodSettings, Start, Strategy};
+use myxo::scene::settings::{AtlasMethod, FoodSettings, Settings, Start, Strategy};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::field::{atlas_position, trail_at};
-use myxo::sim::food::{FoodPlace, FoodSet, LEVELS, MOST_AMOUNT};
+use myxo::sim::food::{FoodPlace, FoodSet, LEVELS, MOST_AMOUNT, nearest_on_object};
 use myxo::sim::kernels::{
-    Digest, DigestArgs, DigestParams, Scent, ScentArgs, ScentConstants, ScentParams,
+    Digest, DigestArgs, DigestParams, Project, ProjectArgs, ProjectConstants, ProjectParams, Scent,
+    ScentArgs, ScentConstants, ScentParams,
 };
 use myxo::sim::texel_paths::TexelPaths;
-use myxo::sim::types::Meal;
+use myxo::sim::types::{Meal, Particle};
 use myxo::sim::{Setup, Simulation, Snapshot, Texture, twin};
 
 fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffer<T> {
@@ -53,8 +54,8 @@ fn some_meals(count: u32) -> Vec<Meal> {
             level,
             strength,
             scent: strength * (level as f32 / LEVELS as f32),
+            projection: 10.0 * unit(words[3]),
             pad0: 0,
-            pad1: 0,
         }
     };
     (0..count).map(meal).collect()
@@ -149,6 +150,59 @@ fn scent_agrees_with_its_twin() {
             });
             let summed: Vec<f32> = gpu.ctx.download(&field).unwrap();
             assert!(summed == expected, "{count} texels");
+        }
+    }
+    gpu.finish();
+}
+
+/// Would catch: a kernel that adds another share of a projection than its twin, damps other texels, or writes beside its texels.
+#[test]
+fn project_agrees_with_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    const PITCH: u32 = 64;
+    const A_ROW: u32 = 60;
+    for count in awkward_sizes(64) {
+        // Rows above and below, and columns on both sides, are read only.
+        let texels = PITCH * (count / A_ROW + 3);
+        let word = |i: u32, k: u32| random(17, i, k, Purpose::Food)[0];
+        let meals = some_meals(9);
+        let projected: Vec<UVec2> = (0..count)
+            .map(|i| UVec2::new(PITCH * (1 + i / A_ROW) + 2 + i % A_ROW, word(i, 0) % 9))
+            .collect();
+        let start: Vec<f32> = (0..texels).map(|i| unit(word(i, 1))).collect();
+        let deposits: Vec<u32> = (0..texels)
+            .map(|i| u32::from(word(i, 2) % 9 == 0))
+            .collect();
+        for (covered, in_parts) in [(1.0, false), (0.25, false), (0.25, true)] {
+            let params = ProjectParams {
+                projected_count: count,
+                pitch: PITCH,
+                covered,
+            };
+            let mut expected = start.clone();
+            twin::project(&params, &projected, &meals, &deposits, &mut expected);
+            assert!(count < 2 || expected != start, "{count} texels");
+            let paths = TexelPaths {
+                in_quads: in_parts,
+                band: if in_parts { 64 } else { u32::MAX },
+                outgrows_block: false,
+            };
+            let trail = buffer(&gpu.ctx, "trail", &start);
+            let trail = Texture::by_paths(paths, trail).unwrap();
+            let counts = buffer(&gpu.ctx, "deposits", &deposits);
+            let counts = Texture::by_paths(paths, counts).unwrap();
+            let pipeline = Pipeline::<Project>::new(&gpu.ctx, &ProjectConstants { paths }).unwrap();
+            gpu.run(|rec| {
+                let args = ProjectArgs {
+                    projected: &buffer(&gpu.ctx, "projected", &projected),
+                    meals: &buffer(&gpu.ctx, "meals", &meals),
+                    deposits: &counts,
+                    trail: &trail,
+                };
+                rec.dispatch(&pipeline, Threads(count), args, params);
+            });
+            let kernel: Vec<f32> = gpu.ctx.download(&trail).unwrap();
+            assert!(kernel == expected, "{count} texels, covered {covered}");
         }
     }
     gpu.finish();
@@ -292,6 +346,7 @@ fn food(object: &str, at: [f32; 3], change: impl FnOnce(&mut FoodSettings)) -> F
         strength: 12.0,
         amount: 0,
         size: 0.12,
+        projection: 0.0,
     };
     change(&mut food);
     food
@@ -574,4 +629,308 @@ fn scattered_food_is_far_apart_and_stays() {
             assert!(apart > 0.35 * f64::from(setup.radius), "{apart}");
         }
     }
+}
+
+/// Would catch: food that is projected elsewhere than where it is eaten, with another factor, after the trail has spread or more than once
+/// in a step of several passes, or in one engine only; and a mass that does not grow by the projection and shrink by the decay.
+#[test]
+fn food_is_projected_into_the_trail() {
+    let Some(gpu) = gpu() else { return };
+    for diffusion in [0.0, 0.5, 1.0] {
+        let scene = scene("builtin:torus?major=36&minor=24", |s| {
+            s.particles.count = 1;
+            s.physarum.deposit = 0.0;
+            s.trail.diffusion = diffusion;
+            s.trail.decay = 0.9;
+            s.foods = vec![
+                food("", [1.0, 0.3, 0.0], |f| f.projection = 5.0),
+                food("", [-1.0, 0.3, 0.0], |_| ()),
+            ];
+        });
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let setup = simulation.setup().clone();
+        let mut by_twin = twin::Simulation::new(setup.clone(), scene.settings.clone());
+        let atlas = &setup.atlas;
+        let owned: Vec<usize> = (0..atlas.density.len())
+            .filter(|&texel| atlas.density[texel] > 0.0)
+            .collect();
+        let on_food = |texel: usize| setup.food_set.plates[texel] == 1;
+        let plate: Vec<usize> = owned.iter().copied().filter(|&t| on_food(t)).collect();
+        assert!(plate.len() > 30, "{} texels", plate.len());
+        let area = |texel: usize| f64::from(atlas.area[texel]);
+        let area_of_plate: f64 = plate.iter().map(|&texel| area(texel)).sum();
+        let (mut value, mut mass) = (0.0_f32, 0.0_f64);
+        for step in 1..=5 {
+            advance(&gpu, &mut simulation, 1);
+            by_twin.step();
+            let trail = simulation.snapshot().unwrap().trail;
+            assert!(trail == by_twin.snapshot().trail, "step {step}");
+            value = (value + 5.0) * 0.9;
+            mass = (mass + 5.0 * area_of_plate) * 0.9;
+            if diffusion == 0.0 {
+                for &texel in &owned {
+                    let expected = if on_food(texel) { value } else { 0.0 };
+                    assert_eq!(trail[texel], expected, "texel {texel}, step {step}");
+                }
+            }
+            let parts = owned.iter().map(|&t| f64::from(trail[t]) * area(t));
+            let found: f64 = parts.sum();
+            assert!(
+                (found / mass - 1.0).abs() < 1e-5,
+                "diffusion {diffusion}, step {step}: {found}, not {mass}"
+            );
+        }
+    }
+    gpu.finish();
+}
+
+/// Would catch: a projection that does not fall with what is left of the food, or goes on when none is left.
+#[test]
+fn eaten_food_is_projected_no_more() {
+    const AMOUNT: u32 = 60;
+    let scene = scene("builtin:icosphere?subdivisions=2", |s| {
+        s.particles.count = 2000;
+        s.physarum.speed = 0.02;
+        s.physarum.deposit = 0.0;
+        s.trail.diffusion = 0.0;
+        s.trail.decay = 0.5;
+        s.foods = vec![food("", [1.0, 0.0, 0.0], |f| {
+            f.amount = AMOUNT;
+            f.projection = 8.0;
+        })];
+    });
+    let setup = Setup::new(&scene).unwrap();
+    let texel = setup.food_set.projected[0].x as usize;
+    let mut twin = twin::Simulation::new(setup, scene.settings);
+    let (mut value, mut levels, mut steps_without) = (0.0_f32, Vec::new(), 0);
+    for _ in 0..300 {
+        twin.step();
+        let state = twin.snapshot();
+        let level = (LEVELS * state.food.remaining[0]).div_ceil(AMOUNT);
+        value = (value + 8.0 * (level as f32 / LEVELS as f32)) * 0.5;
+        assert_eq!(state.trail[texel], value, "level {level}");
+        levels.push(level);
+        steps_without += u32::from(level == 0);
+        if steps_without == 20 {
+            break;
+        }
+    }
+    levels.dedup();
+    assert!(levels.len() > 3, "{levels:?}");
+    assert_eq!(steps_without, 20, "it is eaten up: {levels:?}");
+    assert!(value < 1e-4, "{value}");
+}
+
+/// Would catch: damping everywhere or nowhere, by particles farther away than the next texel, or by none but those on the texel itself.
+#[test]
+fn covered_food_is_projected_less() {
+    let scene = scene("builtin:icosphere?subdivisions=2", |s| {
+        s.particles.count = 3000;
+        s.physarum.speed = 0.0;
+        s.physarum.deposit = 0.0;
+        s.trail.diffusion = 0.0;
+        s.trail.decay = 1.0;
+        s.feeding.projection_covered = 0.25;
+        s.foods = vec![food("", [1.0, 0.0, 0.0], |f| {
+            f.size = 0.4;
+            f.projection = 4.0;
+        })];
+    });
+    let setup = Setup::new(&scene).unwrap();
+    let mut twin = twin::Simulation::new(setup.clone(), scene.settings);
+    twin.step();
+    let state = twin.snapshot();
+    let pitch = setup.atlas.pitch;
+    let mut counts = [0, 0];
+    for entry in &setup.food_set.projected {
+        let corner = entry.x - pitch - 1;
+        let mut around = (0..3).flat_map(|row| (0..3).map(move |column| (row, column)));
+        let is_covered = around
+            .any(|(row, column)| state.deposits[(corner + row * pitch + column) as usize] > 0);
+        let expected = if is_covered { 1.0 } else { 4.0 };
+        assert_eq!(state.trail[entry.x as usize], expected);
+        counts[usize::from(is_covered)] += 1;
+    }
+    assert!(counts[0] > 100 && counts[1] > 100, "{counts:?}");
+}
+
+/// Would catch: a projection that sensors do not read as trail. The food has no scent, and the control differs by the projection alone.
+#[test]
+fn particles_gather_at_projected_food() {
+    let near = |projection: f32| {
+        let scene = scene("builtin:icosphere?subdivisions=3", |s| {
+            s.particles.count = 4000;
+            s.atlas.size = 512;
+            s.physarum.speed = 0.01;
+            s.physarum.deposit = 0.05;
+            s.trail.diffusion = 1.0;
+            s.trail.decay = 0.98;
+            s.feeding.fed_deposit = 1;
+            s.foods = vec![food("", [1.0, 0.0, 0.0], |f| {
+                f.strength = 0.0;
+                f.projection = projection;
+            })];
+        });
+        let mut twin = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings);
+        for _ in 0..150 {
+            twin.step();
+        }
+        let setup = twin.setup();
+        let place = |particle: &Particle| {
+            let [a, b, c] = setup.surface.corners[particle.triangle as usize]
+                .map(|vertex| setup.surface.positions[vertex as usize]);
+            a + particle.u * (b - a) + particle.v * (c - a)
+        };
+        let state = twin.snapshot();
+        let particles = state.particles.iter();
+        particles
+            .filter(|particle| place(particle).distance(Vec3::X) < 0.3)
+            .count()
+    };
+    let [gathered, control] = [20.0, 0.0].map(near);
+    assert!(
+        gathered > 2 * control && gathered > 100,
+        "{gathered} beside {control}"
+    );
+}
+
+/// A ball with all particles, and a ball with a marker to the right of it, which lies beside the place where they touch if there is no gap.
+fn two_balls(gap: f64, across: f32, change: impl FnOnce(&mut Settings)) -> Scene {
+    let ball = ("icosphere?subdivisions=3", [0.0; 3]);
+    scene_of_several(&[ball, ball], |s| {
+        for (object, name) in s.objects.iter_mut().zip(["left", "right"]) {
+            object.name = name.to_owned();
+            object.rotation = [0.0; 3];
+        }
+        s.objects[1].position = [2.0 + gap, 0.0, 0.0];
+        s.radius = 1.0;
+        s.particles.count = 2000;
+        s.particles.start_object = "left".to_owned();
+        s.atlas.size = 256;
+        s.distance.reach = 0.5;
+        s.feeding.scent_across = across;
+        s.foods = vec![food("right", [-0.9, 0.4, 0.0], |f| {
+            f.radius = 1.0;
+            f.strength = 40.0;
+            f.size = 0.0;
+        })];
+        change(s);
+    })
+}
+
+/// Would catch: scent of another place of the other object, in the wrong pose, from beyond the reach or with another share; what crosses
+/// coming back to its own object; engines that differ, also in gutters; and a run that differs when it is resumed, or when the key has been
+/// 0 and is not any more.
+#[test]
+fn scents_cross_contacts() {
+    let Some(gpu) = gpu() else { return };
+    const SHARE: f32 = 0.5;
+    let scene = two_balls(-0.05, SHARE, |s| {
+        s.time.dt = 0.02;
+        s.objects[1].motion.spin = [40.0, 0.0, 90.0];
+    });
+    let reach = f64::from(scene.settings.distance.reach);
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let setup = simulation.setup().clone();
+    let mut by_twin = twin::Simulation::new(setup.clone(), scene.settings.clone());
+    advance(&gpu, &mut simulation, 1);
+    by_twin.step();
+
+    // The first step has the first poses.
+    let arrays = by_twin.arrays();
+    let place = setup.food_set.places[0];
+    let on_right = SurfaceDistance::new(&setup.surface, &[place.point], 1.01 * place.radius);
+    let [left, right] = [0, 1].map(|object: usize| DAffine3::from(&setup.poses[object]));
+    let right_from_left = right.inverse() * left;
+    let samples_of = |object: usize| {
+        let (first, end) = setup.distance.ranges[object];
+        setup.distance.samples[first as usize..end as usize].iter()
+    };
+    let (mut crossed, mut beyond) = (0, 0);
+    for sample in samples_of(0).step_by(23) {
+        let at = right_from_left.transform_point3(sample.position.as_dvec3());
+        let (point, nearest) = nearest_on_object(&setup.surface, at.as_vec3(), 1);
+        let away = nearest.distance(at) / reach;
+        let found = arrays.around[sample.texel as usize];
+        if away > 1.001 {
+            assert_eq!(found, 0.0, "{at}");
+            beyond += 1;
+            continue;
+        }
+        let near = (1.0 - away).max(0.0);
+        let smelled = f64::from(place.strength)
+            * place.falloff(on_right.at(point.triangle, point.u, point.v));
+        let expected = f64::from(SHARE) * near * near * smelled;
+        let off = (f64::from(found) - expected).abs();
+        assert!(off < 0.6, "{at}: {found}, not {expected}");
+        crossed += u32::from(expected > 1.0);
+    }
+    assert!(crossed > 20 && beyond > 100, "{crossed}, {beyond}");
+    for sample in samples_of(1) {
+        let texel = sample.texel as usize;
+        assert_eq!(arrays.around[texel], arrays.scent[texel], "its own alone");
+    }
+
+    for _ in 0..5 {
+        advance(&gpu, &mut simulation, 1);
+        by_twin.step();
+    }
+    let around = simulation.state().food().around();
+    let around: Vec<f32> = gpu.ctx.download(around).unwrap();
+    assert!(around == by_twin.arrays().around, "engines agree");
+    let half = simulation.snapshot().unwrap();
+    assert_eq!(half.hash(), by_twin.snapshot().hash());
+
+    let mut resumed = Simulation::from_setup(&gpu.ctx, &scene, setup).unwrap();
+    resumed.restore(&half).unwrap();
+    let mut settings = simulation.settings().clone();
+    for across in [0.0, SHARE] {
+        settings.feeding.scent_across = across;
+        simulation.apply(&settings).unwrap();
+        let crosses = simulation.state().food().around.is_some();
+        assert_eq!(crosses, across > 0.0);
+    }
+    let [whole, resumed] = [&mut simulation, &mut resumed].map(|simulation| {
+        advance(&gpu, simulation, 4);
+        simulation.snapshot().unwrap().hash()
+    });
+    assert_eq!(whole, resumed);
+    gpu.finish();
+}
+
+/// Would catch: sensors that read the scent of their own object's food only, scents that cross a gap beyond the reach, or cross with the
+/// key at 0. No particle changes objects, and sensors do not see across, so nothing else draws them.
+#[test]
+fn particles_sense_food_on_an_object_that_touches() {
+    let run = |gap: f64, across: f32| {
+        let scene = two_balls(gap, across, |s| {
+            s.transfer.strategy = Strategy::None;
+            s.physarum.speed = 0.01;
+            s.physarum.deposit = 0.05;
+        });
+        let mut twin = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings);
+        for _ in 0..100 {
+            twin.step();
+        }
+        let setup = twin.setup();
+        let state = twin.snapshot();
+        let beside = |particle: &&Particle| {
+            let [a, b, c] = setup.surface.corners[particle.triangle as usize]
+                .map(|vertex| setup.surface.positions[vertex as usize]);
+            let place = a + particle.u * (b - a) + particle.v * (c - a);
+            place.distance(Vec3::new(0.93, 0.37, 0.0)) < 0.3
+        };
+        let count = state.particles.iter().filter(beside).count();
+        (count, state.hash())
+    };
+    let [touching, off] = [1.0, 0.0].map(|across| run(-0.05, across));
+    let [apart, apart_off] = [1.0, 0.0].map(|across| run(0.6, across));
+    assert!(
+        touching.0 > 2 * off.0 && touching.0 > 100,
+        "{} beside {}",
+        touching.0,
+        off.0
+    );
+    assert_eq!(apart, apart_off, "beyond the reach nothing crosses");
+    assert_eq!(off.0, apart.0, "without the key, contacts do not matter");
 }

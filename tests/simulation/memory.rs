@@ -130,6 +130,7 @@ fn food_takes_memory() {
                 + food.plates.size_in_bytes()
                 + food.scented.size_in_bytes()
                 + food.falloffs.size_in_bytes()
+                + food.projected.size_in_bytes()
                 + food.groups.size_in_bytes()
         });
         let all = memory::size_in_bytes(simulation.setup(), &scene.settings);

@@ -53,4 +53,12 @@ pub static FOOD_PARAMETERS: &[Parameter<FoodSettings>] = &[
         effect: Effect::Live,
         kind: real!(size, (0.0, 10.0), (0.0, 0.2), Linear),
     },
+    Parameter {
+        key: "projection",
+        name: "Projection",
+        unit: "trail units",
+        help: "Added in each step to the trail on every texel where it is eaten, before the trail spreads, and less as its amount falls. A marker has one texel. 0 is off.",
+        effect: Effect::Live,
+        kind: real!(projection, (0.0, 1e6), (0.0, 20.0), Logarithmic),
+    },
 ];

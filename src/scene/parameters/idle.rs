@@ -43,10 +43,19 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             because(start != Start::Food, "Only the start food begins on food.")
         }
         "feeding.scattered" => None,
-        "feeding.radius" | "feeding.strength" | "feeding.amount" | "feeding.size" => because(
+        "feeding.radius" | "feeding.strength" | "feeding.amount" | "feeding.size"
+        | "feeding.projection" => because(
             settings.feeding.scattered == 0,
             "No food is scattered: raise Scattered food from 0.",
         ),
+        "feeding.projection_covered" => because(
+            !settings.projects(),
+            "No food is projected into the trail: raise the projection of some from 0.",
+        ),
+        "feeding.scent_across" if is_alone => Some(ALONE),
+        "feeding.scent_across" if settings.distance.reach == 0.0 => {
+            Some("Objects do not see each other: raise the distance reach from 0.")
+        }
         _ if key.starts_with("feeding.") => because(
             settings.food_count() == 0,
             "There is no food: put some on an object, or raise Scattered food from 0.",
@@ -236,6 +245,7 @@ mod tests {
             "distance.reach",
             "time.dt",
             "atlas.cell_size",
+            "feeding.scent_across",
         ] {
             assert!(alone.contains(&key), "{key}");
         }
@@ -264,6 +274,9 @@ mod tests {
         settings.foods.push(FoodSettings::default());
         let waits = idle(&settings);
         assert!(waits.contains(&"feeding.size") && !waits.contains(&"feeding.fed_steps"));
+        assert!(waits.contains(&"feeding.projection_covered"));
+        settings.feeding.projection = 3.0;
+        assert!(idle(&settings).contains(&"feeding.projection_covered"));
         settings.feeding.scattered = 2;
         assert_eq!(
             idle(&settings),

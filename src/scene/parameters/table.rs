@@ -377,6 +377,22 @@ const AFTER: &[Parameter] = &[
         kind: real!(feeding.size, (0.0, 10.0), (0.0, 0.2), Linear),
     },
     Parameter {
+        key: "feeding.projection",
+        name: "Food projection",
+        unit: "trail units",
+        help: "Added in each step to the trail on every texel where scattered food is eaten, before the trail spreads, and less as its amount falls. A marker has one texel. 0 is off.",
+        effect: Effect::Live,
+        kind: real!(feeding.projection, (0.0, 1e6), (0.0, 20.0), Logarithmic),
+    },
+    Parameter {
+        key: "feeding.projection_covered",
+        name: "Covered projection",
+        unit: "",
+        help: "The share of its projection that a texel of food keeps while particles are on it or on one of the eight beside it. 1: as much as without particles.",
+        effect: Effect::Live,
+        kind: real!(feeding.projection_covered, (0.0, 1.0), (0.0, 1.0), Linear),
+    },
+    Parameter {
         key: "feeding.fed_steps",
         name: "Fed for",
         unit: "steps",
@@ -399,6 +415,14 @@ const AFTER: &[Parameter] = &[
         help: "The share of the attraction of food and markers that a fed particle feels: with 0 it follows the trails only, with 1 it is attracted as if it were hungry. Repulsion is always felt.",
         effect: Effect::Live,
         kind: real!(feeding.fed_attraction, (0.0, 1.0), (0.0, 1.0), Linear),
+    },
+    Parameter {
+        key: "feeding.scent_across",
+        name: "Scent across contacts",
+        unit: "",
+        help: "The share of the scent of food and markers that crosses to another object where the two touch. It falls off with the distance between them, to 0 at the distance reach. 0: none crosses.",
+        effect: Effect::Live,
+        kind: real!(feeding.scent_across, (0.0, 1.0), (0.0, 1.0), Linear),
     },
     Parameter {
         key: "camera.field_of_view",

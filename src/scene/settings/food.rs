@@ -22,6 +22,8 @@ pub struct FoodSettings {
     pub amount: u32,
     /// How far along the surface it is eaten, in scene radii; 0 for a marker.
     pub size: f32,
+    /// Trail units that each of its texels adds to the trail in a step, before the trail spreads; 0 for none.
+    pub projection: f32,
 }
 
 impl Default for FoodSettings {
@@ -31,6 +33,7 @@ impl Default for FoodSettings {
             strength,
             amount,
             size,
+            projection,
             ..
         } = FeedingSettings::default();
         Self {
@@ -40,6 +43,7 @@ impl Default for FoodSettings {
             strength,
             amount,
             size,
+            projection,
         }
     }
 }
@@ -65,12 +69,18 @@ pub struct FeedingSettings {
     pub amount: u32,
     /// As [`FoodSettings::size`].
     pub size: f32,
+    /// As [`FoodSettings::projection`].
+    pub projection: f32,
+    /// The share of its projection that a texel of any food keeps while particles are on it or beside it.
+    pub projection_covered: f32,
     /// For how many steps a particle that has eaten is fed.
     pub fed_steps: u32,
     /// How many particles a fed one counts as where it deposits.
     pub fed_deposit: u32,
     /// Factor of fed particles on attraction by food and markers.
     pub fed_attraction: f32,
+    /// The share of a scent that crosses from object to object where they touch; 0 for none.
+    pub scent_across: f32,
 }
 
 impl Default for FeedingSettings {
@@ -81,9 +91,12 @@ impl Default for FeedingSettings {
             strength: 20.0,
             amount: 0,
             size: 0.03,
+            projection: 0.0,
+            projection_covered: 1.0,
             fed_steps: 150,
             fed_deposit: 4,
             fed_attraction: 0.0,
+            scent_across: 0.0,
         }
     }
 }
@@ -103,5 +116,18 @@ impl Settings {
     #[must_use]
     pub fn food_count(&self) -> usize {
         self.foods.len() + self.feeding.scattered as usize
+    }
+
+    /// Does the scent of food and markers cross from object to object?
+    #[must_use]
+    pub fn scent_crosses(&self) -> bool {
+        self.feeding.scent_across > 0.0 && self.objects.len() > 1 && self.food_count() > 0
+    }
+
+    /// Is any food projected into the trail?
+    #[must_use]
+    pub fn projects(&self) -> bool {
+        let is_scattered = self.feeding.scattered > 0 && self.feeding.projection > 0.0;
+        is_scattered || self.foods.iter().any(|food| food.projection > 0.0)
     }
 }

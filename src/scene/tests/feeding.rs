@@ -92,6 +92,30 @@ fn wrong_food_is_refused() {
             "food.0.amount = -1 is out of range",
         ),
         ("[[food]]\namount = 0.5\n", "a whole number is expected"),
+        (
+            "[[food]]\nprojection = -1\n",
+            "food.0.projection = -1 is out of range",
+        ),
+        (
+            "[[food]]\nprojection = nan\n",
+            "food.0.projection = nan is out of range",
+        ),
+        (
+            "[[food]]\nprojection = 2000000\n",
+            "food.0.projection = 2000000 is out of range",
+        ),
+        (
+            "[feeding]\nscent_across = 1.01\n",
+            "feeding.scent_across = 1.01 is out of range",
+        ),
+        (
+            "[feeding]\nprojection = -0.5\n",
+            "feeding.projection = -0.5 is out of range",
+        ),
+        (
+            "[feeding]\nprojection_covered = 1.5\n",
+            "feeding.projection_covered = 1.5 is out of range",
+        ),
         ("[[food]]\nstrenght = 1\n", "did you mean food.0.strength?"),
         ("food = 3\n", "[[food]] is expected"),
         ("[foood]\nat = 1\n", "did you mean [[food]]?"),
@@ -106,6 +130,9 @@ fn wrong_food_is_refused() {
     ] {
         let problem = read(text, &[]).expect_err(text);
         assert!(problem.contains(words), "{problem}");
+        // One value, one message.
+        let is_single = !text.contains("projection") || problem.lines().count() == 1;
+        assert!(is_single, "{problem}");
     }
     let problem = read("", &["food.0.radius=1"]).unwrap_err();
     assert!(problem.contains("the scene has no food"), "{problem}");

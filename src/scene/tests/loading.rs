@@ -71,7 +71,7 @@ fn every_builtin_scene_and_preset_is_right() {
                 // A look without scattered food has none.
                 ["physarum", "trail"].contains(&section) && !how
                     || parameter.key == "picture.color_map"
-                    || section == "feeding" && preset.name == "feeding",
+                    || section == "feeding" && !how && preset.name == "feeding",
                 "{}: {}",
                 preset.name,
                 parameter.key

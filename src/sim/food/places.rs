@@ -58,6 +58,7 @@ fn named_place(
         strength: food.strength,
         size: length(food.size),
         amount: food.amount,
+        projection: food.projection,
     };
     if off > place.reach() {
         let [x, y, z] = origins[object].to_file(nearest, scale).to_array();
@@ -120,6 +121,7 @@ fn scattered(settings: &Settings, surface: &Surface, radius: f32) -> Vec<FoodPla
                 strength: feeding.strength,
                 size: length(feeding.size),
                 amount: feeding.amount,
+                projection: feeding.projection,
             }
         })
         .collect()

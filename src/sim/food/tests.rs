@@ -22,6 +22,7 @@ fn place(amount: u32) -> FoodPlace {
         strength: 8.0,
         size: 0.1,
         amount,
+        projection: 0.0,
     }
 }
 
@@ -131,6 +132,48 @@ fn plates_are_of_the_nearest_food() {
         let behind = seam.source.map(|texel| plates[texel as usize]);
         assert!(behind.contains(&plates[seam.texel as usize]));
     }
+}
+
+/// Would catch: food that is projected at texels of gutters, twice at a texel, or at none because it is smaller than a texel or a marker;
+/// and food without a projection that takes texels from food with one.
+#[test]
+fn food_is_projected_at_owned_texels_of_the_nearest() {
+    let near = [0.98, 0.2, 0.0];
+    let foods = [("ball", X, 0), ("ball", near, 0), ("ball", Y, 0)];
+    let mut settings = settings(&["ball"], &foods);
+    settings.foods[0].projection = 1.0;
+    settings.foods[1].projection = 2.0;
+    settings.foods[2].projection = 3.0;
+    settings.foods[2].size = 0.0;
+    let of = |settings: &Settings| {
+        let setup = setup(settings).unwrap();
+        let FoodSet {
+            projected, plates, ..
+        } = &setup.food_set;
+        let mut counts = [0; 3];
+        for (i, entry) in projected.iter().enumerate() {
+            assert!(i == 0 || projected[i - 1].x < entry.x, "each texel once");
+            assert!(setup.atlas.density[entry.x as usize] > 0.0);
+            counts[entry.y as usize] += 1;
+        }
+        let owned = plates.iter().zip(&setup.atlas.density);
+        let owned = owned.filter(|(plate, density)| **plate > 0 && **density > 0.0);
+        let mut eaten = [0; 3];
+        for (plate, _) in owned {
+            eaten[*plate as usize - 1] += 1;
+        }
+        (counts, eaten)
+    };
+    let (counts, eaten) = of(&settings);
+    assert_eq!((counts[2], eaten[2]), (1, 0), "a marker has one");
+    assert_eq!(counts[..2], eaten[..2], "as they are eaten");
+    settings.foods[1].projection = 0.0;
+    let (alone, _) = of(&settings);
+    assert_eq!((alone[1], alone[2]), (0, 1));
+    assert!(alone[0] > counts[0], "{alone:?}, {counts:?}");
+    settings.foods[0].projection = 0.0;
+    settings.foods[2].projection = 0.0;
+    assert_eq!(of(&settings).0, [0; 3]);
 }
 
 #[test]

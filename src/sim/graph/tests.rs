@@ -279,6 +279,7 @@ fn foods_become_nodes_of_the_lines_that_reach_them() {
             strength: 1.0,
             size: 0.05,
             amount: 0,
+            projection: 0.0,
         }
     };
     let foods = [food(0.0, 0.0), food(0.8, 0.02), food(0.0, 0.5)];

@@ -71,10 +71,12 @@ pub struct FoodOrder {
 pub struct PreparedFood {
     /// The settings that it was ordered with.
     settings: Settings,
-    /// None if no place has changed.
+    /// None if no place has changed, and scents cross as before.
     served: Option<Served>,
     /// The food before.
     before: Vec<FoodPlace>,
+    /// Did its scents cross from object to object?
+    crossed: bool,
 }
 
 impl FoodOrder {
@@ -107,6 +109,7 @@ impl FoodOrder {
         )?;
         Ok(PreparedFood {
             before: setup.food_set.places.clone(),
+            crossed: setup.food_set.crosses,
             settings: settings.clone(),
             served,
         })
@@ -128,7 +131,8 @@ impl PreparedFood {
 
     /// Is it also based on the present food?
     fn is_for(&self, settings: &Settings, there: &FoodSet) -> bool {
-        self.is_of(settings) && (self.served.is_some() || self.before == there.places)
+        let is_still_there = self.before == there.places && self.crossed == there.crosses;
+        self.is_of(settings) && (self.served.is_some() || is_still_there)
     }
 }
 
@@ -137,18 +141,19 @@ fn has_same_food(a: &Settings, b: &Settings) -> bool {
     a.foods == b.foods && a.feeding == b.feeding
 }
 
-/// The food of changed settings; none if no place has changed.
+/// The food of changed settings; none if no place has changed, and scents cross as before.
 fn measured(setup: &Setup, settings: &Settings, control: &Control<'_>) -> Result<Option<FoodSet>> {
     if let [problem, ..] = &foods::problems(settings)[..] {
         return Err(Error::Invalid(problem.clone()));
     }
     let places = places(settings, &setup.surface, &setup.origins, setup.radius)?;
-    if places == setup.food_set.places {
+    let crosses = settings.scent_crosses();
+    if places == setup.food_set.places && crosses == setup.food_set.crosses {
         return Ok(None);
     }
     let (surface, before) = (&setup.surface, Some(&setup.food_set));
     let food_set = FoodSet::new(surface, &setup.atlas, places, before, control)?;
-    Ok(Some(food_set))
+    Ok(Some(food_set.crossing(crosses)))
 }
 
 impl Simulation {

@@ -261,7 +261,7 @@ impl StepKernel for Advance {
                 _ => None,
             },
             bias: s.bias.as_ref(),
-            scent: food.map(|food| &food.scent),
+            scent: food.map(|food| food.sensed()),
             plates: food.map(|food| &food.plates),
             meals: food.map(|food| &food.meals),
             shells: &s.objects.shells,
@@ -292,7 +292,11 @@ impl StepKernel for Advance {
                 across: &a.across,
                 across_triangles: &a.across_triangles,
                 bias: &a.bias,
-                scent: &a.scent,
+                scent: if a.around.is_empty() {
+                    &a.scent
+                } else {
+                    &a.around
+                },
                 plates: &setup.food_set.plates,
                 shells: &a.shells,
                 looks: &a.weights,

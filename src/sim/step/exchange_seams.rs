@@ -17,6 +17,8 @@ pub enum Field {
     Trail,
     /// Distances to other objects.
     Distances,
+    /// The scent with what crosses from other objects.
+    Scent,
 }
 
 impl Plan<'_> {
@@ -43,6 +45,7 @@ impl StepKernel for ExchangeSeams {
             trail: match call.on {
                 Field::Trail => &s.trail.back,
                 Field::Distances => &s.near.distances,
+                Field::Scent => s.food().around(),
             },
         }
     }
@@ -51,6 +54,7 @@ impl StepKernel for ExchangeSeams {
         let field = match call.on {
             Field::Trail => &mut a.next_trail,
             Field::Distances => &mut a.distances,
+            Field::Scent => &mut a.around,
         };
         exchange_seams(&a.setup.atlas.seams, field);
     }

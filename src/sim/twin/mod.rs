@@ -24,8 +24,10 @@ pub use super::step::distance_merge::distance_merge;
 pub use super::step::distance_raster::distance_raster;
 pub use super::step::distance_tiles::distance_tiles;
 pub use super::step::exchange_seams::exchange_seams;
+pub use super::step::project::project;
 pub use super::step::respawn::respawn;
 pub use super::step::scent::scent;
+pub use super::step::scent_across::scent_across;
 pub use super::step::{limit, occupancy, sort, transfer, unfold, windows};
 pub use copy_words::copy_words;
 pub use paint::paint;
@@ -175,7 +177,8 @@ impl Simulation {
             places,
             Some(&setup.food_set),
             &Control::default(),
-        )?;
+        )?
+        .crossing(settings.scent_crosses());
         let left: Vec<u32> = self
             .arrays
             .meals
