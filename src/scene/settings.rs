@@ -17,7 +17,8 @@ use serde::Serialize;
 
 pub use choices::{
     AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Easing, Heading, Model,
-    ModelAnimation, ObjectStart, Repeat, Sensing, SignRule, Start, StepOrder, Strategy, Turning,
+    ModelAnimation, ObjectStart, Preference, Repeat, Sensing, SignRule, Start, StepOrder, Strategy,
+    Turning,
 };
 pub use food::{FeedingSettings, FoodSettings, MOST_FOODS};
 pub use look::{SECOND_LOOKS, SecondLook, SecondLookSettings};

@@ -3,8 +3,8 @@
 use std::sync::LazyLock;
 
 use crate::scene::settings::{
-    AtlasMethod, DistanceMethod, Heading, ModelAnimation, ObjectSettings, Part, Settings, Show,
-    Start, Strategy,
+    AtlasMethod, DistanceMethod, Heading, ModelAnimation, ObjectSettings, Part, Preference,
+    Settings, Show, Start, Strategy,
 };
 
 /// Why rows of the picture have no effect in some views, with the titles of these.
@@ -91,6 +91,7 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
                 .any(|object| object.physarum.over(&settings.physarum).gravity_weight != 0.0),
             "With gravity all sensors walk: set the gravity weight to 0, objects' own ones too.",
         ),
+        "physarum.favourite_density" => because(seeks_more(settings), SEEKS_MORE),
         "picture.food" => because(
             settings.food_count() == 0,
             "There is no food: put some on an object, or raise Scattered food from 0.",
@@ -136,6 +137,12 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
 }
 
 const ALONE: &str = "There is only one object.";
+const SEEKS_MORE: &str =
+    "By the trail preference more, no density is a favourite: choose auto or favourite.";
+
+fn seeks_more(settings: &Settings) -> bool {
+    settings.physarum.preference == Preference::More
+}
 
 /// Why a part of a start has no effect, for a start of this kind.
 fn why_start_idle(part: &str, start: Start, heading: Heading) -> Option<&'static str> {
@@ -187,6 +194,7 @@ pub fn why_object_idle(
             "Only the atlas method charts shares texels out by weight.",
         ),
         "physarum.distance_weight" => (settings.objects.len() < 2, ALONE),
+        "physarum.favourite_density" => (seeks_more(settings), SEEKS_MORE),
         "motion.orbit_center" => (is_zero(motion.orbit), "The object does not orbit."),
         "motion.swing_period" | "motion.swing_phase" => {
             (is_zero(motion.swing), "The object does not swing.")
@@ -375,6 +383,25 @@ mod tests {
         settings.physarum.gravity_weight = 2.0;
         settings.objects[0].physarum.gravity_weight = Some(0.0);
         assert!(!of(&settings, keys)[5], "no object has gravity");
+    }
+
+    /// Would catch: a favourite density that has no effect and does not say so.
+    #[test]
+    fn a_favourite_waits_for_a_preference() {
+        let mut settings = Settings::default();
+        for (preference, is_idle) in [
+            (Preference::Auto, false),
+            (Preference::More, true),
+            (Preference::Favourite, false),
+        ] {
+            settings.physarum.preference = preference;
+            let key = "physarum.favourite_density";
+            let reasons = [
+                why_idle(key, &settings),
+                why_object_idle(key, &settings.objects[0], &settings),
+            ];
+            assert_eq!(reasons.map(|reason| reason.is_some()), [is_idle; 2]);
+        }
     }
 
     #[test]

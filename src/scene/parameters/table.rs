@@ -3,7 +3,7 @@
 use super::{Effect, Kind, Number, Parameter, Scale, one_table};
 use crate::scene::settings::physarum::physarum;
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, Model,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, Model, Preference,
     SECOND_LOOKS, Sensing, Settings, Show, SignRule, Start, StepOrder, Strategy, Turning,
 };
 

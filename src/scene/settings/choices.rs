@@ -105,6 +105,19 @@ choice! {
 }
 
 choice! {
+    /// The trail that particles seek.
+    Preference {
+        /// The favourite density if it is above 0, otherwise the most.
+        #[default]
+        Auto = "auto",
+        /// The more the better.
+        More = "more",
+        /// The favourite density, also if it is 0: then they avoid all trail.
+        Favourite = "favourite",
+    }
+}
+
+choice! {
     /// The published model whose rules particles follow, but for those that a scene names.
     Model {
         /// Particles may share places, and nothing is random but noise.
