@@ -267,6 +267,10 @@ pub struct DistanceSettings {
     pub method: DistanceMethod,
     /// For `raster`: how distances become depths.
     pub depth: DepthMapping,
+    /// For `clip`: how far before the near plane the eye is, in scene radii.
+    pub depth_near: f32,
+    /// For `logistic` and `arctangent`: the distance that the curve takes as 1, in scene radii; 0 for a quarter of the reach.
+    pub depth_scale: f32,
     /// The rule that decides whether a place is inside of an object.
     pub sign: SignRule,
     /// Distances are updated at most every so many steps.
@@ -280,6 +284,8 @@ impl Default for DistanceSettings {
         Self {
             method: DistanceMethod::Bvh,
             depth: DepthMapping::Ordered,
+            depth_near: 0.01,
+            depth_scale: 0.0,
             sign: SignRule::Pseudonormal,
             interval: 1,
             reach: 0.2,

@@ -245,11 +245,13 @@ fn the_guide_shows_every_strip_and_no_picture_is_left_over() {
 }
 
 /// Keys without a picture, and why.
-const UNSEEN: [(&str, &str); 7] = [
+const UNSEEN: [(&str, &str); 9] = [
     ("physarum.order", "the same grows, half a step apart"),
     ("time.steps_per_second", "the same grows, more slowly"),
     ("distance.method", "the distances are the same"),
     ("distance.depth", "they differ in the last digits"),
+    ("distance.depth_near", "they differ in the last digits"),
+    ("distance.depth_scale", "they differ in the last digits"),
     ("distance.sign", "they differ in creases and at holes"),
     ("object.N.name", "it is a name"),
     (

@@ -3,8 +3,8 @@
 use std::sync::LazyLock;
 
 use crate::scene::settings::{
-    AtlasMethod, DistanceMethod, Heading, ModelAnimation, ObjectSettings, Part, Preference,
-    Settings, Show, Start, Strategy,
+    AtlasMethod, DepthMapping, DistanceMethod, Heading, ModelAnimation, ObjectSettings, Part,
+    Preference, Settings, Show, Start, Strategy,
 };
 
 /// Why rows of the picture have no effect in some views, with the titles of these.
@@ -123,8 +123,11 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
         "physarum.distance_weight" => because(is_alone, ALONE),
         "distance.depth" if !is_alone => because(
             settings.distance.method != DistanceMethod::Raster,
-            "Only the distance method raster has depths.",
+            NO_DEPTHS,
         ),
+        "distance.depth_near" | "distance.depth_scale" if !is_alone => {
+            why_depth_idle(key, settings)
+        }
         "transfer.threshold" | "transfer.buffer_size" if !is_alone => because(
             strategy == Strategy::None,
             "Particles do not change objects: choose another transfer strategy.",
@@ -137,6 +140,28 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
 }
 
 const ALONE: &str = "There is only one object.";
+const NO_DEPTHS: &str = "Only the distance method raster has depths.";
+
+/// Why a length of the mapping from distances to depths has no effect.
+fn why_depth_idle(key: &str, settings: &Settings) -> Option<&'static str> {
+    if settings.distance.method != DistanceMethod::Raster {
+        return Some(NO_DEPTHS);
+    }
+    let depth = settings.distance.depth;
+    let is_curve = matches!(depth, DepthMapping::Logistic | DepthMapping::Arctangent);
+    let (idle, why) = match key {
+        "distance.depth_near" => (
+            depth != DepthMapping::Clip,
+            "Only the distance depth clip has a near plane.",
+        ),
+        _ => (
+            !is_curve,
+            "Only the distance depths logistic and arctangent have a scale.",
+        ),
+    };
+    idle.then_some(why)
+}
+
 const SEEKS_MORE: &str =
     "By the trail preference more, no density is a favourite: choose auto or favourite.";
 
@@ -278,6 +303,8 @@ mod tests {
             [
                 "particles.start_food",
                 "particles.start_mask",
+                "distance.depth_near",
+                "distance.depth_scale",
                 "picture.brightest",
                 "picture.darkest"
             ],
@@ -290,6 +317,8 @@ mod tests {
                 "particles.start_at",
                 "particles.start_radius",
                 "particles.start_food",
+                "distance.depth_near",
+                "distance.depth_scale",
                 "picture.brightest",
                 "picture.darkest"
             ]
@@ -301,6 +330,8 @@ mod tests {
                 "particles.start_radius",
                 "particles.start_food",
                 "particles.start_direction",
+                "distance.depth_near",
+                "distance.depth_scale",
                 "picture.brightest",
                 "picture.darkest"
             ]
@@ -316,10 +347,35 @@ mod tests {
                 "particles.start_mask",
                 "particles.start_direction",
                 "trail.diffusion_distance",
+                "distance.depth_near",
+                "distance.depth_scale",
                 "picture.brightest",
                 "picture.darkest"
             ]
         );
+    }
+
+    /// Would catch: a length of a mapping that is greyed out with the mapping that it is for.
+    #[test]
+    fn mappings_of_depths_have_lengths_of_their_own() {
+        let mut settings = Settings::default();
+        settings.objects.push(ObjectSettings::default());
+        let keys = ["distance.depth_near", "distance.depth_scale"];
+        let of = |settings: &Settings| keys.map(|key| why_idle(key, settings));
+        assert_eq!(of(&settings), [Some(NO_DEPTHS); 2]);
+        settings.distance.method = DistanceMethod::Raster;
+        for (depth, near, scale) in [
+            (DepthMapping::Ordered, true, true),
+            (DepthMapping::Clip, false, true),
+            (DepthMapping::Logistic, true, false),
+            (DepthMapping::Arctangent, true, false),
+            (DepthMapping::Linear, true, true),
+        ] {
+            settings.distance.depth = depth;
+            assert_eq!(of(&settings).map(|why| why.is_some()), [near, scale]);
+        }
+        settings.objects.pop();
+        assert_eq!(of(&settings), [Some(ALONE); 2]);
     }
 
     #[test]

@@ -284,9 +284,30 @@ const AFTER: &[Parameter] = &[
         key: "distance.depth",
         name: "Distance depth",
         unit: "",
-        help: "For raster: how distances become depths. ordered: by the order of their bits, which keeps all but the last two. clip: linear, as in a projection. logistic, arctangent: by these curves. Distances with equal depths are confused: another triangle may then count as the nearest, with its own exact distance.",
+        help: "For raster: how distances become depths. ordered: by the order of their bits, which keeps all but the last two. clip: as a projection makes it, by 1 / z between a near and a far plane. logistic, arctangent: by these curves. linear: straight. Distances with equal depths are confused: another triangle may then count as the nearest, with its own exact distance.",
         effect: Effect::Live,
         kind: word!(distance.depth: DepthMapping),
+    },
+    Parameter {
+        key: "distance.depth_near",
+        name: "Near plane",
+        unit: "scene radii",
+        help: "For the distance depth clip: how far before the near plane, where the smallest distance lies, the eye is. The smaller, the fewer depths are left for all but the smallest distances.",
+        effect: Effect::Live,
+        kind: real!(
+            distance.depth_near,
+            (1e-6, 100.0),
+            (1e-4, 10.0),
+            Logarithmic
+        ),
+    },
+    Parameter {
+        key: "distance.depth_scale",
+        name: "Depth scale",
+        unit: "scene radii",
+        help: "For the distance depths logistic and arctangent: the distance that the curve takes as 1. Beyond some 16 times of it logistic has one depth for all distances. 0: a quarter of the longest distance that counts.",
+        effect: Effect::Live,
+        kind: real!(distance.depth_scale, (0.0, 100.0), (0.0, 1.0), Logarithmic),
     },
     Parameter {
         key: "distance.sign",

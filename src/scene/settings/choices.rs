@@ -219,12 +219,14 @@ choice! {
         /// By the order of its bits, of which the last two are dropped.
         #[default]
         Ordered = "ordered",
-        /// Straight, as in clip space.
+        /// As a projection makes it, between a near and a far plane.
         Clip = "clip",
         /// By the logistic curve.
         Logistic = "logistic",
         /// By the arctangent.
         Arctangent = "arctangent",
+        /// Straight.
+        Linear = "linear",
     }
 }
 
