@@ -17,8 +17,8 @@ use serde::Serialize;
 
 pub use choices::{
     AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Easing, Heading, Model,
-    ModelAnimation, ObjectStart, Preference, Repeat, Sensing, SignRule, Start, StepOrder, Strategy,
-    Turning,
+    ModelAnimation, ObjectStart, Preference, Repeat, RestartPlace, Sensing, SignRule, Start,
+    StepOrder, Strategy, Turning,
 };
 pub use food::{FeedingSettings, FoodSettings, MOST_FOODS};
 pub use look::{SECOND_LOOKS, SecondLook, SecondLookSettings};
@@ -244,6 +244,8 @@ impl Default for AtlasSettings {
 pub struct TransferSettings {
     /// The strategy for particles that go into another object.
     pub strategy: Strategy,
+    /// For `respawn`: where particles restart.
+    pub respawn: RestartPlace,
     /// Places with a smaller signed distance to other objects are covered, in scene radii.
     pub threshold: f32,
     /// How many particles may change objects in a step.
@@ -254,6 +256,7 @@ impl Default for TransferSettings {
     fn default() -> Self {
         Self {
             strategy: Strategy::Parallel,
+            respawn: RestartPlace::Anywhere,
             threshold: 0.0,
             buffer_size: 65_536,
         }

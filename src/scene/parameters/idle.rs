@@ -128,6 +128,10 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
         "distance.depth_near" | "distance.depth_scale" if !is_alone => {
             why_depth_idle(key, settings)
         }
+        "transfer.respawn" if !is_alone => because(
+            strategy != Strategy::Respawn,
+            "Particles do not restart: choose the transfer strategy respawn.",
+        ),
         "transfer.threshold" | "transfer.buffer_size" if !is_alone => because(
             strategy == Strategy::None,
             "Particles do not change objects: choose another transfer strategy.",
@@ -284,6 +288,8 @@ mod tests {
         for strategy in [Strategy::Direct, Strategy::Respawn] {
             settings.transfer.strategy = strategy;
             assert!(!idle(&settings).contains(&"transfer.buffer_size"));
+            let restarts = strategy == Strategy::Respawn;
+            assert_eq!(idle(&settings).contains(&"transfer.respawn"), !restarts);
         }
         assert!(idle(&settings).contains(&"areas.strength"));
         "walls.png".clone_into(&mut settings.areas.map);
@@ -305,6 +311,7 @@ mod tests {
                 "particles.start_mask",
                 "distance.depth_near",
                 "distance.depth_scale",
+                "transfer.respawn",
                 "picture.brightest",
                 "picture.darkest"
             ],
@@ -319,6 +326,7 @@ mod tests {
                 "particles.start_food",
                 "distance.depth_near",
                 "distance.depth_scale",
+                "transfer.respawn",
                 "picture.brightest",
                 "picture.darkest"
             ]
@@ -332,6 +340,7 @@ mod tests {
                 "particles.start_direction",
                 "distance.depth_near",
                 "distance.depth_scale",
+                "transfer.respawn",
                 "picture.brightest",
                 "picture.darkest"
             ]
@@ -349,6 +358,7 @@ mod tests {
                 "trail.diffusion_distance",
                 "distance.depth_near",
                 "distance.depth_scale",
+                "transfer.respawn",
                 "picture.brightest",
                 "picture.darkest"
             ]

@@ -4,7 +4,8 @@ use super::{Effect, Kind, Number, Parameter, Scale, one_table};
 use crate::scene::settings::physarum::physarum;
 use crate::scene::settings::{
     AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, Model, Preference,
-    SECOND_LOOKS, Sensing, Settings, Show, SignRule, Start, StepOrder, Strategy, Turning,
+    RestartPlace, SECOND_LOOKS, Sensing, Settings, Show, SignRule, Start, StepOrder, Strategy,
+    Turning,
 };
 
 /// The largest scene radius: squares of lengths stay far within single precision.
@@ -337,9 +338,17 @@ const AFTER: &[Parameter] = &[
         key: "transfer.strategy",
         name: "Transfer strategy",
         unit: "",
-        help: "What happens to particles that go into another object. none: they walk on. respawn: they restart at random places of their own object. With the others they change objects, and differ in how the particle buffer is kept in order: scattered: not at all. sequential, parallel: each object has a window of it, kept in order by one invocation or by many. direct: not at all, but for the sort. These four give the same bits.",
+        help: "What happens to particles that go into another object. none: they walk on. respawn: they restart on their own object. With the others they change objects, and differ in how the particle buffer is kept in order: scattered: not at all. sequential, parallel: each object has a window of it, kept in order by one invocation or by many. direct: not at all, but for the sort. These four give the same bits.",
         effect: Effect::Live,
         kind: word!(transfer.strategy: Strategy),
+    },
+    Parameter {
+        key: "transfer.respawn",
+        name: "Restart places",
+        unit: "",
+        help: "For the transfer strategy respawn: where particles restart. anywhere: at random places of their own object, by area, with random headings. start: where particles of their object began, with the headings that those had; anywhere if none began there.",
+        effect: Effect::Restart,
+        kind: word!(transfer.respawn: RestartPlace),
     },
     Parameter {
         key: "transfer.threshold",

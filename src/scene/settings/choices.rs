@@ -94,6 +94,17 @@ choice! {
 }
 
 choice! {
+    /// Where particles restart that have gone into another object.
+    RestartPlace {
+        /// Anywhere on their own object.
+        #[default]
+        Anywhere = "anywhere",
+        /// Where particles of their object began.
+        Start = "start",
+    }
+}
+
+choice! {
     /// The path of a sensor to the place that it reads.
     Sensing {
         /// Straight in the atlas if its path stays in one chart; otherwise it walks.
