@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use crate::program::{self, text};
+use myxo::scene::settings::Settings;
 use myxo::scene::{Overrides, Scene};
 
 fn root() -> &'static Path {
@@ -279,6 +280,30 @@ fn every_key_has_a_picture_of_its_effect() {
     let mut unseen = UNSEEN.map(|(key, _)| key).to_vec();
     unseen.sort_by_key(|unseen| keys.iter().position(|key| key == unseen));
     assert_eq!(lacking, unseen);
+}
+
+/// Would catch: a plain scene that keeps a part of the reference scene's look, or that measures something else.
+#[test]
+fn plain_scenes_are_the_reference_scenes_without_a_look() {
+    for name in ["cube", "torus"] {
+        let read = |path: &Path| {
+            Scene::read(path, &Overrides::default())
+                .expect("it is right")
+                .1
+        };
+        let reference = read(Path::new(name));
+        let plain = read(&root().join(format!("benches/scenes/plain_{name}.toml")));
+        let usual = Settings::default();
+        assert_eq!(plain.physarum, usual.physarum, "{name}");
+        assert_eq!(plain.trail, usual.trail, "{name}");
+        let looked = Settings {
+            physarum: reference.physarum.clone(),
+            trail: reference.trail.clone(),
+            picture: reference.picture.clone(),
+            ..plain
+        };
+        assert_eq!(looked, reference, "{name}");
+    }
 }
 
 fn name_of(path: &Path) -> String {
