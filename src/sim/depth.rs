@@ -34,7 +34,8 @@ pub fn depth_queries(
     }
 }
 
-/// The depth of a distance by one of the mappings, in [0, 1). The near plane is that of a projection; the scale is what the curves take as 1.
+/// The depth of a distance by one of the mappings, in [0, 1). The near plane is that of a projection; the scale is what the curves take
+/// as 1.
 #[must_use]
 pub fn depth_of(mapping: u32, distance: f32, reach: f32, near_plane: f32, scale: f32) -> f32 {
     match mapping {

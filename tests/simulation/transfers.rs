@@ -620,8 +620,8 @@ fn respawn_agrees(gpu: &Gpu, place: RestartPlace) {
     }
 }
 
-/// Would catch: particles that restart anywhere, or that walk on from where they began. After each step, those that have restarted in it are
-/// where particles began, and no other one is.
+/// Would catch: particles that restart anywhere, or that walk on from where they began. After each step, those that have restarted in it
+/// are where particles began, and no other one is.
 #[test]
 fn particles_restart_where_they_began() {
     let Some(gpu) = gpu() else { return };

@@ -133,8 +133,8 @@ fn depths_keep_the_order_of_distances_and_lie_below_one() {
     gpu.finish();
 }
 
-/// How far the curves are from what they are named after. Would catch: a projection with other planes, and curves whose scale is that of the
-/// reach where they have one of their own.
+/// How far the curves are from what they are named after. Would catch: a projection with other planes, and curves whose scale is that of
+/// the reach where they have one of their own.
 #[test]
 fn depths_are_those_of_the_named_functions() {
     let reach = 2.0;
@@ -214,8 +214,8 @@ fn how_many_distances_each_mapping_distinguishes() {
     assert_eq!(counts, expected);
 }
 
-/// Where each mapping ends, with a scale of 1, as the second table in `src/sim/raster.rs` says it: from there on all distances have one depth.
-/// Would catch: a curve that is cut off earlier than its last depths, or a range that is another one than the plane's.
+/// Where each mapping ends, with a scale of 1, as the second table in `src/sim/raster.rs` says it: from there on all distances have one
+/// depth. Would catch: a curve that is cut off earlier than its last depths, and a range that does not end at the planes.
 #[test]
 fn each_mapping_ends_where_it_should() {
     let lengths = DepthLengths {
