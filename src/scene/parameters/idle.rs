@@ -210,7 +210,8 @@ pub fn why_object_idle(
     let motion = &object.motion;
     let is_zero = |vector: [f32; 3]| vector == [0.0; 3];
     let follows = motion.model == ModelAnimation::Follow;
-    if let Some(part) = key.strip_prefix("start.").filter(|part| *part != "place") {
+    let of_start = key.strip_prefix("start.");
+    if let Some(part) = of_start.filter(|part| !["place", "share"].contains(part)) {
         let Some(start) = object.start.place.own() else {
             return Some("The object's particles begin as the scene says: choose an own start.");
         };
@@ -218,6 +219,11 @@ pub fn why_object_idle(
     }
     let (idle, why) = match key {
         "texel_weight" if settings.objects.len() < 2 => (true, ALONE),
+        "start.share" if settings.objects.len() < 2 => (true, ALONE),
+        "start.share" => (
+            !settings.has_start_shares(),
+            "Particles begin at one place or on one object: choose the start uniform and no start object, or an own start.",
+        ),
         "texel_weight" => (
             settings.atlas.method != AtlasMethod::Charts,
             "Only the atlas method charts shares texels out by weight.",
@@ -493,5 +499,11 @@ mod tests {
         assert!(still.contains(&"motion.pivot") && still.contains(&"motion.orbit_center"));
         assert!(!still.contains(&"texel_weight") && !still.contains(&"motion.spin"));
         assert!(still.contains(&"start.at") && !still.contains(&"start.place"));
+        // Shares take effect with the scene's start, or with any object's own.
+        assert!(!still.contains(&"start.share"));
+        settings.particles.start = Start::Ring;
+        assert!(!idle_of(0, &settings).contains(&"start.share"));
+        settings.objects[1].start.place = ObjectStart::Scene;
+        assert!(idle_of(0, &settings).contains(&"start.share"));
     }
 }
