@@ -74,6 +74,9 @@ bench: ## time every kernel on the reference scenes, and how times grow; the fig
 	@for scene in cube torus; do \
 		$(MEASURE) $$scene --report benches/results/$$scene.json || exit 1; \
 	done
+	@for scene in cube torus; do \
+		$(MEASURE) benches/scenes/plain_$$scene.toml --report benches/results/plain_$$scene.json || exit 1; \
+	done
 	$(MEASURE) torus --set physarum.sensing=walk --report benches/results/torus-walk.json
 	$(MEASURE) torus --set particles.count=1000000 --report benches/results/torus-1m.json
 	$(MEASURE) torus --set particles.count=1000000 --set physarum.sensing=walk --report benches/results/torus-walk-1m.json

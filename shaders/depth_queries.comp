@@ -15,7 +15,9 @@ layout(constant_id = 0) const uint DEPTH = 0u;
 
 layout(push_constant) uniform Params {
     uint query_count;
-    float reach;  // world length
+    float reach;       // world length
+    float near_plane;  // world length
+    float scale;       // world length
 } params;
 
 layout(std430, set = 0, binding = 0) readonly buffer Distances { float distances[]; };  // one an invocation
@@ -24,5 +26,5 @@ layout(std430, set = 0, binding = 1) writeonly buffer Depths { float depths[]; }
 void main() {
     uint i = invocation_index();
     if (i >= params.query_count) return;
-    depths[i] = depth_of(DEPTH, distances[i], params.reach);
+    depths[i] = depth_of(DEPTH, distances[i], params.reach, params.near_plane, params.scale);
 }

@@ -17,6 +17,8 @@ layout(push_constant) uniform Params {
     uint pitch;
     float reach;         // world length; triangles nearer than this matter everywhere
     float farthest;      // world length; triangles nearer than this matter inside the other's box
+    float near_plane;    // world length; from the eye of a projection
+    float scale;         // world length; what the curves take as 1
 } params;
 
 layout(set = 0, binding = 4) uniform usamplerBuffer places;
@@ -39,6 +41,6 @@ void main() {
     vec3 place = vec3(along(params.x, own), along(params.y, own), along(params.z, own));
     float distance = sqrt(nearest_on_face(slot, place).z);
     if (distance > params.farthest) discard;
-    gl_FragDepth = depth_of(DEPTH, distance, params.farthest);
+    gl_FragDepth = depth_of(DEPTH, distance, params.farthest, params.near_plane, params.scale);
     winner = slot + 1u;
 }

@@ -20,6 +20,8 @@ layout(push_constant) uniform Params {
     uint pitch;
     float reach;         // world length; triangles nearer than this matter everywhere
     float farthest;      // world length; triangles nearer than this matter inside the other's box
+    float near_plane;    // world length; from the eye of a projection
+    float scale;         // world length; what the curves take as 1
 } params;
 
 layout(set = 0, binding = 0) uniform usamplerBuffer outlines;

@@ -1,5 +1,6 @@
-// respawn: selected particles restart on their own object, at a random place (uniform by area) with a random heading.
-// Reads   flow, particle_indices, triangles, area_shares, object_triangles.
+// respawn: selected particles restart on their own object, at a random place (uniform by area) with a random heading, or where particles
+// of the object began.
+// Reads   flow, particle_indices, triangles, area_shares, object_triangles, restarts, restart_ranges.
 // Writes  particles and motions in place.
 // One invocation per entry of the list.
 // Overflow: cannot happen; nothing is appended.
@@ -17,6 +18,9 @@
 
 layout(local_size_x = 64) in;
 
+// Do they restart where particles began?
+layout(constant_id = 0) const bool FROM_START = false;
+
 layout(push_constant) uniform Params {
     uint capacity;
     uint seed;
@@ -32,6 +36,10 @@ READS(uvec4, 4) triangles;
 layout(std430, set = 0, binding = 5) readonly buffer AreaShares { uint area_shares[]; };
 // One per object: its first triangle, and the one behind its last.
 layout(std430, set = 0, binding = 6) readonly buffer ObjectTriangles { uvec2 object_triangles[]; };
+// Two per place: the triangle and the bits of u and v; the bits of the heading.
+layout(std430, set = 0, binding = 7) readonly buffer Restarts { uvec4 restarts[]; };
+// One per object: its first place, and the one behind its last.
+layout(std430, set = 0, binding = 8) readonly buffer RestartRanges { uvec2 restart_ranges[]; };
 
 void main() {
     uint i = invocation_index();
@@ -40,7 +48,20 @@ void main() {
     int slot = int(particle_indices[i]);
     Particle particle = particle_of(load_paged(particles, slot));
     uvec4 words = random_words(params.seed, particle.id, params.time_step, PURPOSE_RESPAWN);
-    uvec2 range = object_triangles[fetch4(triangles, particle.triangle).w];
+    uint object = fetch4(triangles, particle.triangle).w;
+    uint flags = load_paged(motions, slot).w & ~SELECTED;
+    if (FROM_START) {
+        uvec2 places = restart_ranges[object];
+        if (places.x < places.y) {
+            uint place = 2u * (places.x + words.x % (places.y - places.x));
+            uvec4 start = restarts[place];
+            vec2 began = uintBitsToFloat(restarts[place + 1u].xy);
+            store_paged(particles, slot, uvec4(start.xyz, particle.id));
+            store_paged(motions, slot, words_of(Motion(began.x, began.y, 0.0, flags)));
+            return;
+        }
+    }
+    uvec2 range = object_triangles[object];
     // The first triangle whose cumulative share is above the word; that of the last one is 1.
     uint low = range.x;
     uint high = range.y - 1u;
@@ -60,6 +81,5 @@ void main() {
     bool beyond = sum > 1.0;
     store_paged(particles, slot, words_of(Particle(low, beyond ? mirrored_u : u, beyond ? mirrored_v : v, particle.id)));
     vec2 heading = turn_of(words.w);
-    uint flags = load_paged(motions, slot).w & ~SELECTED;
     store_paged(motions, slot, words_of(Motion(heading.x, heading.y, 0.0, flags)));
 }

@@ -1,4 +1,4 @@
-// depth: four ways from a signed distance to a depth in [0, 1), by which a depth test keeps the smallest distance. Twin
+// depth: five ways from a signed distance to a depth in [0, 1), by which a depth test keeps the smallest distance. Twin
 // of src/sim/depth.rs.
 //
 // Depths are monotonic by construction: each is a chain of operations that keep the order however they
@@ -11,16 +11,14 @@ const uint DEPTH_ORDERED = 0u;
 const uint DEPTH_CLIP = 1u;
 const uint DEPTH_LOGISTIC = 2u;
 const uint DEPTH_ARCTANGENT = 3u;
+const uint DEPTH_LINEAR = 4u;
 
 // The greatest float below 1.
 const float BELOW_ONE = 0.99999994;
 
-// Slope of the two curves: how many depths lie near the surface, at the cost of those near reach.
-const float STEEPNESS = 4.0;
-
-// The distance in units of reach.
-float share_of_reach(float distance, float reach) {
-    precise float share = clamp(distance / max(reach, 1.0e-30), -1.0e30, 1.0e30);
+// The distance in units of a length.
+float share_of(float distance, float whole) {
+    precise float share = clamp(distance / max(whole, 1.0e-30), -1.0e30, 1.0e30);
     return share;
 }
 
@@ -33,11 +31,23 @@ float depth_ordered(float distance) {
     return depth;
 }
 
-// Straight from 0 at -reach to 1 at reach, as a projection's depth.
-float depth_clip(float distance, float reach) {
-    float share = clamp(share_of_reach(distance, reach), -1.0, 1.0);
+// Straight from 0 at -reach to 1 at reach.
+float depth_linear(float distance, float reach) {
+    float share = clamp(share_of(distance, reach), -1.0, 1.0);
     precise float depth = 0.5 + 0.5 * share;
     return min(depth, BELOW_ONE);
+}
+
+// As a projection makes it (Vulkan's clip space after the division): far / (far - near) * (1 - near / z), where z grows from near, at
+// -reach, to far, at reach. Most depths are those of the smallest distances.
+float depth_clip(float distance, float reach, float near_plane) {
+    float most = max(max(reach, 1.0e-6 * near_plane), 1.0e-30);
+    precise float way = clamp(distance, -most, most) + most;
+    precise float place = near_plane + way;
+    precise float part = near_plane / place;
+    precise float factor = (near_plane + 2.0 * most) / (2.0 * most);
+    precise float depth = (1.0 - part) * factor;
+    return clamp(depth, 0.0, BELOW_ONE);
 }
 
 // e to the power of x, |x| up to 80. Sums of positive products keep the order.
@@ -58,8 +68,8 @@ float growth(float x) {
     return value;
 }
 
-float depth_logistic(float distance, float reach) {
-    precise float way = -STEEPNESS * share_of_reach(distance, reach);
+float depth_logistic(float distance, float scale) {
+    precise float way = -share_of(distance, scale);
     precise float sum = 1.0 + growth(clamp(way, -80.0, 80.0));
     precise float depth = 1.0 / sum;
     return min(depth, BELOW_ONE);
@@ -91,17 +101,18 @@ float angle_of(float x) {
     return max(angle, 1.17809725);
 }
 
-float depth_arctangent(float distance, float reach) {
-    precise float way = STEEPNESS * share_of_reach(distance, reach);
+float depth_arctangent(float distance, float scale) {
+    float way = share_of(distance, scale);
     precise float half_turns = 0.318309886 * angle_of(abs(way));
     precise float depth = way < 0.0 ? 0.5 - half_turns : 0.5 + half_turns;
     return clamp(depth, 0.0, BELOW_ONE);
 }
 
-float depth_of(uint mapping, float distance, float reach) {
-    if (mapping == DEPTH_CLIP) return depth_clip(distance, reach);
-    if (mapping == DEPTH_LOGISTIC) return depth_logistic(distance, reach);
-    if (mapping == DEPTH_ARCTANGENT) return depth_arctangent(distance, reach);
+float depth_of(uint mapping, float distance, float reach, float near_plane, float scale) {
+    if (mapping == DEPTH_CLIP) return depth_clip(distance, reach, near_plane);
+    if (mapping == DEPTH_LOGISTIC) return depth_logistic(distance, scale);
+    if (mapping == DEPTH_ARCTANGENT) return depth_arctangent(distance, scale);
+    if (mapping == DEPTH_LINEAR) return depth_linear(distance, reach);
     return depth_ordered(distance);
 }
 

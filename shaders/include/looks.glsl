@@ -21,7 +21,7 @@ Physarum mixed_look(Physarum one, Physarum other, float weight) {
     vec2 sensor = turn_between(vec2(one.sensor_cos, one.sensor_sin), vec2(other.sensor_cos, other.sensor_sin), weight);
     vec2 rotation = turn_between(vec2(one.rotation_cos, one.rotation_sin), vec2(other.rotation_cos, other.rotation_sin), weight);
     // Without a favourite density more is better; there is nothing between.
-    bool both = one.favourite_density > 0.0 && other.favourite_density > 0.0;
+    bool both = one.favourite_density >= 0.0 && other.favourite_density >= 0.0;
     float nearer = weight < 0.5 ? one.favourite_density : other.favourite_density;
     float favourite = both ? between(one.favourite_density, other.favourite_density, weight) : nearer;
     return Physarum(

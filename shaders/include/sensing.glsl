@@ -79,7 +79,8 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
     }
     precise float value = CELLS ? trail_on_cells(position) : trail_at(position, params.pitch);
     if (SENSITIVITY && value < params.sensitivity) value = 0.0;
-    if (FAVOURITE_DENSITY && own.favourite_density > 0.0) {
+    // It is negative where more is better; by a favourite of 0 the emptiest place is the best.
+    if (FAVOURITE_DENSITY && own.favourite_density >= 0.0) {
         value = -abs(value - own.favourite_density);
     }
     if (GRAVITY) {

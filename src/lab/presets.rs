@@ -2,7 +2,7 @@
 
 use myxo::scene::parameters::{Effect, Kind, PARAMETERS, Parameter, Scale, find};
 use myxo::scene::presets::is_look;
-use myxo::scene::settings::{ColorMap, Settings};
+use myxo::scene::settings::{ColorMap, Preference, Settings};
 
 /// With several objects, distances between them are computed again whenever these change, which takes longer than a step: on the way from
 /// one look to another they change in so many stages.
@@ -178,6 +178,7 @@ pub fn by_chance(settings: &Settings, seed: u64) -> Settings {
     let physarum = &mut settings.physarum;
     physarum.reference_density = REFERENCE_DENSITY as f32;
     physarum.decrowding_weight = (crowds * chance()) as f32;
+    physarum.preference = Preference::Auto;
     physarum.favourite_density = (favours * mean * (1.2 + 2.3 * chance())) as f32;
     let colours = ColorMap::ALL;
     settings.picture.color_map =

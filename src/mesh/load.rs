@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use super::error::MeshProblem;
 use super::soup::{MOST_TRIANGLES, Soup};
+use super::trees::self_crossings;
 use super::{Mesh, MeshError, RigidTrack, gltf, obj, ply, stl};
 use crate::plain_text::Shown as _;
 use crate::regular_file;
@@ -152,7 +153,9 @@ impl RigidTrack {
 
 fn load(path: &Path, extent: Extent, most: u64) -> Result<Mesh, MeshError> {
     let bytes = read(path)?;
-    from_bytes(&name_of(path), path, &bytes, extent, most)
+    let mut mesh = from_bytes(&name_of(path), path, &bytes, extent, most)?;
+    mesh.report.self_crossings = self_crossings(&mesh);
+    Ok(mesh)
 }
 
 /// The name of a model: that of its file without its ending.

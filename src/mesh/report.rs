@@ -88,6 +88,9 @@ pub struct MeshReport {
     pub without_positions: usize,
     /// Extensions of the file format that may change the shape or its place, and that are not read.
     pub unapplied_extensions: BTreeSet<String>,
+    /// Pairs of triangles without a common corner that go through each other: the mesh intersects itself. Counted in files of at most
+    /// [`MOST_CHECKED`](super::trees::MOST_CHECKED) triangles.
+    pub self_crossings: usize,
     /// Texture coordinates are missing at some corners, or not finite; all left out.
     pub incomplete_uvs: bool,
 }
@@ -180,6 +183,8 @@ impl MeshReport {
             unreferenced_non_finite: "of the unused vertices is not finite", "of the unused vertices are not finite";
             crossed_polygons: "polygon that crosses itself or is far from flat: its triangles may overlap",
                 "polygons that cross themselves or are far from flat: their triangles may overlap";
+            self_crossings: "pair of triangles that go through each other: the mesh intersects itself, and walks go on inside of it",
+                "pairs of triangles that go through each other: the mesh intersects itself, and walks go on inside of it";
             lines: "line, ignored", "lines, ignored";
             points: "point, ignored", "points, ignored";
             free_form_lines: "line of curves or free-form surfaces, ignored", "lines of curves or free-form surfaces, ignored";

@@ -12,8 +12,8 @@ use super::parameters::{
 use super::presets::{PARTS, foreign};
 use super::problems::{Problem, Problems};
 use super::settings::{
-    FoodSettings, MOST_FOODS, MOST_OBJECTS, MOST_PULSE_ENTRIES, ObjectSettings, PulseSettings,
-    Settings,
+    FoodSettings, MOST_FOODS, MOST_OBJECTS, MOST_PULSE_ENTRIES, ObjectSettings, Preference,
+    PulseSettings, Settings,
 };
 use super::suggest::{first_of, is_section, nearest, nearest_key};
 
@@ -70,8 +70,9 @@ impl Reader {
         } else if table.get_ref().is_empty() {
             self.problem(0, format!("it has nothing of a look: {PARTS}"));
         } else {
-            // Most looks have no scattered food.
+            // Most looks have no scattered food, and older ones say no preference.
             self.settings.feeding.scattered = 0;
+            self.settings.physarum.preference = Preference::Auto;
             self.table("", table.get_ref());
         }
     }

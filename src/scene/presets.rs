@@ -124,7 +124,7 @@ mod tests {
     use super::*;
     use crate::scene::file::Reader;
     use crate::scene::problems::Problems;
-    use crate::scene::settings::ColorMap;
+    use crate::scene::settings::{ColorMap, Preference};
     use crate::scene::{Overrides, Scene};
 
     fn read(settings: Settings, text: &str) -> Result<Settings, Vec<String>> {
@@ -160,6 +160,18 @@ mod tests {
         for preset in builtin::PRESETS {
             assert!(is_preset(preset.text), "{}", preset.name);
         }
+    }
+
+    /// Would catch: an older preset, whose density of 0 means none, that avoids all trail on a scene that does.
+    #[test]
+    fn looks_that_say_no_preference_have_none() {
+        let mut settings = Settings::default();
+        settings.physarum.preference = Preference::Favourite;
+        let text = "[physarum]\nfavourite_density = 0";
+        let read_on = |text: &str| read(settings.clone(), text).expect("it is right");
+        assert_eq!(read_on(text).physarum.favourite(), None);
+        let text = format!("{text}\npreference = \"favourite\"");
+        assert_eq!(read_on(&text).physarum.favourite(), Some(0.0));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The rules that particles follow: those of the model, but for those that a scene names.
 
-use super::settings::{Model, PhysarumSettings, StepOrder, Turning};
+use super::settings::{Model, PhysarumSettings, Preference, StepOrder, Turning};
 
 /// Rounds of the model `jones`.
 const ROUNDS: u32 = 3;
@@ -65,11 +65,39 @@ impl PhysarumSettings {
             reach: (width > 0).then_some(width / 2),
         }
     }
+
+    /// The trail that particles seek; `None` if more is better.
+    #[must_use]
+    pub fn favourite(&self) -> Option<f32> {
+        let has_one = match self.preference {
+            Preference::Auto => self.favourite_density > 0.0,
+            Preference::More => false,
+            Preference::Favourite => true,
+        };
+        has_one.then_some(self.favourite_density)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Would catch: a density of 0 that is read as none where it is asked for, or as one where it never was.
+    #[test]
+    fn a_favourite_of_none_differs_from_no_favourite() {
+        let found = Preference::ALL.iter().map(|preference| {
+            [0.0, 3.0].map(|density| {
+                let physarum = PhysarumSettings {
+                    preference: *preference,
+                    favourite_density: density,
+                    ..PhysarumSettings::default()
+                };
+                physarum.favourite()
+            })
+        });
+        let expected = [[None, Some(3.0)], [None, None], [Some(0.0), Some(3.0)]];
+        assert_eq!(found.collect::<Vec<_>>(), expected);
+    }
 
     /// Would catch: a rule that a model lacks, or a key that the model overrules.
     #[test]

@@ -17,7 +17,8 @@ use serde::Serialize;
 
 pub use choices::{
     AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Easing, Heading, Model,
-    ModelAnimation, ObjectStart, Repeat, Sensing, SignRule, Start, StepOrder, Strategy, Turning,
+    ModelAnimation, ObjectStart, Preference, Repeat, RestartPlace, Sensing, SignRule, Start,
+    StepOrder, Strategy, Turning,
 };
 pub use food::{FeedingSettings, FoodSettings, MOST_FOODS};
 pub use look::{SECOND_LOOKS, SecondLook, SecondLookSettings};
@@ -243,6 +244,8 @@ impl Default for AtlasSettings {
 pub struct TransferSettings {
     /// The strategy for particles that go into another object.
     pub strategy: Strategy,
+    /// For `respawn`: where particles restart.
+    pub respawn: RestartPlace,
     /// Places with a smaller signed distance to other objects are covered, in scene radii.
     pub threshold: f32,
     /// How many particles may change objects in a step.
@@ -253,6 +256,7 @@ impl Default for TransferSettings {
     fn default() -> Self {
         Self {
             strategy: Strategy::Parallel,
+            respawn: RestartPlace::Anywhere,
             threshold: 0.0,
             buffer_size: 65_536,
         }
@@ -266,6 +270,10 @@ pub struct DistanceSettings {
     pub method: DistanceMethod,
     /// For `raster`: how distances become depths.
     pub depth: DepthMapping,
+    /// For `clip`: how far before the near plane the eye is, in scene radii.
+    pub depth_near: f32,
+    /// For `logistic` and `arctangent`: the distance that the curve takes as 1, in scene radii; 0 for a quarter of the reach.
+    pub depth_scale: f32,
     /// The rule that decides whether a place is inside of an object.
     pub sign: SignRule,
     /// Distances are updated at most every so many steps.
@@ -279,6 +287,8 @@ impl Default for DistanceSettings {
         Self {
             method: DistanceMethod::Bvh,
             depth: DepthMapping::Ordered,
+            depth_near: 0.01,
+            depth_scale: 0.0,
             sign: SignRule::Pseudonormal,
             interval: 1,
             reach: 0.2,

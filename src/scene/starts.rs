@@ -44,6 +44,17 @@ pub(super) fn check(scene: &str, settings: &Settings) -> Result<(), SceneError> 
             listed(names.by_ref())
         ));
     }
+    if settings.has_start_shares()
+        && settings
+            .objects
+            .iter()
+            .all(|object| object.start.share == 0.0)
+    {
+        messages.push(
+            "object.N.start.share is 0 for every object, so no particle could begin: give one a share above 0"
+                .to_owned(),
+        );
+    }
     let (scenes, own) = settings.starts();
     for start in own.into_iter().flatten().chain([scenes]) {
         let StartSettings {

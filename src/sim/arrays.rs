@@ -10,6 +10,7 @@ use super::behaviour::physarums;
 use super::buffers::{Counts, LIMIT_BINS_COUNT};
 use super::claims::FREE;
 use super::food::scent_of;
+use super::restarts::Restarts;
 use super::roles::Pair;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
@@ -59,6 +60,8 @@ pub struct TransferArrays {
     pub area_shares: Vec<u32>,
     /// One per object, see [`object_triangles`].
     pub object_triangles: Vec<UVec2>,
+    /// Places that particles restart at.
+    pub restarts: Restarts,
 }
 
 impl TransferArrays {
@@ -78,6 +81,7 @@ impl TransferArrays {
             flux: state.flux.clone(),
             area_shares: area_shares(&setup.surface),
             object_triangles: object_triangles(&setup.surface),
+            restarts: Restarts::of(setup, settings),
         }
     }
 

@@ -54,6 +54,8 @@ pub struct Counts {
     pub transfers: u64,
     /// Entries of the tables for particles that restart: triangles and objects, or 1 and 1.
     pub respawn: (u64, u64),
+    /// Entries of the tables of places that they restart at; 2 and 1 if they restart anywhere.
+    pub restarts: (u64, u64),
     /// Texels that have a bias; 0 while nothing is painted.
     pub painted: u64,
     /// Texels that have a weight of a second look; 0 while nothing is painted.
@@ -336,6 +338,8 @@ table! {
     FLUX: u32 = "flux", BLOCK 0, |n| if n.objects > 1 { n.objects * n.objects } else { 1 };
     AREA_SHARES: u32 = "area_shares", BLOCK 0, |n| n.respawn.0;
     OBJECT_TRIANGLES: UVec2 = "object_triangles", BLOCK 0, |n| n.respawn.1;
+    RESTARTS: UVec4 = "restarts", BLOCK 0, |n| n.restarts.0;
+    RESTART_RANGES: UVec2 = "restart_ranges", BLOCK 0, |n| n.restarts.1;
 
     MEALS: Meal = "meals", BLOCK 0, |n| n.foods;
     MARKS: Mark = "marks", BLOCK 0, |n| n.foods;

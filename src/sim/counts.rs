@@ -2,6 +2,7 @@
 
 use super::buffers::Counts;
 use super::distance::{GROUP, MOST_HINTS, TILE_SAMPLES};
+use super::restarts::Restarts;
 use super::setup::Setup;
 use super::sorting::Segments;
 use super::transfers::{capacity, most_displaced};
@@ -40,6 +41,7 @@ impl Counts {
             } else {
                 (1, 1)
             },
+            restarts: Restarts::lengths(setup, settings),
             painted: count(setup.bias.len()),
             looks: count(setup.looks.len()),
             homes: count(setup.homes.len()),
@@ -91,6 +93,7 @@ impl Counts {
             windows: 1,
             transfers: 1,
             respawn: (1, 1),
+            restarts: (2, 1),
             painted: if settings.areas.map.is_empty() {
                 0
             } else {

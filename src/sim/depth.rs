@@ -4,18 +4,17 @@ use super::kernels::{DepthQueriesConstants, DepthQueriesParams};
 
 /// By the bits of the float.
 pub const DEPTH_ORDERED: u32 = 0;
-/// Linear.
+/// As a projection makes it.
 pub const DEPTH_CLIP: u32 = 1;
 /// By the logistic curve.
 pub const DEPTH_LOGISTIC: u32 = 2;
 /// By the arctangent.
 pub const DEPTH_ARCTANGENT: u32 = 3;
+/// Straight.
+pub const DEPTH_LINEAR: u32 = 4;
 
 /// The greatest float below 1.
 const BELOW_ONE: f32 = 0.999_999_94;
-
-/// Slope of the two curves.
-const STEEPNESS: f32 = 4.0;
 
 /// The depths of distances.
 pub fn depth_queries(
@@ -25,23 +24,31 @@ pub fn depth_queries(
     depths: &mut [f32],
 ) {
     for i in 0..params.query_count as usize {
-        depths[i] = depth_of(constants.depth, distances[i], params.reach);
+        depths[i] = depth_of(
+            constants.depth,
+            distances[i],
+            params.reach,
+            params.near_plane,
+            params.scale,
+        );
     }
 }
 
-/// The depth of a distance by one of the mappings, in [0, 1).
+/// The depth of a distance by one of the mappings, in [0, 1). The near plane is that of a projection; the scale is what the curves take
+/// as 1.
 #[must_use]
-pub fn depth_of(mapping: u32, distance: f32, reach: f32) -> f32 {
+pub fn depth_of(mapping: u32, distance: f32, reach: f32, near_plane: f32, scale: f32) -> f32 {
     match mapping {
-        DEPTH_CLIP => depth_clip(distance, reach),
-        DEPTH_LOGISTIC => depth_logistic(distance, reach),
-        DEPTH_ARCTANGENT => depth_arctangent(distance, reach),
+        DEPTH_CLIP => depth_clip(distance, reach, near_plane),
+        DEPTH_LOGISTIC => depth_logistic(distance, scale),
+        DEPTH_ARCTANGENT => depth_arctangent(distance, scale),
+        DEPTH_LINEAR => depth_linear(distance, reach),
         _ => depth_ordered(distance),
     }
 }
 
-fn share_of_reach(distance: f32, reach: f32) -> f32 {
-    (distance / reach.max(1.0e-30)).clamp(-1.0e30, 1.0e30)
+fn share_of(distance: f32, whole: f32) -> f32 {
+    (distance / whole.max(1.0e-30)).clamp(-1.0e30, 1.0e30)
 }
 
 fn depth_ordered(distance: f32) -> f32 {
@@ -54,9 +61,17 @@ fn depth_ordered(distance: f32) -> f32 {
     0.5 * f32::from_bits(key >> 2)
 }
 
-fn depth_clip(distance: f32, reach: f32) -> f32 {
-    let share = share_of_reach(distance, reach).clamp(-1.0, 1.0);
+fn depth_linear(distance: f32, reach: f32) -> f32 {
+    let share = share_of(distance, reach).clamp(-1.0, 1.0);
     (0.5 + 0.5 * share).min(BELOW_ONE)
+}
+
+fn depth_clip(distance: f32, reach: f32, near_plane: f32) -> f32 {
+    let most = reach.max(1.0e-6 * near_plane).max(1.0e-30);
+    let way = distance.clamp(-most, most) + most;
+    let part = near_plane / (near_plane + way);
+    let factor = (near_plane + 2.0 * most) / (2.0 * most);
+    ((1.0 - part) * factor).clamp(0.0, BELOW_ONE)
 }
 
 /// e to the power of x, |x| up to 80.
@@ -80,8 +95,8 @@ fn growth(x: f32) -> f32 {
     f32::from_bits(((whole as i32 + 127) as u32) << 23) * sum.min(2.0)
 }
 
-fn depth_logistic(distance: f32, reach: f32) -> f32 {
-    let way = -STEEPNESS * share_of_reach(distance, reach);
+fn depth_logistic(distance: f32, scale: f32) -> f32 {
+    let way = -share_of(distance, scale);
     (1.0 / (1.0 + growth(way.clamp(-80.0, 80.0)))).min(BELOW_ONE)
 }
 
@@ -109,8 +124,8 @@ fn angle_of(x: f32) -> f32 {
     }
 }
 
-fn depth_arctangent(distance: f32, reach: f32) -> f32 {
-    let way = STEEPNESS * share_of_reach(distance, reach);
+fn depth_arctangent(distance: f32, scale: f32) -> f32 {
+    let way = share_of(distance, scale);
     let half_turns = std::f32::consts::FRAC_1_PI * angle_of(way.abs());
     let depth = if way < 0.0 {
         0.5 - half_turns

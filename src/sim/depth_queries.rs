@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
+use super::distance::DepthLengths;
 use super::kernels::{DepthQueries, DepthQueriesArgs, DepthQueriesConstants, DepthQueriesParams};
 use crate::error::Result;
 use crate::gpu::{Buffer, Context, Frames, Pipeline, Threads};
 use crate::scene::settings::DepthMapping;
 
-/// The depth of each distance, for distances clamped to `reach`.
+/// The depth of each distance, for distances clamped to `reach`, by mappings of these lengths.
 ///
 /// # Errors
 /// When the device fails or has too little memory.
@@ -15,6 +16,7 @@ pub fn depth_queries(
     ctx: &Arc<Context>,
     mapping: DepthMapping,
     reach: f32,
+    lengths: DepthLengths,
     distances: &[f32],
 ) -> Result<Vec<f32>> {
     let constants = DepthQueriesConstants {
@@ -34,6 +36,8 @@ pub fn depth_queries(
             DepthQueriesParams {
                 query_count: distances.len() as u32,
                 reach,
+                near_plane: lengths.near,
+                scale: lengths.scale_within(reach),
             },
         )
     })?;

@@ -11,7 +11,7 @@ use super::types::{DistanceJob, ObjectPair, Pose, SampleTile, SurfaceSample};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Surface;
 use crate::mesh::trees::{Tree, Trees};
-use crate::scene::settings::{DepthMapping, DistanceMethod, SignRule};
+use crate::scene::settings::{DepthMapping, DistanceMethod, DistanceSettings, SignRule};
 
 /// Invocations of a group of the kernels; a job begins with one.
 pub(super) const GROUP: u32 = 64;
@@ -148,6 +148,35 @@ pub struct DistancePlanner {
     rules: Option<DistanceRules>,
 }
 
+/// The lengths that mappings from distances to depths are of, besides the longest distance; world units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthLengths {
+    /// How far before the near plane of a projection the eye is; positive.
+    pub near: f32,
+    /// What the curves take as 1; 0 for a quarter of the longest distance.
+    pub scale: f32,
+}
+
+impl DepthLengths {
+    /// The lengths in a scene of this radius.
+    #[must_use]
+    pub fn new(distance: &DistanceSettings, radius: f32) -> Self {
+        Self {
+            near: distance.depth_near * radius,
+            scale: distance.depth_scale * radius,
+        }
+    }
+
+    /// What the curves take as 1 where no distance is longer than this.
+    #[must_use]
+    pub fn scale_within(self, longest: f32) -> f32 {
+        match self.scale > 0.0 {
+            true => self.scale,
+            false => 0.25 * longest,
+        }
+    }
+}
+
 /// The settings for computing distances; when they change, all distances are computed again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistanceRules {
@@ -157,6 +186,8 @@ pub struct DistanceRules {
     pub method: DistanceMethod,
     /// The mapping from distances to depths, for the method `raster`.
     pub depth: DepthMapping,
+    /// The lengths that this mapping is of.
+    pub depths: DepthLengths,
     /// The rule that decides whether a place is inside of an object.
     pub sign: SignRule,
     /// World length: places with a smaller signed distance are covered.

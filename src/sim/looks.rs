@@ -35,7 +35,7 @@ pub fn mixed_look(one: Physarum, other: &Physarum, weight: f32) -> Physarum {
         Vec2::new(other.rotation_cos, other.rotation_sin),
     );
     // Without a favourite density more is better; there is nothing between.
-    let both = one.favourite_density > 0.0 && other.favourite_density > 0.0;
+    let both = one.favourite_density >= 0.0 && other.favourite_density >= 0.0;
     let favourite = if both {
         part(one.favourite_density, other.favourite_density)
     } else if weight < 0.5 {
@@ -166,9 +166,9 @@ mod tests {
             }
             let (low, high) = (one.speed.min(other.speed), one.speed.max(other.speed));
             assert!(low < mixed.speed && mixed.speed < high);
-            let has_favourite = mixed.favourite_density > 0.0;
+            let has_favourite = mixed.favourite_density >= 0.0;
             let nearer = if k < 5 { &one } else { &other };
-            assert_eq!(has_favourite, nearer.favourite_density > 0.0, "{k}");
+            assert_eq!(has_favourite, nearer.favourite_density >= 0.0, "{k}");
         }
     }
 }

@@ -56,6 +56,7 @@ pub mod plan;
 pub mod pulse;
 pub mod queries;
 pub mod raster;
+pub mod restarts;
 pub mod roles;
 pub mod sorting;
 pub mod spread;

@@ -5,6 +5,9 @@ use bytemuck::{Pod, Zeroable};
 use crate::portable::direction;
 use crate::scene::settings::PhysarumSettings;
 
+/// The favourite density where more trail is better. A favourite density is 0 or more.
+pub const NO_FAVOURITE: f32 = -1.0;
+
 /// A row of the table that has one per object; `shaders/include/types.glsl` declares it for kernels.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -23,7 +26,7 @@ pub struct Physarum {
     pub rotation_sin: f32,
     /// Standard deviation, trail units.
     pub sensor_noise: f32,
-    /// Trail units; 0 for none.
+    /// Trail units; [`NO_FAVOURITE`] for none.
     pub favourite_density: f32,
     /// Trail units a world length of height.
     pub gravity_weight: f32,
@@ -48,7 +51,7 @@ impl Physarum {
             rotation_cos: rotation.x,
             rotation_sin: rotation.y,
             sensor_noise: physarum.sensor_noise,
-            favourite_density: physarum.favourite_density,
+            favourite_density: physarum.favourite().unwrap_or(NO_FAVOURITE),
             gravity_weight: physarum.gravity_weight / radius,
             decrowding_weight: factor * physarum.decrowding_weight,
             distance_weight: physarum.distance_weight / radius,

@@ -2,7 +2,7 @@
 //! sines.
 
 use super::behaviour::deposit_factor;
-use super::distance::{DistancePlanner, DistanceRules, DistanceUpdate};
+use super::distance::{DepthLengths, DistancePlanner, DistanceRules, DistanceUpdate};
 use super::pulse::LivePulse;
 use super::setup::Setup;
 use super::sorting::{Segment, Segments};
@@ -191,6 +191,7 @@ impl<'a> Plan<'a> {
             reach: lengths.reach,
             method: settings.distance.method,
             depth: settings.distance.depth,
+            depths: DepthLengths::new(&settings.distance, self.setup.radius),
             sign: settings.distance.sign,
             threshold: lengths.threshold,
             farthest: lengths.farthest,

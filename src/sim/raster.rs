@@ -18,13 +18,22 @@
 //!
 //! How many of 65,536 ascending distances remain different as depths, for a reach of 1 (`tests/kernels/distances/depths.rs`):
 //!
-//! | distances | ordered | clip | logistic | arctangent |
-//! | --- | --- | --- | --- | --- |
-//! | neighbouring floats round 0 | 16,384 | 1 | 1 | 1 |
-//! | neighbouring floats round 1 | 16,384 | 16,384 | 3,588 | 6,538 |
-//! | evenly from -0.001 to 0.001 | 65,536 | 25,167 | 33,388 | 54,130 |
-//! | evenly from 0.999 to 1.001 (25,167 floats) | 6,293 | 8,388 | 1,231 | 2,235 |
-//! | evenly from -1 to 1 | 65,536 | 65,536 | 65,536 | 65,536 |
+//! | distances | ordered | clip | logistic | arctangent | linear |
+//! | --- | --- | --- | --- | --- | --- |
+//! | neighbouring floats round 0 | 16,384 | 1 | 1 | 1 | 1 |
+//! | neighbouring floats round 1 | 16,384 | 81 | 3,588 | 6,538 | 16,384 |
+//! | evenly from -0.001 to 0.001 | 65,536 | 330 | 33,388 | 54,130 | 25,167 |
+//! | evenly from 0.999 to 1.001 (25,167 floats) | 6,293 | 41 | 1,231 | 2,235 | 8,388 |
+//! | evenly from -1 to 1 | 65,536 | 65,535 | 65,536 | 65,536 | 65,536 |
+//! | 1,048,576 of them evenly from -1 to 1 | 1,048,576 | 504,386 | 1,048,576 | 1,048,576 | 1,048,576 |
+//!
+//! The eye of the projection is 0.01 before its near plane: with 1 it is 3,643 and 7,563 in the second and third row, with 0.0001 2 and 4.
+//! All keep the order. Where they end, for a scale of 1: all distances beyond have one depth.
+//!
+//! | | ordered | clip | logistic | arctangent | linear |
+//! | --- | --- | --- | --- | --- | --- |
+//! | the smallest distance, from | -3.4e38 | -1 | -80 | -1.7e7 | -1 |
+//! | the largest, up to | 3.4e38 | 0.99996 | 16.6 | 5.6e6 | 0.9999999 |
 //!
 //! How many texels within reach have another nearest triangle than with `bvh`, and the largest difference of distances, in scene
 //! radii; over eight scenes with reaches of 0.1 to 0.4, and three of them with one of 20 (`tests/kernels/distances/raster.rs`):
@@ -32,12 +41,13 @@
 //! | mapping | others | difference | others, far | difference, far |
 //! | --- | --- | --- | --- | --- |
 //! | ordered | 3.9 % | 1.0e-7 | 5.5 % | 1.5e-7 |
-//! | clip | 3.7 % | 5.7e-8 | 7.2 % | 2.2e-6 |
+//! | linear | 3.7 % | 5.7e-8 | 7.2 % | 2.2e-6 |
+//! | clip | | below 1e-4 | | below 0.05 |
 //! | logistic | 4.3 % | 3.0e-7 | 7.0 % | 1.1e-6 |
 //! | arctangent | 4.3 % | 3.0e-7 | 6.9 % | 8.6e-7 |
 //!
-//! All of these others share a corner with the nearest triangle: mostly the nearest point lies on both, and the last
-//! bits decide. No sign is another one.
+//! All of these others, but for `clip`, share a corner with the nearest triangle: mostly the nearest point lies on both, and the last
+//! bits decide. No sign is another one. A projection has few depths for the distances that count here, as they are not negative.
 //!
 //! # Time
 //!
@@ -61,7 +71,7 @@ mod images;
 
 use glam::{DVec2, Vec2, Vec3, Vec4};
 
-use super::distance::DistanceUpdate;
+use super::distance::{DepthLengths, DistanceUpdate};
 use super::draws::DistanceRasterParams;
 use super::setup::{Setup, others};
 use super::types::SurfaceSample;
@@ -136,7 +146,13 @@ pub struct RasterDraw {
 impl RasterRanges {
     /// The draws in a round of an update.
     #[must_use]
-    pub fn draws(&self, update: &DistanceUpdate, round: u32, reach: f32) -> Vec<RasterDraw> {
+    pub fn draws(
+        &self,
+        update: &DistanceUpdate,
+        round: u32,
+        reach: f32,
+        depths: DepthLengths,
+    ) -> Vec<RasterDraw> {
         let jobs = update.jobs.iter().zip(&update.objects);
         jobs.filter(|(job, _)| round < job.pair_count)
             .flat_map(|(job, &object)| {
@@ -144,6 +160,7 @@ impl RasterRanges {
                 let pair = &update.pairs[index];
                 let (first, end) = self.objects[object as usize];
                 let [width, height] = self.size;
+                let farthest = update.farthest[index];
                 let draw = RasterDraw {
                     vertices: 3 * (end - first),
                     instances: pair.face_count,
@@ -157,7 +174,9 @@ impl RasterRanges {
                         first_node: pair.first_node,
                         pitch: width,
                         reach,
-                        farthest: update.farthest[index],
+                        farthest,
+                        near_plane: depths.near,
+                        scale: depths.scale_within(farthest),
                     },
                 };
                 draw.in_pieces(MOST_IN_A_DRAW)

@@ -91,6 +91,8 @@ pub struct Starts {
     pub scene: StartRule,
     /// One per object. An object with a separate rule has as many particles as its share of the whole area.
     pub own: Vec<Option<StartRule>>,
+    /// One per object: the factor on its area, for shares; none if all are equal.
+    pub shares: Vec<f32>,
 }
 
 /// Particles 0 to `count` at their initial places, in the order of their ids, and their motions.
@@ -104,13 +106,13 @@ pub fn start(
     count: u32,
     seed: u32,
 ) -> (Vec<Particle>, Vec<Motion>) {
-    let scene = Drawer::new(surface, &starts.scene);
+    let scene = Drawer::new(surface, &starts.scene, &starts.shares);
     let own = starts.own.iter().map(Option::as_ref);
     let own: Vec<Option<Drawer<'_>>> = own
-        .map(|rule| rule.map(|rule| Drawer::new(surface, rule)))
+        .map(|rule| rule.map(|rule| Drawer::new(surface, rule, &[])))
         .collect();
     let any_own = own.iter().any(Option::is_some);
-    let whole = any_own.then(|| AreaTable::new(surface, None));
+    let whole = any_own.then(|| AreaTable::with_shares(surface, None, &starts.shares));
     let is_everywhere = matches!(starts.scene.place, StartPlace::Everywhere);
     let stays = is_everywhere && starts.scene.object.is_none();
     (0..count)
@@ -141,9 +143,11 @@ struct Drawer<'a> {
 }
 
 impl<'a> Drawer<'a> {
-    fn new(surface: &'a Surface, rule: &'a StartRule) -> Self {
+    fn new(surface: &'a Surface, rule: &'a StartRule, shares: &[f32]) -> Self {
         let areas = match rule.place {
-            StartPlace::Everywhere => AreaTable::new(surface, rule.object),
+            // There is nothing to share on one object.
+            StartPlace::Everywhere if rule.object.is_some() => AreaTable::new(surface, rule.object),
+            StartPlace::Everywhere => AreaTable::with_shares(surface, None, shares),
             _ => AreaTable::default(),
         };
         Self {
@@ -283,28 +287,40 @@ pub(super) struct AreaTable {
     first: u32,
     /// Per triangle, from the first: the area of all triangles up to it, itself included.
     up_to: Vec<f64>,
+    /// The last triangle with an area, counted from the first.
+    last: usize,
 }
 
 impl AreaTable {
     pub(super) fn new(surface: &Surface, object: Option<u32>) -> Self {
+        Self::with_shares(surface, object, &[])
+    }
+
+    /// The table of areas that are multiplied by the shares of their objects, if there are any.
+    fn with_shares(surface: &Surface, object: Option<u32>, shares: &[f32]) -> Self {
+        let share = |triangle: u32| {
+            let object = surface.triangles[triangle as usize].object as usize;
+            shares.get(object).map_or(1.0, |share| f64::from(*share))
+        };
         let triangles = triangles_of(surface, object);
         let first = triangles.start;
         let mut sum = 0.0;
-        let up_to = triangles
+        let up_to: Vec<f64> = triangles
             .map(|triangle| {
-                sum += area(surface, triangle);
+                sum += share(triangle) * area(surface, triangle);
                 sum
             })
             .collect();
-        Self { first, up_to }
+        let last = up_to.partition_point(|&up_to| up_to < sum);
+        Self { first, up_to, last }
     }
 
     /// For a share in `[0, 1)`.
     pub(super) fn triangle_at(&self, share: f64) -> u32 {
-        let last = self.up_to.len() - 1;
-        let area = share * self.up_to[last];
+        let area = share * self.up_to[self.last];
         // The product may round up to the whole area.
-        self.first + self.up_to.partition_point(|&up_to| up_to <= area).min(last) as u32
+        let place = self.up_to.partition_point(|&up_to| up_to <= area);
+        self.first + place.min(self.last) as u32
     }
 }
 

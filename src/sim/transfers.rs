@@ -3,10 +3,11 @@
 
 use std::sync::Arc;
 
-use glam::{UVec2, Vec3};
+use glam::{UVec2, UVec4, Vec3};
 
 use super::buffers::{self, Counts};
 use super::movement::FARTHEST;
+use super::restarts::Restarts;
 use super::setup::Setup;
 use super::types::{Border, Flow, Motion, Particle, Transfer, Window};
 use crate::gpu::{Buffer, Context, DispatchGroups, GpuError, Readback, Recorder};
@@ -285,6 +286,10 @@ pub struct Transfers {
     pub area_shares: Buffer<u32>,
     /// One per object, see [`object_triangles`].
     pub object_triangles: Buffer<UVec2>,
+    /// Places that particles restart at, see [`Restarts`].
+    pub restarts: Buffer<UVec4>,
+    /// One per object: its part of them.
+    pub restart_ranges: Buffer<UVec2>,
     capacity: u32,
     strategy: Strategy,
 }
@@ -328,6 +333,7 @@ impl Transfers {
         } else {
             (vec![0], vec![UVec2::ZERO])
         };
+        let restarts = Restarts::of(setup, settings);
         Ok(Self {
             windows: buffers::WINDOWS.of(ctx, counts, windows)?,
             borders: buffers::BORDERS.zeroed(ctx, counts)?,
@@ -339,6 +345,8 @@ impl Transfers {
             flux: buffers::FLUX.of(ctx, counts, flux)?,
             area_shares: buffers::AREA_SHARES.of(ctx, counts, &shares)?,
             object_triangles: buffers::OBJECT_TRIANGLES.of(ctx, counts, &ranges)?,
+            restarts: buffers::RESTARTS.of(ctx, counts, &restarts.places)?,
+            restart_ranges: buffers::RESTART_RANGES.of(ctx, counts, &restarts.ranges)?,
             capacity,
             strategy: settings.strategy(),
         })

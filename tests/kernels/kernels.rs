@@ -9,7 +9,7 @@ use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{SurfacePoint, WalkQuery};
 use myxo::mesh::{Mesh, suite};
 use myxo::rng::{Purpose, random, unit};
-use myxo::scene::settings::{Border, PulseSettings, Sensing, Settings};
+use myxo::scene::settings::{Border, Preference, PulseSettings, Sensing, Settings};
 use myxo::sim::behaviour::physarums;
 use myxo::sim::kernels::{
     Advance, WalkQueries, WalkQueriesArgs, WalkQueriesConstants, WalkQueriesParams,
@@ -175,6 +175,9 @@ fn advance_agrees_with_its_twin() {
         }),
         ("noise", |s| s.physarum.sensor_noise = 0.8),
         ("favourite density", |s| s.physarum.favourite_density = 2.0),
+        ("no trail is best", |s| {
+            s.physarum.preference = Preference::Favourite;
+        }),
         ("gravity", |s| s.physarum.gravity_weight = 3.0),
         ("decrowding", |s| s.physarum.decrowding_weight = 0.7),
         ("decrowding and a reference density", |s| {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use myxo::mesh::strip::StripTriangle;
 use myxo::mesh::surface::Surface;
 use myxo::mesh::walk::{BorderRule, Frame, SurfacePoint, WalkEnd, walk};
@@ -199,5 +199,193 @@ fn capped_walks_go_on_where_they_stopped() {
             .collect();
         gaps.sort_by(f64::total_cmp);
         assert!(gaps[97] < 1e-4, "{name}: {}", gaps[97]);
+    }
+}
+
+/// Half-edge coordinates: a place is its half-edge's start, `a` of the way along it, and `b` of the way from its start to the apex. Seen from
+/// the next half-edge of the triangle; for corner 0, they are uv.
+fn seen_from_the_next([a, b]: [f64; 2]) -> [f64; 2] {
+    [b, 1.0 - a - b]
+}
+
+/// The change of half-edge coordinates along a way, seen from the next half-edge.
+fn way_seen_from_the_next([da, db]: [f64; 2]) -> [f64; 2] {
+    [db, -da - db]
+}
+
+impl Ground {
+    /// The ends of a half-edge and the apex of its triangle.
+    fn corners_from(&self, halfedge: u32) -> [DVec3; 3] {
+        let corners = self.surface.corners[halfedge as usize / 3];
+        [0, 1, 2].map(|k| {
+            let vertex = corners[(halfedge as usize + k) % 3];
+            self.surface.positions[vertex as usize].as_dvec3()
+        })
+    }
+
+    /// The projection of the apex on a half-edge, from its start, its height over it, and the half-edge's length.
+    fn projection_and_height(&self, halfedge: u32) -> [f64; 3] {
+        let [start, end, apex] = self.corners_from(halfedge);
+        let (edge, way) = (end - start, apex - start);
+        let length = edge.length();
+        [
+            edge.dot(way) / length,
+            edge.cross(way).length() / length,
+            length,
+        ]
+    }
+
+    /// k1 and k2 of the matrix by which a way crosses a half-edge, which is `[-1, k2; 0, k1]` in half-edge coordinates of both sides.
+    fn matrix(&self, halfedge: u32, measure: fn(f64) -> f64) -> [f64; 2] {
+        let twin = self.surface.halfedges[halfedge as usize].twin;
+        let [here, there] = [halfedge, twin].map(|side| self.projection_and_height(side));
+        let k1 = -here[1] / there[1];
+        [k1, -(measure(here[0]) + k1 * measure(there[0])) / here[2]]
+    }
+
+    /// A walk by these matrices, in double precision, on a closed mesh.
+    fn by_matrices(
+        &self,
+        start: &StripWalk,
+        length: f64,
+        measure: fn(f64) -> f64,
+    ) -> (SurfacePoint, DVec2) {
+        let frame = Frame::of(&self.surface, start.triangle);
+        let [p, h] = start.heading.map(f64::from);
+        let mut way = frame.uv_rate(DVec2::new(p, h).normalize()).to_array();
+        let mut at = [start.u, start.v].map(f64::from);
+        let mut halfedge = 3 * start.triangle;
+        let mut remaining = length;
+        for _ in 0..10_000 {
+            // The edge ahead is the one of the three whose b is 0 first.
+            let mut nearest: Option<(f64, u32, [f64; 2], [f64; 2])> = None;
+            let (mut place, mut heading) = (at, way);
+            for turns in 0..3 {
+                let distance = place[1] / -heading[1];
+                if heading[1] < 0.0 && nearest.is_none_or(|(least, ..)| distance < least) {
+                    nearest = Some((distance, turns, place, heading));
+                }
+                place = seen_from_the_next(place);
+                heading = way_seen_from_the_next(heading);
+            }
+            let (distance, turns, place, heading) = nearest.expect("one weight falls");
+            if distance >= remaining {
+                break;
+            }
+            remaining -= distance;
+            let (triangle, corner) = (halfedge / 3, (halfedge + turns) % 3);
+            let crossed = 3 * triangle + corner;
+            let [k1, k2] = self.matrix(crossed, measure);
+            at = [1.0 - (place[0] + distance * heading[0]), 0.0];
+            way = [k2 * heading[1] - heading[0], k1 * heading[1]];
+            halfedge = self.surface.halfedges[crossed as usize].twin;
+        }
+        at = [0, 1].map(|k| at[k] + remaining * way[k]);
+        let triangle = halfedge / 3;
+        // As corner 0 sees it.
+        for _ in 0..(3 - halfedge % 3) % 3 {
+            at = seen_from_the_next(at);
+            way = way_seen_from_the_next(way);
+        }
+        let frame = Frame::of(&self.surface, triangle);
+        let point = SurfacePoint {
+            triangle,
+            u: at[0],
+            v: at[1],
+        };
+        (point, frame.position(way[0], way[1]))
+    }
+
+    /// How far such walks end from the reference and from the walks of particles: the most of the first, and 98 % of the second.
+    fn gaps_of_matrices(&self, measure: fn(f64) -> f64) -> [f64; 2] {
+        let length = 1.5;
+        let (mut most, mut of_particles) = (0.0f64, Vec::new());
+        for id in 0..300 {
+            let start = self.start(id);
+            let (point, heading) = self.by_matrices(&start, length, measure);
+            let end = self.reference(start, length, BorderRule::Reflect);
+            let turn = self.direction(point.triangle, heading)
+                - self.direction(end.point.triangle, end.heading);
+            most = most
+                .max(self.place(point).distance(self.place(end.point)))
+                .max(turn.length());
+            let w = self.walked(start, length as f32, u32::MAX, true);
+            of_particles.push(self.place(point).distance(self.place(point_of(&w))));
+        }
+        of_particles.sort_by(f64::total_cmp);
+        [most, of_particles[300 * 98 / 100]]
+    }
+}
+
+/// The sphere, three times as long: many of its triangles are obtuse.
+fn long_sphere() -> Mesh {
+    let round = primitive::icosphere(2);
+    let long = round
+        .positions
+        .iter()
+        .map(|p| *p * Vec3::new(1.0, 3.0, 1.0));
+    suite::mesh("long sphere", &long.collect::<Vec<_>>(), &round.corners)
+}
+
+/// Walks are those by the thesis's matrices, which take the projections of apexes without their signs, on triangles that are not obtuse: there
+/// no projection is negative. Would catch: a heading that is turned by another angle than the two planes of an edge are, and a place that
+/// changes where it crosses. On obtuse triangles the matrices are right with signs, and wrong without.
+#[test]
+fn walks_are_those_by_matrices_in_half_edge_coordinates() {
+    for mesh in [
+        primitive::icosphere(2),
+        primitive::cube(1),
+        primitive::cube(5),
+    ] {
+        let ground = Ground::of(&mesh);
+        let halfedges = 0..ground.surface.halfedges.len() as u32;
+        let least = halfedges
+            .map(|halfedge| ground.projection_and_height(halfedge)[0])
+            .fold(f64::INFINITY, f64::min);
+        assert!(least > -1e-12, "{} is obtuse: {least}", mesh.name);
+        let [most, of_particles] = ground.gaps_of_matrices(f64::abs);
+        assert!(
+            most < 1e-9 && of_particles < 1e-4,
+            "{}: {most}, {of_particles}",
+            mesh.name
+        );
+    }
+    let ground = Ground::of(&long_sphere());
+    let [most, of_particles] = ground.gaps_of_matrices(|projection| projection);
+    assert!(
+        most < 1e-9 && of_particles < 1e-4,
+        "obtuse: {most}, {of_particles}"
+    );
+    let [most, of_particles] = ground.gaps_of_matrices(f64::abs);
+    assert!(
+        most > 0.1 && of_particles > 0.1,
+        "without signs: {most}, {of_particles}"
+    );
+}
+
+/// Would catch: coordinates of one half-edge taken for those of another one. Once round a triangle they are what they were, and on the way
+/// they mean the same place.
+#[test]
+fn three_rotations_of_uv_are_the_identity() {
+    let ground = Ground::of(&suite::potato());
+    for id in 0..300 {
+        let start = ground.start(id);
+        let uv = [start.u, start.v].map(f64::from);
+        let [p, h] = start.heading.map(f64::from);
+        let frame = Frame::of(&ground.surface, start.triangle);
+        let rate = frame.uv_rate(DVec2::new(p, h)).to_array();
+        let (mut at, mut way) = (uv, rate);
+        for turns in 0..3 {
+            let [from, to, apex] = ground.corners_from(3 * start.triangle + turns);
+            let along = |[a, b]: [f64; 2]| a * (to - from) + b * (apex - from);
+            let gap = (from + along(at)).distance(ground.place(point_of(&start)));
+            let turn = along(way) - ground.direction(start.triangle, DVec2::new(p, h));
+            assert!(gap < 1e-6 && turn.length() < 1e-4, "{gap}, {turn}");
+            (at, way) = (seen_from_the_next(at), way_seen_from_the_next(way));
+        }
+        let is_near = |a: [f64; 2], b: [f64; 2], most: f64| {
+            (0..2).all(|k| (a[k] - b[k]).abs() <= most * (1.0 + b[k].abs()))
+        };
+        assert!(is_near(at, uv, 1e-14) && is_near(way, rate, 1e-14));
     }
 }

@@ -4,8 +4,9 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 use myxo::mesh::surface::{NONE, Surface, Triangle};
+use myxo::mesh::trees::self_crossings;
 use myxo::mesh::walk::{BorderRule, Frame, SurfacePoint, walk};
-use myxo::mesh::{Mesh, suite};
+use myxo::mesh::{Mesh, MeshReport, suite};
 
 fn surface_of(mesh: &Mesh) -> Surface {
     Surface::build(&[(mesh, 1.0)])
@@ -177,7 +178,12 @@ fn welding_a_soup_gives_the_indexed_mesh() {
             "{}",
             mesh.name
         );
-        assert_eq!(soup.report.oddities(), mesh.report.oddities());
+        // Files are checked for crossings, meshes in memory are not.
+        let read = MeshReport {
+            self_crossings: self_crossings(&mesh),
+            ..mesh.report.clone()
+        };
+        assert_eq!(soup.report.oddities(), read.oddities());
         for (ours, theirs) in soup.corners.iter().zip(&mesh.corners) {
             let ours = ours.map(|vertex| soup.positions[vertex as usize]);
             let theirs = theirs.map(|vertex| mesh.positions[vertex as usize]);

@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use crate::program::{self, text};
+use myxo::scene::settings::Settings;
 use myxo::scene::{Overrides, Scene};
 
 fn root() -> &'static Path {
@@ -245,11 +246,13 @@ fn the_guide_shows_every_strip_and_no_picture_is_left_over() {
 }
 
 /// Keys without a picture, and why.
-const UNSEEN: [(&str, &str); 8] = [
+const UNSEEN: [(&str, &str); 10] = [
     ("physarum.order", "the same grows, half a step apart"),
     ("time.steps_per_second", "the same grows, more slowly"),
     ("distance.method", "the distances are the same"),
     ("distance.depth", "they differ in the last digits"),
+    ("distance.depth_near", "they differ in the last digits"),
+    ("distance.depth_scale", "they differ in the last digits"),
     ("distance.sign", "they differ in creases and at holes"),
     ("object.N.name", "it is a name"),
     (
@@ -281,6 +284,30 @@ fn every_key_has_a_picture_of_its_effect() {
     let mut unseen = UNSEEN.map(|(key, _)| key).to_vec();
     unseen.sort_by_key(|unseen| keys.iter().position(|key| key == unseen));
     assert_eq!(lacking, unseen);
+}
+
+/// Would catch: a plain scene that keeps a part of the reference scene's look, or that measures something else.
+#[test]
+fn plain_scenes_are_the_reference_scenes_without_a_look() {
+    for name in ["cube", "torus"] {
+        let read = |path: &Path| {
+            Scene::read(path, &Overrides::default())
+                .expect("it is right")
+                .1
+        };
+        let reference = read(Path::new(name));
+        let plain = read(&root().join(format!("benches/scenes/plain_{name}.toml")));
+        let usual = Settings::default();
+        assert_eq!(plain.physarum, usual.physarum, "{name}");
+        assert_eq!(plain.trail, usual.trail, "{name}");
+        let looked = Settings {
+            physarum: reference.physarum.clone(),
+            trail: reference.trail.clone(),
+            picture: reference.picture.clone(),
+            ..plain
+        };
+        assert_eq!(looked, reference, "{name}");
+    }
 }
 
 fn name_of(path: &Path) -> String {

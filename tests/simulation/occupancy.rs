@@ -6,8 +6,8 @@ use crate::advance;
 use crate::common::{Gpu, TRIO, by_id, gpu, gpu_by_card_forms, scene, scene_of_several};
 use myxo::scene::Scene;
 use myxo::scene::settings::{
-    FoodSettings, Heading, Model, PulseSettings, Sensing, Settings, Start, StepOrder, Strategy,
-    Turning,
+    FoodSettings, Heading, Model, Preference, PulseSettings, Sensing, Settings, Start, StepOrder,
+    Strategy, Turning,
 };
 use myxo::sim::beside::first_difference;
 use myxo::sim::carry::carried;
@@ -508,6 +508,40 @@ fn random_turns_have_the_shares_that_they_should() {
         s.physarum.sensor_width = 3;
     }));
     assert_eq!(left + right, 4000);
+}
+
+/// Would catch: a favourite density of 0 that still means none, and a preference that the density overrules.
+#[test]
+fn particles_that_like_no_trail_turn_away_from_it() {
+    let fork = |preference: Preference, density: f32| {
+        at_a_fork(|s| {
+            s.physarum.turning = Turning::Random;
+            s.physarum.preference = preference;
+            s.physarum.favourite_density = density;
+        })
+    };
+    // Both sides have 10 times the trail of the middle.
+    for (preference, density, turned) in [
+        (Preference::Auto, 0.0, 4000),
+        (Preference::Auto, 1.0, 0),
+        (Preference::More, 1.0, 4000),
+        (Preference::Favourite, 0.0, 0),
+        (Preference::Favourite, 10.0, 4000),
+    ] {
+        let [left, right, _, straight] = turns(fork(preference, density));
+        assert_eq!(left + right, turned, "{preference:?}, {density}");
+        assert_eq!(straight, 4000 - turned, "{preference:?}, {density}");
+    }
+    // The middle has 10 times the trail of the sides.
+    for (preference, turned) in [(Preference::More, 0), (Preference::Favourite, 4000)] {
+        let (mut twin, mut state) = fork(preference, 0.0);
+        for trail in state.trail.iter_mut().filter(|trail| **trail > 0.0) {
+            *trail = 10.0 / *trail;
+        }
+        twin.restore(&state);
+        let [left, right, ..] = turns((twin, state));
+        assert_eq!(left + right, turned, "{preference:?}");
+    }
 }
 
 /// Sensors read as many cells round each cell as the widest does: all are owned, or in the gutter and filled.

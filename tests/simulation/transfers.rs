@@ -1,14 +1,15 @@
 //! Particles change objects: the same by every strategy, none lost, whatever happens.
 
 use crate::advance;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::common::{Gpu, TRIO, awkward_sizes, by_id, gpu, scene_of_several};
 use myxo::gpu::{Buffer, Pipeline, Texels, Threads};
 use myxo::scene::Scene;
-use myxo::scene::settings::{OwnPhysarum, Settings, Start, Strategy};
+use myxo::scene::settings::{ObjectStart, OwnPhysarum, RestartPlace, Settings, Start, Strategy};
 use myxo::sim::checkpoint::Checkpoint;
-use myxo::sim::kernels::{Respawn, RespawnArgs, RespawnParams};
+use myxo::sim::kernels::{Respawn, RespawnArgs, RespawnConstants, RespawnParams};
+use myxo::sim::restarts::Restarts;
 use myxo::sim::transfers::{area_shares, object_triangles};
 use myxo::sim::types::{Flow, Motion, Particle};
 use myxo::sim::{Setup, Simulation, Snapshot, twin};
@@ -504,12 +505,39 @@ fn respawned_particles_stay_on_their_object() {
 #[test]
 fn respawn_agrees_with_its_twin() {
     let Some(gpu) = gpu() else { return };
+    for place in [RestartPlace::Anywhere, RestartPlace::Start] {
+        respawn_agrees(&gpu, place);
+    }
+    gpu.finish();
+}
+
+fn respawn_agrees(gpu: &Gpu, place: RestartPlace) {
     let ctx = &gpu.ctx;
-    let scene = trio(|_| {});
-    let surface = Setup::new(&scene).unwrap().surface;
+    let scene = trio(|s| {
+        s.transfer.strategy = Strategy::Respawn;
+        s.transfer.respawn = place;
+        // None begin on the last object: its particles restart anywhere.
+        let name = |k: usize| format!("object {k}");
+        for (k, object) in s.objects.iter_mut().enumerate() {
+            object.name = name(k);
+        }
+        s.particles.start_object = name(0);
+        s.objects[1].start.place = ObjectStart::Ring;
+    });
+    let setup = Setup::new(&scene).unwrap();
+    let restarts = Restarts::of(&setup, &scene.settings);
+    let surface = setup.surface;
+    let constants = RespawnConstants {
+        from_start: place == RestartPlace::Start,
+    };
+    assert_eq!(restarts.ranges.len() == 3, constants.from_start);
+    if constants.from_start {
+        let has_some = restarts.ranges.iter().map(|range| range.x < range.y);
+        assert!(has_some.eq([true, true, false]));
+    }
     let count = surface.triangles.len() as u32;
     let (shares, ranges) = (area_shares(&surface), object_triangles(&surface));
-    let pipeline = Pipeline::<Respawn>::new(ctx, &()).unwrap();
+    let pipeline = Pipeline::<Respawn>::new(ctx, &constants).unwrap();
     for leaving in awkward_sizes(64) {
         let all = 2 * leaving + 3;
         let mut particles: Vec<Particle> = (0..all)
@@ -560,11 +588,15 @@ fn respawn_agrees_with_its_twin() {
                         triangles: &Texels::new(&triangles, 4).unwrap(),
                         area_shares: &Buffer::from_slice(ctx, "shares", &shares).unwrap(),
                         object_triangles: &Buffer::from_slice(ctx, "ranges", &ranges).unwrap(),
+                        restarts: &Buffer::from_slice(ctx, "restarts", &restarts.places).unwrap(),
+                        restart_ranges: &Buffer::from_slice(ctx, "parts", &restarts.ranges)
+                            .unwrap(),
                     },
                     params,
                 );
             });
             twin::respawn(
+                &constants,
                 &params,
                 &mut flow,
                 &slots,
@@ -573,6 +605,7 @@ fn respawn_agrees_with_its_twin() {
                 &surface.triangles,
                 &shares,
                 &ranges,
+                &restarts,
             );
             assert_eq!(ctx.download(&flow_buffer).unwrap(), [flow]);
             assert_eq!(flow.arrived, 9 + capacity);
@@ -585,5 +618,32 @@ fn respawn_agrees_with_its_twin() {
             }
         }
     }
+}
+
+/// Would catch: particles that restart anywhere, or that walk on from where they began. After each step, those that have restarted in it
+/// are where particles began, and no other one is.
+#[test]
+fn particles_restart_where_they_began() {
+    let Some(gpu) = gpu() else { return };
+    let scene = trio(|s| {
+        s.transfer.strategy = Strategy::Respawn;
+        s.transfer.respawn = RestartPlace::Start;
+        s.transfer.threshold = 0.1;
+        s.physarum.speed = 0.05;
+        s.particles.start = Start::Disc;
+    });
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let place = |p: &Particle| (p.triangle, p.u.to_bits(), p.v.to_bits());
+    let began: BTreeSet<_> = simulation.setup().particles.iter().map(place).collect();
+    let mut arrived = 0;
+    for step in 0..60 {
+        advance(&gpu, &mut simulation, 1);
+        let state = simulation.snapshot().unwrap();
+        let there = state.particles.iter().filter(|p| began.contains(&place(p)));
+        let now = state.transfers.flow.arrived;
+        assert_eq!(there.count() as u32, now - arrived, "step {step}");
+        arrived = now;
+    }
+    assert!(arrived > 100, "{arrived}");
     gpu.finish();
 }

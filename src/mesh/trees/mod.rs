@@ -8,6 +8,7 @@ mod dipoles;
 pub mod nearest;
 mod pseudonormals;
 pub mod search;
+mod self_crossings;
 pub mod sides;
 #[cfg(test)]
 mod tests;
@@ -20,6 +21,7 @@ use crate::strict::{dot3, reciprocal};
 pub use afar::FacePoint;
 pub use build::{GREATEST_DEPTH, Node};
 pub use dipoles::Dipole;
+pub use self_crossings::{MOST_CHECKED, self_crossings};
 
 /// A triangle by one corner and the vectors from it to the other two.
 #[repr(C)]

@@ -3,8 +3,8 @@
 use std::sync::LazyLock;
 
 use crate::scene::settings::{
-    AtlasMethod, DistanceMethod, Heading, ModelAnimation, ObjectSettings, Part, Settings, Show,
-    Start, Strategy,
+    AtlasMethod, DepthMapping, DistanceMethod, Heading, ModelAnimation, ObjectSettings, Part,
+    Preference, Settings, Show, Start, Strategy,
 };
 
 /// Why rows of the picture have no effect in some views, with the titles of these.
@@ -100,6 +100,7 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
                 .any(|object| object.physarum.over(&settings.physarum).gravity_weight != 0.0),
             "With gravity all sensors walk: set the gravity weight to 0, objects' own ones too.",
         ),
+        "physarum.favourite_density" => because(seeks_more(settings), SEEKS_MORE),
         "picture.food" => because(
             settings.food_count() == 0,
             "There is no food: put some on an object, or raise Scattered food from 0.",
@@ -131,7 +132,14 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
         "physarum.distance_weight" => because(is_alone, ALONE),
         "distance.depth" if !is_alone => because(
             settings.distance.method != DistanceMethod::Raster,
-            "Only the distance method raster has depths.",
+            NO_DEPTHS,
+        ),
+        "distance.depth_near" | "distance.depth_scale" if !is_alone => {
+            why_depth_idle(key, settings)
+        }
+        "transfer.respawn" if !is_alone => because(
+            strategy != Strategy::Respawn,
+            "Particles do not restart: choose the transfer strategy respawn.",
         ),
         "transfer.threshold" | "transfer.buffer_size" if !is_alone => because(
             strategy == Strategy::None,
@@ -145,6 +153,34 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
 }
 
 const ALONE: &str = "There is only one object.";
+const NO_DEPTHS: &str = "Only the distance method raster has depths.";
+
+/// Why a length of the mapping from distances to depths has no effect.
+fn why_depth_idle(key: &str, settings: &Settings) -> Option<&'static str> {
+    if settings.distance.method != DistanceMethod::Raster {
+        return Some(NO_DEPTHS);
+    }
+    let depth = settings.distance.depth;
+    let is_curve = matches!(depth, DepthMapping::Logistic | DepthMapping::Arctangent);
+    let (idle, why) = match key {
+        "distance.depth_near" => (
+            depth != DepthMapping::Clip,
+            "Only the distance depth clip has a near plane.",
+        ),
+        _ => (
+            !is_curve,
+            "Only the distance depths logistic and arctangent have a scale.",
+        ),
+    };
+    idle.then_some(why)
+}
+
+const SEEKS_MORE: &str =
+    "By the trail preference more, no density is a favourite: choose auto or favourite.";
+
+fn seeks_more(settings: &Settings) -> bool {
+    settings.physarum.preference == Preference::More
+}
 
 /// Why a part of a start has no effect, for a start of this kind.
 fn why_start_idle(part: &str, start: Start, heading: Heading) -> Option<&'static str> {
@@ -183,7 +219,8 @@ pub fn why_object_idle(
     let motion = &object.motion;
     let is_zero = |vector: [f32; 3]| vector == [0.0; 3];
     let follows = motion.model == ModelAnimation::Follow;
-    if let Some(part) = key.strip_prefix("start.").filter(|part| *part != "place") {
+    let of_start = key.strip_prefix("start.");
+    if let Some(part) = of_start.filter(|part| !["place", "share"].contains(part)) {
         let Some(start) = object.start.place.own() else {
             return Some("The object's particles begin as the scene says: choose an own start.");
         };
@@ -191,11 +228,17 @@ pub fn why_object_idle(
     }
     let (idle, why) = match key {
         "texel_weight" if settings.objects.len() < 2 => (true, ALONE),
+        "start.share" if settings.objects.len() < 2 => (true, ALONE),
+        "start.share" => (
+            !settings.has_start_shares(),
+            "Particles begin at one place or on one object: choose the start uniform and no start object, or an own start.",
+        ),
         "texel_weight" => (
             settings.atlas.method != AtlasMethod::Charts,
             "Only the atlas method charts shares texels out by weight.",
         ),
         "physarum.distance_weight" => (settings.objects.len() < 2, ALONE),
+        "physarum.favourite_density" => (seeks_more(settings), SEEKS_MORE),
         "motion.orbit_center" => (is_zero(motion.orbit), "The object does not orbit."),
         "motion.swing_period" | "motion.swing_phase" => {
             (is_zero(motion.swing), "The object does not swing.")
@@ -261,6 +304,8 @@ mod tests {
         for strategy in [Strategy::Direct, Strategy::Respawn] {
             settings.transfer.strategy = strategy;
             assert!(!idle(&settings).contains(&"transfer.buffer_size"));
+            let restarts = strategy == Strategy::Respawn;
+            assert_eq!(idle(&settings).contains(&"transfer.respawn"), !restarts);
         }
         assert!(idle(&settings).contains(&"areas.strength"));
         "walls.png".clone_into(&mut settings.areas.map);
@@ -283,6 +328,9 @@ mod tests {
             [
                 "particles.start_food",
                 "particles.start_mask",
+                "distance.depth_near",
+                "distance.depth_scale",
+                "transfer.respawn",
                 "picture.brightest",
                 "picture.darkest"
             ],
@@ -295,6 +343,9 @@ mod tests {
                 "particles.start_at",
                 "particles.start_radius",
                 "particles.start_food",
+                "distance.depth_near",
+                "distance.depth_scale",
+                "transfer.respawn",
                 "picture.brightest",
                 "picture.darkest"
             ]
@@ -306,6 +357,9 @@ mod tests {
                 "particles.start_radius",
                 "particles.start_food",
                 "particles.start_direction",
+                "distance.depth_near",
+                "distance.depth_scale",
+                "transfer.respawn",
                 "picture.brightest",
                 "picture.darkest"
             ]
@@ -321,10 +375,36 @@ mod tests {
                 "particles.start_mask",
                 "particles.start_direction",
                 "trail.diffusion_distance",
+                "distance.depth_near",
+                "distance.depth_scale",
+                "transfer.respawn",
                 "picture.brightest",
                 "picture.darkest"
             ]
         );
+    }
+
+    /// Would catch: a length of a mapping that is greyed out with the mapping that it is for.
+    #[test]
+    fn mappings_of_depths_have_lengths_of_their_own() {
+        let mut settings = Settings::default();
+        settings.objects.push(ObjectSettings::default());
+        let keys = ["distance.depth_near", "distance.depth_scale"];
+        let of = |settings: &Settings| keys.map(|key| why_idle(key, settings));
+        assert_eq!(of(&settings), [Some(NO_DEPTHS); 2]);
+        settings.distance.method = DistanceMethod::Raster;
+        for (depth, near, scale) in [
+            (DepthMapping::Ordered, true, true),
+            (DepthMapping::Clip, false, true),
+            (DepthMapping::Logistic, true, false),
+            (DepthMapping::Arctangent, true, false),
+            (DepthMapping::Linear, true, true),
+        ] {
+            settings.distance.depth = depth;
+            assert_eq!(of(&settings).map(|why| why.is_some()), [near, scale]);
+        }
+        settings.objects.pop();
+        assert_eq!(of(&settings), [Some(ALONE); 2]);
     }
 
     #[test]
@@ -390,6 +470,25 @@ mod tests {
         assert!(!of(&settings, keys)[5], "no object has gravity");
     }
 
+    /// Would catch: a favourite density that has no effect and does not say so.
+    #[test]
+    fn a_favourite_waits_for_a_preference() {
+        let mut settings = Settings::default();
+        for (preference, is_idle) in [
+            (Preference::Auto, false),
+            (Preference::More, true),
+            (Preference::Favourite, false),
+        ] {
+            settings.physarum.preference = preference;
+            let key = "physarum.favourite_density";
+            let reasons = [
+                why_idle(key, &settings),
+                why_object_idle(key, &settings.objects[0], &settings),
+            ];
+            assert_eq!(reasons.map(|reason| reason.is_some()), [is_idle; 2]);
+        }
+    }
+
     #[test]
     fn parameters_of_objects_wait_for_the_motion_that_they_shape() {
         let mut settings = Settings::default();
@@ -413,5 +512,11 @@ mod tests {
         assert!(still.contains(&"motion.pivot") && still.contains(&"motion.orbit_center"));
         assert!(!still.contains(&"texel_weight") && !still.contains(&"motion.spin"));
         assert!(still.contains(&"start.at") && !still.contains(&"start.place"));
+        // Shares take effect with the scene's start, or with any object's own.
+        assert!(!still.contains(&"start.share"));
+        settings.particles.start = Start::Ring;
+        assert!(!idle_of(0, &settings).contains(&"start.share"));
+        settings.objects[1].start.place = ObjectStart::Scene;
+        assert!(idle_of(0, &settings).contains(&"start.share"));
     }
 }

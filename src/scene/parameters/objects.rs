@@ -68,6 +68,14 @@ const PLACE: &[Parameter<ObjectSettings>] = &[
         kind: real!(texel_weight, (0.01, 100.0), (0.1, 10.0), Logarithmic),
     },
     Parameter {
+        key: "start.share",
+        name: "Share of particles",
+        unit: "",
+        help: "Particles that begin on this object for its area, relative to the other objects: 2 twice as many, 0 none. For the start uniform, and where objects have starts of their own.",
+        effect: Effect::Restart,
+        kind: real!(start.share, (0.0, 1_000.0), (0.0, 10.0), Linear),
+    },
+    Parameter {
         key: "start.place",
         name: "Own start",
         unit: "",

@@ -3,8 +3,9 @@
 use super::{Effect, Kind, Number, Parameter, Scale, one_table};
 use crate::scene::settings::physarum::physarum;
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, Model,
-    SECOND_LOOKS, Sensing, Settings, Show, SignRule, Start, StepOrder, Strategy, Turning,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, Model, Preference,
+    RestartPlace, SECOND_LOOKS, Sensing, Settings, Show, SignRule, Start, StepOrder, Strategy,
+    Turning,
 };
 
 /// The largest scene radius: squares of lengths stay far within single precision.
@@ -284,9 +285,30 @@ const AFTER: &[Parameter] = &[
         key: "distance.depth",
         name: "Distance depth",
         unit: "",
-        help: "For raster: how distances become depths. ordered: by the order of their bits, which keeps all but the last two. clip: linear, as in a projection. logistic, arctangent: by these curves. Distances with equal depths are confused: another triangle may then count as the nearest, with its own exact distance.",
+        help: "For raster: how distances become depths. ordered: by the order of their bits, which keeps all but the last two. clip: as a projection makes it, by 1 / z between a near and a far plane. logistic, arctangent: by these curves. linear: straight. Distances with equal depths are confused: another triangle may then count as the nearest, with its own exact distance.",
         effect: Effect::Live,
         kind: word!(distance.depth: DepthMapping),
+    },
+    Parameter {
+        key: "distance.depth_near",
+        name: "Near plane",
+        unit: "scene radii",
+        help: "For the distance depth clip: how far before the near plane, where the smallest distance lies, the eye is. The smaller, the fewer depths are left for all but the smallest distances.",
+        effect: Effect::Live,
+        kind: real!(
+            distance.depth_near,
+            (1e-6, 100.0),
+            (1e-4, 10.0),
+            Logarithmic
+        ),
+    },
+    Parameter {
+        key: "distance.depth_scale",
+        name: "Depth scale",
+        unit: "scene radii",
+        help: "For the distance depths logistic and arctangent: the distance that the curve takes as 1. Beyond some 16 times of it logistic has one depth for all distances. 0: a quarter of the longest distance that counts.",
+        effect: Effect::Live,
+        kind: real!(distance.depth_scale, (0.0, 100.0), (0.0, 1.0), Logarithmic),
     },
     Parameter {
         key: "distance.sign",
@@ -316,9 +338,17 @@ const AFTER: &[Parameter] = &[
         key: "transfer.strategy",
         name: "Transfer strategy",
         unit: "",
-        help: "What happens to particles that go into another object. none: they walk on. respawn: they restart at random places of their own object. With the others they change objects, and differ in how the particle buffer is kept in order: scattered: not at all. sequential, parallel: each object has a window of it, kept in order by one invocation or by many. direct: not at all, but for the sort. These four give the same bits.",
+        help: "What happens to particles that go into another object. none: they walk on. respawn: they restart on their own object. With the others they change objects, and differ in how the particle buffer is kept in order: scattered: not at all. sequential, parallel: each object has a window of it, kept in order by one invocation or by many. direct: not at all, but for the sort. These four give the same bits.",
         effect: Effect::Live,
         kind: word!(transfer.strategy: Strategy),
+    },
+    Parameter {
+        key: "transfer.respawn",
+        name: "Restart places",
+        unit: "",
+        help: "For the transfer strategy respawn: where particles restart. anywhere: at random places of their own object, by area, with random headings. start: where particles of their object began, with the headings that those had; anywhere if none began there.",
+        effect: Effect::Restart,
+        kind: word!(transfer.respawn: RestartPlace),
     },
     Parameter {
         key: "transfer.threshold",

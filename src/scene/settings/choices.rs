@@ -94,6 +94,17 @@ choice! {
 }
 
 choice! {
+    /// Where particles restart that have gone into another object.
+    RestartPlace {
+        /// Anywhere on their own object.
+        #[default]
+        Anywhere = "anywhere",
+        /// Where particles of their object began.
+        Start = "start",
+    }
+}
+
+choice! {
     /// The path of a sensor to the place that it reads.
     Sensing {
         /// Straight in the atlas if its path stays in one chart; otherwise it walks.
@@ -101,6 +112,19 @@ choice! {
         Auto = "auto",
         /// It walks on the surface.
         Walk = "walk",
+    }
+}
+
+choice! {
+    /// The trail that particles seek.
+    Preference {
+        /// The favourite density if it is above 0, otherwise the most.
+        #[default]
+        Auto = "auto",
+        /// The more the better.
+        More = "more",
+        /// The favourite density, also if it is 0: then they avoid all trail.
+        Favourite = "favourite",
     }
 }
 
@@ -206,12 +230,14 @@ choice! {
         /// By the order of its bits, of which the last two are dropped.
         #[default]
         Ordered = "ordered",
-        /// Straight, as in clip space.
+        /// As a projection makes it, between a near and a far plane.
         Clip = "clip",
         /// By the logistic curve.
         Logistic = "logistic",
         /// By the arctangent.
         Arctangent = "arctangent",
+        /// Straight.
+        Linear = "linear",
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::choices::{Border, Model, Sensing, StepOrder, Turning};
+use super::choices::{Border, Model, Preference, Sensing, StepOrder, Turning};
 
 /// Gives all parameters to a macro, in their order. Objects may have their own values of those marked `own`. Those marked `restart` change
 /// with a new simulation only. Each has its type and its
@@ -71,10 +71,16 @@ macro_rules! physarum {
                 "Sensors read straight ahead in the atlas where their way stays in one chart (auto), or always walk."
             }
             own {
-                /// Trail that particles like best; 0 for the more the better.
+                /// Trail that particles like best; 0 for the more the better, unless `preference` says otherwise.
                 favourite_density: f32 = 0.0, real((0.0, 1e6), (0.0, 100.0), Logarithmic),
                 "Favourite trail density", "trail units",
-                "Particles seek this much trail and avoid more. 0: the more the better."
+                "Particles seek this much trail and avoid more. 0: the more the better, unless the trail preference is favourite."
+            }
+            scene {
+                /// Whether particles seek more trail or the favourite density.
+                preference: Preference = Preference::Auto, word(),
+                "Trail preference", "",
+                "more: the more trail the better. favourite: particles seek the favourite trail density, and with 0 they avoid all trail. auto: favourite where the favourite trail density is above 0, otherwise more."
             }
             own {
                 /// Trail units added to a sensor per scene radius of height; positive climbs.

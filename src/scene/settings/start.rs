@@ -5,10 +5,13 @@ use serde::Serialize;
 use super::choices::{Heading, ObjectStart, Start};
 use super::{ParticleSettings, Settings};
 
-/// `start` of an `[[object]]`: where the particles of its share of the area begin, and where they head.
+/// `start` of an `[[object]]`: how many particles it has for its area, where they begin, and where they head.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OwnStart {
-    /// The start place; with `scene` they begin with the scene's start, and the other keys have no effect.
+    /// Particles for its area, relative to the other objects, where objects have shares: if particles begin everywhere, and on objects with
+    /// a start of their own.
+    pub share: f32,
+    /// The start place; with `scene` they begin with the scene's start, and the keys below have no effect.
     pub place: ObjectStart,
     /// As [`ParticleSettings::start_at`], on this object.
     pub at: [f32; 3],
@@ -26,6 +29,7 @@ impl Default for OwnStart {
     fn default() -> Self {
         let scene = ParticleSettings::default();
         Self {
+            share: 1.0,
             place: ObjectStart::Scene,
             at: scene.start_at,
             radius: scene.start_radius,
@@ -66,6 +70,27 @@ pub struct StartSettings<'a> {
 }
 
 impl Settings {
+    /// For each object its particles for its area, relative to the others; none if all are equal, so that starts do not depend on their
+    /// value.
+    #[must_use]
+    pub fn start_shares(&self) -> Vec<f32> {
+        let shares = self.objects.iter().map(|object| object.start.share);
+        let shares: Vec<f32> = shares.collect();
+        if shares.iter().all(|share| *share == shares[0]) {
+            return Vec::new();
+        }
+        shares
+    }
+
+    /// Do objects have shares of the particles, by area? They do if particles begin everywhere, or on some object by a rule of its own.
+    #[must_use]
+    pub fn has_start_shares(&self) -> bool {
+        let particles = &self.particles;
+        let is_everywhere = particles.start == Start::Uniform && particles.start_object.is_empty();
+        let mut objects = self.objects.iter();
+        is_everywhere || objects.any(|object| object.start.place.own().is_some())
+    }
+
     /// The scene's start, and each object's own, where it has one. `particles.start_object` must be the name of an
     /// object, or empty.
     #[must_use]

@@ -225,6 +225,7 @@ mod tests {
                     heading: StartHeading::Auto,
                 },
                 own: Vec::new(),
+                shares: Vec::new(),
             };
             let (particles, motions) = start(&surface, &starts, 60_000, 11);
             // Area of the texture's patches, by cells.

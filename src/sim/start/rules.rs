@@ -60,6 +60,7 @@ impl Starts {
         Ok(Self {
             scene: rule(scene, atlas, &scenes, masks.scene.as_ref(), foods)?,
             own: own.collect::<Result<_>>()?,
+            shares: scene.settings.start_shares(),
         })
     }
 }

@@ -30,6 +30,7 @@ fn starts(place: StartPlace, heading: StartHeading) -> Starts {
             heading,
         },
         own: Vec::new(),
+        shares: Vec::new(),
     }
 }
 
@@ -342,4 +343,44 @@ fn an_object_can_begin_otherwise_than_the_others() {
         by_triangle[(p.triangle - first) as usize] += 1;
     }
     assert_fair("one object", &by_triangle, &[5000.0; 12]);
+}
+
+/// Would catch: a share that changes where particles begin on an object, that an own start lacks, or that lets some begin where it is 0.
+#[test]
+fn objects_have_their_shares_of_the_particles() {
+    let surface = surface(&[("cube", 1.0), ("cube", 1.0), ("cube", 2.0), ("cube", 1.0)]);
+    let mut starts = starts(StartPlace::Everywhere, StartHeading::Auto);
+    starts.shares = vec![3.0, 1.0, 0.5, 0.0];
+    let whole = 3.0 + 1.0 + 4.0 * 0.5;
+    let count = 120_000;
+    let by_triangle = |starts: &Starts| {
+        let (particles, _) = start(&surface, starts, count, 11);
+        let mut by_triangle = [0; 4 * 12];
+        for particle in particles {
+            by_triangle[particle.triangle as usize] += 1;
+        }
+        by_triangle
+    };
+    let found = by_triangle(&starts);
+    let of_triangle = |share: f64| f64::from(count) * share / whole / 12.0;
+    let expected = [
+        [of_triangle(3.0); 12],
+        [of_triangle(1.0); 12],
+        [of_triangle(2.0); 12],
+    ];
+    assert_fair("shares", &found[..36], expected.as_flattened());
+    assert_eq!(found[36..], [0; 12]);
+    // With a start of its own an object keeps its share.
+    let places = vec![Vec3::new(0.3, 5.0, 0.2); 4];
+    let centre = nearest_point(&surface, &places, Some(0));
+    let point = StartRule {
+        place: StartPlace::Point(centre),
+        object: Some(0),
+        heading: StartHeading::Auto,
+    };
+    starts.own = vec![Some(point), None, None, None];
+    let with_own = by_triangle(&starts);
+    let of_first: u32 = found[..12].iter().sum();
+    assert_eq!(with_own[centre.triangle as usize], of_first);
+    assert_eq!(with_own[12..], found[12..]);
 }

@@ -99,7 +99,7 @@ impl Plan<'_> {
         let any = |uses: fn(&PhysarumSettings) -> bool| kinds().any(uses);
         Terms {
             sensor_noise: any(|p| p.sensor_noise > 0.0),
-            favourite_density: any(|p| p.favourite_density > 0.0),
+            favourite_density: any(|p| p.favourite().is_some()),
             gravity: any(|p| p.gravity_weight != 0.0),
             decrowding: any(|p| p.decrowding_weight != 0.0),
             distance: any(|p| p.distance_weight != 0.0) && settings.objects.len() > 1,
@@ -1000,7 +1000,7 @@ fn sensed_at(
     if constants.sensitivity && value < params.sensitivity {
         value = 0.0;
     }
-    if constants.favourite_density && own.favourite_density > 0.0 {
+    if constants.favourite_density && own.favourite_density >= 0.0 {
         value = -(value - own.favourite_density).abs();
     }
     if constants.gravity {

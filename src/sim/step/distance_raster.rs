@@ -10,7 +10,7 @@ use crate::mesh::trees::nearest::nearest_on_face;
 use crate::mesh::trees::search::{box_square, slack_of};
 use crate::sim::arrays::Arrays;
 use crate::sim::depth::depth_of;
-use crate::sim::distance::DistanceUpdate;
+use crate::sim::distance::{DepthLengths, DistanceUpdate};
 use crate::sim::draws::{DistanceRasterArgs, DistanceRasterConstants, DistanceRasterDraw};
 use crate::sim::pipelines::Pipelines;
 use crate::sim::plan::Plan;
@@ -26,6 +26,7 @@ pub struct DrawDistances {
     update: Arc<DistanceUpdate>,
     round: u32,
     reach: f32,
+    depths: DepthLengths,
 }
 
 impl Plan<'_> {
@@ -36,11 +37,13 @@ impl Plan<'_> {
             depth: self.settings.distance.depth as u32,
         };
         let reach = self.lengths.reach;
+        let depths = DepthLengths::new(&self.settings.distance, self.setup.radius);
         (0..update.rounds()).map(move |round| DrawDistances {
             constants,
             update: Arc::clone(&update),
             round,
             reach,
+            depths,
         })
     }
 }
@@ -60,7 +63,8 @@ impl Work for DrawDistances {
 
     fn on_device(&self, rec: &mut Recorder, made: &Pipelines, s: &mut State) {
         let raster = s.raster();
-        let draws = raster.ranges.draws(&self.update, self.round, self.reach);
+        let (update, round) = (&self.update, self.round);
+        let draws = raster.ranges.draws(update, round, self.reach, self.depths);
         if draws.is_empty() {
             return;
         }
@@ -83,7 +87,8 @@ impl Work for DrawDistances {
 
     fn on_host(&self, a: &mut Arrays) {
         let layout = RasterLayout::new(&a.setup);
-        let draws = layout.ranges.draws(&self.update, self.round, self.reach);
+        let (update, round) = (&self.update, self.round);
+        let draws = layout.ranges.draws(update, round, self.reach, self.depths);
         let inputs = DistanceInputs::of(&a.setup, &a.jobs, &a.pairs);
         a.winners = distance_raster(&self.constants, &draws, &layout, &inputs);
     }
@@ -128,7 +133,13 @@ pub fn distance_raster(
                     if distance > draw.params.farthest {
                         continue;
                     }
-                    let depth = depth_of(constants.depth, distance, draw.params.farthest);
+                    let depth = depth_of(
+                        constants.depth,
+                        distance,
+                        draw.params.farthest,
+                        draw.params.near_plane,
+                        draw.params.scale,
+                    );
                     if depth < depths[texel as usize] {
                         depths[texel as usize] = depth;
                         winners[texel as usize] = slot + 1;

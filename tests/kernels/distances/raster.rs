@@ -135,6 +135,14 @@ fn what_each_mapping_confuses_is_bounded() {
     for (reach, (mapping, found)) in [None, Some(20.0)].into_iter().flat_map(of_reach) {
         println!("{mapping:?}, {reach:?}: {found:?}");
         assert!(found.within > 20_000, "{found:?}");
+        // A projection confuses what is far from its eye, the more the farther: by its slope, near / z^2, two of the last depths are 5e-5
+        // scene radii from each other at z = 2, and 0.02 at 40.
+        if mapping == DepthMapping::Clip {
+            let most_error = if reach.is_some() { 0.05 } else { 1e-4 };
+            assert!(found.error < most_error, "{found:?}");
+            assert!(found.other_sign * 1000 <= found.within || reach.is_some());
+            continue;
+        }
         assert_eq!(found.other_sign, 0, "{mapping:?}: {found:?}");
         let (most_others, most_strangers, most_error) = match (mapping, reach) {
             (_, None) => (0.06, 1e-4, 1e-6),
@@ -198,16 +206,21 @@ fn drawn_distances_are_those_of_the_twin() {
             let differ = kernel.1.iter().zip(&twin.1).filter(|(a, b)| a != b).count();
             // The curves divide, which devices may round otherwise.
             let most = match mapping {
-                DepthMapping::Ordered | DepthMapping::Clip => 0,
+                DepthMapping::Ordered | DepthMapping::Linear => 0,
                 _ => kernel.1.len() / 1000,
             };
             assert!(
                 differ <= most,
                 "{name}, {mapping:?}: {differ} other triangles"
             );
+            let most = if mapping == DepthMapping::Clip {
+                1e-4
+            } else {
+                2e-6
+            };
             for (a, b) in kernel.0.iter().zip(&twin.0) {
                 assert!(
-                    (a - b).abs() < 2e-6 * scene.radius,
+                    (a - b).abs() < most * scene.radius,
                     "{name}, {mapping:?}: {a}, {b}"
                 );
             }
@@ -271,7 +284,12 @@ fn deep_inside_is_inside() {
         let mut sum = Differences::default();
         sum.add(&setup, all.radius, &bvh, &raster);
         assert_eq!(sum.other_sign, 0, "{mapping:?}: {sum:?}");
-        assert!(sum.error < 1e-5, "{mapping:?}: {sum:?}");
+        let most = if mapping == DepthMapping::Clip {
+            1e-4
+        } else {
+            1e-5
+        };
+        assert!(sum.error < most, "{mapping:?}: {sum:?}");
     }
     gpu.finish();
 }
