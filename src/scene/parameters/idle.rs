@@ -42,6 +42,15 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
         "particles.start_food" => {
             because(start != Start::Food, "Only the start food begins on food.")
         }
+        "population.frequency" => None,
+        _ if key.starts_with("population.") => because(
+            !settings.population.is_on(),
+            "The number of particles is constant: raise Test frequency from 0.",
+        ),
+        "physarum.reference_density" => because(
+            settings.population.is_on(),
+            "The number of particles changes: set Test frequency to 0.",
+        ),
         "feeding.scattered" => None,
         "feeding.radius" | "feeding.strength" | "feeding.amount" | "feeding.size" => because(
             settings.feeding.scattered == 0,
@@ -260,6 +269,8 @@ mod tests {
         settings.particles.start = Start::Ring;
         settings.particles.start_heading = Heading::Aligned;
         settings.objects[0].motion.spin = [0.0, 90.0, 0.0];
+        assert!(idle(&settings).contains(&"population.capacity"));
+        settings.population.frequency = 5;
         settings.picture.show = Show::Particles;
         settings.foods.push(FoodSettings::default());
         let waits = idle(&settings);
@@ -270,6 +281,7 @@ mod tests {
             [
                 "particles.start_food",
                 "particles.start_mask",
+                "physarum.reference_density",
                 "picture.brightest",
                 "picture.darkest"
             ],
@@ -282,6 +294,7 @@ mod tests {
                 "particles.start_at",
                 "particles.start_radius",
                 "particles.start_food",
+                "physarum.reference_density",
                 "picture.brightest",
                 "picture.darkest"
             ]
@@ -293,6 +306,7 @@ mod tests {
                 "particles.start_radius",
                 "particles.start_food",
                 "particles.start_direction",
+                "physarum.reference_density",
                 "picture.brightest",
                 "picture.darkest"
             ]
@@ -307,6 +321,7 @@ mod tests {
                 "particles.start_food",
                 "particles.start_mask",
                 "particles.start_direction",
+                "physarum.reference_density",
                 "trail.diffusion_distance",
                 "picture.brightest",
                 "picture.darkest"
