@@ -14,7 +14,7 @@ use super::state::State;
 use super::step::advance::FORMS_OF_ADVANCE;
 use super::surroundings::COVERED;
 use super::twin;
-use super::types::{Motion, Particle, Transfer};
+use super::types::{Motion, Particle, Population, Transfer};
 use super::work::Work;
 use crate::error::Result;
 use crate::gpu::{Context, Frames, GpuError};
@@ -97,6 +97,14 @@ const MEALS: &[(&str, As)] = &[
     ("pad0", As::Number),
     ("pad1", As::Number),
 ];
+const POPULATION: &[(&str, As)] = &[
+    ("living", As::Number),
+    ("births", As::Number),
+    ("deaths", As::Number),
+    ("refused", As::Number),
+    ("born", As::Number),
+    ("died", As::Number),
+];
 const TRANSFERS: &[(&str, As)] = &[
     ("x", As::Float),
     ("y", As::Float),
@@ -126,6 +134,8 @@ struct Everything {
     previous_deposits: Vec<u32>,
     meals: Vec<u32>,
     scent: Vec<f32>,
+    /// Empty if the number of particles is constant.
+    population: Vec<Population>,
     /// Empty before any bias is painted.
     bias: Vec<f32>,
     /// Empty before any second look is painted.
@@ -163,6 +173,8 @@ impl Everything {
                 ctx.download(&food.scent)?,
             ),
         };
+        let growth = s.growth.as_ref();
+        let population = growth.map(|growth| ctx.download(&growth.population));
         let bias = s.bias.as_ref().map(|bias| ctx.download(bias));
         let looks = s.looks.as_ref().map(|looks| ctx.download(looks));
         let leaving = match s.transfers.transfers.len() {
@@ -181,6 +193,7 @@ impl Everything {
             previous_deposits: ctx.download(&s.deposits.back)?,
             meals,
             scent,
+            population: population.transpose()?.unwrap_or_default(),
             bias: bias.transpose()?.unwrap_or_default(),
             looks: looks.transpose()?.unwrap_or_default(),
             near: (objects > 1).then(near).transpose()?,
@@ -201,6 +214,7 @@ impl Everything {
             previous_deposits: a.previous_deposits.clone(),
             meals: bytemuck::allocation::pod_collect_to_vec(&a.meals),
             scent: a.scent.clone(),
+            population: a.population.clone(),
             bias: a.bias.clone(),
             looks: a.weights.clone(),
             near: several.then(|| Near {
@@ -265,6 +279,7 @@ impl Everything {
         add("next trail", FLOATS, words(&self.next_trail));
         add("meals", MEALS, self.meals);
         add("scent", FLOATS, words(&self.scent));
+        add("population", POPULATION, words(&self.population));
         add("bias", FLOATS, words(&self.bias));
         add("looks", FLOATS, words(&self.looks));
         fields

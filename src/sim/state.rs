@@ -545,7 +545,7 @@ fn crowd(make: &Maker<'_>) -> Result<Crowd, GpuError> {
 }
 
 fn growth(make: &Maker<'_>, setup: &Setup, start: Population) -> Result<Growth, GpuError> {
-    let texture = |row| Texture::new(make.ctx, make.zeros(row)?);
+    let texture = |row: &Row<u32>| Texture::new(make.ctx, make.zeros(row)?);
     Ok(Growth {
         occupants: texture(&buffers::OCCUPANTS)?,
         nursery: texture(&buffers::NURSERY)?,

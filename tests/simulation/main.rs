@@ -25,6 +25,7 @@ mod moving_together;
 mod networks;
 mod occupancy;
 mod paint;
+mod population;
 mod pulse;
 mod scale;
 mod sensing;
