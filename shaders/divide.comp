@@ -1,5 +1,5 @@
-// divide: particles die where it is too crowded, or too lonely, round them; others that have just moved forward divide, by how crowded it is:
-// they claim a free cell beside theirs. Of several that claim one, the lowest rank remains.
+// divide: particles die where it is too crowded, or too lonely, round them; others that have just moved forward divide, by how crowded it
+// is: they claim a free cell beside theirs. Of several that claim one, the lowest rank remains.
 // Reads   particles, strips, homes, occupants, cell_owners, bias.
 // Writes  motions of particles that die; births: the cell that each particle claims; nursery, by atomic minima; id_marks: the ids of dead
 //         particles, by atomic ors: both are empty before.

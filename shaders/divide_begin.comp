@@ -1,5 +1,5 @@
-// divide_begin: particles are born: the ids of dead particles get the listed cells, one by one, as long as there are any. Each begins in the
-// middle of its cell, with a random heading.
+// divide_begin: particles are born: the ids of dead particles get the listed cells, one by one, as long as there are any. Each begins in
+// the middle of its cell, with a random heading.
 // Reads   cradles, id_marks, ids_before, population, strips, cell_owners.
 // Writes  particles and motions in place.
 // One invocation per particle; those whose ids are not needed return.

@@ -1,5 +1,5 @@
-// divide_number: numbers the particles that divide by their ids, and the ids of dead particles, so that the first of these goes to the first of
-// those, and so on; and counts births and deaths.
+// divide_number: numbers the particles that divide by their ids, and the ids of dead particles, so that the first of these goes to the first
+// of those, and so on; and counts births and deaths.
 // Reads   id_marks.
 // Writes  ids_before: the number of marked ids in the words before each word, of either set; population.
 // One group: each invocation adds up a run of words, then all add up the runs before theirs.

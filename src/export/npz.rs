@@ -144,8 +144,8 @@ impl<W: Seek> Seek for UntilFailed<W> {
     }
 }
 
-/// Row i is the particle with the id i, whatever its slot; of a population that changes, row i is the living particle that is number i by its
-/// id.
+/// Row i is the particle with the id i, whatever its slot; of a population that changes, row i is the living particle that is number i by
+/// its id.
 fn write_particles<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io::Result<()> {
     let (surface, atlas) = (&export.setup.surface, &export.setup.atlas);
     let state = &*export.snapshot;

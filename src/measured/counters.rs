@@ -153,7 +153,7 @@ mod tests {
         counters.births_refused = 12_345;
         let text = counters.full(4000).unwrap_or_default();
         assert!(
-            text.contains("12,345 times") && text.ends_with("raise population.capacity from 4,000"),
+            text.contains("12,345 times") && text.ends_with("raise population.capacity from 4000"),
             "{text}"
         );
     }

@@ -57,7 +57,8 @@ fn second(settings: &Settings, setup: &Setup) -> Physarum {
 }
 
 /// Factor on deposits and decrowding weights. If the settings name the density that they were made for, this factor keeps the mean of the
-/// trail at its value for that density, for any number of particles and any size of the texture. It is 1 where the number of particles changes.
+/// trail at its value for that density, for any number of particles and any size of the texture. It is 1 where the number of particles
+/// changes.
 #[must_use]
 pub fn deposit_factor(settings: &Settings, setup: &Setup) -> f32 {
     factor_of(&settings.physarum, setup)

@@ -48,8 +48,8 @@ pub fn sharing_count(particles: &[Particle], atlas: &Atlas, homes: &[u32]) -> us
     sharing.count()
 }
 
-/// Checks that the particles of a scene with one particle a cell have cells, and ranks of their own, and those of a population that grows and
-/// shrinks room.
+/// Checks that the particles of a scene with one particle a cell have cells, and ranks of their own, and those of a population that grows
+/// and shrinks room.
 ///
 /// # Errors
 /// When there are more particles than cells, or than ranks, or than a population may have; says how many there may be.
@@ -88,8 +88,8 @@ pub fn check_room(settings: &Settings, atlas: &Atlas) -> Result<()> {
 /// Checks that the rules of a scene go together.
 ///
 /// # Errors
-/// When particles restart at random places, where others may be, and there is one particle a cell; or when particles change objects, and their
-/// number changes.
+/// When particles restart at random places, where others may be, and there is one particle a cell; or when particles change objects, and
+/// their number changes.
 pub fn check_rules(settings: &Settings) -> Result<()> {
     if settings.population.is_on() && settings.strategy() != Strategy::None {
         return Err(Error::Invalid(format!(

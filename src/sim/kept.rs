@@ -70,7 +70,7 @@ kept! {
     pulses [pulses]                 on_host();
     looks [looks]                   remade(&buffers::LOOKS, |state| state.looks.as_deref()), "texels of a second look";
     // Checkpoints that end here are of a version of their own; see `Snapshot::has_latest_parts`.
-    population [population]         permanent(&buffers::POPULATION, |state| Some(&state.growth.as_ref()?.population)), "counts of a population";
+    population [population]         permanent(&buffers::POPULATION, |state| state.kept_population()), "counts of a population";
 }
 
 /// A part, whatever its elements are.

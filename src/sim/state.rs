@@ -460,6 +460,11 @@ impl State {
         self.growth.as_ref().expect("the population changes")
     }
 
+    /// How many particles are alive, and counters, if their number changes.
+    pub(super) fn kept_population(&self) -> Option<&Buffer<Population>> {
+        Some(&self.growth.as_ref()?.population)
+    }
+
     /// The cell of each texel.
     ///
     /// # Panics

@@ -35,8 +35,8 @@ pub struct Motion {
     /// World length left when the last walk ran out of edge-crossing attempts; walked first in the next step.
     pub pending: f32,
     /// Bit 0 is set while the particle is selected to leave its object in the present step, and never between steps. Bit 1 is set if it
-    /// was refused a cell in the last step. Bit 2 is set while it is dead: then its slot waits for a birth. The upper 16 bits are the number
-    /// of steps for which it stays fed; 0 without food.
+    /// was refused a cell in the last step. Bit 2 is set while it is dead: then its slot waits for a birth. The upper 16 bits are the
+    /// number of steps for which it stays fed; 0 without food.
     pub flags: u32,
 }
 

@@ -79,8 +79,8 @@ fn watched_step(twin: &mut twin::Simulation) -> Snapshot {
     state
 }
 
-/// Would catch: a particle that is lost or doubled, an id that two living ones have, a birth in a step without any, one in a cell that is taken,
-/// and a dead particle that leaves a deposit.
+/// Would catch: a particle that is lost or doubled, an id that two living ones have, a birth in a step without any, one in a cell that is
+/// taken, and a dead particle that leaves a deposit.
 #[test]
 fn births_minus_deaths_is_the_change_from_a_hundred_to_thousands_and_back() {
     let change = |settings: &mut Settings| {
@@ -123,7 +123,8 @@ fn births_minus_deaths_is_the_change_from_a_hundred_to_thousands_and_back() {
     twin.snapshot().validate(twin.setup()).unwrap();
 }
 
-/// The rule as the papers say it, cell by cell: counts of particles in windows over the texture, whose gutters stand for the cells across seams.
+/// The rule as the papers say it, cell by cell: counts of particles in windows over the texture, whose gutters stand for the cells across
+/// seams.
 struct Plain<'a> {
     atlas: &'a Atlas,
     homes: Vec<u32>,
@@ -176,8 +177,8 @@ impl<'a> Plain<'a> {
     }
 }
 
-/// Would catch: a bound that is one off, a window of another size, the particle itself left out of its window, a birth in a taken cell or farther
-/// away, and two births in one cell.
+/// Would catch: a bound that is one off, a window of another size, the particle itself left out of its window, a birth in a taken cell or
+/// farther away, and two births in one cell.
 #[test]
 fn who_divides_and_who_dies_follows_from_the_windows() {
     // They stand, so that everything else is as it was.
