@@ -67,7 +67,8 @@ uint count_round(uint cell, int reach) {
     uint sum = 0u;
     for (int row = -reach; row <= reach; row += 1) {
         for (int column = -reach; column <= reach; column += 1) {
-            sum += texel_of(occupants, texel_of(homes, texel_beside(cell, column, row)));
+            uint beside = texel_of(homes, texel_beside(cell, column, row));
+            sum += texel_of(occupants, beside);
         }
     }
     return sum;

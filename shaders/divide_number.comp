@@ -12,7 +12,7 @@
 #include "counted.glsl"
 #include "id_marks.glsl"
 
-layout(local_size_x = 128) in;
+layout(local_size_x = 256) in;
 
 layout(push_constant) uniform Params {
     uint particle_count;
