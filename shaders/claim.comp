@@ -34,5 +34,10 @@ void main() {
     // The cell, the present cell, the rank, the texel.
     uvec4 claim = fetch_paged(claims, i);
     if (MORTAL && claim.z == NO_RANK) return;
-    lower_texel(cells, claim.x, claim_of(claim.z, params.round), before)
+    uint mine = claim_of(claim.z, params.round);
+    // Words only become less meanwhile. A look first, because an atomic minimum takes much longer where it is not needed.
+    read_texel(cells, claim.x, word)
+    if (word > mine) {
+        lower_texel(cells, claim.x, mine, before)
+    }
 }

@@ -33,7 +33,9 @@ void main() {
     // The cell, the present cell, the rank, the texel.
     uvec4 claim = fetch_paged(claims, i);
     if (MORTAL && claim.z == NO_RANK) return;
-    lower_texel(cells, claim.x, FREE, winner)
+    read_texel(cells, claim.x, winner)
     if (winner != claim_of(claim.z, params.round)) return;
-    swap_texel(cells, claim.y, TAKEN, FREE)
+    // The only particle in its cell: no other one writes this word here.
+    read_texel(cells, claim.y, left)
+    if (left == TAKEN) write_texel(cells, claim.y, FREE)
 }

@@ -15,6 +15,8 @@
 #ifndef MYXO_TEXELS
 #define MYXO_TEXELS
 
+#extension GL_KHR_memory_scope_semantics : require
+
 #include "tables.glsl"
 
 // A texture with more texels than a texel buffer has elements is viewed four texels at once.
@@ -32,7 +34,8 @@ layout(constant_id = 102) const bool OUTGROWS_BLOCK = false;
 #define store_quad(name, quad, value) { name##_block[quad] = value; }
 #define add_to_texel(name, texel, value) { atomicAdd(name##_block[texel], value); }
 #define lower_texel(name, texel, value, before) uint before = atomicMin(name##_block[texel], value);
-#define swap_texel(name, texel, from, to) { atomicCompSwap(name##_block[texel], from, to); }
+#define read_texel(name, texel, value) uint value = atomicLoad(name##_block[texel], gl_ScopeDevice, 0, 0);
+#define write_texel(name, texel, value) { atomicStore(name##_block[texel], value, gl_ScopeDevice, 0, 0); }
 
 #else
 
@@ -66,7 +69,7 @@ uint texel_in(usamplerBuffer view, uint texel) {
         if ((texel) < BAND) { imageAtomicAdd(name##_low, int(texel), value); } else { imageAtomicAdd(name##_high, int((texel) - BAND), value); } \
     } else { atomicAdd(name##_block[texel], value); } }
 
-// The smaller of a texel and a value remains; declares `before`, what was there. With the largest value it only reads.
+// The smaller of a texel and a value remains; declares `before`, what was there.
 #define lower_texel(name, texel, value, before) \
     uint before; \
     { if (OUTGROWS_BLOCK) { \
@@ -74,12 +77,20 @@ uint texel_in(usamplerBuffer view, uint texel) {
         else { before = imageAtomicMin(name##_high, int((texel) - BAND), value); } \
     } else { before = atomicMin(name##_block[texel], value); } }
 
-// A texel that has one value gets another.
-#define swap_texel(name, texel, from, to) \
+// Declares `value`, what a texel is while others may write it. A minimum with the largest value reads: texel buffers have no simpler atomic.
+#define read_texel(name, texel, value) \
+    uint value; \
     { if (OUTGROWS_BLOCK) { \
-        if ((texel) < BAND) { imageAtomicCompSwap(name##_low, int(texel), from, to); } \
-        else { imageAtomicCompSwap(name##_high, int((texel) - BAND), from, to); } \
-    } else { atomicCompSwap(name##_block[texel], from, to); } }
+        if ((texel) < BAND) { value = imageAtomicMin(name##_low, int(texel), 0xffffffffu); } \
+        else { value = imageAtomicMin(name##_high, int((texel) - BAND), 0xffffffffu); } \
+    } else { value = atomicLoad(name##_block[texel], gl_ScopeDevice, 0, 0); } }
+
+// Writes a texel while others may read it.
+#define write_texel(name, texel, value) \
+    { if (OUTGROWS_BLOCK) { \
+        if ((texel) < BAND) { imageAtomicExchange(name##_low, int(texel), value); } \
+        else { imageAtomicExchange(name##_high, int((texel) - BAND), value); } \
+    } else { atomicStore(name##_block[texel], value, gl_ScopeDevice, 0, 0); } }
 
 #endif
 
