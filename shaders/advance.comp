@@ -67,6 +67,8 @@ layout(constant_id = 19) const uint STAGE = 0u;
 layout(constant_id = 20) const bool RANDOM_TIES = false;
 // Some particles turn to any direction, by chance.
 layout(constant_id = 21) const bool RANDOM_TURNS = false;
+// Particles may be dead.
+layout(constant_id = 22) const bool MORTAL = false;
 
 // Everything.
 const uint STAGE_WHOLE = 0u;
@@ -188,11 +190,12 @@ uint list_of(vec2 from, Ways ways) {
     return walks ? (is_near ? WALKING_NEARBY : WALKING) : is_near ? NEARBY : NONE;
 }
 
-// Reads a particle, walks what is pending unless that comes with the step, senses and turns. False if the particle is listed for another form
-// instead.
+// Reads a particle, walks what is pending unless that comes with the step, senses and turns. False if the particle is dead, or is listed for
+// another form instead.
 bool turns(uint i) {
     particle = particle_of(fetch_paged(particles_before, i));
     motion = motion_of(fetch_paged(motions_before, i));
+    if (MORTAL && (motion.flags & DEAD) != 0u) return false;
     fed = FOOD ? motion.flags >> FED_SHIFT : 0u;
     take_own_parameters();
     own_appetite = fed == 0u ? 1.0 : params.fed_attraction;

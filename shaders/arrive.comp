@@ -24,6 +24,8 @@ layout(local_size_x = 256) in;
 layout(constant_id = 6) const bool SELECTS = false;
 // The scene has food or markers. Without them no particle is fed.
 layout(constant_id = 16) const bool FOOD = false;
+// Particles may be dead.
+layout(constant_id = 22) const bool MORTAL = false;
 
 layout(push_constant) uniform Params {
     uint particle_count;
@@ -73,6 +75,7 @@ void main() {
     if (i >= params.particle_count) return;
     // The cell, the present cell, the rank, the texel.
     uvec4 claim = fetch_paged(claims, i);
+    if (MORTAL && claim.z == NO_RANK) return;
     Particle moved = particle_of(fetch_paged(wishes, i));
     // In two lines, because || of constants alone is not understood by every reader of SPIR-V.
     bool asks = SELECTS;

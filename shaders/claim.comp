@@ -15,6 +15,9 @@
 
 layout(local_size_x = 256) in;
 
+// Particles may be dead.
+layout(constant_id = 22) const bool MORTAL = false;
+
 layout(push_constant) uniform Params {
     uint particle_count;
     uint round;  // from 0
@@ -30,6 +33,7 @@ void main() {
     if (i >= params.particle_count) return;
     // The cell, the present cell, the rank, the texel.
     uvec4 claim = fetch_paged(claims, i);
+    if (MORTAL && claim.z == NO_RANK) return;
     uint mine = claim_of(claim.z, params.round);
     // Words only become less meanwhile. A look first, because an atomic minimum takes much longer where it is not needed.
     read_texel(cells, claim.x, word)

@@ -1,11 +1,12 @@
 // particles: a point of light for each particle, on the surface.
-// Reads   order, particles, corners, vertices, poses, colors; motions where hues show headings.
+// Reads   order, particles, corners, vertices, poses, colors; motions where hues show headings, or particles may be dead.
 // Writes  the point's place, size and light.
 // One invocation per drawn particle: those that draw_order lists.
 // Overflow: cannot happen; the draw has no more points than there are particles.
 #version 460
 #include "types.glsl"
 #include "words.glsl"
+#include "ring.glsl"
 #include "shading.glsl"
 #include "tables.glsl"
 
@@ -58,5 +59,7 @@ void main() {
         light = color_of(mix(params.ground, 1.0, 0.92 * shade)).rgb * params.strength;
     }
     gl_Position = params.clip_from_world * vec4(position, 1.0);
+    // Beyond the picture.
+    if (params.mortal != 0u && (fetch_paged(motions, slot).w & DEAD) != 0u) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     gl_PointSize = params.diameter;
 }

@@ -14,6 +14,9 @@
 
 layout(local_size_x = 256) in;
 
+// Particles may be dead.
+layout(constant_id = 22) const bool MORTAL = false;
+
 layout(push_constant) uniform Params {
     uint particle_count;
     uint round;  // from 0
@@ -29,6 +32,7 @@ void main() {
     if (i >= params.particle_count) return;
     // The cell, the present cell, the rank, the texel.
     uvec4 claim = fetch_paged(claims, i);
+    if (MORTAL && claim.z == NO_RANK) return;
     read_texel(cells, claim.x, winner)
     if (winner != claim_of(claim.z, params.round)) return;
     // The only particle in its cell: no other one writes this word here.

@@ -1,7 +1,7 @@
 // wish: the motor stage with one particle a cell: where each particle would come to, and the cell there. Every particle takes its present cell.
 // Reads   particles, motions, strips, physarums, homes, bias and looks (gutters filled); for pulses shells, corners, vertices and poses.
 // Writes  wishes and wish_motions: the particle there, and its motion; claims: the cell there, the present cell, the rank, and the texel there;
-//         cells, by atomic minima.
+//         cells, by atomic minima. Dead particles have no rank.
 // One invocation per particle.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending, and the next step is so much longer.
 // Overflow: cannot happen; nothing is appended.
@@ -25,6 +25,8 @@ layout(constant_id = 15) const bool PAINTED = false;
 layout(constant_id = 17) const bool PULSES = false;
 // A second look was painted, and there is one.
 layout(constant_id = 18) const bool LOOKS = false;
+// Particles may be dead.
+layout(constant_id = 22) const bool MORTAL = false;
 
 layout(push_constant) uniform Params {
     uint particle_count;
@@ -55,6 +57,7 @@ READS(vec4, 15) poses;
 
 #include "motor.glsl"
 #include "claims.glsl"
+#include "ring.glsl"
 
 uint cell_at(vec2 position) {
     return texel_of(homes, texel_at(position, params.pitch));
@@ -65,6 +68,10 @@ void main() {
     if (i >= params.particle_count) return;
     particle = particle_of(fetch_paged(particles, i));
     motion = motion_of(fetch_paged(motions, i));
+    if (MORTAL && (motion.flags & DEAD) != 0u) {
+        store_paged(claims, i, uvec4(0u, 0u, NO_RANK, 0u));
+        return;
+    }
     uint own_cell = cell_at(previous_position());
     lower_texel(cells, own_cell, TAKEN, before)
     if (before <= TAKEN) {

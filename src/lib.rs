@@ -53,9 +53,10 @@
 //! their order; `docs/code.md` goes through it kernel by kernel. Its parts:
 //!
 //! 1. If objects have moved, each texel's signed distance to the other objects is computed, and the places where sensors continue.
-//! 2. Every particle walks its pending length, senses, turns, walks, deposits, and is selected if it has gone into another object.
-//!    Selected particles land on the other object, and the particle buffer is put in order again. In each step one part of the
-//!    particles is sorted by place in the texture, so that after a fixed number of steps all have been sorted.
+//! 2. If the population changes, in some steps particles divide or die. Every particle walks its pending length, senses, turns, walks,
+//!    deposits, and is selected if it has gone into another object. Selected particles land on the other object, and the particle buffer is
+//!    put in order again. In each step one part of the particles is sorted by place in the texture, so that after a fixed number of steps
+//!    all have been sorted.
 //! 3. If there is food, the amounts eaten are subtracted, and the scent that sensors read is summed up again. Projected food adds to the
 //!    trail.
 //! 4. The trail spreads, takes up the deposits and decays: inside charts, then over seams; then the gutters are filled, so that
@@ -88,6 +89,7 @@
 //! - **walk**: the straightest path; the triangles that it crosses are laid out flat, edge by edge, as seen from its start.
 //! - **cell**: an owned texel. Every texel of the surface has one. By some rules there is one particle a cell, and sensors read cells.
 //! - **claim**, **rank**: particles claim the cells that they would come to, round by round; the lowest rank in a step wins.
+//! - **dead**: a particle that is a free slot with an id, which a particle that is born will get ([`sim::step::population`]).
 //! - **edge-crossing attempts**: how many edges one walk may cross; the rest of the walk is **pending** and comes first in the next step.
 //! - **trail**, **deposit**: the field that particles read; the integer count of particles per texel in a step.
 //! - **dab**: one touch of a brush, between steps: a ball in world space, and the part of the surface that lies in it
@@ -113,7 +115,9 @@
 //! hash ([`sim::Snapshot::hash`]) does not depend on the order of particles; and if the transfer buffer is full, keys decide which
 //! particles stay, not by the order of atomic additions.
 //!
-//! **Invariant:** no particle is lost or doubled, and every one counts once a step on an owned or a gutter texel
+//! **Invariant:** births minus deaths is the change of the population; by default there are none.
+//!
+//! **Invariant:** no particle is lost or doubled, and every living one counts once a step on an owned or a gutter texel
 //! ([`sim::Snapshot::validate`]).
 //!
 //! **Invariant:** every kernel has a twin in plain Rust: integers equal, floats within a stated bound

@@ -27,6 +27,8 @@ pub enum Purpose {
     Refused = 9,
     /// The ranks of particles that claim cells; used on the host only.
     Claim = 10,
+    /// Whether a particle divides or dies, the side where it divides, and the heading of a particle that is born.
+    Population = 11,
 }
 
 /// Four random words for one (seed, particle, step, purpose).

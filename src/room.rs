@@ -130,16 +130,21 @@ pub fn within(bytes: u64, free: Option<Free>) -> Result<()> {
 
 /// Which settings to lower.
 fn advice(scenes: &[&Scene]) -> String {
-    let keys = |particles: &str, size: &str| {
-        format!("lower particles.count{particles} or atlas.size{size}")
+    let keys = |count: &str, particles: &str, size: &str| {
+        format!("lower {count}{particles} or atlas.size{size}")
     };
     match scenes {
         [scene] => {
             let is = |value: u32| format!(" (it is {})", grouped(value.into()));
             let settings = &scene.settings;
-            keys(&is(settings.particles.count), &is(settings.atlas.size))
+            // Where their number changes, there may be room for more particles than there are at the start.
+            let count = match settings.slots() > settings.particles.count {
+                true => "population.capacity",
+                false => "particles.count",
+            };
+            keys(count, &is(settings.slots()), &is(settings.atlas.size))
         }
-        _ => keys("", ""),
+        _ => keys("particles.count", "", ""),
     }
 }
 

@@ -37,6 +37,17 @@ def test_pictures_have_the_size_and_the_view_that_are_asked_for(torus):
     assert (turned != image).any()
 
 
+def test_populations_have_rows_for_the_living():
+    settings = {**SMALL, "particles.count": 300, "population.frequency": 1, "population.capacity": 2500}
+    with myxo.Simulation("sphere", seed=7, settings=settings) as sim:
+        assert sim.particles.shape == (300,)
+        particles = sim.step(20).particles
+        assert 300 < len(particles) <= 2500
+        assert (np.abs(np.linalg.norm(particles["heading"], axis=1) - 1) < 1e-4).all()
+        # Each of them has walked and left a deposit.
+        assert sim.measures()["particles"] == len(particles) == sim.deposits.sum()
+
+
 def test_arrays_agree_with_each_other(torus):
     side = torus["atlas.size"]
     trail, area, objects = torus.trail, torus.texel_area, torus.texel_object

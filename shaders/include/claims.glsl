@@ -16,6 +16,8 @@ const uint FREE = 0xffffffffu;
 // Ids have fewer bits than these: scenes of more particles are refused.
 const uint RANK_BITS = 28u;
 const uint RANKS = (1u << RANK_BITS) - 1u;
+// In place of the rank of particles that are dead.
+const uint NO_RANK = 0xffffffffu;
 // The round in which particles that come over from other objects claim cells, after all others.
 const uint LANDING = 14u;
 

@@ -11,6 +11,7 @@ layout(push_constant) uniform Params {
     float strength;  // light of one point, 0 to 1
     uint hued;       // 1: its hue is its heading's direction; 0: all have the brightest colour
     float ground;    // brightness at which colours begin
+    uint mortal;     // 1: particles may be dead, and are not drawn then
 } params;
 
 #endif

@@ -8,6 +8,8 @@
 const uint SELECTED = 1u;
 // The flag of particles that were refused a cell in the last step, and so left no deposit.
 const uint STAYED = 2u;
+// The flag of particles that are dead.
+const uint DEAD = 4u;
 // For how many more steps a particle is fed.
 const uint FED_SHIFT = 16u;
 

@@ -11,6 +11,7 @@ const uint PURPOSE_PAINT = 3u;
 const uint PURPOSE_TIE = 7u;
 const uint PURPOSE_TURN = 8u;
 const uint PURPOSE_REFUSED = 9u;
+const uint PURPOSE_POPULATION = 11u;
 
 uvec4 random_words(uint seed, uint id, uint time_step, uint purpose) {
     uvec4 v = uvec4(seed, id, time_step, purpose) * 1664525u + 1013904223u;

@@ -8,6 +8,7 @@ const uint NONE = 0xffffffffu;
 
 struct Particle { uint triangle; float u; float v; uint id; };
 struct Motion { float heading_p; float heading_h; float pending; uint flags; };
+struct Population { uint living; uint births; uint deaths; uint refused; uint born; uint died; };
 struct Meal { uint remaining; uint eaten; uint amount; uint level; float strength; float scent; float projection; uint pad0; };
 struct Mark { vec3 position; uint object; vec3 normal; float radius; uint is_food; uint pad0; uint pad1; uint pad2; };
 struct Triangle { float ab; float cp; float ch; uint object; };

@@ -159,6 +159,17 @@ const EXTRA: &[(&str, &str, &[&str])] = &[
         ],
     ),
     (
+        "sphere",
+        "population",
+        &[
+            "physarum.model=jones",
+            "population.frequency=3",
+            "population.capacity=3001",
+            "population.survival_most=9",
+            "population.death_probability=0.7",
+        ],
+    ),
+    (
         "trio",
         "jones",
         &["physarum.model=jones", "physarum.occupancy_rounds=5"],

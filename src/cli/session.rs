@@ -363,6 +363,9 @@ impl Session {
         if let Some(warning) = counters.overflow(settings.transfer.buffer_size) {
             self.progress.say(&format!("warning: {warning}"));
         }
+        if let Some(warning) = counters.full(settings.slots()) {
+            self.progress.say(&format!("warning: {warning}"));
+        }
         if let Some(mismatch) = snapshot.transfers.flow.mismatch() {
             self.progress.say(&format!("warning: {mismatch}"));
         }

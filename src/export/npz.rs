@@ -11,6 +11,7 @@
 //! | `scene_radius` | `f8` | | world units |
 //! | `scene_name`, `scene_toml` | `U` | | |
 //! | `version`, `commit`, `device`, `driver`, `state_hash` | `U` | | as reports have them |
+//! | `particle_id` | `i4` | N | only if the number of particles changes |
 //! | `particle_position` | `f4`, `f8` far from the origin | N, 3 | world units |
 //! | `particle_heading` | `f4` | N, 3 | unit vectors, world |
 //! | `particle_object` | `i4` | N | object |
@@ -143,7 +144,8 @@ impl<W: Seek> Seek for UntilFailed<W> {
     }
 }
 
-/// Row i is the particle with the id i, whatever its slot.
+/// Row i is the particle with the id i, whatever its slot; of a population that changes, row i is the living particle that is number i by
+/// its id.
 fn write_particles<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io::Result<()> {
     let (surface, atlas) = (&export.setup.surface, &export.setup.atlas);
     let state = &*export.snapshot;
@@ -152,12 +154,20 @@ fn write_particles<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) ->
         .iter()
         .copied()
         .zip(state.motions.iter().copied())
+        .filter(|(_, motion)| !motion.is_dead())
         .collect();
     by_id.par_sort_unstable_by_key(|(particle, _)| particle.id);
     let object_of = |particle: &Particle| surface.triangles[particle.triangle as usize].object;
     let pose_of = |particle: &Particle| &export.world_from_object[object_of(particle) as usize];
 
     let n = [by_id.len()];
+    if !state.population.is_empty() {
+        to.array(
+            "particle_id",
+            &n,
+            &of_all(&by_id, |(particle, _)| particle.id as i32),
+        )?;
+    }
     to.places(
         export,
         "particle_position",
@@ -329,6 +339,7 @@ fn write_foods<W: Write + Seek>(export: &Export<'_>, to: &mut Archive<W>) -> io:
 
     let state = &export.snapshot;
     let mut fed: Vec<(u32, i32)> = (state.particles.iter().zip(&state.motions))
+        .filter(|(_, motion)| !motion.is_dead())
         .map(|(particle, motion)| (particle.id, motion.fed() as i32))
         .collect();
     fed.par_sort_unstable_by_key(|(id, _)| *id);

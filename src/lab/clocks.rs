@@ -115,6 +115,7 @@ impl Clocks {
         self.facts.particles_drawn = stage.particles_drawn;
         self.facts.brightest = stage.brightest;
         self.facts.flow = stage.flow;
+        self.facts.population = stage.population;
         self.facts.flaws = stage.flaws;
         self.facts.is_plain = stage.is_plain;
         self.facts.undeveloped = stage.undeveloped();

@@ -7,7 +7,7 @@ use egui::ColorImage;
 use glam::{Affine3A, Vec2, Vec3};
 use myxo::scene::motion::Origins;
 use myxo::scene::settings::ColorMap;
-use myxo::sim::types::Flow;
+use myxo::sim::types::{Flow, Population};
 
 use crate::lab::history::History;
 use crate::lab::job::Progress;
@@ -116,6 +116,8 @@ pub struct Facts {
     pub is_plain: bool,
     /// Transfers between objects.
     pub flow: Flow,
+    /// How many particles are alive, and counters, if their number changes.
+    pub population: Option<Population>,
     /// The result of the last check of the invariants, if they are checked.
     pub check: Option<Check>,
     /// Triangles of all objects.

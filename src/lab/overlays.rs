@@ -91,12 +91,11 @@ pub(super) fn status_line(ui: &mut Ui, document: &Document, facts: &Facts) {
                             format!("{ms:.2} ms a step")
                         }),
                 );
+                let begun = document.running.particles.count;
+                let living = facts.population.map_or(begun, |now| now.living);
                 fact(
                     ui,
-                    format!(
-                        "{} particles",
-                        with_commas(f64::from(document.running.particles.count))
-                    ),
+                    format!("{} particles", with_commas(f64::from(living))),
                 );
                 fact(
                     ui,

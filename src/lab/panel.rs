@@ -8,7 +8,7 @@ use myxo::scene::builtin::PRESETS;
 use myxo::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS, why_idle, why_object_idle};
 use myxo::scene::settings::{ObjectSettings, Part, Settings, Show};
 use myxo::sim::transfers::count_text;
-use myxo::sim::types::Flow;
+use myxo::sim::types::{Flow, Population};
 
 use crate::lab::actions::{self, Action};
 use crate::lab::command::Command;
@@ -421,6 +421,7 @@ fn transport(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
 fn conditions(ui: &mut Ui, looks: &Looks, desk: &mut Desk<'_>) {
     let facts = desk.facts;
     transfers(ui, facts, desk.document.running.transfer.buffer_size);
+    births(ui, facts, desk.document.running.slots());
     if let Some(check) = &facts.check {
         invariants(ui, check);
     }
@@ -565,7 +566,7 @@ fn picture_section(ui: &mut Ui, desk: &mut Desk<'_>) {
     ui.add_space(2.0);
     view_rows(ui, COLOR_ROWS, desk);
     let has_points = desk.document.view.show.has(Part::Points);
-    if has_points && facts.particles_drawn < desk.document.running.particles.count {
+    if has_points && facts.particles_drawn < desk.document.running.slots() {
         let text = format!(
             "{} are drawn while it runs",
             with_commas(f64::from(facts.particles_drawn))
@@ -629,6 +630,30 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
     }
 }
 
+/// How many particles were born and died, if their number changes; and what to do where there was no room.
+fn births(ui: &mut Ui, facts: &Facts, slots: u32) {
+    let Some(Population {
+        births,
+        deaths,
+        refused,
+        ..
+    }) = facts.population
+    else {
+        return;
+    };
+    let [births, deaths] = [births, deaths].map(|count| count_text(count.into()));
+    let text = format!("{births} births, {deaths} deaths");
+    ui.label(RichText::new(text).monospace().color(theme::weak(ui)))
+        .on_hover_text("Particles that have divided, and particles that have died, so far.");
+    if refused > 0 {
+        let refused = count_text(refused.into());
+        let slots = with_commas(slots.into());
+        let text =
+            format!("{refused} did not divide for want of room: raise the capacity from {slots}");
+        ui.label(RichText::new(text).color(theme::pending(ui)));
+    }
+}
+
 /// Whether the invariants hold, and what it costs to look.
 fn invariants(ui: &mut Ui, check: &Check) {
     let cost = format!(
@@ -658,6 +683,7 @@ pub(super) const SECTIONS: &[(&str, &str, bool)] = &[
     ("trail", "Trail", true),
     ("feeding", "Feeding", false),
     ("particles", "Particles", false),
+    ("population", "Population", false),
     ("areas", "Areas", false),
     ("second_look", "Second look", false),
     ("time", "Time", false),

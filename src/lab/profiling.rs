@@ -92,6 +92,18 @@ const KERNELS: &[(&str, &str)] = &[
         "land_settle",
         "Particles that have won no cell there stay on their object",
     ),
+    ("count_cells", "Counts the particles in each cell"),
+    (
+        "divide",
+        "Particles die, or claim a free cell to divide into, by how crowded it is round them",
+    ),
+    ("divide_settle", "Finds which particles divide"),
+    (
+        "divide_number",
+        "Numbers particles that divide, and ids that are free",
+    ),
+    ("divide_list", "Lists the cells of particles that are born"),
+    ("divide_begin", "Particles are born"),
     (
         "close_list",
         "Prepares the lists of particles that change objects",

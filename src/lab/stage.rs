@@ -13,7 +13,7 @@ use myxo::render::{Canvas, Prepared, Quality, Renderer, View};
 use myxo::scene::Scene;
 use myxo::scene::settings::{ColorMap, Show, Strategy};
 use myxo::sim::checkpoint::Checkpoint;
-use myxo::sim::types::{Flow, Pose};
+use myxo::sim::types::{Flow, Population, Pose};
 use myxo::sim::{Setup, Simulation};
 use myxo::{Error, Result};
 
@@ -122,6 +122,9 @@ pub struct Stage {
     counters: Readback<Flow>,
     /// Transfers between objects, as of some frames ago.
     pub flow: Flow,
+    population_counter: Readback<Population>,
+    /// How many particles are alive, and counters, if their number changes; as of some frames ago.
+    pub population: Option<Population>,
     flaw_counter: Readback<u32>,
     /// Pixels so far whose light was not a number, as of some frames ago.
     pub flaws: u32,
@@ -181,6 +184,8 @@ impl Stage {
             recorded: 0,
             counters: Readback::new(ctx, "flow", 1, COUNTERS_UNDER_WAY)?,
             flow: Flow::default(),
+            population_counter: Readback::new(ctx, "living", 1, COUNTERS_UNDER_WAY)?,
+            population: None,
             flaw_counter: Readback::new(ctx, "flaws", 1, COUNTERS_UNDER_WAY)?,
             flaws: 0,
             is_plain: false,
@@ -388,6 +393,9 @@ impl Stage {
             let transfers = &self.simulation.state().transfers;
             transfers.record_readback(rec, &mut self.counters, *step);
         }
+        if let Some(growth) = &self.simulation.state().growth {
+            (self.population_counter).record(rec, &growth.population, *step);
+        }
     }
 
     /// Takes what has arrived on the host.
@@ -406,6 +414,9 @@ impl Stage {
         }
         while let Some((_, counters)) = self.counters.poll() {
             self.flow = counters[0];
+        }
+        while let Some((_, counters)) = self.population_counter.poll() {
+            self.population = Some(counters[0]);
         }
     }
 

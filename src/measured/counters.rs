@@ -9,6 +9,18 @@ use serde::{Deserialize, Serialize};
 /// What was counted at the end of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counters {
+    /// Particles that are alive.
+    #[serde(default)]
+    pub population: u64,
+    /// Where the number of particles changes: particles that were born so far.
+    #[serde(default)]
+    pub births: u64,
+    /// Particles that died so far.
+    #[serde(default)]
+    pub deaths: u64,
+    /// How many times so far a particle did not divide because as many were alive as there may be.
+    #[serde(default)]
+    pub births_refused: u64,
     /// Particle ids that no particle has; always 0.
     pub lost: u64,
     /// Particles whose id another one has too; always 0.
@@ -63,6 +75,7 @@ impl Counters {
     #[must_use]
     pub fn of(snapshot: &Snapshot, setup: &Setup, objects: &[ObjectSettings]) -> Self {
         let census = snapshot.census();
+        let population = snapshot.population.first().copied().unwrap_or_default();
         let transfers = &snapshot.transfers;
         let flow = &transfers.flow;
         let pairs = transfers.flux.iter().enumerate();
@@ -77,6 +90,10 @@ impl Counters {
             particles: particles.into(),
         };
         Self {
+            population: snapshot.living_count(),
+            births: population.births.into(),
+            deaths: population.deaths.into(),
+            births_refused: population.refused.into(),
             lost: census.lost,
             doubled: census.doubled,
             trail_mass: snapshot.trail_mass(setup),
@@ -90,6 +107,19 @@ impl Counters {
             left_over: flow.left_over.into(),
             flux: pairs.filter(changed).map(flux).collect(),
         }
+    }
+
+    /// What to do about particles that could not divide for want of room, if there were any.
+    #[must_use]
+    pub fn full(&self, slots: u32) -> Option<String> {
+        (self.births_refused > 0).then(|| {
+            format!(
+                "the population reached its capacity: {} times a particle did not divide because as many were alive as there may be; raise \
+                 population.capacity from {}",
+                count_text(self.births_refused),
+                grouped(slots.into()),
+            )
+        })
     }
 
     /// What to do about particles that were refused, if any were.
@@ -115,6 +145,18 @@ impl Counters {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_full_population_says_what_to_raise() {
+        let mut counters = Counters::default();
+        assert_eq!(counters.full(4000), None);
+        counters.births_refused = 12_345;
+        let text = counters.full(4000).unwrap_or_default();
+        assert!(
+            text.contains("12,345 times") && text.ends_with("raise population.capacity from 4000"),
+            "{text}"
+        );
+    }
 
     #[test]
     fn an_overflow_says_which_size_would_have_done() {

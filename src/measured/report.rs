@@ -48,7 +48,7 @@ pub struct Report {
     /// Warm-up steps of `profile`. Reports of earlier versions lack it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warmup: Option<u64>,
-    /// Particles of all objects together.
+    /// Particles of all objects together; where their number changes, those that there is room for.
     pub particles: u64,
     /// Texels of the atlas along a side.
     pub atlas_size: u32,

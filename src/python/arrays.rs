@@ -4,7 +4,6 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, DMat4, Vec3};
 use rayon::prelude::*;
 
-use crate::Result;
 use crate::export::corners;
 use crate::mesh::surface::NONE;
 use crate::mesh::walk::Frame;
@@ -12,6 +11,7 @@ use crate::scene::Scene;
 use crate::scene::motion::double;
 use crate::sim::types::{Motion, Particle};
 use crate::sim::{Setup, Simulation};
+use crate::{Error, Result};
 
 /// Particles that are read at once.
 const PART: usize = 1 << 18;
@@ -30,32 +30,82 @@ pub struct Row {
     fed: i32,
 }
 
-/// Fills a row for each particle, in the order of their ids.
+/// Fills a row for each living particle, in the order of their ids.
 ///
 /// # Errors
-/// When the device is lost or its memory is full.
-///
-/// # Panics
-/// When there are not as many rows as particles.
+/// When the device is lost or its memory is full, or there are not as many rows as living particles.
 pub fn fill_particles(simulation: &Simulation, rows: &mut [Row]) -> Result<()> {
     let (setup, poses) = (simulation.setup(), simulation.world_from_object());
     let origin = setup.origin().as_vec3();
     let (ctx, state) = (simulation.ctx(), simulation.state());
     let count = state.particles.len();
-    assert_eq!(rows.len(), count, "a row for each particle");
+    let numbers = Numbers::of(simulation)?;
+    if rows.len() != numbers.living {
+        return Err(Error::Invalid(
+            "the array has another number of particles".into(),
+        ));
+    }
     for first in (0..count).step_by(PART) {
         let range = first..count.min(first + PART);
         let particles = ctx.download_range(&state.particles, range.clone())?;
         let motions = ctx.download_range(&state.motions, range)?;
         let both = particles.par_iter().zip(&motions);
-        let made: Vec<Row> = both
-            .map(|(particle, motion)| row(setup, &poses, origin, particle, motion))
+        let both = both.filter(|(_, motion)| !motion.is_dead());
+        let made: Vec<(u32, Row)> = both
+            .map(|(particle, motion)| {
+                let row = row(setup, &poses, origin, particle, motion);
+                (particle.id, row)
+            })
             .collect();
-        for (particle, row) in particles.iter().zip(made) {
-            rows[particle.id as usize] = row;
+        for (id, row) in made {
+            rows[numbers.of_id(id)] = row;
         }
     }
     Ok(())
+}
+
+/// The numbers of living particles in the order of their ids.
+struct Numbers {
+    living: usize,
+    /// Per id the number, if some particles are dead.
+    by_id: Option<Vec<u32>>,
+}
+
+impl Numbers {
+    fn of(simulation: &Simulation) -> Result<Self> {
+        let (ctx, state) = (simulation.ctx(), simulation.state());
+        let count = state.particles.len();
+        if state.growth.is_none() {
+            return Ok(Self {
+                living: count,
+                by_id: None,
+            });
+        }
+        let mut by_id = vec![0; count];
+        for first in (0..count).step_by(PART) {
+            let range = first..count.min(first + PART);
+            let particles = ctx.download_range(&state.particles, range.clone())?;
+            let motions = ctx.download_range(&state.motions, range)?;
+            for (particle, motion) in particles.iter().zip(&motions) {
+                by_id[particle.id as usize] = u32::from(!motion.is_dead());
+            }
+        }
+        let mut living = 0;
+        for number in &mut by_id {
+            living += std::mem::replace(number, living);
+        }
+        Ok(Self {
+            living: living as usize,
+            by_id: Some(by_id),
+        })
+    }
+
+    fn of_id(&self, id: u32) -> usize {
+        match &self.by_id {
+            Some(by_id) => by_id[id as usize] as usize,
+            None => id as usize,
+        }
+    }
 }
 
 fn row(

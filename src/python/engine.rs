@@ -168,11 +168,11 @@ impl Engine {
         })
     }
 
-    /// The scene's radius in world units, and how many particles, triangles and texels a side there are.
+    /// The scene's radius in world units, and how many living particles, triangles and texels a side there are.
     fn sizes(&self, py: Python<'_>) -> PyResult<(f32, usize, usize, u32)> {
         self.with(py, |running| {
             let (scene, simulation) = (&running.scene, &running.simulation);
-            let particles = simulation.state().particles.len();
+            let particles = simulation.living_count()?;
             let triangles = scene.surface.corners.len();
             let side = simulation.setup().atlas.size;
             Ok((scene.radius, particles, triangles, side))
@@ -378,18 +378,13 @@ impl Engine {
             .reshape([side, side, 3])
     }
 
-    /// Fills the memory of an array of particles: a row of 56 bytes for each, in the order of their ids.
+    /// Fills the memory of an array of particles: a row of 56 bytes for each that is alive, in the order of their ids.
     fn fill_particles(&self, py: Python<'_>, rows: &Bound<'_, PyArray1<u8>>) -> PyResult<()> {
         let mut rows = rows.readwrite();
         let bytes = rows.as_slice_mut()?;
         let rows: &mut [Row] = bytemuck::try_cast_slice_mut(bytes)
             .map_err(|_| PyValueError::new_err("the array is not one of particles"))?;
         self.with(py, |running| {
-            if rows.len() != running.simulation.state().particles.len() {
-                return Err(Error::Invalid(
-                    "the array has another number of particles".into(),
-                ));
-            }
             arrays::fill_particles(&running.simulation, rows)
         })
     }

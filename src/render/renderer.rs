@@ -186,6 +186,8 @@ struct Shot<'a> {
 struct Shape {
     corner_count: u32,
     particle_count: u32,
+    /// The number of particles that brightness is for.
+    usual_count: u32,
     /// Texels that triangles own.
     owned_count: u32,
     texel_count: u32,
@@ -241,6 +243,13 @@ impl Renderer {
             ..
         } = prepared;
         let atlas = &setup.atlas;
+        let owned_count = atlas.density.iter().filter(|d| **d > 0.0).count() as u32;
+        let particle_count = setup.particles.len() as u32;
+        let usual_count = match setup.population {
+            // It may grow until about half of the texels are taken.
+            Some(_) => particle_count.min(owned_count / 2),
+            None => particle_count,
+        };
         let shared = { shared.as_ref() }.map(|shared| SharedVertices::new(ctx, shared));
         Ok(Self {
             shared: shared.transpose()?.flatten(),
@@ -270,8 +279,9 @@ impl Renderer {
             boxes: boxes.clone(),
             shape: Shape {
                 corner_count: setup.corners.len() as u32,
-                particle_count: setup.particles.len() as u32,
-                owned_count: atlas.density.iter().filter(|d| **d > 0.0).count() as u32,
+                particle_count,
+                usual_count,
+                owned_count,
                 texel_count: atlas.density.len() as u32,
                 size: atlas.size,
                 pitch: atlas.pitch,

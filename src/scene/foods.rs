@@ -53,11 +53,12 @@ pub fn problems(settings: &Settings) -> Vec<String> {
             )
         });
     }
-    let most = u64::from(settings.particles.count) * u64::from(settings.feeding.fed_deposit);
+    let most = u64::from(settings.slots()) * u64::from(settings.feeding.fed_deposit);
     if count > 0 && most > u64::from(u32::MAX) {
         messages.push(format!(
             "{} particles that each count as {} are more than a texel can count: lower feeding.fed_deposit",
-            settings.particles.count, settings.feeding.fed_deposit
+            settings.slots(),
+            settings.feeding.fed_deposit
         ));
     }
     messages

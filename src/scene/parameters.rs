@@ -6,6 +6,7 @@ mod macros;
 mod food;
 mod idle;
 mod objects;
+mod population;
 mod pulse;
 mod table;
 

@@ -8,6 +8,7 @@ mod choices;
 mod food;
 mod look;
 pub(super) mod physarum;
+mod population;
 mod pulse;
 mod shown;
 mod start;
@@ -23,6 +24,7 @@ pub use choices::{
 pub use food::{FeedingSettings, FoodSettings, MOST_FOODS};
 pub use look::{SECOND_LOOKS, SecondLook, SecondLookSettings};
 pub use physarum::{OwnPhysarum, PhysarumSettings};
+pub use population::{MOST_POPULATION, PopulationSettings};
 pub use pulse::{MOST_PULSE_ENTRIES, PulseSettings};
 pub use shown::{Legend, Part, Show};
 pub use start::{OwnStart, StartSettings};
@@ -41,6 +43,8 @@ pub struct Settings {
     pub particles: ParticleSettings,
     /// How particles sense, turn and walk.
     pub physarum: PhysarumSettings,
+    /// How particles divide and die.
+    pub population: PopulationSettings,
     /// The map of areas: places that attract, repel or may not be entered from the beginning.
     pub areas: AreaSettings,
     /// The second look, and where it is from the beginning.
@@ -79,6 +83,7 @@ impl Default for Settings {
             radius: 0.0,
             particles: ParticleSettings::default(),
             physarum: PhysarumSettings::default(),
+            population: PopulationSettings::default(),
             areas: AreaSettings::default(),
             second_look: SecondLookSettings::default(),
             time: TimeSettings::default(),

@@ -17,8 +17,8 @@ use super::snapshot::Snapshot;
 use super::sorting::{most_parts, stretches};
 use super::transfers::{TransferState, area_shares, capacity, object_triangles};
 use super::types::{
-    Border, DistanceJob, Flow, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum, Pose,
-    Shell, Transfer, Window,
+    Border, DistanceJob, Flow, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum,
+    Population, Pose, Shell, Transfer, Window,
 };
 use crate::gpu::DispatchGroups;
 use crate::mesh::surface::NONE;
@@ -142,6 +142,20 @@ pub struct Arrays {
     pub wish_motions: Vec<Motion>,
     /// With one particle a cell, one per particle: the cell there; the cell that it is in; its rank; the texel there.
     pub claims: Vec<UVec4>,
+    /// With a population that grows and shrinks, one per texel: the particles in the cell; otherwise empty, as those that follow.
+    pub occupants: Vec<u32>,
+    /// One per texel: the lowest rank of particles that claim the cell to divide into.
+    pub nursery: Vec<u32>,
+    /// One per particle: the cell that it claims to divide into.
+    pub births: Vec<u32>,
+    /// One per particle that is born: its cell.
+    pub cradles: Vec<u32>,
+    /// A bit for the id of each particle that divides; then one for that of each dead particle.
+    pub id_marks: Vec<u32>,
+    /// One per word of these: the marked ids before it.
+    pub ids_before: Vec<u32>,
+    /// One: how many particles are alive, and counters.
+    pub population: Vec<Population>,
     /// One per food or marker.
     pub meals: Vec<Meal>,
     /// One per texel; empty without food and markers.
@@ -213,6 +227,13 @@ impl Arrays {
             wishes: vec![Particle::zeroed(); counts.wishes.0 as usize],
             wish_motions: vec![Motion::zeroed(); counts.wishes.0 as usize],
             claims: vec![UVec4::ZERO; counts.wishes.0 as usize],
+            occupants: vec![0; counts.population.1 as usize],
+            nursery: vec![FREE; counts.population.1 as usize],
+            births: vec![NONE; counts.population.0 as usize],
+            cradles: vec![0; counts.population.0 as usize],
+            id_marks: vec![0; counts.id_words() as usize],
+            ids_before: vec![0; counts.id_words() as usize],
+            population: start.population,
             meals: Vec::new(),
             scent: Vec::new(),
             around: Vec::new(),

@@ -57,7 +57,8 @@ fn second(settings: &Settings, setup: &Setup) -> Physarum {
 }
 
 /// Factor on deposits and decrowding weights. If the settings name the density that they were made for, this factor keeps the mean of the
-/// trail at its value for that density, for any number of particles and any size of the texture.
+/// trail at its value for that density, for any number of particles and any size of the texture. It is 1 where the number of particles
+/// changes.
 #[must_use]
 pub fn deposit_factor(settings: &Settings, setup: &Setup) -> f32 {
     factor_of(&settings.physarum, setup)
@@ -66,7 +67,7 @@ pub fn deposit_factor(settings: &Settings, setup: &Setup) -> f32 {
 fn factor_of(physarum: &PhysarumSettings, setup: &Setup) -> f32 {
     let reference = physarum.reference_density;
     let count = setup.particles.len();
-    if reference == 0.0 || count == 0 {
+    if reference == 0.0 || count == 0 || setup.population.is_some() {
         return 1.0;
     }
     (f64::from(reference) * f64::from(setup.atlas.owned_count) / count as f64) as f32

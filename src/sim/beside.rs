@@ -14,7 +14,7 @@ use super::state::State;
 use super::step::advance::FORMS_OF_ADVANCE;
 use super::surroundings::COVERED;
 use super::twin;
-use super::types::{Motion, Particle, Transfer};
+use super::types::{Motion, Particle, Population, Transfer};
 use super::work::Work;
 use crate::error::Result;
 use crate::gpu::{Context, Frames, GpuError};
@@ -97,6 +97,14 @@ const MEALS: &[(&str, As)] = &[
     ("projection", As::Float),
     ("pad0", As::Number),
 ];
+const POPULATION: &[(&str, As)] = &[
+    ("living", As::Number),
+    ("births", As::Number),
+    ("deaths", As::Number),
+    ("refused", As::Number),
+    ("born", As::Number),
+    ("died", As::Number),
+];
 const TRANSFERS: &[(&str, As)] = &[
     ("x", As::Float),
     ("y", As::Float),
@@ -128,6 +136,8 @@ struct Everything {
     scent: Vec<f32>,
     /// Empty if no scents cross contacts.
     around: Vec<f32>,
+    /// Empty if the number of particles is constant.
+    population: Vec<Population>,
     /// Empty before any bias is painted.
     bias: Vec<f32>,
     /// Empty before any second look is painted.
@@ -167,6 +177,8 @@ impl Everything {
         };
         let around = s.food.as_ref().and_then(|food| food.around.as_ref());
         let around = around.map(|around| ctx.download(around));
+        let growth = s.growth.as_ref();
+        let population = growth.map(|growth| ctx.download(&growth.population));
         let bias = s.bias.as_ref().map(|bias| ctx.download(bias));
         let looks = s.looks.as_ref().map(|looks| ctx.download(looks));
         let leaving = match s.transfers.transfers.len() {
@@ -186,6 +198,7 @@ impl Everything {
             meals,
             scent,
             around: around.transpose()?.unwrap_or_default(),
+            population: population.transpose()?.unwrap_or_default(),
             bias: bias.transpose()?.unwrap_or_default(),
             looks: looks.transpose()?.unwrap_or_default(),
             near: (objects > 1).then(near).transpose()?,
@@ -207,6 +220,7 @@ impl Everything {
             meals: bytemuck::allocation::pod_collect_to_vec(&a.meals),
             scent: a.scent.clone(),
             around: a.around.clone(),
+            population: a.population.clone(),
             bias: a.bias.clone(),
             looks: a.weights.clone(),
             near: several.then(|| Near {
@@ -272,6 +286,7 @@ impl Everything {
         add("meals", MEALS, self.meals);
         add("scent", FLOATS, words(&self.scent));
         add("scent around", FLOATS, words(&self.around));
+        add("population", POPULATION, words(&self.population));
         add("bias", FLOATS, words(&self.bias));
         add("looks", FLOATS, words(&self.looks));
         fields

@@ -14,7 +14,8 @@ use super::raster::Outline;
 use super::sorting::{most_parts, stretches};
 use super::types::{
     Border, DistanceJob, Flow, HalfEdge, ListedTile, Mark, Meal, Motion, ObjectPair, Particle,
-    Physarum, Pose, SampleTile, Seam, Shell, SurfaceSample, Transfer, Triangle, Vertex, Window,
+    Physarum, Population, Pose, SampleTile, Seam, Shell, SurfaceSample, Transfer, Triangle, Vertex,
+    Window,
 };
 use crate::gpu::{
     AnyBuffer, Buffer, BufferCore, Context, DispatchGroups, Domain, GpuError, TexelScalar, Texels,
@@ -64,6 +65,8 @@ pub struct Counts {
     pub homes: u64,
     /// With one particle a cell: particles, and texels; otherwise 0 and 0.
     pub wishes: (u64, u64),
+    /// With a population that grows and shrinks: particles, dead ones among them, and texels; otherwise 0 and 0.
+    pub population: (u64, u64),
     /// Foods and markers.
     pub foods: u64,
     /// Texels that any of them reaches, plus one; and the number of pairs of such a texel and a food.
@@ -102,6 +105,11 @@ impl Counts {
     /// Texels of the fields of food.
     fn food(&self) -> u64 {
         if self.foods > 0 { self.texels } else { 0 }
+    }
+
+    /// Words with two bits for each particle's id, if there are any.
+    pub(super) fn id_words(&self) -> u64 {
+        2 * self.population.0.div_ceil(u32::BITS.into())
     }
 
     /// `count` with the method `raster`, otherwise 0.
@@ -293,6 +301,14 @@ table! {
     WISHES: Particle = "wishes", PAGED 4, |n| n.wishes.0;
     WISH_MOTIONS: Motion = "wish_motions", PAGED 4, |n| n.wishes.0;
     CLAIMS: UVec4 = "claims", PAGED 4, |n| n.wishes.0;
+    OCCUPANTS: u32 = "occupants", LARGE 0, |n| n.population.1;
+    NURSERY: u32 = "nursery", LARGE 0, |n| n.population.1;
+    CELL_OWNERS: u32 = "cell_owners", LARGE 0, |n| n.population.1;
+    BIRTHS: u32 = "births", LARGE 1, |n| n.population.0;
+    CRADLES: u32 = "cradles", LARGE 1, |n| n.population.0;
+    ID_MARKS: u32 = "id_marks", BLOCK 0, Counts::id_words;
+    IDS_BEFORE: u32 = "ids_before", BLOCK 0, Counts::id_words;
+    POPULATION: Population = "population", BLOCK 0, |n| u64::from(n.population.0 > 0);
 
     TRIANGLES: Triangle = "triangles", LARGE 4, |n| n.triangles;
     HALFEDGES: HalfEdge = "halfedges", LARGE 4, |n| 3 * n.triangles;

@@ -14,7 +14,8 @@ use super::types::{Motion, Particle};
 /// at their places on their objects, and food keeps its remaining amounts. New objects get as many particles as would begin on them, taken
 /// uniformly from everywhere; particles whose object was removed restart, spread over all objects. Distances and transfers restart.
 ///
-/// None if that is impossible: with another number of particles, or if an object has another mesh.
+/// None if that is impossible: with another number of particles, with a population that grows and shrinks in only one of them, or if an
+/// object has another mesh.
 #[must_use]
 pub fn carried(
     snapshot: &Snapshot,
@@ -23,7 +24,9 @@ pub fn carried(
     from: &[Option<usize>],
 ) -> Option<Snapshot> {
     let to = becoming(old, new, from)?;
-    if new.particles.len() != snapshot.particles.len() {
+    let has_population = !snapshot.population.is_empty();
+    if new.particles.len() != snapshot.particles.len() || new.population.is_some() != has_population
+    {
         return None;
     }
     let is_new = |place: &usize| from[object_of(new, new.particles[*place].triangle)].is_none();
@@ -42,7 +45,12 @@ pub fn carried(
                 id: particle.id,
                 ..new.particles[place]
             };
-            (begins, new.motions[place])
+            // Dead ones stay dead.
+            let begun = Motion {
+                flags: motion.flags & Motion::DEAD,
+                ..new.motions[place]
+            };
+            (begins, begun)
         };
         if let Some(place) = new_place(id) {
             return begins_at(place);
@@ -75,11 +83,11 @@ pub fn carried(
     let trail = field(old, new, from, &|position| {
         trail_at(&snapshot.trail, position, pitch)
     });
-    // One deposit per particle, as after every step; particles that stayed in it left none.
+    // One deposit per living particle, as after every step; particles that stayed in it left none.
     let mut deposits = vec![0; new.atlas.texel_count()];
     if snapshot.step > 0 {
         let all = particles.iter().zip(&motions);
-        for (particle, motion) in all.filter(|(_, motion)| !motion.has_stayed()) {
+        for (particle, motion) in all.filter(|(_, motion)| motion.has_deposited()) {
             let texel = new
                 .atlas
                 .texel_of(particle.triangle, particle.u, particle.v);
@@ -113,6 +121,7 @@ pub fn carried(
         },
         pulses: snapshot.pulses.clone(),
         looks: carried_looks(&snapshot.looks, old, new, from)?,
+        population: snapshot.population.clone(),
     })
 }
 

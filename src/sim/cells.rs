@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Seam;
 use crate::scene::parameters::grouped;
-use crate::scene::settings::{Settings, Strategy};
+use crate::scene::settings::{MOST_POPULATION, Settings, Strategy};
 
 /// Per texel its cell: an owned texel is its own, a gutter texel has the owned texel across the seam that it takes most of, the first of
 /// equal ones. Other texels, where no particle can be, are their own.
@@ -48,12 +48,20 @@ pub fn sharing_count(particles: &[Particle], atlas: &Atlas, homes: &[u32]) -> us
     sharing.count()
 }
 
-/// Checks that the particles of a scene with one particle a cell have cells, and ranks of their own.
+/// Checks that the particles of a scene with one particle a cell have cells, and ranks of their own, and those of a population that grows
+/// and shrinks room.
 ///
 /// # Errors
-/// When there are more particles than cells, or than ranks; says how many there may be.
+/// When there are more particles than cells, or than ranks, or than a population may have; says how many there may be.
 pub fn check_room(settings: &Settings, atlas: &Atlas) -> Result<()> {
     let (count, cells) = (settings.particles.count, atlas.owned_count);
+    if settings.population.is_on() && count > MOST_POPULATION {
+        return Err(Error::Invalid(format!(
+            "particles.count = {}: where their number changes (population.frequency) there may be {}, at the most",
+            grouped(count.into()),
+            grouped(MOST_POPULATION.into()),
+        )));
+    }
     if !settings.physarum.rules().is_crowded() {
         return Ok(());
     }
@@ -80,8 +88,16 @@ pub fn check_room(settings: &Settings, atlas: &Atlas) -> Result<()> {
 /// Checks that the rules of a scene go together.
 ///
 /// # Errors
-/// When particles restart at random places, where others may be, and there is one particle a cell.
+/// When particles restart at random places, where others may be, and there is one particle a cell; or when particles change objects, and
+/// their number changes.
 pub fn check_rules(settings: &Settings) -> Result<()> {
+    if settings.population.is_on() && settings.strategy() != Strategy::None {
+        return Err(Error::Invalid(format!(
+            "population.frequency = {}: particles divide and die only where they stay on their objects: use a single object, transfer.strategy = \
+             \"none\", or population.frequency = 0",
+            settings.population.frequency
+        )));
+    }
     if settings.physarum.rules().is_crowded() && settings.strategy() == Strategy::Respawn {
         return Err(Error::Invalid(
             "transfer.strategy = \"respawn\": there is one particle a cell, and particles that restart anywhere could share one: choose another \

@@ -27,8 +27,10 @@ use crate::whole_file::WholeFile;
 const MAGIC: &[u8; 8] = b"MYXOCKPT";
 /// The version of files without the parts that came later: earlier programs read these.
 const PLAIN: u32 = 6;
-/// The version of files with such parts.
-const VERSION: u32 = 7;
+/// The version of files with some of these.
+const LATER: u32 = 7;
+/// The version of files with all parts.
+const VERSION: u32 = 8;
 
 #[derive(Serialize, Deserialize)]
 struct Header {
@@ -172,8 +174,10 @@ impl Checkpoint {
             crc: crc32fast::Hasher::new(),
         };
         out.put(MAGIC)?;
-        let version = if snapshot.has_later_parts() {
+        let version = if snapshot.has_latest_parts() {
             VERSION
+        } else if snapshot.has_later_parts() {
+            LATER
         } else {
             PLAIN
         };
@@ -236,9 +240,9 @@ impl Checkpoint {
                 .try_into()
                 .expect("4 bytes"),
         );
-        if ![PLAIN, VERSION].contains(&version) {
+        if !(PLAIN..=VERSION).contains(&version) {
             return Err(format!(
-                "it has version {version}, this program reads versions {PLAIN} and {VERSION}"
+                "it has version {version}, this program reads versions {PLAIN} to {VERSION}"
             ));
         }
         let Some((body, crc)) = bytes.split_last_chunk::<4>() else {
@@ -324,7 +328,7 @@ mod tests {
     use crate::sim::pulse::LivePulse;
     use crate::sim::transfers::TransferState;
     use crate::sim::twin;
-    use crate::sim::types::{Flow, Motion, Particle, Transfer, Window};
+    use crate::sim::types::{Flow, Motion, Particle, Population, Transfer, Window};
 
     /// Every field by name and none empty, so that the tests find a field that the list of kept parts lacks.
     fn checkpoint() -> Checkpoint {
@@ -384,6 +388,14 @@ mod tests {
                     flux: vec![0, 7, 6, 0],
                 },
                 looks: vec![0.25; 55],
+                population: vec![Population {
+                    living: 31,
+                    births: 9,
+                    deaths: 11,
+                    refused: 3,
+                    born: 2,
+                    died: 1,
+                }],
                 pulses: vec![
                     LivePulse {
                         center: [1.0, -2.0, 0.5],
@@ -477,6 +489,8 @@ mod tests {
             bytes
         };
         let mut plain = checkpoint();
+        assert_eq!(bytes(&plain)[8], 8);
+        plain.snapshot.population.clear();
         assert_eq!(bytes(&plain)[8], 7);
         plain.snapshot.pulses.clear();
         assert_eq!(bytes(&plain)[8], 7);
@@ -486,7 +500,7 @@ mod tests {
         // Earlier programs wrote no such length.
         let length = u32::from_le_bytes(earlier[12..16].try_into().unwrap()) as usize;
         let header = std::str::from_utf8(&earlier[16..16 + length]).unwrap();
-        let header = header.replacen("\"pulses\":0,\"looks\":0,", "", 1);
+        let header = header.replacen("\"pulses\":0,\"looks\":0,\"population\":0,", "", 1);
         assert!(header.len() < length);
         let mut whole = earlier[..12].to_vec();
         whole.extend((header.len() as u32).to_le_bytes());

@@ -10,6 +10,8 @@ pub const FREE: u32 = u32::MAX;
 /// Ids have fewer bits than these: scenes of more particles are refused.
 pub const RANK_BITS: u32 = 28;
 const RANKS: u32 = (1 << RANK_BITS) - 1;
+/// In place of the rank of particles that are dead.
+pub const NO_RANK: u32 = u32::MAX;
 /// The round in which particles that come over from other objects claim cells, after all others.
 pub const LANDING: u32 = 14;
 

@@ -50,6 +50,10 @@ impl Counts {
             } else {
                 (0, 0)
             },
+            population: match setup.population {
+                Some(_) => (count(setup.particles.len()), count(atlas.texel_count())),
+                None => (0, 0),
+            },
             foods: count(food_set.places.len()),
             scents: (
                 count(food_set.scented.len()),
@@ -84,8 +88,8 @@ impl Counts {
         let rules = settings.physarum.rules();
         let tiles = samples / u64::from(TILE_SAMPLES);
         Self {
-            particles: settings.particles.count.into(),
-            segment: segment(settings, settings.particles.count.into(), objects),
+            particles: settings.slots().into(),
+            segment: segment(settings, settings.slots().into(), objects),
             objects,
             texels,
             triangles,
@@ -104,9 +108,18 @@ impl Counts {
             } else {
                 texels
             },
-            homes: if rules.has_cells() { texels } else { 0 },
+            homes: if rules.has_cells() || settings.population.is_on() {
+                texels
+            } else {
+                0
+            },
             wishes: if rules.is_crowded() {
-                (settings.particles.count.into(), texels)
+                (settings.slots().into(), texels)
+            } else {
+                (0, 0)
+            },
+            population: if settings.population.is_on() {
+                (settings.slots().into(), texels)
             } else {
                 (0, 0)
             },

@@ -85,6 +85,7 @@ impl Course {
         plan.changes = changes;
         plan.update_distances(&mut self.planner, self.step, &self.poses);
         plan.sort_as_in(self.step);
+        plan.breeds = self.settings.population.is_due(self.step);
         let step = step(&plan);
         self.step += 1;
         self.pulses.retain(|pulse| !pulse.has_ended(self.step));
@@ -136,6 +137,7 @@ impl Course {
             plan.distances.jobs = vec![DistanceJob::zeroed()];
         }
         plan.sort_as_in(DUE);
+        plan.breeds = plan.is_mortal();
         let mut every = step(&plan);
         if !self.pulses.is_empty() || !settings.pulses.is_empty() {
             plan.shells = vec![Shell::zeroed()];
@@ -158,6 +160,7 @@ impl Course {
             }
         }
         plan.sort_as_in(DUE);
+        plan.breeds = plan.is_mortal();
         (step(&plan), plan.distances)
     }
 

@@ -69,6 +69,8 @@ kept! {
     // Checkpoints of earlier versions lack the parts from here on; see `Snapshot::has_later_parts`.
     pulses [pulses]                 on_host();
     looks [looks]                   remade(&buffers::LOOKS, |state| state.looks.as_deref()), "texels of a second look";
+    // Checkpoints that end here are of a version of their own; see `Snapshot::has_latest_parts`.
+    population [population]         permanent(&buffers::POPULATION, |state| state.kept_population()), "counts of a population";
 }
 
 /// A part, whatever its elements are.
@@ -150,6 +152,8 @@ pub fn check_lengths(snapshot: &Snapshot, setup: &Setup) -> Result<(), String> {
         texels,
         painted: texels,
         looks: texels,
+        // The counts are there if the population changes.
+        population: (u64::from(setup.population.is_some()), 0),
         ..Counts::default()
     };
     let mut parts = KEPT.iter();

@@ -248,12 +248,16 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
     let holds = holds(device);
     let mut problems = Vec::new();
 
-    let particles = u64::from(scene.settings.particles.count);
+    let particles = u64::from(scene.settings.slots());
+    let key = match particles > u64::from(scene.settings.particles.count) {
+        true => "population.capacity",
+        false => "particles.count",
+    };
     let (most, limit_name) = particle_limit(device);
     if particles > most {
         let most = number(most);
         problems.push(format!(
-            "particles.count = {} takes {} a table, and there is room for {most} ({limit_name}): use at most {most}",
+            "{key} = {} takes {} a table, and there is room for {most} ({limit_name}): use at most {most}",
             number(particles),
             human(particles * PARTICLE),
         ));

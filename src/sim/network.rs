@@ -25,6 +25,9 @@ const SMALLEST: u32 = 9;
 /// The measures of a network.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Network {
+    /// Particles that are alive.
+    #[serde(default)]
+    pub particles: u64,
     /// Mean trail over the surface, trail units.
     pub mean_trail: f64,
     /// Share of the surface that the network covers, 0 to 1.
@@ -66,13 +69,16 @@ impl Network {
         let mut network = Self::of_trail(&snapshot.trail, surface, atlas, radius);
         let most = (THRESHOLD * network.mean_trail) as f32;
         let mut on_network = 0;
-        for particle in &snapshot.particles {
+        let both = snapshot.particles.iter().zip(&snapshot.motions);
+        let living = both.filter(|(_, motion)| !motion.is_dead());
+        for (particle, _) in living {
             let texel = atlas.texel_of(particle.triangle, particle.u, particle.v);
             on_network += u64::from(snapshot.trail[texel as usize] > most);
             let object = surface.triangles[particle.triangle as usize].object;
             network.objects[object as usize].particles += 1;
         }
-        network.on_network = on_network as f64 / (snapshot.particles.len() as f64).max(1.0);
+        network.particles = network.objects.iter().map(|part| part.particles).sum();
+        network.on_network = on_network as f64 / (network.particles as f64).max(1.0);
         network
     }
 
@@ -112,6 +118,7 @@ impl Network {
         let [regions, pieces] = counted(&covered, &owned, atlas);
         let share = |part: f64, of: f64| if of > 0.0 { part / of } else { 0.0 };
         Self {
+            particles: 0,
             mean_trail,
             covered: share(parts.iter().map(|part| part.covered).sum(), whole),
             on_network: 0.0,

@@ -399,7 +399,7 @@ impl Dab {
             return None;
         };
         Some(TeleportParams {
-            particle_count: settings.particles.count,
+            particle_count: settings.slots(),
             seed: seed_word(settings.seed),
             dab: self.number,
             share,

@@ -150,6 +150,8 @@ pub struct Plan<'a> {
     pub distances: DistanceUpdate,
     /// The particles that are sorted at the end, if any are.
     pub segment: Option<Segment>,
+    /// Is it time for births and deaths?
+    pub breeds: bool,
 }
 
 impl<'a> Plan<'a> {
@@ -170,6 +172,7 @@ impl<'a> Plan<'a> {
             shells: Vec::new(),
             distances: DistanceUpdate::default(),
             segment: None,
+            breeds: false,
         }
     }
 
@@ -256,6 +259,12 @@ impl<'a> Plan<'a> {
         Threads(self.setup.food_set.projected.len() as u32)
     }
 
+    /// May particles be dead?
+    #[must_use]
+    pub fn is_mortal(&self) -> bool {
+        self.settings.population.is_on()
+    }
+
     /// Number of foods and markers.
     #[must_use]
     pub fn foods(&self) -> u32 {
@@ -274,7 +283,7 @@ impl<'a> Plan<'a> {
         self.setup.poses.len() as u32
     }
 
-    /// Number of particles.
+    /// Number of particles, dead ones among them.
     #[must_use]
     pub fn particle_count(&self) -> u32 {
         self.setup.particles.len() as u32

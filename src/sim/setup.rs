@@ -12,7 +12,7 @@ use super::sorting::Bins;
 use super::spread_length::check_length;
 use super::start::{self, Masks, Starts};
 use super::surroundings::surroundings;
-use super::types::{Motion, Particle, Pose, Vertex};
+use super::types::{Motion, Particle, Population, Pose, Vertex};
 use crate::error::Result;
 use crate::mesh::RigidTrack;
 use crate::mesh::atlas::{Atlas, AtlasOptions, Control};
@@ -35,10 +35,12 @@ pub struct Setup {
     pub surface: Surface,
     /// The place of every triangle in the trail's texture.
     pub atlas: Atlas,
-    /// Particles at their start; the slot is the id.
+    /// Particles at their start, dead ones among them; the slot is the id.
     pub particles: Vec<Particle>,
     /// Their headings.
     pub motions: Vec<Motion>,
+    /// How many of them are alive, if their number changes.
+    pub population: Option<Population>,
     /// Per texel: radius in texels within which straight lines stay on the surface around it.
     pub clearance: Vec<u8>,
     /// Per texel: the distance up to which straight lines to places of its chart are walks on the surface, its chart's hue, and marks for
@@ -82,7 +84,7 @@ impl Setup {
     /// # Errors
     /// When the texture has no room for the triangles (the message names a size that has), a start's mask or the area map cannot be read,
     /// a food is too far from its object, or the diffusion length is more than four texels. With one particle a cell, when there are more
-    /// particles than cells, or particles restart anywhere.
+    /// particles than cells, or particles restart anywhere. With a population that changes, when particles change objects.
     pub fn new(scene: &Scene) -> Result<Self> {
         Self::with_control(scene, &Control::default())
     }
@@ -125,7 +127,7 @@ impl Setup {
         check_room(settings, &atlas)?;
         check_length(&settings.trail, scene.radius, &atlas)?;
         control.step(STARTING, shares[0])?;
-        let homes = if rules.has_cells() {
+        let homes = if rules.has_cells() || settings.population.is_on() {
             homes(&atlas)
         } else {
             Vec::new()
@@ -133,13 +135,22 @@ impl Setup {
         let (mut particles, mut motions) = start::start(
             &scene.surface,
             &Starts::of(scene, &atlas, &masks, &foods)?,
-            settings.particles.count,
+            settings.slots(),
             seed_word(settings.seed),
         );
+        // The others are dead, and lie where they would have begun.
+        let living = settings.particles.count as usize;
         if rules.is_crowded() {
-            let both = (&mut particles[..], &mut motions[..]);
+            let both = (&mut particles[..living], &mut motions[..living]);
             start::apart(both, &scene.surface, &atlas, &homes, control)?;
         }
+        for motion in &mut motions[living..] {
+            motion.flags = Motion::DEAD;
+        }
+        let population = settings.population.is_on().then(|| Population {
+            living: settings.particles.count,
+            ..Population::default()
+        });
         control.step(LOOKING, shares[1])?;
         let clearance = atlas.clearances(&scene.surface);
         let outlooks = atlas.outlooks(&scene.surface, &clearance);
@@ -186,6 +197,7 @@ impl Setup {
             atlas,
             particles,
             motions,
+            population,
         })
     }
 }
@@ -211,6 +223,7 @@ pub fn atlas_options(settings: &Settings) -> AtlasOptions {
         cell_size: settings.atlas.cell_size,
         gutter: (settings.trail.diffusion_distance)
             .max(settings.physarum.rules().reach.unwrap_or(0))
+            .max(settings.population.reach())
             .max(1),
         weights: weights(settings),
         turn: 0,

@@ -365,6 +365,17 @@ impl Simulation {
         self.state.sorting.part_bits = part_bits;
     }
 
+    /// How many particles are alive. All recorded steps must have been submitted; waits for them if the number changes.
+    ///
+    /// # Errors
+    /// When the device is lost.
+    pub fn living_count(&self) -> Result<usize> {
+        match &self.state.growth {
+            Some(growth) => Ok(self.ctx.download(&growth.population)?[0].living as usize),
+            None => Ok(self.setup().particles.len()),
+        }
+    }
+
     /// All buffers, in their state after the last recorded step.
     #[must_use]
     pub fn state(&self) -> &State {
@@ -412,6 +423,13 @@ impl Simulation {
                  resume with the scene and the settings that it was written with",
                 there.0, there.1, here.0, here.1
             )));
+        }
+        if self.setup().population.is_some() == snapshot.population.is_empty() {
+            return Err(Error::Invalid(
+                "the number of particles changes in the checkpoint or in the scene, and is constant in the other: \
+                 resume with the scene and the settings that it was written with"
+                    .to_owned(),
+            ));
         }
         let mut snapshot = snapshot.counted_from(self.setup().origin()).into_owned();
         snapshot.settle();

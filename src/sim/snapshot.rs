@@ -12,7 +12,7 @@ use super::movement::SavedMovement;
 use super::pulse::LivePulse;
 use super::setup::Setup;
 use super::transfers::TransferState;
-use super::types::{Motion, Particle, Pose, Transfer};
+use super::types::{Motion, Particle, Population, Pose, Transfer};
 use crate::strict::settled;
 
 /// The state after some step. The default belongs to no scene.
@@ -28,7 +28,7 @@ pub struct Snapshot {
     pub distance_poses: Vec<Pose>,
     /// Pairs of objects that have moved by no more than rounding since their distances were computed, with the poses of that time.
     pub kept_pairs: Vec<KeptPair>,
-    /// Places and ids of particles.
+    /// Places and ids of particles. Of dead ones, which their flags mark, only the ids have a meaning.
     pub particles: Vec<Particle>,
     /// Their headings, pending lengths and flags.
     pub motions: Vec<Motion>,
@@ -48,6 +48,8 @@ pub struct Snapshot {
     pub pulses: Vec<LivePulse>,
     /// Weights of the second look, one per texel, gutters filled; empty if nothing was painted.
     pub looks: Vec<f32>,
+    /// One if the population grows and shrinks: how many particles are alive, and counters.
+    pub population: Vec<Population>,
 }
 
 /// Food and markers after some step.
@@ -101,6 +103,7 @@ impl Snapshot {
             deposits: vec![0; texels],
             bias: setup.bias.clone(),
             looks: setup.looks.clone(),
+            population: setup.population.into_iter().collect(),
             food: FoodState {
                 remaining: meals.iter().map(|meal| meal.remaining).collect(),
                 ..FoodState::default()
@@ -157,7 +160,11 @@ impl Snapshot {
     /// these.
     pub(super) fn forget_turns(&mut self, is_earlier: bool) {
         const STAMP: u32 = 0xfffe;
-        let kept = if is_earlier { 0 } else { Motion::STAYED };
+        let kept = if is_earlier {
+            0
+        } else {
+            Motion::STAYED | Motion::DEAD
+        };
         for motion in &mut self.motions {
             motion.flags &= !STAMP | kept;
         }
@@ -168,14 +175,15 @@ impl Snapshot {
         }
     }
 
-    /// A hash of everything that particles carry and of the trail's bits. The order of particles has no effect, so two runs with particles
-    /// in different slots compare equal.
+    /// A hash of everything that living particles carry and of the trail's bits. The order of particles has no effect, so two runs with
+    /// particles in different slots compare equal.
     #[must_use]
     pub fn hash(&self) -> u64 {
         let particles = self
             .particles
             .par_iter()
             .zip(&self.motions)
+            .filter(|(_, motion)| !motion.is_dead())
             .map(|(particle, motion)| {
                 let words: [u32; 8] = bytemuck::cast([
                     bytemuck::cast::<_, [u32; 4]>(*particle),
@@ -234,6 +242,11 @@ impl Snapshot {
         !self.pulses.is_empty() || !self.looks.is_empty()
     }
 
+    /// Does it have parts that checkpoints with those lack?
+    pub(super) fn has_latest_parts(&self) -> bool {
+        !self.population.is_empty()
+    }
+
     /// Does every id exist exactly once?
     #[must_use]
     pub fn census(&self) -> Census {
@@ -259,10 +272,17 @@ impl Snapshot {
             .sum()
     }
 
-    /// The sum of deposits in the last step: one per particle that was not refused a cell, more for fed ones.
+    /// The number of particles that are alive.
+    #[must_use]
+    pub fn living_count(&self) -> u64 {
+        let living = self.motions.iter().filter(|motion| !motion.is_dead());
+        living.count() as u64
+    }
+
+    /// The sum of deposits in the last step: one per living particle that was not refused a cell, more for fed ones.
     #[must_use]
     pub fn deposit_count(&self) -> u64 {
-        let left = self.motions.iter().filter(|motion| !motion.has_stayed());
+        let left = self.motions.iter().filter(|motion| motion.has_deposited());
         let amounts = left.map(|motion| match motion.fed() {
             0 => 1,
             _ => u64::from(self.food.fed_deposit),

@@ -19,8 +19,8 @@ use super::sorting::{Segments, part_bits};
 use super::texture::{PingPong, SpreadTables, Texture};
 use super::transfers::Transfers;
 use super::types::{
-    DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Pose, SampleTile, Shell,
-    SurfaceSample,
+    DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Population, Pose, SampleTile,
+    Shell, SurfaceSample,
 };
 use crate::gpu::{Buffer, Context, DeviceKind, DispatchGroups, GpuError, TexelScalar, Texels};
 use crate::mesh::surface::NONE;
@@ -269,6 +269,26 @@ pub struct Crowd {
     pub claims: Store<UVec4>,
 }
 
+/// A population that grows and shrinks.
+pub struct Growth {
+    /// One per texel, for owned ones: the particles in the cell.
+    pub occupants: Texture<u32>,
+    /// One per texel, for owned ones: the lowest rank of particles that claim the cell to divide into.
+    pub nursery: Texture<u32>,
+    /// One per texel: the triangle that owns it, or `NONE`.
+    pub cell_owners: Texture<u32>,
+    /// One per particle: the cell that it claims to divide into, or `NONE`.
+    pub births: Store<u32>,
+    /// One per particle that is born: its cell.
+    pub cradles: Store<u32>,
+    /// A bit for the id of each particle that divides; then one for that of each dead particle.
+    pub id_marks: Buffer<u32>,
+    /// One per word of these: the marked ids before it.
+    pub ids_before: Buffer<u32>,
+    /// One: how many particles are alive, and counters.
+    pub population: Buffer<Population>,
+}
+
 /// Every buffer of the simulation.
 pub struct State {
     /// One per particle: place and id.
@@ -307,6 +327,8 @@ pub struct State {
     pub homes: Option<Texture<u32>>,
     /// Claims of particles, if there is one a cell.
     pub crowd: Option<Crowd>,
+    /// What births and deaths take, if there are any.
+    pub growth: Option<Growth>,
     /// Food and markers, if there are any.
     pub food: Option<FoodBuffers>,
 }
@@ -411,6 +433,9 @@ impl State {
                 .then(|| Texture::new(ctx, make.of(&buffers::HOMES, &setup.homes)?))
                 .transpose()?,
             crowd: (counts.wishes.0 > 0).then(|| crowd(make)).transpose()?,
+            growth: (setup.population)
+                .map(|start| growth(make, setup, start))
+                .transpose()?,
             food: (!setup.food_set.is_empty())
                 .then(|| FoodBuffers::new(ctx, &setup.food_set, &setup.food_set.meals(None)))
                 .transpose()?,
@@ -424,6 +449,20 @@ impl State {
     #[must_use]
     pub fn crowd(&self) -> &Crowd {
         self.crowd.as_ref().expect("there is one particle a cell")
+    }
+
+    /// What births and deaths take.
+    ///
+    /// # Panics
+    /// If the number of particles is constant.
+    #[must_use]
+    pub fn growth(&self) -> &Growth {
+        self.growth.as_ref().expect("the population changes")
+    }
+
+    /// How many particles are alive, and counters, if their number changes.
+    pub(super) fn kept_population(&self) -> Option<&Buffer<Population>> {
+        Some(&self.growth.as_ref()?.population)
     }
 
     /// The cell of each texel.
@@ -507,6 +546,23 @@ fn crowd(make: &Maker<'_>) -> Result<Crowd, GpuError> {
         wishes: make.store_of_zeros(&buffers::WISHES)?,
         motions: make.store_of_zeros(&buffers::WISH_MOTIONS)?,
         claims: make.store_of_zeros(&buffers::CLAIMS)?,
+    })
+}
+
+fn growth(make: &Maker<'_>, setup: &Setup, start: Population) -> Result<Growth, GpuError> {
+    let texture = |row: &Row<u32>| Texture::new(make.ctx, make.zeros(row)?);
+    Ok(Growth {
+        occupants: texture(&buffers::OCCUPANTS)?,
+        nursery: texture(&buffers::NURSERY)?,
+        cell_owners: Texture::new(
+            make.ctx,
+            make.of(&buffers::CELL_OWNERS, &setup.atlas.owner)?,
+        )?,
+        births: make.store_of_zeros(&buffers::BIRTHS)?,
+        cradles: make.store_of_zeros(&buffers::CRADLES)?,
+        id_marks: make.zeros(&buffers::ID_MARKS)?,
+        ids_before: make.zeros(&buffers::IDS_BEFORE)?,
+        population: make.of(&buffers::POPULATION, &[start])?,
     })
 }
 

@@ -13,6 +13,7 @@ pub mod distance_tiles;
 pub mod exchange_seams;
 pub mod limit;
 pub mod occupancy;
+pub mod population;
 pub mod project;
 pub mod respawn;
 pub mod scent;
@@ -43,6 +44,9 @@ pub fn step(plan: &Plan<'_>) -> Step {
     bring_changes(s, plan);
     take_distances(s, plan);
     cross_contacts(s, plan);
+    if plan.breeds {
+        breed(s, plan);
+    }
     act(s, plan);
     s.side_by_side(
         |s| {
@@ -147,6 +151,20 @@ fn change_objects(s: &mut Step, plan: &Plan<'_>) {
             defragment(s, plan);
         }
     }
+}
+
+/// Particles divide, or die, by how crowded it is round them.
+fn breed(s: &mut Step, plan: &Plan<'_>) {
+    let particles = Threads(plan.particle_count());
+    s.fill(0, |s| &s.growth().occupants, |a| &mut a.occupants);
+    s.fill(FREE, |s| &s.growth().nursery, |a| &mut a.nursery);
+    s.fill(0, |s| &s.growth().id_marks, |a| &mut a.id_marks);
+    s.run(particles, plan.count_cells());
+    s.run(particles, plan.divide());
+    s.run(particles, plan.divide_settle());
+    s.run(Threads(1), plan.divide_number());
+    s.run(particles, plan.divide_list());
+    s.run(particles, plan.divide_begin());
 }
 
 /// Every particle senses, turns and walks; by some rules in two stages, or with the sensory stage at the end of the step.

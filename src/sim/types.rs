@@ -35,7 +35,8 @@ pub struct Motion {
     /// World length left when the last walk ran out of edge-crossing attempts; walked first in the next step.
     pub pending: f32,
     /// Bit 0 is set while the particle is selected to leave its object in the present step, and never between steps. Bit 1 is set if it
-    /// was refused a cell in the last step. The upper 16 bits are the number of steps for which it stays fed; 0 without food.
+    /// was refused a cell in the last step. Bit 2 is set while it is dead: then its slot waits for a birth. The upper 16 bits are the
+    /// number of steps for which it stays fed; 0 without food.
     pub flags: u32,
 }
 
@@ -44,6 +45,8 @@ impl Motion {
     pub const SELECTED: u32 = 1;
     /// The flag of particles that were refused a cell in the last step, and so left no deposit.
     pub const STAYED: u32 = 2;
+    /// The flag of particles that are dead: nothing but their ids is of use, to particles that will be born.
+    pub const DEAD: u32 = 4;
     /// Position of the lowest bit of the number of steps for which it stays fed.
     pub const FED_SHIFT: u32 = 16;
 
@@ -59,11 +62,41 @@ impl Motion {
         self.flags & Self::STAYED != 0
     }
 
+    /// Is the particle dead?
+    #[must_use]
+    pub fn is_dead(&self) -> bool {
+        self.flags & Self::DEAD != 0
+    }
+
+    /// Did the particle leave a deposit in the last step? All do that are alive and were not refused a cell.
+    #[must_use]
+    pub fn has_deposited(&self) -> bool {
+        self.flags & (Self::DEAD | Self::STAYED) == 0
+    }
+
     /// Is the particle selected to leave its object?
     #[must_use]
     pub fn is_selected(&self) -> bool {
         self.flags & Self::SELECTED != 0
     }
+}
+
+/// A population that grows and shrinks.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Population {
+    /// Particles that are alive.
+    pub living: u32,
+    /// Particles that were born so far. This counter and the next two stop at the largest number.
+    pub births: u32,
+    /// Particles that died so far.
+    pub deaths: u32,
+    /// How many times so far a particle did not divide because as many were alive as there may be.
+    pub refused: u32,
+    /// Particles that were born when it last was time for births and deaths.
+    pub born: u32,
+    /// Particles that died then.
+    pub died: u32,
 }
 
 /// The meals left of a food, and its scent.

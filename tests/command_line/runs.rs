@@ -550,7 +550,7 @@ fn states_that_cannot_be_resumed_are_refused() {
     damaged(|bytes| bytes.clear(), "it is not a checkpoint of myxo");
     damaged(
         |bytes| bytes[8] = 77,
-        "it has version 77, this program reads versions 6 and 7",
+        "it has version 77, this program reads versions 6 to 8",
     );
     let message = failed(&profile("cube", &["--resume", path(&folder.file(""))]));
     assert!(message.contains("cannot read "), "{message}");

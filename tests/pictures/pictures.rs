@@ -394,6 +394,26 @@ fn pictures_are_the_same_every_time() {
     gpu.finish();
 }
 
+/// Would catch: points of dead particles. The two pictures are as bright, because both have few points.
+#[test]
+fn dead_particles_are_not_drawn() {
+    let Some(gpu) = gpu() else { return };
+    let picture = |count: u32, frequency: u32| {
+        let mut stage = Stage::new(&gpu, "builtin:torus?major=24&minor=12", |settings| {
+            settings.particles.count = count;
+            settings.population.frequency = frequency;
+            settings.population.capacity = 60;
+        });
+        stage.view.show = Show::Particles;
+        stage.view.particle_size = 2.0;
+        stage.picture(&gpu)
+    };
+    let alone = picture(3, 0);
+    assert!(picture(3, 10_000) == alone);
+    assert!(picture(60, 10_000) != alone);
+    gpu.finish();
+}
+
 #[test]
 fn a_particle_is_drawn_where_it_is() {
     let Some(gpu) = gpu() else { return };

@@ -26,6 +26,7 @@ mod networks;
 mod occupancy;
 mod paint;
 mod periodic;
+mod population;
 mod pulse;
 mod scale;
 mod sensing;

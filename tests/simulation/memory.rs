@@ -35,6 +35,12 @@ fn the_table_has_every_buffer() {
         s.particles.count = 1000;
         s.physarum.model = Model::Jones;
     });
+    let growing = common::scene("builtin:torus?major=31&minor=17", |s| {
+        s.atlas.size = 128;
+        s.particles.count = 1000;
+        s.population.frequency = 5;
+        s.population.capacity = 3000;
+    });
     let several = |method| {
         common::scene_of_several(&common::TRIO, |s| {
             s.atlas.size = 128;
@@ -48,6 +54,7 @@ fn the_table_has_every_buffer() {
         several(DistanceMethod::Bvh),
         several(DistanceMethod::Raster),
         one_a_cell,
+        growing,
     ] {
         let before = taken(&gpu.ctx);
         let simulation = Simulation::new(&gpu.ctx, &scene).unwrap();

@@ -63,7 +63,7 @@ impl Renderer {
                 size: self.shape.size,
                 pitch: self.shape.pitch,
                 reach: state.near.reach,
-                usual: self.shape.particle_count as f32 / self.shape.owned_count.max(1) as f32,
+                usual: self.shape.usual_count as f32 / self.shape.owned_count.max(1) as f32,
             },
         );
     }

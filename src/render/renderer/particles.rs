@@ -60,14 +60,20 @@ impl Renderer {
                 lift: 0.003 * self.shape.radius
                     + view.particle_size * world_per_pixel(camera, size),
                 diameter: view.particle_size.max(1.0),
-                strength: strength(drawn, self.shape.radius, view, size),
+                strength: strength(
+                    drawn.min(self.shape.usual_count),
+                    self.shape.radius,
+                    view,
+                    size,
+                ),
                 hued: u32::from(is_hued),
                 ground: ground(view.darkest),
+                mortal: u32::from(state.growth.is_some()),
             },
         );
     }
 
-    /// How many particles a picture with this view has, if it shows particles.
+    /// How many particles a picture with this view has, if it shows particles; dead ones count, but are not seen.
     #[must_use]
     pub fn particles_drawn(&self, view: &View) -> u32 {
         draw_order::drawn(self.shape.particle_count, self.particle_stride(view))

@@ -42,6 +42,15 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
         "particles.start_food" => {
             because(start != Start::Food, "Only the start food begins on food.")
         }
+        "population.frequency" => None,
+        _ if key.starts_with("population.") => because(
+            !settings.population.is_on(),
+            "The number of particles is constant: raise Test frequency from 0.",
+        ),
+        "physarum.reference_density" => because(
+            settings.population.is_on(),
+            "The number of particles changes: set Test frequency to 0.",
+        ),
         "feeding.scattered" => None,
         "feeding.radius" | "feeding.strength" | "feeding.amount" | "feeding.size"
         | "feeding.projection" => because(
@@ -315,6 +324,8 @@ mod tests {
         settings.particles.start = Start::Ring;
         settings.particles.start_heading = Heading::Aligned;
         settings.objects[0].motion.spin = [0.0, 90.0, 0.0];
+        assert!(idle(&settings).contains(&"population.capacity"));
+        settings.population.frequency = 5;
         settings.picture.show = Show::Particles;
         settings.foods.push(FoodSettings::default());
         let waits = idle(&settings);
@@ -328,6 +339,7 @@ mod tests {
             [
                 "particles.start_food",
                 "particles.start_mask",
+                "physarum.reference_density",
                 "distance.depth_near",
                 "distance.depth_scale",
                 "transfer.respawn",
@@ -343,6 +355,7 @@ mod tests {
                 "particles.start_at",
                 "particles.start_radius",
                 "particles.start_food",
+                "physarum.reference_density",
                 "distance.depth_near",
                 "distance.depth_scale",
                 "transfer.respawn",
@@ -357,6 +370,7 @@ mod tests {
                 "particles.start_radius",
                 "particles.start_food",
                 "particles.start_direction",
+                "physarum.reference_density",
                 "distance.depth_near",
                 "distance.depth_scale",
                 "transfer.respawn",
@@ -374,6 +388,7 @@ mod tests {
                 "particles.start_food",
                 "particles.start_mask",
                 "particles.start_direction",
+                "physarum.reference_density",
                 "trail.diffusion_distance",
                 "distance.depth_near",
                 "distance.depth_scale",

@@ -1,5 +1,6 @@
 //! The rows of the parameter table.
 
+use super::population::POPULATION;
 use super::{Effect, Kind, Number, Parameter, Scale, one_table};
 use crate::scene::settings::physarum::physarum;
 use crate::scene::settings::{
@@ -13,9 +14,9 @@ pub const MOST_RADIUS: f64 = 1e12;
 
 /// Every parameter of a scene, in the order of the panel.
 pub static PARAMETERS: &[Parameter] =
-    &one_table::<{ BEFORE.len() + PHYSARUM.len() + AFTER.len() }, 3, Settings>([
-        BEFORE, PHYSARUM, AFTER,
-    ]);
+    &one_table::<{ BEFORE.len() + PHYSARUM.len() + POPULATION.len() + AFTER.len() }, 4, Settings>(
+        [BEFORE, PHYSARUM, POPULATION, AFTER],
+    );
 
 macro_rules! physarum_rows {
     ($($for:ident {

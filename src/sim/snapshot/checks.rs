@@ -44,6 +44,16 @@ impl Snapshot {
                 census.lost, census.doubled
             ));
         }
+        let living = self.living_count();
+        let counted = match self.population.first() {
+            Some(population) => u64::from(population.living),
+            None => self.particles.len() as u64,
+        };
+        if living != counted {
+            return Err(format!(
+                "{living} particles are alive, and {counted} are counted"
+            ));
+        }
         for (particle, motion) in self.particles.iter().zip(&self.motions) {
             let Particle { triangle, u, v, id } = *particle;
             if triangle as usize >= setup.surface.triangles.len() {

@@ -176,6 +176,7 @@ impl Plan<'_> {
                 // They sweep particles that walk. The sensory stage of a later step is the same kernel, pulses or none.
                 pulses: !self.shells.is_empty() && stage != Stage::Sensory,
                 looks: self.has_looks(),
+                mortal: self.is_mortal(),
             },
             params: AdvanceParams {
                 particle_count: self.particle_count(),
@@ -661,6 +662,14 @@ fn advance_one(
     meals: &[Meal],
     (particle, mut motion): (Particle, Motion),
 ) -> Outcome {
+    if constants.mortal && motion.is_dead() {
+        return Outcome {
+            particle,
+            motion,
+            form: None,
+            arrival: None,
+        };
+    }
     let fed = if constants.food { motion.fed() } else { 0 };
     let own = own_parameters(
         constants.own_physarum,

@@ -9,7 +9,7 @@ use glam::UVec4;
 use crate::rng::{Purpose, random, seed_word};
 use crate::scene::settings::Strategy;
 use crate::sim::arrays::Arrays;
-use crate::sim::claims::{FREE, LANDING, SHARED_CELL, TAKEN, claim_of, is_won, rank_of};
+use crate::sim::claims::{FREE, LANDING, NO_RANK, SHARED_CELL, TAKEN, claim_of, is_won, rank_of};
 use crate::sim::field::{atlas_position, texel_at};
 use crate::sim::ground::{Flight, Ground};
 use crate::sim::kernels::{
@@ -37,6 +37,7 @@ impl Plan<'_> {
                 painted: self.means.painted,
                 pulses: !self.shells.is_empty(),
                 looks: self.has_looks(),
+                mortal: self.is_mortal(),
                 paths: self.means.paths,
             },
             params: WishParams {
@@ -56,6 +57,7 @@ impl Plan<'_> {
         Call {
             on: (),
             constants: ClaimConstants {
+                mortal: self.is_mortal(),
                 paths: self.means.paths,
             },
             params: ClaimParams {
@@ -71,6 +73,7 @@ impl Plan<'_> {
         Call {
             on: (),
             constants: SettleConstants {
+                mortal: self.is_mortal(),
                 paths: self.means.paths,
             },
             params: SettleParams {
@@ -88,6 +91,7 @@ impl Plan<'_> {
             constants: ArriveConstants {
                 selects: self.strategy != Strategy::None,
                 food: self.has_food(),
+                mortal: self.is_mortal(),
                 paths: self.means.paths,
             },
             params: ArriveParams {
@@ -201,7 +205,7 @@ impl StepKernel for Claim {
     }
 
     fn twin(call: &Call<Self>, a: &mut Arrays) {
-        claim(&call.params, &a.claims, &mut a.cells);
+        claim(&call.constants, &call.params, &a.claims, &mut a.cells);
     }
 }
 
@@ -217,7 +221,7 @@ impl StepKernel for Settle {
     }
 
     fn twin(call: &Call<Self>, a: &mut Arrays) {
-        settle(&call.params, &a.claims, &mut a.cells);
+        settle(&call.constants, &call.params, &a.claims, &mut a.cells);
     }
 }
 
@@ -351,6 +355,10 @@ pub fn wish(
     };
     for slot in 0..params.particle_count as usize {
         let (particle, motion) = (&particles[slot], &motions[slot]);
+        if constants.mortal && motion.is_dead() {
+            claims[slot] = UVec4::new(0, 0, NO_RANK, 0);
+            continue;
+        }
         let texel = texel_of(particle.triangle, particle.u, particle.v);
         let own_cell = inputs.homes[texel as usize];
         let cell = &mut cells[own_cell as usize];
@@ -382,16 +390,32 @@ pub fn wish(
 }
 
 /// Twin of `shaders/claim.comp`.
-pub fn claim(params: &ClaimParams, claims: &[UVec4], cells: &mut [u32]) {
+pub fn claim(
+    constants: &ClaimConstants,
+    params: &ClaimParams,
+    claims: &[UVec4],
+    cells: &mut [u32],
+) {
     for claim in &claims[..params.particle_count as usize] {
+        if constants.mortal && claim.z == NO_RANK {
+            continue;
+        }
         let cell = &mut cells[claim.x as usize];
         *cell = (*cell).min(claim_of(claim.z, params.round));
     }
 }
 
 /// Twin of `shaders/settle.comp`.
-pub fn settle(params: &SettleParams, claims: &[UVec4], cells: &mut [u32]) {
+pub fn settle(
+    constants: &SettleConstants,
+    params: &SettleParams,
+    claims: &[UVec4],
+    cells: &mut [u32],
+) {
     for claim in &claims[..params.particle_count as usize] {
+        if constants.mortal && claim.z == NO_RANK {
+            continue;
+        }
         let left = claim.y as usize;
         if cells[claim.x as usize] == claim_of(claim.z, params.round) && cells[left] == TAKEN {
             cells[left] = FREE;
@@ -425,6 +449,9 @@ pub fn arrive(
             pitch: params.pitch,
         };
         let (particle, claim) = (particles[slot], claims[slot]);
+        if constants.mortal && claim.z == NO_RANK {
+            continue;
+        }
         let word = cells[claim.x as usize];
         let fed = if constants.food {
             motions[slot].fed()

@@ -28,7 +28,7 @@ pub use super::step::project::project;
 pub use super::step::respawn::respawn;
 pub use super::step::scent::scent;
 pub use super::step::scent_across::scent_across;
-pub use super::step::{limit, occupancy, sort, transfer, unfold, windows};
+pub use super::step::{limit, occupancy, population, sort, transfer, unfold, windows};
 pub use copy_words::copy_words;
 pub use paint::paint;
 pub use teleport::teleport;
@@ -206,6 +206,7 @@ impl Simulation {
             weights,
             meals,
             transfers,
+            population,
             ..
         } = &self.arrays;
         Snapshot {
@@ -216,6 +217,7 @@ impl Simulation {
             transfers: transfers.state(),
             bias: bias.clone(),
             looks: weights.clone(),
+            population: population.clone(),
             food: FoodState {
                 remaining: meals.iter().map(|meal| meal.remaining).collect(),
                 ..host.food
@@ -248,6 +250,7 @@ impl Simulation {
         arrays.bins.fill(0);
         arrays.bias.clone_from(&snapshot.bias);
         arrays.weights.clone_from(&snapshot.looks);
+        arrays.population.clone_from(&snapshot.population);
         arrays.serve(Some(&snapshot.food.remaining));
     }
 }

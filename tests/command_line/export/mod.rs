@@ -401,6 +401,37 @@ fn a_scene_without_steps_is_exported_too() {
     gpu.finish();
 }
 
+/// Would catch: rows of dead particles, and columns whose rows are of different particles.
+#[test]
+fn dead_particles_have_no_rows() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of_several(&TRIO[..1], |settings| {
+        settings.particles.count = 500;
+        settings.atlas.size = 128;
+        settings.feeding.scattered = 3;
+        settings.population.frequency = 2;
+        settings.population.capacity = 3000;
+    });
+    let run = Run::of(&gpu, scene, 12);
+    let arrays = Arrays::read(&run.bytes(Format::Npz, Colors::Texture));
+    let state = &run.snapshot;
+    let n = state.living_count() as usize;
+    assert!(n > 500 && n < 3000, "{n}");
+    let ids = arrays.all::<i32>("particle_id", "<i4", &[n]);
+    assert!(ids.windows(2).all(|pair| pair[0] < pair[1]));
+    let triangles = arrays.all::<i32>("particle_triangle", "<i4", &[n]);
+    let fed = arrays.all::<i32>("particle_fed", "<i4", &[n]);
+    for (particle, motion) in state.particles.iter().zip(&state.motions) {
+        let row = ids.binary_search(&(particle.id as i32));
+        assert_eq!(row.is_err(), motion.is_dead());
+        if let Ok(row) = row {
+            let expected = (particle.triangle as i32, motion.fed() as i32);
+            assert_eq!((triangles[row], fed[row]), expected);
+        }
+    }
+    gpu.finish();
+}
+
 /// Painted areas and fed particles are exported as the state has them.
 #[test]
 fn areas_and_meals_are_in_the_arrays() {

@@ -1,6 +1,6 @@
 //! Undo, looks, the gallery, loading, and numbers that are typed.
 
-use myxo::sim::types::Flow;
+use myxo::sim::types::{Flow, Population};
 
 use super::*;
 use crate::lab::facts::{LoadingFacts, Times};
@@ -523,6 +523,29 @@ fn the_panel_says_how_large_the_transfer_buffer_must_be() {
     harness.frame(vec![]);
     harness.frame(vec![]);
     assert_eq!(harness.places_of("0 found"), []);
+}
+
+/// A population that changes shows how, and what to do where there is no room.
+#[test]
+fn the_panel_counts_births_and_deaths() {
+    let mut harness = Harness::new();
+    harness.frame(vec![]);
+    assert_eq!(harness.places_of("0 births, 0 deaths"), []);
+    harness.interface.document.running.population.frequency = 5;
+    harness.facts.population = Some(Population {
+        births: 1234,
+        deaths: 56,
+        refused: 78,
+        ..Population::default()
+    });
+    harness.frame(vec![]);
+    harness.frame(vec![]);
+    for text in [
+        "1234 births, 56 deaths",
+        "78 did not divide for want of room: raise the capacity from 500,000",
+    ] {
+        assert_eq!(harness.places_of(text).len(), 1, "{text}");
+    }
 }
 
 #[test]

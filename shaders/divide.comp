@@ -1,0 +1,121 @@
+// divide: particles die where it is too crowded, or too lonely, round them; others that have just moved forward divide, by how crowded it
+// is: they claim a free cell beside theirs. Of several that claim one, the lowest rank remains.
+// Reads   particles, strips, homes, occupants, cell_owners, bias.
+// Writes  motions of particles that die; births: the cell that each particle claims; nursery, by atomic minima; id_marks: the ids of dead
+//         particles, by atomic ors: both are empty before.
+// One invocation per particle.
+// Overflow: cannot happen; nothing is appended.
+// The rules and their usual numbers are those of Jones, "From Pattern Formation to Material Computation" (2015).
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "words.glsl"
+#include "index.glsl"
+#include "tables.glsl"
+#include "texels.glsl"
+#include "ring.glsl"
+#include "rng.glsl"
+#include "claims.glsl"
+#include "no_go.glsl"
+#include "id_marks.glsl"
+
+layout(local_size_x = 256) in;
+
+// The bias was painted: some places may not be entered.
+layout(constant_id = 15) const bool PAINTED = false;
+
+layout(push_constant) uniform Params {
+    uint particle_count;
+    uint seed;
+    uint time_step;
+    uint salt;                   // of the step
+    uint pitch;                  // texels from one atlas row to the next
+    int division_reach;          // cells in each direction from the particle's
+    uint division_least;         // particles in that window with which it divides
+    uint division_most;
+    float division_probability;
+    int survival_reach;          // the same for the window in which it must not be too crowded
+    uint survival_least;
+    uint survival_most;
+    float death_probability;     // of those outside of these bounds
+} params;
+
+PAGED_READS(uvec4, 0) particles;  // one an invocation
+PAGED_CHANGES(uvec4, 1) motions;  // one an invocation
+READS(uvec4, 2) strips;
+READS(uint, 3) homes_texels;
+READS(uint, 4) occupants_texels;
+// The triangle that owns a texel, NONE for other texels.
+READS(uint, 5) cell_owners_texels;
+READS(float, 6) bias_texels;  // may be absent
+layout(std430, set = 0, binding = 7) buffer Nursery { uint nursery_block[]; };
+CHANGES(uint, 8) nursery_low;
+CHANGES(uint, 9) nursery_high;
+WRITES(uint, 10) births;  // one an invocation
+layout(std430, set = 0, binding = 11) buffer IdMarks { uint id_marks[]; };
+
+#include "strip_table.glsl"
+#include "atlas.glsl"
+
+uint texel_beside(uint cell, int column, int row) {
+    return uint(int(cell) + row * int(params.pitch) + column);
+}
+
+// Particles in the cells of a window. Over a seam it has the cells that stand for the texels of the gutter.
+uint count_round(uint cell, int reach) {
+    uint sum = 0u;
+    for (int row = -reach; row <= reach; row += 1) {
+        for (int column = -reach; column <= reach; column += 1) {
+            uint beside = texel_of(homes, texel_beside(cell, column, row));
+            sum += texel_of(occupants, beside);
+        }
+    }
+    return sum;
+}
+
+bool is_free(uint cell) {
+    if (texel_of(cell_owners, cell) == NONE || texel_of(occupants, cell) != 0u) return false;
+    if (PAINTED) {
+        if (texel_of(bias, cell) < NO_GO) return false;
+    }
+    return true;
+}
+
+// The first free cell of the nine round and with a cell, from one of them on; NONE if none is free.
+uint free_beside(uint cell, uint first) {
+    for (uint k = 0u; k < 9u; k += 1u) {
+        uint place = (first + k) % 9u;
+        uint beside = texel_of(homes, texel_beside(cell, int(place % 3u) - 1, int(place / 3u) - 1));
+        if (is_free(beside)) return beside;
+    }
+    return NONE;
+}
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.particle_count) return;
+    Particle particle = particle_of(fetch_paged(particles, i));
+    Motion motion = motion_of(load_paged(motions, i));
+    bool is_dead = (motion.flags & DEAD) != 0u;
+    uint claimed = NONE;
+    if (!is_dead) {
+        vec2 position = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
+        uint cell = texel_of(homes, texel_at(position, params.pitch));
+        uvec4 words = random_words(params.seed, particle.id, params.time_step, PURPOSE_POPULATION);
+        uint crowd = count_round(cell, params.survival_reach);
+        bool survives = crowd >= params.survival_least && crowd <= params.survival_most;
+        is_dead = !survives && unit_float(words.x) < params.death_probability;
+        if (is_dead) {
+            store_paged(motions, i, words_of(Motion(motion.heading_p, motion.heading_h, 0.0, DEAD)));
+        } else if ((motion.flags & STAYED) == 0u && unit_float(words.y) < params.division_probability) {
+            crowd = count_round(cell, params.division_reach);
+            if (crowd >= params.division_least && crowd <= params.division_most) claimed = free_beside(cell, words.z % 9u);
+        }
+    }
+    if (is_dead) atomicOr(id_marks[words_of_ids(params.particle_count) + word_of_id(particle.id)], bit_of_id(particle.id));
+    if (claimed != NONE) {
+        lower_texel(nursery, claimed, rank_of(particle.id, params.salt), before)
+    }
+    store1(births, i, claimed);
+}

@@ -1,0 +1,60 @@
+// divide_begin: particles are born: the ids of dead particles get the listed cells, one by one, as long as there are any. Each begins in
+// the middle of its cell, with a random heading.
+// Reads   cradles, id_marks, ids_before, population, strips, cell_owners.
+// Writes  particles and motions in place.
+// One invocation per particle; those whose ids are not needed return.
+// Overflow: cannot happen; nothing is appended.
+
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
+#include "words.glsl"
+#include "index.glsl"
+#include "tables.glsl"
+#include "texels.glsl"
+#include "rng.glsl"
+#include "id_marks.glsl"
+
+layout(local_size_x = 256) in;
+
+layout(push_constant) uniform Params {
+    uint particle_count;
+    uint seed;
+    uint time_step;
+    uint pitch;  // texels from one atlas row to the next
+} params;
+
+PAGED_CHANGES(uvec4, 0) particles;  // one an invocation
+PAGED_WRITES(uvec4, 1) motions;  // one an invocation
+READS(uvec4, 2) strips;
+// The triangle that owns a texel.
+READS(uint, 3) cell_owners_texels;
+READS(uint, 4) cradles;
+layout(std430, set = 0, binding = 5) readonly buffer IdMarks { uint id_marks[]; };
+layout(std430, set = 0, binding = 6) readonly buffer IdsBefore { uint ids_before[]; };
+layout(std430, set = 0, binding = 7) readonly buffer PopulationBlock { Population population[]; };
+
+#include "strip_table.glsl"
+#include "atlas.glsl"
+
+void main() {
+    uint i = invocation_index();
+    if (i >= params.particle_count) return;
+    uint id = load_paged(particles, i).w;
+    uint word = words_of_ids(params.particle_count) + word_of_id(id);
+    uint marks = id_marks[word];
+    if ((marks & bit_of_id(id)) == 0u) return;
+    uint number = ids_before[word] + marked_below(marks, id);
+    if (number >= population[0].born) return;
+    uint cell = fetch1(cradles, number);
+    uint triangle = texel_of(cell_owners, cell);
+    vec2 corner = vec2(float(cell % params.pitch), float(cell / params.pitch));
+    precise vec2 middle = corner + 0.5;
+    vec2 weights = weights_at(atlas_map_of(triangle), middle);
+    float u = settled(within(weights.x, 0.0, 1.0));
+    precise float most = 1.0 - u;
+    float v = settled(within(weights.y, 0.0, most));
+    vec2 heading = turn_of(random_words(params.seed, id, params.time_step, PURPOSE_POPULATION).w);
+    store_paged(particles, i, words_of(Particle(triangle, u, v, id)));
+    store_paged(motions, i, words_of(Motion(heading.x, heading.y, 0.0, 0u)));
+}

@@ -1,0 +1,526 @@
+//! Populations that grow and shrink: who divides and who dies, ids, room, and the same bits on both engines.
+
+use std::collections::HashSet;
+
+use crate::advance;
+use crate::common::{
+    Gpu, TRIO, by_id, gpu, gpu_by_card_forms, scene as scene_of_mesh, scene_of_several,
+};
+use myxo::mesh::atlas::Atlas;
+use myxo::mesh::surface::NONE;
+use myxo::scene::Scene;
+use myxo::scene::settings::{
+    FoodSettings, Model, PulseSettings, Sensing, Settings, StepOrder, Strategy,
+};
+use myxo::sim::beside::first_difference;
+use myxo::sim::carry::carried;
+use myxo::sim::cells::{cell_of, homes, sharing_count};
+use myxo::sim::checkpoint::Checkpoint;
+use myxo::sim::paint::{Brush, Dab};
+use myxo::sim::types::{Motion, Particle, Population};
+use myxo::sim::{Census, Setup, Simulation, Snapshot, twin};
+
+const TORUS: &str = "builtin:torus?major=24&minor=16";
+
+/// A scene whose population has room for more than it begins with.
+fn scene(change: impl FnOnce(&mut Settings)) -> Scene {
+    scene_of_mesh(TORUS, |settings| {
+        settings.physarum.model = Model::Jones;
+        settings.physarum.rotation_angle = 45.0;
+        settings.physarum.sensor_angle = 45.0;
+        settings.physarum.deposit = 5.0;
+        settings.physarum.speed = 0.02;
+        settings.physarum.sensor_offset = 0.15;
+        settings.trail.diffusion = 1.0;
+        settings.trail.decay = 0.9;
+        settings.particles.count = 1000;
+        settings.atlas.size = 128;
+        settings.population.frequency = 2;
+        settings.population.division_most = 40;
+        settings.population.capacity = 4000;
+        change(settings);
+    })
+}
+
+fn twin_of(scene: &Scene) -> twin::Simulation {
+    twin::Simulation::new(Setup::new(scene).unwrap(), scene.settings.clone())
+}
+
+/// The particles that are alive.
+fn living(state: &Snapshot) -> Vec<Particle> {
+    let both = state.particles.iter().zip(&state.motions);
+    let living = both.filter(|(_, motion)| !motion.is_dead());
+    living.map(|(particle, _)| *particle).collect()
+}
+
+fn counts(state: &Snapshot) -> Population {
+    state.population[0]
+}
+
+/// Steps, and compares the change of the population with what is counted of births and deaths.
+fn watched_step(twin: &mut twin::Simulation) -> Snapshot {
+    let (before, step) = (counts(&twin.snapshot()), twin.snapshot().step);
+    twin.step();
+    let state = twin.snapshot();
+    let after = counts(&state);
+    assert_eq!(u64::from(after.living), state.living_count(), "step {step}");
+    let births = after.births - before.births;
+    let deaths = after.deaths - before.deaths;
+    assert_eq!(
+        i64::from(after.living) - i64::from(before.living),
+        i64::from(births) - i64::from(deaths),
+        "step {step}"
+    );
+    if twin.settings().population.is_due(step) {
+        assert_eq!((births, deaths), (after.born, after.died), "step {step}");
+    } else {
+        assert_eq!((births, deaths), (0, 0), "step {step}");
+    }
+    state
+}
+
+/// Would catch: a particle that is lost or doubled, an id that two living ones have, a birth in a step without any, one in a cell that is
+/// taken, and a dead particle that leaves a deposit.
+#[test]
+fn births_minus_deaths_is_the_change_from_a_hundred_to_thousands_and_back() {
+    let change = |settings: &mut Settings| {
+        settings.particles.count = 100;
+        settings.population.capacity = 20_000;
+    };
+    let mut twin = twin_of(&scene(change));
+    let cells = homes(&twin.setup().atlas);
+    for _ in 0..120 {
+        let state = watched_step(&mut twin);
+        let shared = sharing_count(&living(&state), &twin.setup().atlas, &cells);
+        assert_eq!(shared, 0, "step {}", state.step);
+        if state.step.is_multiple_of(10) {
+            state.validate(twin.setup()).unwrap();
+            assert_eq!(state.census(), Census::default());
+        }
+    }
+    let grown = twin.snapshot();
+    let most = counts(&grown);
+    assert!(most.living > 1500 && most.refused == 0, "{most:?}");
+    // Now it is too crowded everywhere.
+    let mut twin = twin_of(&scene(|settings| {
+        change(settings);
+        settings.population.survival_most = 0;
+        settings.population.death_probability = 0.3;
+        settings.population.division_probability = 0.0;
+    }));
+    twin.restore(&grown);
+    while counts(&twin.snapshot()).living > 100 {
+        let state = watched_step(&mut twin);
+        let now = counts(&state);
+        assert!(state.step < 200, "they die: {now:?}");
+        if now.died > 0 && now.living > 1000 {
+            // A share of 0.3, within five deviations.
+            let all = f64::from(now.living + now.died);
+            let off = (f64::from(now.died) - 0.3 * all).abs();
+            assert!(off < 5.0 * (0.21 * all).sqrt(), "{now:?}");
+        }
+    }
+    twin.snapshot().validate(twin.setup()).unwrap();
+}
+
+/// The rule as the papers say it, cell by cell: counts of particles in windows over the texture, whose gutters stand for the cells across
+/// seams.
+struct Plain<'a> {
+    atlas: &'a Atlas,
+    homes: Vec<u32>,
+    counts: Vec<u32>,
+}
+
+impl<'a> Plain<'a> {
+    fn of(particles: &[Particle], atlas: &'a Atlas) -> Self {
+        let homes = homes(atlas);
+        let mut counts = vec![0; homes.len()];
+        for particle in particles {
+            counts[cell_of(particle, atlas, &homes) as usize] += 1;
+        }
+        Self {
+            atlas,
+            homes,
+            counts,
+        }
+    }
+
+    /// The cells of a window, with that in its middle.
+    fn window(&self, cell: u32, side: i64) -> Vec<u32> {
+        let reach = side / 2;
+        let pitch = i64::from(self.atlas.pitch);
+        let mut cells = Vec::new();
+        for row in -reach..=reach {
+            for column in -reach..=reach {
+                let texel = i64::from(cell) + row * pitch + column;
+                cells.push(self.homes[texel as usize]);
+            }
+        }
+        cells
+    }
+
+    fn count(&self, cell: u32, side: i64) -> u32 {
+        let cells = self.window(cell, side).into_iter();
+        cells.map(|cell| self.counts[cell as usize]).sum()
+    }
+
+    /// Does no window round it leave its chart?
+    fn is_inside(&self, cell: u32) -> bool {
+        let pitch = self.atlas.pitch;
+        let reach = -4_i64..=4;
+        reach.clone().all(|row| {
+            reach.clone().all(|column| {
+                let texel = i64::from(cell) + row * i64::from(pitch) + column;
+                self.atlas.owner[texel as usize] != NONE
+            })
+        })
+    }
+}
+
+/// Would catch: a bound that is one off, a window of another size, the particle itself left out of its window, a birth in a taken cell or
+/// farther away, and two births in one cell.
+#[test]
+fn who_divides_and_who_dies_follows_from_the_windows() {
+    // They stand, so that everything else is as it was.
+    let mut scene = scene(|settings| {
+        settings.physarum.model = Model::Thesis;
+        settings.physarum.speed = 0.0;
+        settings.particles.count = 1500;
+    });
+    let setup = Setup::new(&scene).unwrap();
+    let (start, atlas) = (&setup.particles[..1500], &setup.atlas);
+    let homes = homes(atlas);
+    let cell = |particle: &Particle| cell_of(particle, atlas, &homes);
+    let at_start = Plain::of(start, atlas);
+    let most_of = |share: f64, side: i64| {
+        let counts = start.iter().map(|p| at_start.count(cell(p), side));
+        let mut counts: Vec<u32> = counts.collect();
+        counts.sort_unstable();
+        counts[(share * 1500.0) as usize]
+    };
+    let (sparse, crowded) = (most_of(0.12, 9), most_of(0.7, 5));
+    let population = &mut scene.settings.population;
+    (population.division_least, population.division_most) = (3, sparse);
+    (population.survival_least, population.survival_most) = (2, crowded);
+    let mut twin = twin_of(&scene);
+    twin.step();
+    twin.step();
+    let before = twin.snapshot();
+    twin.step();
+    let after = twin.snapshot();
+
+    let old = living(&before);
+    let plain = Plain::of(&old, atlas);
+    let survives = |p: &Particle| (2..=crowded).contains(&plain.count(cell(p), 5));
+    let expected: HashSet<u32> = old.iter().filter(|p| survives(p)).map(|p| p.id).collect();
+    // Others with ids of old ones are elsewhere: where there was no particle.
+    let cells: HashSet<(u32, u32)> = old.iter().map(|p| (p.id, cell(p))).collect();
+    let kept = |p: &&Particle| cells.contains(&(p.id, cell(p)));
+    let new = living(&after);
+    let found: HashSet<u32> = new.iter().filter(kept).map(|p| p.id).collect();
+    assert_eq!(found, expected);
+    let died = old.len() - expected.len();
+    assert!(died > 50 && expected.len() > 500, "{died} of {}", old.len());
+    assert_eq!(counts(&after).died as usize, died);
+
+    let born: Vec<&Particle> = new.iter().filter(|p| !kept(p)).collect();
+    assert_eq!(born.len(), counts(&after).born as usize);
+    assert!(born.len() > 20, "{}", born.len());
+    let nest: Vec<u32> = born.iter().map(|p| cell(p)).collect();
+    let distinct: HashSet<u32> = nest.iter().copied().collect();
+    assert_eq!(distinct.len(), nest.len(), "one birth a cell");
+    let divides = |p: &Particle| {
+        survives(p) && (3..=sparse).contains(&plain.count(cell(p), 9)) && {
+            let mut beside = plain.window(cell(p), 3).into_iter();
+            beside
+                .any(|cell| plain.counts[cell as usize] == 0 && atlas.owner[cell as usize] != NONE)
+        }
+    };
+    let parents: Vec<u32> = (old.iter().filter(|p| divides(p))).map(cell).collect();
+    let beside_parents: HashSet<u32> = (parents.iter())
+        .flat_map(|&parent| plain.window(parent, 3))
+        .collect();
+    for &cell in &nest {
+        assert_eq!(plain.counts[cell as usize], 0, "it was free");
+        assert!(beside_parents.contains(&cell), "beside one that divides");
+    }
+    // Claims of those that are alone cannot be lost: each has one birth beside it, unless another one divides nearby.
+    let alone = |&&parent: &&u32| {
+        let near = parents.iter().filter(|&&other| {
+            let window = plain.window(parent, 7);
+            window.contains(&other)
+        });
+        plain.is_inside(parent) && near.count() == 1
+    };
+    let alone: Vec<u32> = parents.iter().filter(alone).copied().collect();
+    assert!(alone.len() > 5, "{}", alone.len());
+    for parent in alone {
+        let beside = plain.window(parent, 3);
+        let births = nest.iter().filter(|cell| beside.contains(cell));
+        assert_eq!(births.count(), 1);
+    }
+}
+
+/// Would catch: a particle that divides in a step in which it was refused its cell.
+#[test]
+fn particles_that_have_not_moved_do_not_divide() {
+    let births = |flags: u32| {
+        let scene = scene(|settings| {
+            settings.particles.count = 2500;
+            settings.population.division_most = 81;
+        });
+        let mut twin = twin_of(&scene);
+        twin.step();
+        twin.step();
+        let mut state = twin.snapshot();
+        for motion in &mut state.motions {
+            motion.flags |= flags;
+        }
+        twin.restore(&state);
+        twin.step();
+        let now = counts(&twin.snapshot());
+        now.born + now.refused
+    };
+    assert_eq!(births(Motion::STAYED), 0);
+    assert!(births(0) > 200);
+}
+
+/// Would catch: more living ones than there is room for, a birth that is neither there nor counted, and an id beyond the room.
+#[test]
+fn a_full_population_leaves_births_out_and_counts_them() {
+    let full = scene(|settings| {
+        settings.particles.count = 300;
+        settings.population.capacity = 333;
+    });
+    let mut twin = twin_of(&full);
+    for _ in 0..60 {
+        let state = watched_step(&mut twin);
+        assert!(counts(&state).living <= 333);
+        assert_eq!(state.particles.len(), 333);
+        assert_eq!(state.census(), Census::default());
+    }
+    let end = counts(&twin.snapshot());
+    assert!(end.living == 333 && end.refused > 100, "{end:?}");
+    // Room for fewer than there are at the start is room for these.
+    let least = scene(|settings| settings.population.capacity = 10);
+    let mut twin = twin_of(&least);
+    for _ in 0..4 {
+        assert_eq!(counts(&watched_step(&mut twin)).living, 1000);
+    }
+}
+
+/// Compares both engines after each kernel.
+fn compare(gpu: &Gpu, what: &str, scene: &Scene, dabs: &[Dab]) {
+    let setup = Setup::new(scene).unwrap();
+    let found = first_difference(&gpu.ctx, scene, &setup, 7, 3, dabs)
+        .unwrap_or_else(|error| panic!("{what}: {error}"));
+    assert!(found.is_none(), "{what}: {}", found.unwrap());
+}
+
+#[test]
+fn populations_have_the_same_bits_on_both_engines() {
+    type Change = fn(&mut Settings);
+    let changes: [(&str, Change); 9] = [
+        ("jones", |_| ()),
+        ("thesis", |s| s.physarum.model = Model::Thesis),
+        ("every step", |s| s.population.frequency = 1),
+        ("sense_first", |s| s.physarum.order = StepOrder::SenseFirst),
+        ("walking", |s| s.physarum.sensing = Sensing::Walk),
+        ("dense", |s| {
+            s.particles.count = 2500;
+            s.population.survival_most = 14;
+            s.population.death_probability = 0.5;
+            s.population.division_probability = 0.5;
+        }),
+        ("full", |s| {
+            s.population.capacity = 1003;
+            s.population.division_window = 3;
+            s.population.division_most = 5;
+        }),
+        ("food", |s| {
+            let plate = FoodSettings {
+                amount: 40,
+                size: 0.3,
+                ..FoodSettings::default()
+            };
+            s.foods = vec![plate];
+            s.feeding.fed_steps = 3;
+            s.feeding.fed_deposit = 4;
+        }),
+        ("pulse", |s| {
+            s.physarum.model = Model::Thesis;
+            s.pulses = vec![PulseSettings::default()];
+        }),
+    ];
+    for (k, gpu) in [gpu(), gpu_by_card_forms()].into_iter().enumerate() {
+        let Some(gpu) = gpu else { continue };
+        // The forms for graphics cards have the same text but for lists and tables.
+        let changes = if k == 0 { &changes[..] } else { &changes[..2] };
+        for &(what, change) in changes {
+            compare(&gpu, what, &scene(change), &[]);
+        }
+        let dab = |brush| Dab {
+            brush,
+            center: [0.9, 0.1, 0.5].into(),
+            radius: 0.3,
+            eye: None,
+            ring: None,
+            number: 3,
+        };
+        let dabs = [dab(Brush::NoGo), dab(Brush::Particles { share: 0.3 })];
+        compare(&gpu, "painted", &scene(|_| ()), &dabs);
+        // Several objects, which particles stay on.
+        let apart = scene_of_several(&TRIO, |settings| {
+            settings.transfer.strategy = Strategy::None;
+            settings.particles.count = 1500;
+            settings.atlas.size = 192;
+            settings.population.frequency = 2;
+            settings.population.capacity = 3001;
+        });
+        compare(&gpu, "trio", &apart, &[]);
+        gpu.finish();
+    }
+}
+
+/// Would catch: an outcome that depends on which particle comes first in the buffer, and sorts that part a slot from its id.
+#[test]
+fn the_order_of_the_buffer_does_not_show_in_births() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene(|settings| settings.population.capacity = 2200);
+    let mut twin = twin_of(&scene);
+    for _ in 0..3 {
+        twin.step();
+    }
+    let before = twin.snapshot();
+    let mut other = before.clone();
+    other.particles.reverse();
+    other.motions.reverse();
+    other.particles.rotate_left(777);
+    other.motions.rotate_left(777);
+    assert_eq!(other.hash(), before.hash());
+    // Where a dead particle lies means nothing, either.
+    let dead = (other.motions.iter()).position(|motion| motion.is_dead());
+    other.particles[dead.unwrap()].u = 0.0;
+    assert_eq!(other.hash(), before.hash());
+    let ends = [&before, &other].map(|state| {
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        simulation.restore(state).unwrap();
+        advance(&gpu, &mut simulation, 20);
+        let mut twin = twin_of(&scene);
+        twin.restore(state);
+        for _ in 0..20 {
+            twin.step();
+        }
+        let end = simulation.snapshot().unwrap();
+        end.validate(simulation.setup()).unwrap();
+        let living = simulation.living_count().unwrap();
+        assert_eq!(living as u64, end.living_count());
+        assert_eq!(twin.snapshot().hash(), end.hash());
+        assert_eq!(twin.snapshot().population, end.population);
+        assert!(counts(&end).refused > 0, "{:?}", counts(&end));
+        end.hash()
+    });
+    assert_eq!(ends[0], ends[1]);
+    gpu.finish();
+}
+
+/// Would catch: marks of dead particles, or counts, that a checkpoint or a scene laid out again loses.
+#[test]
+fn populations_go_on_from_checkpoints() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene(|_| ());
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    advance(&gpu, &mut simulation, 15);
+    let state = simulation.snapshot().unwrap();
+    assert!(counts(&state).births > 50, "{:?}", counts(&state));
+    let kept = Checkpoint::new(&scene, simulation.setup(), state);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("state");
+    kept.write(&file).unwrap();
+    let read = Checkpoint::read(&file).unwrap();
+    assert_eq!(read.check(&scene, simulation.setup()).unwrap(), [""; 0]);
+    assert_eq!(read.snapshot.population, kept.snapshot.population);
+    let wider = Setup::new(&crate::population::scene(|settings| {
+        settings.atlas.size = 160
+    }));
+    let wider = wider.unwrap();
+    let on_wider = carried(&read.snapshot, simulation.setup(), &wider, &[Some(0)]).unwrap();
+    assert_eq!(on_wider.living_count(), read.snapshot.living_count());
+    on_wider.validate(&wider).unwrap();
+    let mut other = Simulation::new(&gpu.ctx, &scene).unwrap();
+    other.restore(&read.snapshot).unwrap();
+    advance(&gpu, &mut simulation, 10);
+    advance(&gpu, &mut other, 10);
+    let [own, other] = [simulation, other].map(|s| s.snapshot().unwrap());
+    assert_eq!(own.hash(), other.hash());
+    assert_eq!(own.population, other.population);
+
+    // A state of a constant number of particles is none of a population, and the other way round.
+    let constant = crate::population::scene(|settings| {
+        settings.population.frequency = 0;
+        settings.particles.count = 4000;
+        settings.atlas.size = 160;
+    });
+    let mut constant = Simulation::new(&gpu.ctx, &constant).unwrap();
+    let message = constant.restore(&on_wider).unwrap_err().to_string();
+    assert!(
+        message.starts_with("the number of particles changes"),
+        "{message}"
+    );
+    let damaged = Snapshot {
+        population: Vec::new(),
+        ..read.snapshot
+    };
+    let problem = damaged.validate(&Setup::new(&scene).unwrap()).unwrap_err();
+    assert!(problem.contains("counts of a population"), "{problem}");
+    gpu.finish();
+}
+
+/// Would catch: a population on objects that particles leave, and one that is too large, which only fail later.
+#[test]
+fn what_populations_cannot_be_is_said() {
+    let refused = |change: fn(&mut Settings)| {
+        let scene = scene_of_several(&TRIO, |settings| {
+            settings.particles.count = 100;
+            settings.atlas.size = 192;
+            settings.population.frequency = 5;
+            settings.population.capacity = 200;
+            change(settings);
+        });
+        Setup::new(&scene)
+            .map(|_| ())
+            .map_err(|error| error.to_string())
+    };
+    let message = refused(|_| ()).unwrap_err();
+    assert!(
+        message.contains("population.frequency = 5: particles divide and die only where they stay"),
+        "{message}"
+    );
+    assert_eq!(refused(|s| s.transfer.strategy = Strategy::None), Ok(()));
+    assert_eq!(refused(|s| s.population.frequency = 0), Ok(()));
+}
+
+/// With the number of particles constant, nothing of the rest of `[population]` matters.
+#[test]
+fn a_constant_population_is_as_it_was() {
+    let scenes = [(500_000, 9), (10, 1)].map(|(capacity, window)| {
+        scene(|settings| {
+            settings.population.frequency = 0;
+            settings.population.capacity = capacity;
+            settings.population.division_window = window;
+            settings.population.survival_window = window;
+        })
+    });
+    let ends = scenes.map(|scene| {
+        let mut twin = twin_of(&scene);
+        assert!(twin.setup().population.is_none() && twin.setup().particles.len() == 1000);
+        for _ in 0..5 {
+            twin.step();
+        }
+        let state = twin.snapshot();
+        assert_eq!((state.living_count(), state.population.len()), (1000, 0));
+        assert_eq!(by_id(&state).len(), 1000);
+        state.hash()
+    });
+    assert_eq!(ends[0], ends[1]);
+}
