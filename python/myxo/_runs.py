@@ -19,7 +19,7 @@ def begin_worker(threads: int | None) -> None:
 
 
 def do(job: Mapping[str, Any]) -> tuple[dict[str, Any], bytes | None, bytes | None]:
-    """Does a run: its row, its fields as the bytes of an NPZ file, and its picture as those of a PNG. What fails is a row with its error."""
+    """Does a run: its row, its fields as an NPZ file, and its picture as a PNG. What fails is a row with its error."""
     row: dict[str, Any] = {}
     begun = time.perf_counter()
     fields: dict[str, Any] = {}

@@ -95,8 +95,8 @@ def sweep(
         How they are kept: `npz`, a file for each run, or `zarr`, a folder for each run with arrays in chunks, of which parts can be
         read; `particles` become an array for each member, such as `particles.position`.
     picture
-        Width and height: each run writes a picture, `pictures/KEY.png`, in the view of the scene. A run without it is done again. `myxo sweep`
-        of the program draws a sheet of those of a study file with a grid.
+        Width and height: each run writes a picture, `pictures/KEY.png`, in the view of the scene. A run without it is done again.
+        The program's `myxo sweep` draws a sheet of those of a study file with a grid.
     executor
         Anything with the `submit` of `concurrent.futures.Executor`, such as Dask's `client.get_executor()`, mpi4py's `MPIPoolExecutor` or
         an executor of submitit. By default, processes on this machine.

@@ -142,7 +142,8 @@ impl Folder {
     /// Is there a picture of this run, of this size?
     #[must_use]
     pub fn has_picture(&self, key: &str, size: [u32; 2]) -> bool {
-        image::image_dimensions(self.picture_file(key)).is_ok_and(|found| found == (size[0], size[1]))
+        image::image_dimensions(self.picture_file(key))
+            .is_ok_and(|found| found == (size[0], size[1]))
     }
 
     /// The picture of a run, if there is one of this size.
@@ -378,8 +379,13 @@ mod tests {
         let size = Some([30, 20]);
         assert!(is_done("a", None, false) && !is_done("a", size, false));
         assert!(is_done("b", size, false) && !is_done("b", size, true));
-        let noise = |x: u32, y: u32| (x * 7919 + y * 104_729).wrapping_mul(2_654_435_761).to_le_bytes();
-        let picture = RgbImage::from_fn(30, 20, |x, y| image::Rgb([1, 2, 3].map(|i| noise(x, y)[i])));
+        let noise = |x: u32, y: u32| {
+            (x * 7919 + y * 104_729)
+                .wrapping_mul(2_654_435_761)
+                .to_le_bytes()
+        };
+        let picture =
+            RgbImage::from_fn(30, 20, |x, y| image::Rgb([1, 2, 3].map(|i| noise(x, y)[i])));
         let mut png = std::io::Cursor::new(Vec::new());
         picture
             .write_to(&mut png, ImageFormat::Png)

@@ -487,7 +487,8 @@ mod tests {
     /// taken for grids.
     #[test]
     fn a_picture_changes_no_run() {
-        let text = "scene = \"cube\"\n[grid]\n\"trail.decay\" = [0.9, 0.95]\n\"physarum.speed\" = [1]\n";
+        let text =
+            "scene = \"cube\"\n[grid]\n\"trail.decay\" = [0.9, 0.95]\n\"physarum.speed\" = [1]\n";
         let plain = read(text).expect("it is right");
         let seen = read(&format!("picture = \"40 x 30\"\n{text}")).expect("it is right");
         assert_eq!((plain.picture, seen.picture), (None, Some([40, 30])));

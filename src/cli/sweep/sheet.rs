@@ -195,11 +195,7 @@ impl Sheet {
             return Ok(());
         };
         let upright = centred.transform(FontTransform::Rotate270);
-        area.draw(&Text::new(
-            rows.name.clone(),
-            (line / 2, half_way),
-            upright,
-        ))?;
+        area.draw(&Text::new(rows.name.clone(), (line / 2, half_way), upright))?;
         let beside = layout.first[0] - GAP;
         for (row, value) in rows.values.iter().enumerate() {
             let [_, y] = layout.cell(0, row);
@@ -347,9 +343,17 @@ mod tests {
             [2.0, 3.0, 0.25],
             [2.0, 3.0, 7.0],
         ];
-        assert!(sheet.runs.iter().eq(expected.map(|values| key(&jobs, values))));
+        assert!(
+            sheet
+                .runs
+                .iter()
+                .eq(expected.map(|values| key(&jobs, values)))
+        );
         let rows = sheet.rows.as_ref().expect("there are two");
-        assert_eq!((&*rows.name, &rows.values[..]), ("a", &["1", "2"].map(str::to_owned)[..]));
+        assert_eq!(
+            (&*rows.name, &rows.values[..]),
+            ("a", &["1", "2"].map(str::to_owned)[..])
+        );
         assert_eq!(sheet.columns.name, "c");
         assert_eq!(sheet.columns.values, ["6", "0.25", "7"]);
         // A parameter with one value is no side.
@@ -399,7 +403,14 @@ mod tests {
         let colour = |number: usize| image::Rgb([10, 200, 60 * number as u8]);
         for (number, run) in sheet.runs.iter().enumerate() {
             let mut row = Row::default();
-            row.set("error", if number == 3 { Value::from("too hot") } else { Value::Null });
+            row.set(
+                "error",
+                if number == 3 {
+                    Value::from("too hot")
+                } else {
+                    Value::Null
+                },
+            );
             folder.keep(run, &row, None).expect("there is room");
             if number < 3 {
                 let mut png = std::io::Cursor::new(Vec::new());
@@ -421,7 +432,10 @@ mod tests {
         let left = 24 + 9 + 8;
         let top = 2 * 24 + 4;
         let names = [11 * 9, 14 * 9];
-        assert_eq!(drawn.dimensions(), (left + names[0] + 4, top + names[1] + 4));
+        assert_eq!(
+            drawn.dimensions(),
+            (left + names[0] + 4, top + names[1] + 4)
+        );
         let first = [left + (names[0] - 84) / 2, top + (names[1] - 64) / 2];
         for number in 0..4 {
             let [x, y] = [first[0] + 44 * (number % 2), first[1] + 34 * (number / 2)];
@@ -439,7 +453,10 @@ mod tests {
             part.pixels().filter(|pixel| pixel.0[0] < 200).count()
         };
         let width = drawn.width();
-        assert!(ink(left, 0, width - left, 24) > 40, "the name of the columns");
+        assert!(
+            ink(left, 0, width - left, 24) > 40,
+            "the name of the columns"
+        );
         for column in 0..2 {
             let x = first[0] + 44 * column;
             assert!(ink(x, first[1] - 24, 40, 24) > 10, "column {column}");
