@@ -282,10 +282,10 @@ fn text_of(value: &Value) -> String {
     let text = match value {
         Value::String(text) if text.is_empty() => "\"\"".to_owned(),
         Value::String(text) => text.clone(),
-        Value::Number(number) => match number.as_f64() {
-            Some(number) => number.to_string(),
-            None => number.to_string(),
-        },
+        // Without the point of a whole number.
+        Value::Number(number) => number
+            .as_f64()
+            .map_or_else(|| number.to_string(), |number| number.to_string()),
         other => other.to_string(),
     };
     shortened(&text)
