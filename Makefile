@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test python hashes long fuzz mutants power-cut bench atlases gallery pictures guide keys window window-times notices bundle advisories clean
+.PHONY: help demo test python hashes long fuzz mutants power-cut bench atlases gallery pictures experiments guide keys window window-times notices bundle advisories clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -110,6 +110,12 @@ pictures: ## draw the pictures and films of docs/gallery.md, by the commands in 
 	@.ci/setup demo
 	cargo build --release
 	@grep '^myxo ' docs/gallery.md | PATH="$(CURDIR)/target/release:$$PATH" sh -ex
+
+experiments: ## redo the experiments of docs/experiments.md, by the commands in it, and draw its figures (a quarter of an hour)
+	@.ci/setup demo
+	cargo build --release
+	@rm -rf target/experiments && mkdir -p target/experiments assets/experiments
+	@grep -E '^(myxo|cp) ' docs/experiments.md | PATH="$(CURDIR)/target/release:$$PATH" sh -ex
 
 guide: ## draw the strips of pictures in docs/guide.md, as docs/guide.toml says (half an hour)
 	@.ci/setup demo

@@ -21,7 +21,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 // Pictures with letters, as in the plots of the program.
-#[path = "../src/cli/bench/pixels.rs"]
+#[path = "../src/cli/pixels.rs"]
 mod pixels;
 use pixels::Pixels;
 

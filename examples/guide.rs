@@ -25,7 +25,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use serde::Deserialize;
 
 // Pictures with letters, as in the plots of the program.
-#[path = "../src/cli/bench/pixels.rs"]
+#[path = "../src/cli/pixels.rs"]
 mod pixels;
 use pixels::Pixels;
 

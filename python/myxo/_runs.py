@@ -18,13 +18,15 @@ def begin_worker(threads: int | None) -> None:
         os.environ.setdefault("RAYON_NUM_THREADS", str(threads))
 
 
-def do(job: Mapping[str, Any]) -> tuple[dict[str, Any], bytes | None]:
-    """Does a run: its row, and its fields as the bytes of an NPZ file. What fails is a row with its error."""
+def do(job: Mapping[str, Any]) -> tuple[dict[str, Any], bytes | None, bytes | None]:
+    """Does a run: its row, its fields as an NPZ file, and its picture as a PNG. What fails is a row with its error."""
     row: dict[str, Any] = {}
     begun = time.perf_counter()
     fields: dict[str, Any] = {}
     file: bytes | None = None
+    picture: bytes | None = None
     try:
+        from ._myxo import encode_png
         from ._simulation import Simulation
 
         scene, steps, run = job["scene"], job["steps"], job["run"]
@@ -49,13 +51,17 @@ def do(job: Mapping[str, Any]) -> tuple[dict[str, Any], bytes | None]:
                     fields[name] = value
                 else:
                     row[name] = value.item() if hasattr(value, "item") else value
+            if job["picture"] is not None:
+                width, height = job["picture"]
+                picture = encode_png(sim.render(width, height))
         file = packed(fields)
         row["error"] = None
     except Exception as error:  # A row says what went wrong, and the sweep goes on.
         text = error.args[0] if isinstance(error, KeyError) and error.args else error
         row["error"] = f"{type(error).__name__}: {text}"
+        picture = None
     row["seconds"] = round(time.perf_counter() - begun, 3)
-    return row, file
+    return row, file, picture
 
 
 def packed(fields: Mapping[str, Any]) -> bytes | None:

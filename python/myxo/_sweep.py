@@ -32,8 +32,10 @@ class Row(Protocol):
     def __getitem__(self, key: str, /) -> Any: ...
 
 
-# A row, and fields as the bytes of a file.
-_Result = tuple[dict[str, Any], bytes | None]
+# A row, and fields and a picture as the bytes of files.
+_Result = tuple[dict[str, Any], bytes | None, bytes | None]
+# The longest side of a picture, pixels.
+LONGEST_SIDE = 16384
 # A run whose process dies is begun again alone so often.
 ATTEMPTS = 3
 # An executor without futures of the standard library is asked this often, seconds.
@@ -55,6 +57,7 @@ def sweep(
     settings: Mapping[str, Any] | None = None,
     fields: Sequence[str] = (),
     store: str = "npz",
+    picture: Sequence[int] | None = None,
     executor: Any = None,
     workers: int | None = None,
     device: str | int | None = None,
@@ -91,6 +94,9 @@ def sweep(
     store
         How they are kept: `npz`, a file for each run, or `zarr`, a folder for each run with arrays in chunks, of which parts can be
         read; `particles` become an array for each member, such as `particles.position`.
+    picture
+        Width and height: each run writes a picture, `pictures/KEY.png`, in the view of the scene. A run without it is done again.
+        The program's `myxo sweep` draws a sheet of those of a study file with a grid.
     executor
         Anything with the `submit` of `concurrent.futures.Executor`, such as Dask's `client.get_executor()`, mpi4py's `MPIPoolExecutor` or
         an executor of submitit. By default, processes on this machine.
@@ -128,6 +134,7 @@ def sweep(
         study = read_study(points)
     else:
         study = {"points": points, "scene": scene, "steps": steps, "seeds": seeds, "preset": preset, "settings": settings}
+        study["picture"] = _size(picture)
     study = {**study, "settings": study["settings"] or {}}
     fixed = _fixed(study, run)
     jobs = _jobs(study, fixed, run, tuple(fields), device)
@@ -136,15 +143,17 @@ def sweep(
     folder = _myxo.Folder(out, _plain(fixed), (number, of))
     try:
         own = jobs[number::of]
-        missing = [job for job in own if not folder.has(job["key"], retry)]
+        missing = [job for job in own if not folder.is_done(job["key"], retry, job["picture"])]
         results = _results(missing, executor, workers, progress)
         bar = _Progress(len(own), len(own) - len(missing)) if progress and missing else None
         try:
-            for job, (row, packed) in results:
+            for job, (row, packed, drawn) in results:
                 whole = {"run": job["number"], "seed": job["seed"], **job["point"], **row, "key": job["key"]}
                 if packed is not None and store == "zarr":
                     _write_zarr(Path(out), job["key"], packed)
                     packed = None
+                if drawn is not None:
+                    folder.keep_picture(job["key"], drawn)
                 folder.keep(job["key"], _plain(whole), packed)
                 if bar:
                     bar.step(row["error"])
@@ -236,12 +245,23 @@ def _jobs(
                     "preset": study["preset"],
                     "settings": settings,
                     "fields": fields,
+                    "picture": study.get("picture"),
                     "device": device,
                 }
             )
     if len({job["key"] for job in jobs}) < len(jobs):
         raise ValueError("two points of the sweep are equal")
     return jobs
+
+
+def _size(picture: Sequence[int] | None) -> list[int] | None:
+    """Width and height of pictures."""
+    if picture is None:
+        return None
+    size = [int(side) for side in picture]
+    if len(size) != 2 or min(size) < 1 or max(size) > LONGEST_SIDE:
+        raise ValueError(f"picture is (width, height), each from 1 to {LONGEST_SIDE} pixels, not {picture}")
+    return size
 
 
 def _fixed(study: Mapping[str, Any], run: _runs.Run | None) -> dict[str, Any]:
@@ -357,7 +377,7 @@ def _alone(job: dict[str, Any], threads: int | None) -> _Result:
                 return pool.submit(_runs.do, job).result()
             except concurrent.futures.BrokenExecutor:
                 continue
-    return {"error": f"its process died {ATTEMPTS} times", "seconds": None}, None
+    return {"error": f"its process died {ATTEMPTS} times", "seconds": None}, None, None
 
 
 def _from(
@@ -387,7 +407,7 @@ def _from(
                 except concurrent.futures.CancelledError:
                     raise
                 except Exception as error:
-                    result = {"error": f"{type(error).__name__}: {error}", "seconds": None}, None
+                    result = {"error": f"{type(error).__name__}: {error}", "seconds": None}, None, None
                 yield pending.pop(future), result
     finally:
         # After an error the others are not begun any more.

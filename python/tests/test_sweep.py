@@ -330,6 +330,35 @@ def test_the_program_goes_on_with_a_folder(tmp_path):
     assert (found[measures] == table[measures]).all().all()
 
 
+def test_runs_have_pictures(whole, tmp_path):
+    """Catches runs that count as done without their picture, and a program that draws them again before it makes a sheet of them."""
+    _, table = whole
+    file = tmp_path / "study.toml"
+    file.write_text(
+        'scene = "cube"\nsteps = 5\npicture = "40x30"\n[set]\n"particles.count" = 500\n"atlas.size" = 64\n'
+        '[grid]\n"physarum.sensor_angle" = [15.0, 30.0]\n"trail.decay" = [0.9, 0.95]\n'
+    )
+    out = tmp_path / "out"
+    with concurrent.futures.ThreadPoolExecutor(1) as threads:
+        found = myxo.sweep(file, out=out, executor=threads, progress=False)
+        assert hashes(found) == hashes(table[table["seed"] == 0])
+        pictures = {out / "pictures" / f"{key}.png": key for key in found["key"]}
+        assert all(picture.read_bytes().startswith(b"\x89PNG") for picture in pictures)
+        lost = next(iter(pictures))
+        lost.unlink()
+        myxo.sweep(ANGLES, out=out, executor=threads, picture=(40, 30), **STUDY)
+        assert lost.exists()
+        with pytest.raises(ValueError, match="picture is"):
+            myxo.sweep(ANGLES, out=tmp_path / "b", executor=threads, picture=(0, 30), **STUDY)
+    program = os.environ.get("MYXO_PROGRAM")
+    if program is None:
+        pytest.skip("MYXO_PROGRAM names no program")
+    command = [program, "sweep", str(file), "--out", str(out)]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert "to do" not in done.stderr
+    assert (out / "sheet.png").exists()
+
+
 def test_fields_in_zarr_are_the_same(whole, tmp_path):
     out, table = whole
     with concurrent.futures.ThreadPoolExecutor(1) as threads:

@@ -14,6 +14,7 @@ mod lab;
 mod network;
 mod options;
 mod outputs;
+mod pixels;
 mod profile;
 mod progress;
 mod query;

@@ -187,7 +187,8 @@ impl Painter {
         let setup = session.simulation.setup();
         Ok(Self {
             renderer: Renderer::new(&session.ctx, setup, offscreen::FORMAT)?,
-            canvas: Offscreen::new(&session.ctx, size).map_err(|error| too_large(size, error))?,
+            canvas: Offscreen::new(&session.ctx, size)
+                .map_err(|error| too_large(size, "--size", error))?,
             view: View::of(&session.scene, UVec2::from_array(size).as_vec2()),
         })
     }

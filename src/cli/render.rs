@@ -319,8 +319,9 @@ impl Photographer {
         let [width, height] = whole;
         let right = if split { width / 2 } else { 0 };
         let size = [width - right, height];
-        let new =
-            |size| Offscreen::new(&session.ctx, size).map_err(|error| too_large(whole, error));
+        let new = |size| {
+            Offscreen::new(&session.ctx, size).map_err(|error| too_large(whole, "--size", error))
+        };
         Ok(Self {
             renderer: Renderer::new(&session.ctx, session.simulation.setup(), offscreen::FORMAT)?,
             offscreen: new(size)?,
@@ -373,7 +374,7 @@ impl Photographer {
         self.passes = passes;
         if passes > 1 {
             let mean = Mean::new(&session.ctx, self.offscreen.canvas().size());
-            self.mean = Some(mean.map_err(|error| too_large(whole, error))?);
+            self.mean = Some(mean.map_err(|error| too_large(whole, "--size", error))?);
         }
         Ok(())
     }
@@ -448,15 +449,15 @@ fn side_by_side(left: &RgbaImage, right: &RgbaImage) -> RgbaImage {
     both
 }
 
-/// The error for a picture that the device cannot hold, with advice.
-pub(super) fn too_large([width, height]: [u32; 2], error: GpuError) -> Error {
+/// The error for a picture that the device cannot hold, with advice: `option` is what says its size.
+pub(super) fn too_large([width, height]: [u32; 2], option: &str, error: GpuError) -> Error {
     match error {
         GpuError::OutOfMemory { object, size, .. } => Error::Invalid(format!(
-            "the device has no room for a picture of {width} x {height} ({object} alone takes {}): use a smaller --size",
+            "the device has no room for a picture of {width} x {height} ({object} alone takes {}): use a smaller {option}",
             memory::human(size)
         )),
         error @ GpuError::TooLarge { .. } => Error::Invalid(format!(
-            "a picture of {width} x {height} is too large: {error}: use a smaller --size"
+            "a picture of {width} x {height} is too large: {error}: use a smaller {option}"
         )),
         error => Error::Gpu(error),
     }

@@ -1,8 +1,11 @@
 //! `myxo sweep`: the runs of a study, by several processes. Each process is this program again: it reads jobs from its standard input and
-//! writes a row for each to its standard output, a line of JSON each. A process that dies takes one run with it and no others.
+//! writes a row for each to its standard output, a line of JSON each, and after it the run's picture, if runs have pictures. A process that
+//! dies takes one run with it and no others.
+
+mod sheet;
 
 use std::collections::HashMap;
-use std::io::{self, BufRead as _, BufReader, Write as _};
+use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command as Process, Stdio};
 use std::str::FromStr;
@@ -14,12 +17,18 @@ use std::{thread, vec};
 use clap::Args;
 use myxo::gpu::{Context, ContextOptions, DeviceKind, default_cache_folder};
 use myxo::plain_text::{Shown as _, escaped};
-use myxo::sweep::{Folder, Job, Row, Shard, Study, check_keys, largest, processes, threads};
+use myxo::render::Offscreen;
+use myxo::sweep::{
+    Finished, Folder, Job, Row, Shard, Study, check_keys, largest, processes, threads,
+};
 use myxo::{Error, Result};
+use serde::{Deserialize, Serialize};
 
 use super::progress::Progress;
+use super::render::too_large;
 use super::{Command, Outcome, interrupt};
 use crate::console;
+use sheet::Sheet;
 
 /// A run whose process dies is begun again until it was tried so often.
 const ATTEMPTS: usize = 3;
@@ -31,6 +40,9 @@ const PRINTED: usize = 5;
 /// A study file names the scene and the points: a grid, a sample or a list. Each run that is done is written at once, so
 /// the same command goes on where an earlier one was ended, and runs nothing twice. The folder gets table.csv and table.parquet,
 /// with a row for each run: its parameters, measures of its network, the hash of its state, and its error if it failed.
+///
+/// With `picture` in the study each run also writes a picture, pictures/KEY.png, and a grid a sheet of them, sheet.png: its first parameter
+/// changes from row to row, its last one from column to column.
 ///
 /// Exits 1 if a run has failed.
 #[derive(Clone, Debug, Args)]
@@ -45,6 +57,7 @@ A study:
   steps = 400
   seeds = 3                   # 0, 1 and 2; or a list
   preset = \"network\"
+  picture = \"240x240\"        # of each run, and a sheet of a grid's
   set.\"particles.count\" = 100000
   [grid]                      # every combination
   \"physarum.sensor_angle\" = [15, 30, 45]
@@ -111,6 +124,9 @@ impl Command for Sweep {
         check_keys(keys.map(|(key, _)| key.as_str()), "`myxo scenes --keys`")
             .map_err(|error| Error::Invalid(format!("{}: {error}", self.study.shown())))?;
         let (fixed, jobs) = study.jobs()?;
+        let sheet = Sheet::of(&study, &jobs);
+        let why_none = sheet.as_ref().and_then(Sheet::too_large);
+        let sheet = sheet.filter(|_| why_none.is_none());
         let runs = jobs
             .iter()
             .map(|job| (job.key.clone(), job.number))
@@ -120,7 +136,7 @@ impl Command for Sweep {
         let folder = Folder::claim(&self.out, &fixed, shard)?;
         let mut missing = Vec::new();
         for job in &jobs {
-            if !folder.has(&job.key, self.retry)? {
+            if !folder.is_done(&job.key, job.picture, self.retry)? {
                 missing.push(job.clone());
             }
         }
@@ -137,13 +153,19 @@ impl Command for Sweep {
                 workers.count,
                 if workers.count == 1 { "" } else { "es" }
             ));
-            let result = workers.run(missing, |row| {
+            if let Some(why) = &why_none {
+                console::message(why);
+            }
+            let result = workers.run(missing, |Finished { row, picture }| {
                 progress.step();
                 done.count(&row, &progress);
                 let key = row
                     .get("key")
                     .and_then(|key| key.as_str())
                     .unwrap_or_default();
+                if let Some(picture) = &picture {
+                    folder.keep_picture(key, picture)?;
+                }
                 folder.keep(key, &row, None)
             });
             progress.finish();
@@ -152,15 +174,19 @@ impl Command for Sweep {
             result?;
             written?;
         }
-        self.end(&folder, &jobs, &runs, &done)
+        self.end(&folder, &jobs, &runs, &done, sheet.as_ref())
     }
 }
 
 impl Sweep {
-    /// Opens the device once, to learn what it is.
+    /// Opens the device once, to learn what it is, and whether it can draw the pictures.
     fn workers(&self, jobs: &[Job]) -> Result<Workers> {
         let ctx = open(self.device.clone())?;
         let info = ctx.info();
+        if let Some(size) = jobs[0].picture {
+            let option = format!("`picture` in {}", self.study.shown());
+            Offscreen::new(&ctx, size).map_err(|error| too_large(size, &option, error))?;
+        }
         let fitting = || {
             let largest = Job {
                 point: largest(jobs.iter().map(|job| &job.point)),
@@ -185,10 +211,11 @@ impl Sweep {
         jobs: &[Job],
         runs: &HashMap<String, usize>,
         done: &Done,
+        sheet: Option<&Sheet>,
     ) -> Result<Outcome> {
         let (mut there, mut failed) = (0, 0);
         for job in jobs {
-            if folder.has(&job.key, false)? {
+            if folder.is_done(&job.key, job.picture, false)? {
                 there += 1;
                 failed += usize::from(!folder.has(&job.key, true)?);
             }
@@ -214,12 +241,30 @@ impl Sweep {
             "{there} runs are done{failures}: {} and {}",
             files[0], files[1]
         ));
+        if let Some(sheet) = sheet {
+            draw(sheet, folder, runs)?;
+        }
         Ok(if failed > 0 {
             Outcome::Failed
         } else {
             Outcome::Done
         })
     }
+}
+
+/// Draws the sheet, once all runs of the study are there; other shards may still do theirs.
+fn draw(sheet: &Sheet, folder: &Folder, runs: &HashMap<String, usize>) -> Result<()> {
+    for key in runs.keys() {
+        if !folder.has(key, false)? {
+            return Ok(());
+        }
+    }
+    // Runs of another shard may be from a time when the study had no pictures.
+    if sheet.is_ready(folder)? {
+        let file = folder.keep_sheet(&sheet.png(folder)?)?;
+        console::message(&format!("a sheet of their pictures: {}", file.shown()));
+    }
+    Ok(())
 }
 
 /// What has come of the runs.
@@ -265,11 +310,11 @@ struct Workers {
 }
 
 impl Workers {
-    /// Does all jobs, and passes on the row of each as soon as it is there. After Ctrl-C or an error of `keep` no more are begun.
-    fn run(&self, jobs: Vec<Job>, mut keep: impl FnMut(Row) -> Result<()>) -> Result<()> {
+    /// Does all jobs, and passes on what each leaves as soon as it is there. After Ctrl-C or an error of `keep` no more are begun.
+    fn run(&self, jobs: Vec<Job>, mut keep: impl FnMut(Finished) -> Result<()>) -> Result<()> {
         let program = std::env::current_exe().map_err(Error::io("find", "myxo"))?;
         let jobs = Mutex::new(jobs.into_iter());
-        let (send, rows) = channel();
+        let (send, finished) = channel();
         let stop = Mutex::new(None);
         thread::scope(|scope| {
             for _ in 0..self.count {
@@ -278,8 +323,8 @@ impl Workers {
                 scope.spawn(move || self.work(program, jobs, stop, &send));
             }
             drop(send);
-            for row in rows {
-                let kept = row.and_then(&mut keep);
+            for run in finished {
+                let kept = run.and_then(&mut keep);
                 if let Err(error) = kept {
                     stop.lock()
                         .unwrap_or_else(PoisonError::into_inner)
@@ -297,7 +342,7 @@ impl Workers {
         program: &Path,
         jobs: &Mutex<vec::IntoIter<Job>>,
         stop: &Mutex<Option<Error>>,
-        send: &Sender<Result<Row>>,
+        send: &Sender<Result<Finished>>,
     ) {
         let mut worker = None;
         loop {
@@ -307,20 +352,25 @@ impl Workers {
             }
             let next = jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
             let Some(job) = next else { break };
-            let row = match self.row(program, &mut worker, &job) {
+            let run = match self.finished(program, &mut worker, &job) {
                 Ok(None) => break,
-                Ok(Some(row)) => Ok(row),
+                Ok(Some(finished)) => Ok(finished),
                 Err(error) => Err(error),
             };
-            let is_error = row.is_err();
-            if send.send(row).is_err() || is_error {
+            let is_error = run.is_err();
+            if send.send(run).is_err() || is_error {
                 break;
             }
         }
     }
 
-    /// The row of a job; none if its process has died and the sweep is to end. Fails only if no process can be begun.
-    fn row(&self, program: &Path, worker: &mut Option<Worker>, job: &Job) -> Result<Option<Row>> {
+    /// What a job leaves; none if its process has died and the sweep is to end. Fails only if no process can be begun.
+    fn finished(
+        &self,
+        program: &Path,
+        worker: &mut Option<Worker>,
+        job: &Job,
+    ) -> Result<Option<Finished>> {
         let mut ended = String::new();
         for _ in 0..ATTEMPTS {
             let current = match worker.take() {
@@ -328,9 +378,9 @@ impl Workers {
                 None => self.begin(program).map_err(Error::io("start", program))?,
             };
             match current.run(job) {
-                Ok((row, current)) => {
+                Ok((finished, current)) => {
                     *worker = Some(current);
-                    return Ok(Some(row));
+                    return Ok(Some(finished));
                 }
                 Err(how) => ended = how,
             }
@@ -340,9 +390,8 @@ impl Workers {
                 return Ok(None);
             }
         }
-        Ok(Some(job.lost(&format!(
-            "its process has died {ATTEMPTS} times: {ended}"
-        ))))
+        let row = job.lost(&format!("its process has died {ATTEMPTS} times: {ended}"));
+        Ok(Some(Finished { row, picture: None }))
     }
 
     fn begin(&self, program: &Path) -> io::Result<Worker> {
@@ -374,6 +423,14 @@ impl Workers {
     }
 }
 
+/// What a process writes for each run: this as a line of JSON, and after it the bytes of the picture.
+#[derive(Debug, Serialize, Deserialize)]
+struct Answer {
+    row: Row,
+    /// How many bytes.
+    picture: Option<usize>,
+}
+
 /// A process that does one run after the other.
 struct Worker {
     child: Child,
@@ -383,22 +440,34 @@ struct Worker {
 
 impl Worker {
     /// Does a run; if the process has died, how it ended.
-    fn run(mut self, job: &Job) -> Result<(Row, Self), String> {
+    fn run(mut self, job: &Job) -> Result<(Finished, Self), String> {
         let mut line = serde_json::to_string(job).expect("it is plain");
         line.push('\n');
         let to = self.to.as_mut().expect("it is open");
         let sent = to.write_all(line.as_bytes()).and_then(|()| to.flush());
-        let mut answer = String::new();
-        let read = sent.and_then(|()| self.from.read_line(&mut answer));
-        let row = read.ok().and_then(|_| serde_json::from_str(&answer).ok());
-        match row {
-            Some(row) => Ok((row, self)),
-            None => {
+        match sent.and_then(|()| self.answer()) {
+            Ok(finished) => Ok((finished, self)),
+            Err(_) => {
                 let _ = self.child.kill();
                 let ended = self.child.wait();
                 Err(ended.map_or_else(|error| error.to_string(), |status| status.to_string()))
             }
         }
+    }
+
+    /// Reads what it has written for a run.
+    fn answer(&mut self) -> io::Result<Finished> {
+        let mut line = String::new();
+        self.from.read_line(&mut line)?;
+        let Answer { row, picture } = serde_json::from_str(&line)?;
+        let picture = picture.map(|length| {
+            let mut bytes = vec![0; length];
+            self.from.read_exact(&mut bytes).map(|()| bytes)
+        });
+        Ok(Finished {
+            row,
+            picture: picture.transpose()?,
+        })
     }
 }
 
@@ -433,21 +502,29 @@ impl Command for SweepWorker {
         for line in lines {
             let job: Job = serde_json::from_str(&line)
                 .map_err(|error| Error::Invalid(format!("this is no job of a sweep: {error}")))?;
-            let row = match &ctx {
+            let Finished { row, picture } = match &ctx {
                 Some(ctx) => job.run(ctx),
                 None => match open(self.device.clone()) {
                     Ok(opened) => job.run(ctx.insert(opened)),
-                    Err(error) => job.lost(&error.to_string()),
+                    Err(error) => Finished {
+                        row: job.lost(&error.to_string()),
+                        picture: None,
+                    },
                 },
             };
             // After an error the device may be lost: the next run opens it again.
             if row.failed() {
                 ctx = None;
             }
-            console::print(format!(
-                "{}\n",
-                serde_json::to_string(&row).expect("it is plain")
-            ))?;
+            let answer = Answer {
+                row,
+                picture: picture.as_ref().map(Vec::len),
+            };
+            let answer = serde_json::to_string(&answer).expect("it is plain");
+            console::print(format!("{answer}\n"))?;
+            if let Some(picture) = &picture {
+                console::write(picture)?;
+            }
         }
         Ok(Outcome::Done)
     }

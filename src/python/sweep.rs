@@ -138,9 +138,21 @@ impl Folder {
         })
     }
 
-    /// Is there a row of this run? With `retry`, one without an error?
-    fn has(&self, py: Python<'_>, key: &str, retry: bool) -> PyResult<bool> {
-        self.with(py, |folder| folder.has(key, retry))
+    /// Is there a row of this run, and if `picture`, a size, is given, its picture? With `retry`, a row without an error?
+    #[pyo3(signature = (key, retry, picture))]
+    fn is_done(
+        &self,
+        py: Python<'_>,
+        key: &str,
+        retry: bool,
+        picture: Option<[u32; 2]>,
+    ) -> PyResult<bool> {
+        self.with(py, |folder| folder.is_done(key, picture, retry))
+    }
+
+    /// Writes the picture of a run, a PNG, before its row.
+    fn keep_picture(&self, py: Python<'_>, key: &str, png: &[u8]) -> PyResult<()> {
+        self.with(py, |folder| folder.keep_picture(key, png))
     }
 
     /// Writes the row of a run, as JSON, after its fields, which are an NPZ file.

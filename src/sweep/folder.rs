@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
+use image::{ImageFormat, RgbImage};
 use serde_json::Value;
 
 use super::row::Row;
@@ -19,6 +20,9 @@ const TABLE_LOCK: &str = ".table-lock";
 const STUDY: &str = "study.json";
 const RUNS: &str = "runs";
 const FIELDS: &str = "fields";
+const PICTURES: &str = "pictures";
+/// The pictures of a grid, side by side.
+const SHEET: &str = "sheet.png";
 
 /// A part of a sweep: each `of`-th job from the `number`-th on, counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,6 +126,67 @@ impl Folder {
         Ok(file.exists() && !(retry && read_row(&file)?.failed()))
     }
 
+    /// As [`has`](Self::has), and if runs have pictures of this size: is there that of this run, too? A run with an error needs none. A
+    /// run without its picture is not done: it is run again, and its row is written again.
+    ///
+    /// # Errors
+    /// When a row cannot be read.
+    pub fn is_done(&self, key: &str, picture: Option<[u32; 2]>, retry: bool) -> Result<bool> {
+        if !self.has(key, retry)? {
+            return Ok(false);
+        }
+        let Some(size) = picture else { return Ok(true) };
+        Ok(self.has_picture(key, size) || read_row(&self.row_file(key))?.failed())
+    }
+
+    /// Is there a picture of this run, of this size?
+    #[must_use]
+    pub fn has_picture(&self, key: &str, size: [u32; 2]) -> bool {
+        image::image_dimensions(self.picture_file(key))
+            .is_ok_and(|found| found == (size[0], size[1]))
+    }
+
+    /// The picture of a run, if there is one of this size.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn picture(&self, key: &str, size: [u32; 2]) -> Result<Option<RgbImage>> {
+        if !self.has_picture(key, size) {
+            return Ok(None);
+        }
+        let file = self.picture_file(key);
+        let bytes = fs::read(&file).map_err(Error::io("read", &file))?;
+        let picture = image::load_from_memory_with_format(&bytes, ImageFormat::Png);
+        let picture = picture.map_err(|error| {
+            Error::Invalid(format!(
+                "{} is damaged ({error}): remove it, and its run is done again",
+                file.shown()
+            ))
+        })?;
+        Ok(Some(picture.into_rgb8()))
+    }
+
+    /// Writes the picture of a run, a PNG; before its row, so that a run that counts as done has both.
+    ///
+    /// # Errors
+    /// When the file cannot be written; then the run counts as not done.
+    pub fn keep_picture(&self, key: &str, png: &[u8]) -> Result<()> {
+        let file = self.picture_file(key);
+        write_whole(&file, png).map_err(Error::io("write", &file))
+    }
+
+    /// Writes the sheet of pictures, a PNG, unless it is there as it would be written; its path.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn keep_sheet(&self, png: &[u8]) -> Result<PathBuf> {
+        let file = self.path.join(SHEET);
+        if !fs::read(&file).is_ok_and(|before| before == png) {
+            write_whole(&file, png).map_err(Error::io("write", &file))?;
+        }
+        Ok(file)
+    }
+
     /// Writes the row of a run, after its fields, which are a file of arrays.
     ///
     /// # Errors
@@ -177,6 +242,10 @@ impl Folder {
 
     fn row_file(&self, key: &str) -> PathBuf {
         self.path.join(RUNS).join(format!("{key}.json"))
+    }
+
+    fn picture_file(&self, key: &str) -> PathBuf {
+        self.path.join(PICTURES).join(format!("{key}.png"))
     }
 
     fn row_files(&self) -> Result<impl Iterator<Item = PathBuf> + use<>> {
@@ -289,6 +358,54 @@ mod tests {
         fs::write(place.path().join("runs/b.json"), "{").expect("there is room");
         let error = folder.rows(&runs).expect_err("it is damaged").to_string();
         assert!(error.contains("b.json is damaged"), "{error}");
+    }
+
+    /// Catches runs that count as done without their picture, or with one of another size, and failed runs that are done for ever.
+    #[test]
+    fn a_run_is_done_with_its_picture_or_an_error() {
+        let place = tempfile::tempdir().expect("there is room");
+        let folder =
+            Folder::claim(place.path(), &json!({}), Shard::WHOLE).expect("the folder is new");
+        let is_done = |key, picture, retry| {
+            let is_done = folder.is_done(key, picture, retry);
+            is_done.expect("it is read")
+        };
+        folder
+            .keep("a", &row(0, Value::Null), None)
+            .expect("there is room");
+        folder
+            .keep("b", &row(1, "too hot".into()), None)
+            .expect("there is room");
+        let size = Some([30, 20]);
+        assert!(is_done("a", None, false) && !is_done("a", size, false));
+        assert!(is_done("b", size, false) && !is_done("b", size, true));
+        let noise = |x: u32, y: u32| {
+            (x * 7919 + y * 104_729)
+                .wrapping_mul(2_654_435_761)
+                .to_le_bytes()
+        };
+        let picture =
+            RgbImage::from_fn(30, 20, |x, y| image::Rgb([1, 2, 3].map(|i| noise(x, y)[i])));
+        let mut png = std::io::Cursor::new(Vec::new());
+        picture
+            .write_to(&mut png, ImageFormat::Png)
+            .expect("it is drawn");
+        folder
+            .keep_picture("a", png.get_ref())
+            .expect("there is room");
+        assert!(is_done("a", size, false) && !is_done("a", Some([20, 30]), false));
+        let read = |key, size| folder.picture(key, size).expect("it is read");
+        assert_eq!(read("a", [30, 20]), Some(picture));
+        assert_eq!((read("a", [20, 30]), read("b", [30, 20])), (None, None));
+        // Half of it still has its size.
+        let file = place.path().join("pictures/a.png");
+        let half = &png.get_ref()[..png.get_ref().len() / 2];
+        fs::write(&file, half).expect("there is room");
+        let error = folder
+            .picture("a", [30, 20])
+            .expect_err("it is damaged")
+            .to_string();
+        assert!(error.contains("a.png is damaged"), "{error}");
     }
 
     #[test]

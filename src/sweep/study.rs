@@ -24,8 +24,11 @@ const MOST_RUNS: usize = 10_000_000;
 /// Steps of a run, if the study has none.
 const STEPS: u64 = 400;
 
+/// The longest side of a picture, as for `myxo render`; a device may have a lower limit.
+const LONGEST_SIDE: u32 = 16_384;
+
 const KEYS: &[&str] = &[
-    "scene", "steps", "seeds", "preset", "set", "grid", "sample", "point",
+    "scene", "steps", "seeds", "preset", "picture", "set", "grid", "sample", "point",
 ];
 const SAMPLE_KEYS: &[&str] = &["count", "method", "seed", "ranges"];
 
@@ -44,6 +47,21 @@ pub struct Study {
     pub settings: Row,
     /// Values of parameters, for each point.
     pub points: Vec<Row>,
+    /// Width and height of the picture of each run, pixels; none without pictures. No result depends on it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub picture: Option<[u32; 2]>,
+    /// The parameters of a grid, the slowest first; empty where the points are no grid.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub axes: Vec<Axis>,
+}
+
+/// A parameter of a grid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Axis {
+    /// Its key.
+    pub key: String,
+    /// Its values, one or more.
+    pub values: Vec<Value>,
 }
 
 impl Study {
@@ -71,6 +89,7 @@ impl Study {
             settings: self.settings.clone(),
             point: point.clone(),
             seed,
+            picture: self.picture,
         };
         let fixed = json!({
             "scene": identity(&job(0, &Row::default(), 0).scene()?)?,
@@ -125,6 +144,8 @@ impl Text<'_> {
             preset: None,
             settings: Row::default(),
             points: Vec::new(),
+            picture: None,
+            axes: Vec::new(),
         };
         let mut ways = 0;
         for (key, value) in &entries {
@@ -132,6 +153,7 @@ impl Text<'_> {
             match (*key, value.get_ref()) {
                 ("scene", DeValue::String(text)) => study.scene = beside(folder, text),
                 ("preset", DeValue::String(text)) => study.preset = Some(beside(folder, text)),
+                ("picture", DeValue::String(text)) => study.picture = Some(self.size(text, &at)?),
                 ("steps", DeValue::Integer(_)) => study.steps = self.whole(value)?,
                 ("seeds", DeValue::Integer(_)) => {
                     let count = self.whole(value)?;
@@ -147,7 +169,9 @@ impl Text<'_> {
                         .collect::<Result<_>>()?;
                 }
                 ("set", DeValue::Table(table)) => study.settings = self.row(table)?,
-                ("grid", DeValue::Table(table)) => study.points = self.grid(table, &at)?,
+                ("grid", DeValue::Table(table)) => {
+                    (study.axes, study.points) = self.grid(table, &at)?;
+                }
                 ("sample", DeValue::Table(table)) => study.points = self.sample(table, &at)?,
                 ("point", DeValue::Array(items)) => {
                     let points = items.iter().map(|item| match item.get_ref() {
@@ -159,6 +183,7 @@ impl Text<'_> {
                 (key, _) => {
                     let needed = match key {
                         "scene" | "preset" => "a text",
+                        "picture" => "a text, such as \"240x240\"",
                         "steps" => "a whole number",
                         "seeds" => "a whole number or a list of them",
                         "point" => "one or more [[point]]",
@@ -251,7 +276,9 @@ impl Text<'_> {
         leaves
     }
 
-    fn grid(self, table: &DeTable<'_>, at: &Range<usize>) -> Result<Vec<Row>> {
+    /// The parameters of a grid, and its points.
+    fn grid(self, table: &DeTable<'_>, at: &Range<usize>) -> Result<(Vec<Axis>, Vec<Row>)> {
+        let mut axes = Vec::new();
         let mut points = vec![Row::default()];
         for (key, values) in self.flat("", table) {
             let DeValue::Array(values) = values.get_ref() else {
@@ -274,8 +301,9 @@ impl Text<'_> {
                 .iter()
                 .flat_map(|point| values.iter().map(move |value| with(point, value)))
                 .collect();
+            axes.push(Axis { key, values });
         }
-        Ok(points)
+        Ok((axes, points))
     }
 
     fn sample(self, table: &DeTable<'_>, at: &Range<usize>) -> Result<Vec<Row>> {
@@ -350,6 +378,23 @@ impl Text<'_> {
             _ => None,
         };
         number.ok_or_else(|| self.error(&value.span(), "a whole number is needed, 0 or more"))
+    }
+
+    /// Width and height of pictures.
+    fn size(self, text: &str, at: &Range<usize>) -> Result<[u32; 2]> {
+        let side = |text: &str| {
+            let side = text.trim().parse::<u32>().ok();
+            side.filter(|side| (1..=LONGEST_SIDE).contains(side))
+        };
+        let sides = text.split_once(['x', 'X', '×']);
+        let size = sides.and_then(|(width, height)| Some([side(width)?, side(height)?]));
+        size.ok_or_else(|| {
+            let problem = format!(
+                "`picture` is WIDTHxHEIGHT, such as \"240x240\", each side from 1 to {LONGEST_SIDE} pixels, not \"{}\"",
+                escaped(text)
+            );
+            self.error(at, &problem)
+        })
     }
 
     /// A seed.
@@ -438,6 +483,30 @@ mod tests {
         assert_eq!(keys.len(), 8);
     }
 
+    /// Catches pictures that make a study another one, by which its folder would be refused or its runs done again, and lists that are
+    /// taken for grids.
+    #[test]
+    fn a_picture_changes_no_run() {
+        let text =
+            "scene = \"cube\"\n[grid]\n\"trail.decay\" = [0.9, 0.95]\n\"physarum.speed\" = [1]\n";
+        let plain = read(text).expect("it is right");
+        let seen = read(&format!("picture = \"40 x 30\"\n{text}")).expect("it is right");
+        assert_eq!((plain.picture, seen.picture), (None, Some([40, 30])));
+        let axes: Vec<_> = (seen.axes.iter())
+            .map(|axis| (&*axis.key, axis.values.len()))
+            .collect();
+        assert_eq!(axes, [("trail.decay", 2), ("physarum.speed", 1)]);
+        let (fixed, jobs) = plain.jobs().expect("they are made");
+        let (fixed_seen, jobs_seen) = seen.jobs().expect("they are made");
+        assert_eq!(fixed, fixed_seen);
+        for (plain, seen) in jobs.iter().zip(&jobs_seen) {
+            assert_eq!((&plain.key, plain.picture), (&seen.key, None));
+            assert_eq!(seen.picture, Some([40, 30]));
+        }
+        let list = read("[[point]]\n\"trail.decay\" = 0.9\n").expect("it is right");
+        assert!(list.axes.is_empty());
+    }
+
     #[test]
     fn samples_lie_within_their_ranges() {
         let study = read("[sample]\ncount = 8\nranges.\"trail.decay\" = [0.8, 0.9]\n")
@@ -472,6 +541,16 @@ mod tests {
             ),
             ("steps = \"many\"\n", ":1: `steps` is a whole number"),
             ("scene = 4\n", ":1: `scene` is a text"),
+            (
+                "picture = 240\n",
+                ":1: `picture` is a text, such as \"240x240\"",
+            ),
+            (
+                "picture = \"0x0\"\n",
+                ":1: `picture` is WIDTHxHEIGHT, such as \"240x240\", each side from 1 to 16384 pixels, not \"0x0\"",
+            ),
+            ("picture = \"16385x1\"\n", "each side from 1 to 16384"),
+            ("picture = \"large\"\n", "not \"large\""),
             (
                 "seeds = []\n[grid]\na = [1]\n",
                 "a study has from 1 to 10000000 runs, not 0",

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 
+use image::RgbImage;
 use serde_json::Value;
 
 use crate::program::{
@@ -226,6 +227,138 @@ fn a_full_disk_ends_a_sweep_and_loses_nothing() {
     assert_eq!(table(&out).len(), 4);
 }
 
+/// Where a picture lies in a larger one.
+fn places_of(picture: &RgbImage, sheet: &RgbImage) -> Vec<[u32; 2]> {
+    let [width, height] = [picture.width(), picture.height()];
+    let is_at = |x: u32, y: u32| {
+        picture
+            .enumerate_pixels()
+            .all(|(i, j, pixel)| sheet.get_pixel(x + i, y + j) == pixel)
+    };
+    let mut places = Vec::new();
+    for y in 0..=sheet.height() - height {
+        places.extend(
+            (0..=sheet.width() - width)
+                .filter(|&x| is_at(x, y))
+                .map(|x| [x, y]),
+        );
+    }
+    places
+}
+
+/// Catches runs that count as done without their picture, a sheet whose cells are other runs, and one that is drawn again and again.
+#[test]
+fn a_grid_has_a_sheet_of_its_pictures() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let out = folder.file("out");
+    let study = STUDY
+        .replace("seeds = 2", "seeds = 1")
+        .replace("steps = 5", "steps = 30");
+    let plain = folder.with("plain.toml", &study);
+    done(&["sweep", path(&plain), "--out", path(&out)]);
+    let before = table(&out);
+    assert!(!out.join("pictures").exists() && !out.join("sheet.png").exists());
+    // With pictures it is the same study; its runs are done again, with the same results.
+    let study = folder.with("study.toml", format!("picture = \"40x30\"\n{study}"));
+    let arguments = ["sweep", path(&study), "--out", path(&out), "--workers", "2"];
+    let said = done(&arguments);
+    assert!(
+        said.contains("4 of 4 runs to do") && said.contains("a sheet of their pictures: "),
+        "{said}"
+    );
+    let rows = table(&out);
+    assert_eq!(rows, before);
+    let read = |file: &Path| image::open(file).expect("it is a picture").into_rgb8();
+    let file = out.join("sheet.png");
+    let sheet = read(&file);
+    let pictures: Vec<RgbImage> = rows
+        .values()
+        .map(|row| read(&out.join("pictures").join(format!("{}.png", row["key"]))))
+        .collect();
+    // Beside the pictures there is room for the names: `physarum.sensor_angle` for the rows, `trail.decay` for the columns.
+    assert_eq!(
+        sheet.dimensions(),
+        (24 + 2 * 9 + 8 + 11 * 9 + 4, 52 + 21 * 9 + 4)
+    );
+    let mut first: Option<[u32; 2]> = None;
+    for (number, picture) in (0_u32..).zip(&pictures) {
+        assert_eq!(picture.dimensions(), (40, 30));
+        // Each is once in the sheet.
+        let places = places_of(picture, &sheet);
+        assert_eq!(places.len(), 1, "picture {number}: {places:?}");
+        let [x, y] = *first.get_or_insert(places[0]);
+        let expected = [x + 44 * (number % 2), y + 34 * (number / 2)];
+        assert_eq!(places[0], expected, "picture {number}");
+    }
+    // The same command runs nothing, and leaves the sheet.
+    let written = || {
+        fs::metadata(&file)
+            .expect("it is there")
+            .modified()
+            .expect("it has a time")
+    };
+    let time = written();
+    let said = done(&arguments);
+    assert!(
+        !said.contains("to do") && said.contains("4 runs are done"),
+        "{said}"
+    );
+    assert_eq!(written(), time);
+    // A picture that is missing comes back.
+    let lost = out.join("pictures").join(format!(
+        "{}.png",
+        rows[&("2".to_owned(), "0".to_owned())]["key"]
+    ));
+    fs::remove_file(&lost).expect("it is there");
+    let said = done(&arguments);
+    assert!(said.contains("1 of 4 runs to do"), "{said}");
+    assert_eq!(read(&lost), pictures[2]);
+    assert_eq!((table(&out), written()), (rows, time));
+    // Pictures of another size are drawn again, and so is the sheet.
+    let text = fs::read_to_string(&study).expect("it is there");
+    fs::write(&study, text.replace("40x30", "50x30")).expect("there is room");
+    let said = done(&arguments);
+    assert!(said.contains("4 of 4 runs to do"), "{said}");
+    assert_eq!(read(&lost).dimensions(), (50, 30));
+    assert_ne!(read(&file).dimensions(), sheet.dimensions());
+}
+
+/// Catches a view that a scene cannot show and that ends the sweep, or its worker, instead of its runs.
+#[test]
+fn a_view_that_cannot_be_shown_is_an_error_of_its_runs() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let out = folder.file("out");
+    let study = STUDY.replace("seeds = 2", "seeds = 1").replace(
+        "[grid]",
+        "[grid]\n\"picture.show\" = [\"atlas\", \"distance\"]",
+    );
+    let study = folder.with("study.toml", format!("picture = \"40x30\"\n{study}"));
+    let output = myxo(&["sweep", path(&study), "--out", path(&out)]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("the view distance cannot be shown: it needs a second object"),
+        "{said}"
+    );
+    assert!(
+        said.contains("8 runs are done, 4 of which have an error"),
+        "{said}"
+    );
+    assert!(out.join("sheet.png").exists(), "with grey cells");
+    assert_eq!(
+        fs::read_dir(out.join("pictures"))
+            .expect("there are some")
+            .count(),
+        4
+    );
+}
+
 #[test]
 fn what_is_wrong_with_a_study_is_said_at_once() {
     let folder = Folder::new();
@@ -246,6 +379,14 @@ fn what_is_wrong_with_a_study_is_said_at_once() {
         said.contains("study.toml:2: there is no key `seed` in a study; do you mean `seeds`?"),
         "{said}"
     );
+    for picture in ["0x0", "large", "40", "16385x10"] {
+        let said = sweep(&format!("picture = \"{picture}\"\n{STUDY}"));
+        assert!(
+            said.contains("study.toml:1: `picture` is WIDTHxHEIGHT, such as \"240x240\", each side from 1 to 16384")
+                && said.contains(&format!("not \"{picture}\"")),
+            "{said}"
+        );
+    }
     for (shard, why) in [
         ("3/3", "there is no shard 3 of 3"),
         ("x", "I/N is expected, such as 0/4"),

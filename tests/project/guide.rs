@@ -8,6 +8,7 @@ use std::path::{Component, Path, PathBuf};
 use crate::program::{self, text};
 use myxo::scene::settings::Settings;
 use myxo::scene::{Overrides, Scene};
+use myxo::sweep::Study;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -195,6 +196,67 @@ fn every_strip_sets_existing_keys() {
             Scene::read(Path::new(&scene), &overrides)
                 .unwrap_or_else(|error| panic!("{strip}: {error}"));
         }
+    }
+}
+
+/// Catches a study, a scene or a setting that is wrong, before all experiments are redone, and a figure that no command draws.
+#[test]
+fn the_commands_of_experiments_can_be_run() {
+    let page = file("docs/experiments.md");
+    let commands = page.lines().filter(|line| {
+        let mut words = line.split(' ');
+        matches!(words.next(), Some("myxo" | "cp"))
+    });
+    let mut written = BTreeSet::new();
+    let mut count = 0;
+    for command in commands {
+        let words: Vec<&str> = command.split(' ').collect();
+        let values = |option: &str| -> Vec<String> {
+            let pairs = words.windows(2).filter(|pair| pair[0] == option);
+            pairs.map(|pair| pair[1].to_owned()).collect()
+        };
+        written.extend(values("--out"));
+        let overrides = Overrides {
+            set: values("--set"),
+            ..Overrides::default()
+        };
+        match words[..2] {
+            ["cp", from] => {
+                let folder = from.strip_suffix("/sheet.png").expect("it is a sheet");
+                assert!(written.contains(folder), "{command}");
+                written.insert(words[2].to_owned());
+            }
+            ["myxo", "sweep"] => {
+                let study = Study::read(&root().join(words[2])).expect(command);
+                assert!(
+                    study.picture.is_some() && !study.axes.is_empty(),
+                    "{command}"
+                );
+                let (_, jobs) = study.jobs().expect(command);
+                let last = jobs.last().expect("a study has runs");
+                last.scene().expect(command);
+            }
+            _ => {
+                let scene = Scene::read(Path::new(words[2]), &overrides);
+                scene.expect(command);
+            }
+        }
+        count += 1;
+    }
+    assert!(count >= 8, "{count} commands");
+    let folder = Path::new("assets/experiments");
+    let shown: BTreeSet<String> = links(Path::new("docs/experiments.md"), &page)
+        .into_iter()
+        .filter(|(target, _)| target.starts_with(folder))
+        .map(|(target, _)| target.to_str().expect("it is text").to_owned())
+        .collect();
+    written.retain(|file| Path::new(file).starts_with(folder));
+    assert_eq!(shown, written, "shown, and drawn by the commands");
+    for figure in shown {
+        let bytes = fs::metadata(root().join(&figure))
+            .expect("it is drawn")
+            .len();
+        assert!(bytes < 300_000, "{figure}: {bytes} bytes");
     }
 }
 

@@ -2,7 +2,6 @@
 
 mod measure;
 mod meshes;
-mod pixels;
 mod plot;
 mod suite;
 mod suites;

@@ -7,7 +7,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::pixels::Pixels;
+use crate::cli::pixels::Pixels;
 
 /// Pixels.
 const SIZE: (u32, u32) = (960, 560);
