@@ -41,6 +41,12 @@ layout(std430, set = 0, binding = 7) readonly buffer Restarts { uvec4 restarts[]
 // One per object: its first place, and the one behind its last.
 layout(std430, set = 0, binding = 8) readonly buffer RestartRanges { uvec2 restart_ranges[]; };
 
+// Where a particle of the object began. A function of its own: inside of main() shaderc looks without end for what `precise` reaches.
+void restart_at(int slot, uint place, uint id, uint flags) {
+    store_paged(particles, slot, uvec4(restarts[place].xyz, id));
+    store_paged(motions, slot, uvec4(restarts[place + 1u].xy, 0u, flags));
+}
+
 void main() {
     uint i = invocation_index();
     if (i >= params.capacity || i >= flow[0].leaving) return;
@@ -54,10 +60,7 @@ void main() {
         uvec2 places = restart_ranges[object];
         if (places.x < places.y) {
             uint place = 2u * (places.x + words.x % (places.y - places.x));
-            uvec4 start = restarts[place];
-            vec2 began = uintBitsToFloat(restarts[place + 1u].xy);
-            store_paged(particles, slot, uvec4(start.xyz, particle.id));
-            store_paged(motions, slot, words_of(Motion(began.x, began.y, 0.0, flags)));
+            restart_at(slot, place, particle.id, flags);
             return;
         }
     }

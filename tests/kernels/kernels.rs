@@ -140,7 +140,7 @@ fn compare_a_step(gpu: &Gpu, what: &str, scene: &myxo::scene::Scene) {
 fn advance_agrees_with_its_twin() {
     let Some(gpu) = gpu() else { return };
     type Change = fn(&mut Settings);
-    let variants: [(&str, Change); 15] = [
+    let variants: [(&str, Change); 16] = [
         ("plain", |_| ()),
         ("walking sensors", |s| s.physarum.sensing = Sensing::Walk),
         ("food", |s| {

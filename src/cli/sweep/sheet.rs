@@ -321,7 +321,7 @@ mod tests {
         (study, jobs)
     }
 
-    fn key<'a>(jobs: &'a [Job], values: [f64; 3]) -> &'a String {
+    fn key(jobs: &[Job], values: [f64; 3]) -> &String {
         let is_meant = |job: &&Job| {
             let own = (job.point.0.iter()).map(|(_, value)| value.as_f64());
             job.seed == 0 && own.eq(values.map(Some))

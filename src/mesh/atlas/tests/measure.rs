@@ -38,7 +38,8 @@ fn packing_of_the_built_in_meshes() {
         let start = Instant::now();
         let (seams, ways) = gutter::seams(&surface, &layout, pitch_of(size), &control).unwrap();
         let filling = start.elapsed().as_secs_f64();
-        let atlas = Atlas::assemble(&surface, &options, layout, seams, &ways, &control).unwrap();
+        let atlas =
+            Atlas::assemble(&surface, &options, layout, seams, (&ways, false), &control).unwrap();
         let area: f64 = atlas
             .maps
             .iter()
