@@ -1,7 +1,7 @@
 //! Normals for light: smooth where a surface bends gently, broken along its creases.
 //!
 //! Corners that meet at a vertex share a normal when one can go from triangle to triangle round the vertex without
-//! crossing a crease, so a cylinder's side is smooth and its rim stays sharp.
+//! crossing a crease, so a cylinder's side is smooth and its rim stays sharp. Glued edges are borders here: their sides lie apart.
 
 use glam::{Vec2, Vec3};
 
@@ -25,7 +25,7 @@ pub fn corner_normals(surface: &Surface, crease_angle: f32) -> Vec<Vec3> {
     let mut groups = Groups::new(3 * surface.corners.len());
     let least_cosine = crease_angle.cos();
     for (halfedge, data) in surface.halfedges.iter().enumerate() {
-        if data.twin == NONE {
+        if data.twin == NONE || surface.is_glued(halfedge as u32) {
             continue;
         }
         let twin = data.twin as usize;
@@ -191,6 +191,31 @@ mod tests {
                 "corner {corner}: {normal}"
             );
         }
+    }
+
+    /// Would alone catch: a normal that is the mean over both sides of a glued edge, which lie apart.
+    #[test]
+    fn glued_ends_of_a_curved_strip_are_shaded_as_borders() {
+        let mut strip = Mesh::builtin("plane?columns=2&rows=1").unwrap();
+        for position in &mut strip.positions {
+            position.y = 0.2 * position.x * position.x;
+        }
+        let band = strip.clone().glued(&[[0, 0, 3, 1]]).unwrap();
+        let [strip, band] = [&strip, &band].map(|mesh| Surface::build(&[(mesh, 1.0)]));
+        for &h in &band.glued {
+            let (here, there) = (h as usize / 3, band.halfedges[h as usize].twin as usize / 3);
+            let [here, there] = [here, there].map(|triangle| {
+                let [a, b, c] = band.corners[triangle].map(|v| band.positions[v as usize]);
+                (b - a).cross(c - a).normalize()
+            });
+            let angle = here.angle_between(there);
+            assert!(0.3 < angle && angle < CREASE_ANGLE, "{angle}, no crease");
+        }
+        assert_eq!(band.glued.len(), 2);
+        assert_eq!(
+            corner_normals(&band, CREASE_ANGLE),
+            corner_normals(&strip, CREASE_ANGLE)
+        );
     }
 
     #[test]

@@ -48,7 +48,7 @@ impl Diffusion {
             "{diffusion}"
         );
         let distance = taps_distance(atlas.gutter)?;
-        memory::check_atlas(ctx.info(), atlas)?;
+        memory::check_atlas(ctx.info(), atlas, atlas.size)?;
         let texels = atlas.texel_count();
         let (params, seams_params) = spreading(atlas);
         let paths = TexelPaths::of(ctx.info(), texels as u64);

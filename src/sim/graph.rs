@@ -4,7 +4,7 @@
 //! [`Network`](super::network::Network). Its texels are thinned to lines, over seams and from object to object where they touch, and the
 //! lines are followed. All of it is on the host.
 //!
-//! Lines end at glued edges whose two sides lie apart, because lengths are measured by places.
+//! Lines end at glued edges whose two sides lie apart, because lengths are measured by places. Distances between foods end there, too.
 //!
 //! In atlases by `grid`, small stars may be left on lines where the corners of cells meet.
 

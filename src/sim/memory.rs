@@ -327,11 +327,28 @@ pub fn check(device: &DeviceInfo, scene: &Scene) -> Result<()> {
     }
 }
 
-/// Makes sure that the tables of an atlas's seams are no larger than the device allows. Their size is known only once the atlas exists.
+/// Makes sure that an atlas that is larger than the `asked` side, by its gutters, and the tables of its seams are no larger than the device
+/// allows. Their size is known only once the atlas exists.
 ///
 /// # Errors
-/// Names the table that is too large, the device's limit, and how to make it smaller.
-pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
+/// Names what is too large, the device's limit, and how to make it smaller.
+pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas, asked: u32) -> Result<()> {
+    let largest = largest_atlas(device);
+    if atlas.size != asked && u64::from(atlas.size) > largest {
+        let gutters = 2 * u64::from(atlas.gutter);
+        return Err(too_large(
+            device,
+            &format!(
+                "atlas.size = {} makes a texture of {} texels a side, because a gutter of {} lies round it, and the largest has {}: use at \
+                 most {}",
+                number(asked.into()),
+                number(atlas.size.into()),
+                number(atlas.gutter.into()),
+                number(largest),
+                number(largest.saturating_sub(gutters)),
+            ),
+        ));
+    }
     let quads = quad_bytes(device);
     let tables = [
         (atlas.seams.len() as u64, SEAM, quads, "gutter texels"),
@@ -362,7 +379,7 @@ pub fn check_atlas(device: &DeviceInfo, atlas: &Atlas) -> Result<()> {
         device,
         &format!(
             "atlas.size = {} with atlas.method = \"{}\" makes {} {what}, which take {}, and one buffer holds {}: lower atlas.size{fewer_seams}",
-            number(u64::from(atlas.size)),
+            number(asked.into()),
             atlas.method.word(),
             number(count),
             human(count * size),

@@ -75,7 +75,7 @@ pub struct Dab {
     /// Its radius, a world length. Lengths in scene files times [`Setup::radius`] are world lengths.
     pub radius: f32,
     /// If given, only triangles whose front faces this place, that of the viewer, are painted, so that a dab does not paint through thin
-    /// objects. Objects with open borders are painted from either side.
+    /// objects. Objects with open borders or glued edges are painted from either side.
     pub eye: Option<Vec3>,
     /// If given, surfaces that the viewer sees through the dab's ring, nearer or farther than the ball reaches, are painted, too.
     pub ring: Option<Ring>,
@@ -496,12 +496,6 @@ impl InObject {
         let object_from_world = DAffine3::from(pose).inverse();
         let scale = f64::from(scale);
         let to_object = |place: Vec3| object_from_world.transform_point3(place.as_dvec3()) / scale;
-        let (first, end) = setup.surface.objects[object as usize].triangles;
-        // Computed only if it is needed.
-        let is_open = || {
-            let halfedges = &setup.surface.halfedges[3 * first as usize..3 * end as usize];
-            halfedges.iter().any(|halfedge| halfedge.twin == NONE)
-        };
         let ball = |center, radius| InBall {
             center: to_object(center),
             radius: f64::from(radius) / scale,
@@ -509,7 +503,7 @@ impl InObject {
         let balls = dab.ring.iter().flat_map(|ring| ring.balls).flatten();
         Self {
             ball: ball(dab.center, dab.radius),
-            eye: dab.eye.map(to_object).filter(|_| !is_open()),
+            eye: (dab.eye.map(to_object)).filter(|_| setup.surface.is_closed(object as usize)),
             ring: dab.ring.map(|ring| {
                 let turned = |way: Vec3| object_from_world.transform_vector3(way.as_dvec3());
                 InRing {

@@ -87,7 +87,7 @@ impl Simulation {
             Error::Atlas(error) => memory::atlas_error(device, &scene.settings, error),
             error => error,
         })?;
-        memory::check_atlas(device, &setup.atlas)?;
+        memory::check_atlas(device, &setup.atlas, scene.settings.atlas.size)?;
         Ok(setup)
     }
 

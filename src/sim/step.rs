@@ -43,7 +43,9 @@ pub fn step(plan: &Plan<'_>) -> Step {
     let s = &mut step;
     bring_changes(s, plan);
     take_distances(s, plan);
-    cross_contacts(s, plan);
+    if !plan.rules.moves_first {
+        cross_contacts(s, plan);
+    }
     if plan.breeds {
         breed(s, plan);
     }
@@ -61,6 +63,8 @@ pub fn step(plan: &Plan<'_>) -> Step {
         },
     );
     if plan.rules.moves_first {
+        // What was eaten and where objects are in this step counts for its sensors.
+        cross_contacts(s, plan);
         advance(s, plan, plan.terms(), Stage::Sensory);
     }
     step
@@ -124,7 +128,7 @@ fn take_distances(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Sums up the scents that sensors read where they cross contacts, because objects move and food is eaten.
+/// Sums up the scents that sensors read where they cross contacts, because objects move and food is eaten. It comes before they read.
 fn cross_contacts(s: &mut Step, plan: &Plan<'_>) {
     if plan.scent_crosses() {
         s.run(plan.samples(), plan.scent_across());

@@ -14,6 +14,7 @@ use myxo::scene::file::Reader;
 use myxo::scene::settings::{Heading, Model, Settings};
 use myxo::sim::beside::first_difference;
 use myxo::sim::cells::{homes, sharing_count};
+use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::diffusion::Diffusion;
 use myxo::sim::types::{Motion, Particle};
 use myxo::sim::{Setup, Simulation, twin};
@@ -193,7 +194,7 @@ fn a_deposit_in_a_corner_spreads_as_on_a_torus() {
 }
 
 /// Catches an engine that finds another way over a glued edge, or reads other cells beyond one, also with one particle a cell: all
-/// 40,000 cells are ones.
+/// 40,000 cells are ones; and a run that ends in another state when it is resumed.
 #[test]
 fn both_engines_have_the_same_bits_on_a_periodic_plane() {
     let Some(gpu) = gpu() else { return };
@@ -218,7 +219,9 @@ fn both_engines_have_the_same_bits_on_a_periodic_plane() {
         assert!(found.is_none(), "{}", found.unwrap());
         let mut device = Simulation::from_setup(&gpu.ctx, &scene, setup.clone()).unwrap();
         let mut host = twin::Simulation::new(setup, scene.settings.clone());
-        advance(&gpu, &mut device, 30);
+        advance(&gpu, &mut device, 15);
+        let half = device.snapshot().unwrap();
+        advance(&gpu, &mut device, 15);
         for _ in 0..30 {
             host.step();
         }
@@ -226,6 +229,10 @@ fn both_engines_have_the_same_bits_on_a_periodic_plane() {
         assert_eq!(state.hash(), host.snapshot().hash());
         let setup = device.setup();
         state.validate(setup).unwrap();
+        let mut resumed = Simulation::from_setup(&gpu.ctx, &scene, setup.clone()).unwrap();
+        resumed.restore(&half).unwrap();
+        advance(&gpu, &mut resumed, 15);
+        assert_eq!(resumed.snapshot().unwrap().hash(), state.hash());
         if scene.settings.physarum.model == Model::Jones {
             let homes = homes(&setup.atlas);
             assert_eq!(sharing_count(&state.particles, &setup.atlas, &homes), 0);
@@ -243,17 +250,21 @@ fn both_engines_have_the_same_bits_on_a_periodic_plane() {
     gpu.finish();
 }
 
+/// The pairs that make a periodic plane of one with borders, of two rows and two columns.
+const GLUE: &str = "glue = [[0, 0, 3, 1], [4, 0, 7, 1], [1, 2, 4, 1], [3, 2, 6, 1]]";
+
+/// The settings of a scene file.
+fn read(text: &str) -> Settings {
+    let mut reader = Reader::new(Settings::default());
+    reader.text("", text);
+    reader.finish().unwrap()
+}
+
 /// Catches a list of edges that is read in another order, gets lost when a scene is saved, or is glued only in the built-in mesh.
 #[test]
 fn a_list_of_edges_makes_the_same_of_a_plane_with_borders() {
     let built_in = scene("builtin:plane?columns=2&rows=2&periodic=true", |_| ());
-    let glue = "glue = [[0, 0, 3, 1], [4, 0, 7, 1], [1, 2, 4, 1], [3, 2, 6, 1]]";
-    let text = format!("[[object]]\nmesh = \"builtin:plane?columns=2&rows=2\"\n{glue}\n");
-    let read = |text: &str| {
-        let mut reader = Reader::new(Settings::default());
-        reader.text("", text);
-        reader.finish().unwrap()
-    };
+    let text = format!("[[object]]\nmesh = \"builtin:plane?columns=2&rows=2\"\n{GLUE}\n");
     let settings = read(&text);
     let listed = Scene::from_settings("listed".to_owned(), settings, ".".into()).unwrap();
     assert_eq!(listed.surface.halfedges, built_in.surface.halfedges);
@@ -262,6 +273,40 @@ fn a_list_of_edges_makes_the_same_of_a_plane_with_borders() {
     assert_eq!(again.objects[0].glue, listed.settings.objects[0].glue);
     let plain = scene("builtin:plane?columns=2&rows=2", |_| ());
     assert!(!plain.to_toml().contains("glue"));
+}
+
+/// Catches a plane whose places can be inside of it because every edge has a neighbour: what lies below it would count as covered.
+#[test]
+fn a_periodic_plane_has_no_inside() {
+    let surface_of = |name: &str| Surface::build(&[(&Mesh::builtin(name).unwrap(), 1.0)]);
+    let surface = surface_of("plane?columns=8&rows=8&periodic=true");
+    assert!(surface.halfedges.iter().all(|half| half.twin != NONE));
+    assert!(!surface.is_closed(0));
+    assert!(surface_of("cube").is_closed(0));
+}
+
+/// Catches a checkpoint that does not contain which edges are glued: that alone differs here, and particles would meet a border or a way
+/// over it that they did not have.
+#[test]
+fn a_checkpoint_with_glue_does_not_load_without() {
+    let of = |glue: &str| {
+        let atlas = "[atlas]\nsize = 64\nmethod = \"grid\"\n[particles]\ncount = 500\n";
+        let object = "[[object]]\nmesh = \"builtin:plane?columns=2&rows=2\"\n";
+        let settings = read(&format!("{atlas}{object}{glue}\n"));
+        let scene = Scene::from_settings("sheet".to_owned(), settings, ".".into()).unwrap();
+        let setup = Setup::new(&scene).unwrap();
+        let mut twin = twin::Simulation::new(setup.clone(), scene.settings.clone());
+        twin.step();
+        let checkpoint = Checkpoint::new(&scene, &setup, twin.snapshot());
+        (scene, setup, checkpoint)
+    };
+    let (glued, plain) = (of(GLUE), of(""));
+    assert!(glued.1.atlas.maps == plain.1.atlas.maps, "one layout");
+    for ((scene, setup, own), (_, _, other)) in [(&glued, &plain), (&plain, &glued)] {
+        assert_eq!(own.check(scene, setup), Ok(Vec::new()));
+        let message = other.check(scene, setup).unwrap_err();
+        assert!(message.contains("other meshes or scales"), "{message}");
+    }
 }
 
 /// Each mistake has one message that says where it is and what to do.

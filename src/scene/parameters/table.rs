@@ -419,7 +419,7 @@ const AFTER: &[Parameter] = &[
         key: "feeding.projection_covered",
         name: "Covered projection",
         unit: "",
-        help: "The share of its projection that a texel of food keeps while particles are on it or on one of the eight beside it. 1: as much as without particles.",
+        help: "The share of its projection that a texel of food keeps in steps in which particles deposit on it or on one of the eight beside it. 1: as much as without particles.",
         effect: Effect::Live,
         kind: real!(feeding.projection_covered, (0.0, 1.0), (0.0, 1.0), Linear),
     },

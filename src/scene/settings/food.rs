@@ -71,7 +71,8 @@ pub struct FeedingSettings {
     pub size: f32,
     /// As [`FoodSettings::projection`].
     pub projection: f32,
-    /// The share of its projection that a texel of any food keeps while particles are on it or beside it.
+    /// The share of its projection that a texel of any food keeps in steps in which particles deposit on it or on one of the eight beside
+    /// it.
     pub projection_covered: f32,
     /// For how many steps a particle that has eaten is fed.
     pub fed_steps: u32,

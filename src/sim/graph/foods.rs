@@ -99,7 +99,8 @@ impl Graph {
         node
     }
 
-    /// Distances along the surface between the foods that the network reaches, in scene radii; none between objects.
+    /// Distances along the surface between the foods that the network reaches, in scene radii; none between objects. They end at glued
+    /// edges, as lines do.
     pub fn surface_distances(
         &self,
         foods: &[FoodPlace],
@@ -111,9 +112,9 @@ impl Graph {
             .flat_map(|node| node.foods.clone())
             .collect();
         reached.sort_unstable();
+        let surface = around.surface.cut();
         let table = reached.iter().map(|&from| {
-            let distance =
-                SurfaceDistance::new(around.surface, &[foods[from].point], f64::INFINITY);
+            let distance = SurfaceDistance::new(&surface, &[foods[from].point], f64::INFINITY);
             let to = reached.iter().map(|&to| {
                 let point = foods[to].point;
                 distance.at(point.triangle, point.u, point.v) / around.radius

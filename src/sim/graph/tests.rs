@@ -8,6 +8,7 @@ use super::*;
 use crate::mesh::Mesh;
 use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions};
 use crate::mesh::surface::{NONE, Surface};
+use crate::sim::food::{FoodPlace, nearest_on_object};
 
 /// Half of the width of drawn lines.
 const HALF: f32 = 0.02;
@@ -254,6 +255,46 @@ fn odd_trails_have_plain_graphs() {
     assert!(specks.nodes.len() < 2);
 }
 
+/// A food at a place of a plane.
+fn food_at(canvas: &Canvas, x: f32, z: f32) -> FoodPlace {
+    let (point, _) = nearest_on_object(&canvas.surface, Vec3::new(x, 0.0, z), 0);
+    FoodPlace {
+        object: 0,
+        point,
+        radius: 0.2,
+        strength: 1.0,
+        size: 0.05,
+        amount: 0,
+        projection: 0.0,
+    }
+}
+
+/// Would alone catch: distances that go over glued sides, where lines end. Then the way along the network would be nine times as long.
+#[test]
+fn distances_between_foods_end_at_glued_sides() {
+    let canvas = Canvas::new(
+        &[("plane?columns=8&rows=8&periodic=true", Vec3::ZERO)],
+        &options(0, 1, AtlasMethod::Charts),
+    );
+    let around = Surroundings {
+        surface: &canvas.surface,
+        atlas: &canvas.atlas,
+        poses: &canvas.poses,
+        origin: DVec3::ZERO,
+        radius: 1.0,
+    };
+    let mut graph = canvas.graph(|place| place.z.abs().max(place.x.abs() - 0.9));
+    let foods = [-0.9, 0.9].map(|x| food_at(&canvas, x, 0.0));
+    graph.mark_foods(&foods, &around, 0.01);
+    let distances = graph.surface_distances(&foods, &around);
+    let distance = distances(0, 1).expect("both are reached");
+    assert!((distance - 1.8).abs() < 1e-4, "{distance}");
+    let measures = graph.measures(distances);
+    let foods = measures.foods.expect("there are two");
+    let efficiency = foods.efficiency.expect("they are connected");
+    assert!((0.94..1.02).contains(&efficiency), "{efficiency}");
+}
+
 #[test]
 fn foods_become_nodes_of_the_lines_that_reach_them() {
     let canvas = Canvas::new(
@@ -269,19 +310,7 @@ fn foods_become_nodes_of_the_lines_that_reach_them() {
     };
     // A line along x, and foods at its middle, at its end, and elsewhere.
     let mut graph = canvas.graph(|place| place.z.abs().max(place.x.abs() - 0.8));
-    let food = |x: f32, z: f32| {
-        let at = Vec3::new(x, 0.0, z);
-        let (point, _) = crate::sim::food::nearest_on_object(&canvas.surface, at, 0);
-        crate::sim::food::FoodPlace {
-            object: 0,
-            point,
-            radius: 0.2,
-            strength: 1.0,
-            size: 0.05,
-            amount: 0,
-            projection: 0.0,
-        }
-    };
+    let food = |x: f32, z: f32| food_at(&canvas, x, z);
     let foods = [food(0.0, 0.0), food(0.8, 0.02), food(0.0, 0.5)];
     graph.mark_foods(&foods, &around, 0.01);
     assert_eq!((graph.nodes.len(), graph.edges.len()), (3, 2));

@@ -248,12 +248,38 @@ fn seams_that_are_too_large_are_reported_once_the_atlas_exists() {
         max_texel_buffer_elements: elements as u32,
         ..device(1 << 20)
     };
-    assert!(check_atlas(&of(elements), &setup.atlas).is_ok());
-    let error = check_atlas(&of(elements - 1), &setup.atlas).expect_err("it is too large");
+    assert!(check_atlas(&of(elements), &setup.atlas, 512).is_ok());
+    let error = check_atlas(&of(elements - 1), &setup.atlas, 512).expect_err("it is too large");
     let message = error.to_string();
     assert!(
         message.contains("too large for abacus: atlas.size = 512 with atlas.method = \"charts\"")
             && message.contains("lower atlas.size"),
+        "{message}"
+    );
+}
+
+/// Would alone catch: a size that fits without the gutter that lies round a plane without borders, and advice that does not count it.
+#[test]
+fn the_gutter_round_a_periodic_plane_counts() {
+    // A texture of 255 x 255 texels, in rows of 256.
+    let device = DeviceInfo {
+        max_memory_allocation_size: 4 * 256 * 255,
+        ..device(1 << 20)
+    };
+    assert_eq!(largest_atlas(&device), 255);
+    let checked = |size: u32| {
+        let plane = "builtin:plane?columns=2&rows=2&periodic=true";
+        let scene = scene(plane, 100, size);
+        check(&device, &scene).expect("the size itself fits");
+        let setup = Setup::new(&scene).expect("it has room");
+        assert_eq!(setup.atlas.size, size + 2);
+        check_atlas(&device, &setup.atlas, size)
+    };
+    checked(253).expect("it fits with its gutter");
+    let message = checked(254).expect_err("it is too large").to_string();
+    assert_eq!(advised(&message), 253, "{message}");
+    assert!(
+        message.contains("atlas.size = 254 makes a texture of 256 texels"),
         "{message}"
     );
 }

@@ -2,11 +2,16 @@
 
 use super::*;
 use crate::scene::Scene;
-use crate::scene::settings::ObjectSettings;
+use crate::scene::settings::{AtlasMethod, ObjectSettings};
 
 fn setup(meshes: &[(&str, [f32; 3])]) -> Setup {
+    setup_by(AtlasMethod::Charts, meshes)
+}
+
+fn setup_by(method: AtlasMethod, meshes: &[(&str, [f32; 3])]) -> Setup {
     let mut settings = Settings::default();
     settings.particles.count = 100;
+    settings.atlas.method = method;
     settings.atlas.size = 512;
     settings.objects = (meshes.iter())
         .map(|(mesh, position)| ObjectSettings {
@@ -155,6 +160,26 @@ fn what_turns_away_from_the_eye_is_left_out() {
     texels.sort_unstable();
     texels.dedup();
     assert_eq!(texels.len(), all_texels.len(), "each texel once");
+}
+
+/// Would alone catch: a plane with glued sides that is painted from its front only, as if it had an inside. By `grid`, both planes have the
+/// same texels.
+#[test]
+fn a_periodic_plane_is_painted_from_below_as_one_with_borders() {
+    let [periodic, bordered] = ["&periodic=true", ""].map(|end| {
+        let mesh = format!("plane?columns=2&rows=2{end}");
+        let setup = setup_by(AtlasMethod::Grid, &[(mesh.as_str(), [0.0; 3])]);
+        [-4.0, 4.0].map(|height| {
+            let seen = Dab {
+                eye: Some(Vec3::new(0.0, height, 0.0)),
+                ..dab(Brush::Trail { amount: 1.0 }, Vec3::ZERO, 0.3)
+            };
+            seen.texels(&setup, &setup.poses).unwrap().len()
+        })
+    });
+    assert!(periodic[1] > 1000, "{periodic:?}");
+    assert_eq!(periodic[0], periodic[1], "from below and from above");
+    assert_eq!(periodic, bordered);
 }
 
 #[test]
