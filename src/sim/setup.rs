@@ -225,6 +225,7 @@ pub fn atlas_options(settings: &Settings) -> AtlasOptions {
             .max(settings.physarum.rules().reach.unwrap_or(0))
             .max(settings.population.reach())
             .max(1),
+        taps: settings.trail.diffusion_distance,
         weights: weights(settings),
         turn: 0,
     }
