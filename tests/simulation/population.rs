@@ -14,7 +14,7 @@ use myxo::scene::settings::{
 };
 use myxo::sim::beside::first_difference;
 use myxo::sim::carry::carried;
-use myxo::sim::cells::{cell_of, homes, sharing_count};
+use myxo::sim::cells::{cell_of, check_room, homes, sharing_count};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::paint::{Brush, Dab};
 use myxo::sim::types::{Motion, Particle, Population};
@@ -261,6 +261,40 @@ fn who_divides_and_who_dies_follows_from_the_windows() {
     }
 }
 
+/// Windows widen the gutters of the atlas, and nothing else of the trail. Would catch: taps as far apart as the gutter is wide, with which
+/// rows of texels never spread, and keep their deposits.
+#[test]
+fn wide_windows_leave_the_trail_as_it_is() {
+    let masses = [1_u32, 5, 9].map(|window| {
+        let scene = scene(|settings| {
+            settings.physarum.model = Model::Thesis;
+            settings.particles.count = 2000;
+            settings.population.capacity = 2000;
+            settings.population.frequency = 10_000;
+            settings.population.division_window = window;
+            settings.population.survival_window = window;
+        });
+        let mut twin = twin_of(&scene);
+        for _ in 0..20 {
+            twin.step();
+        }
+        let (state, setup) = (twin.snapshot(), twin.setup());
+        state.validate(setup).unwrap();
+        assert_eq!(
+            (setup.atlas.gutter, setup.atlas.taps),
+            ((window / 2).max(1), 1)
+        );
+        // In texels of mean area, of which wider gutters leave fewer.
+        state.trail_mass(setup) / setup.atlas.mean_texel_area
+    });
+    for mass in masses {
+        assert!(
+            masses[0] > 0.0 && (mass / masses[0] - 1.0).abs() < 1e-4,
+            "{masses:?}"
+        );
+    }
+}
+
 /// Would catch: a particle that divides in a step in which it was refused its cell.
 #[test]
 fn particles_that_have_not_moved_do_not_divide() {
@@ -498,6 +532,16 @@ fn what_populations_cannot_be_is_said() {
     );
     assert_eq!(refused(|s| s.transfer.strategy = Strategy::None), Ok(()));
     assert_eq!(refused(|s| s.population.frequency = 0), Ok(()));
+    // Before any particle is made.
+    let mut large = scene(|_| ());
+    let atlas = Setup::new(&large).unwrap().atlas;
+    assert!(check_room(&large.settings, &atlas).is_ok());
+    large.settings.particles.count = 134_217_729;
+    let message = check_room(&large.settings, &atlas).unwrap_err().to_string();
+    assert_eq!(
+        message,
+        "particles.count = 134,217,729: where their number changes (population.frequency) there may be 134,217,728, at the most"
+    );
 }
 
 /// With the number of particles constant, nothing of the rest of `[population]` matters.
