@@ -34,8 +34,8 @@ fn heaviest(seam: &Seam) -> u32 {
     seam.source[best]
 }
 
-/// Where a particle is born in a cell, on a triangle with this map: under the cell's middle. On a triangle that the middle does not lie on, it
-/// is another place. As in `shaders/divide_begin.comp`.
+/// Where a particle is born in a cell, on a triangle with this map: under the cell's middle, or at another place if that does not lie on the
+/// triangle. As in `shaders/divide_begin.comp`.
 #[must_use]
 pub fn birthplace(map: &AtlasMap, cell: u32, pitch: u32) -> [f32; 2] {
     let middle = [cell % pitch, cell / pitch].map(|x| x as f32 + 0.5);
@@ -44,8 +44,8 @@ pub fn birthplace(map: &AtlasMap, cell: u32, pitch: u32) -> [f32; 2] {
     [u, settled(within(v, 0.0, 1.0 - u))]
 }
 
-/// Per texel the triangle on which particles are born in it, its owner. [`NONE`] where there is no cell, or where the place of a birth would
-/// lie in another one: a chart that is thinner than a texel may have a cell whose middle is not on it.
+/// Per texel the triangle on which particles are born in it, its owner. [`NONE`] where there is no cell, or where the place of a birth
+/// would lie in another one: a chart that is thinner than a texel may have a cell whose middle is not on it.
 #[must_use]
 pub fn nests(atlas: &Atlas, homes: &[u32]) -> Vec<u32> {
     let nest = |(cell, &triangle): (usize, &u32)| {

@@ -609,7 +609,7 @@ fn what_populations_cannot_be_is_said() {
 /// With the number of particles constant, nothing of the rest of `[population]` matters.
 #[test]
 fn a_constant_population_is_as_it_was() {
-    let scenes = [(500_000, 9), (10, 1)].map(|(capacity, window)| {
+    let scenes = [(2_000_000, 9), (10, 1)].map(|(capacity, window)| {
         scene(|settings| {
             settings.population.frequency = 0;
             settings.population.capacity = capacity;
