@@ -34,8 +34,8 @@ fn heaviest(seam: &Seam) -> u32 {
     seam.source[best]
 }
 
-/// Where a particle is born in a cell, on a triangle with this map: under the cell's middle, or at another place if that does not lie on the
-/// triangle. As in `shaders/divide_begin.comp`.
+/// Where a particle is born in a cell, on a triangle with this map: under the cell's middle, or at another place if that does not lie on
+/// the triangle. As in `shaders/divide_begin.comp`.
 #[must_use]
 pub fn birthplace(map: &AtlasMap, cell: u32, pitch: u32) -> [f32; 2] {
     let middle = [cell % pitch, cell / pitch].map(|x| x as f32 + 0.5);
