@@ -1,6 +1,6 @@
 // divide: particles die where it is too crowded, or too lonely, round them; others that have just moved forward divide, by how crowded it
 // is: they claim a free cell beside theirs. Of several that claim one, the lowest rank remains.
-// Reads   particles, strips, homes, occupants, cell_owners, bias.
+// Reads   particles, strips, homes, occupants, nests, bias.
 // Writes  motions of particles that die; births: the cell that each particle claims; nursery, by atomic minima; id_marks: the ids of dead
 //         particles, by atomic ors: both are empty before.
 // One invocation per particle.
@@ -46,8 +46,8 @@ PAGED_CHANGES(uvec4, 1) motions;  // one an invocation
 READS(uvec4, 2) strips;
 READS(uint, 3) homes_texels;
 READS(uint, 4) occupants_texels;
-// The triangle that owns a texel, NONE for other texels.
-READS(uint, 5) cell_owners_texels;
+// The triangle on which particles are born in a texel; NONE if none can be.
+READS(uint, 5) nests_texels;
 READS(float, 6) bias_texels;  // may be absent
 layout(std430, set = 0, binding = 7) buffer Nursery { uint nursery_block[]; };
 CHANGES(uint, 8) nursery_low;
@@ -75,17 +75,19 @@ uint count_round(uint cell, int reach) {
 }
 
 bool is_free(uint cell) {
-    if (texel_of(cell_owners, cell) == NONE || texel_of(occupants, cell) != 0u) return false;
+    if (texel_of(nests, cell) == NONE || texel_of(occupants, cell) != 0u) return false;
     if (PAINTED) {
         if (texel_of(bias, cell) < NO_GO) return false;
     }
     return true;
 }
 
-// The first free cell of the nine round and with a cell, from one of them on; NONE if none is free.
+// The first free cell of the eight round a cell, from one of them on; NONE if none is free.
 uint free_beside(uint cell, uint first) {
-    for (uint k = 0u; k < 9u; k += 1u) {
-        uint place = (first + k) % 9u;
+    for (uint k = 0u; k < 8u; k += 1u) {
+        uint place = (first + k) % 8u;
+        // The middle one of nine is the cell itself.
+        if (place >= 4u) place += 1u;
         uint beside = texel_of(homes, texel_beside(cell, int(place % 3u) - 1, int(place / 3u) - 1));
         if (is_free(beside)) return beside;
     }
@@ -110,7 +112,7 @@ void main() {
             store_paged(motions, i, words_of(Motion(motion.heading_p, motion.heading_h, 0.0, DEAD)));
         } else if ((motion.flags & STAYED) == 0u && unit_float(words.y) < params.division_probability) {
             crowd = count_round(cell, params.division_reach);
-            if (crowd >= params.division_least && crowd <= params.division_most) claimed = free_beside(cell, words.z % 9u);
+            if (crowd >= params.division_least && crowd <= params.division_most) claimed = free_beside(cell, words.z % 8u);
         }
     }
     if (is_dead) atomicOr(id_marks[words_of_ids(params.particle_count) + word_of_id(particle.id)], bit_of_id(particle.id));

@@ -1,6 +1,6 @@
 // divide_begin: particles are born: the ids of dead particles get the listed cells, one by one, as long as there are any. Each begins in
 // the middle of its cell, with a random heading.
-// Reads   cradles, id_marks, ids_before, population, strips, cell_owners.
+// Reads   cradles, id_marks, ids_before, population, strips, nests.
 // Writes  particles and motions in place.
 // One invocation per particle; those whose ids are not needed return.
 // Overflow: cannot happen; nothing is appended.
@@ -27,8 +27,8 @@ layout(push_constant) uniform Params {
 PAGED_CHANGES(uvec4, 0) particles;  // one an invocation
 PAGED_WRITES(uvec4, 1) motions;  // one an invocation
 READS(uvec4, 2) strips;
-// The triangle that owns a texel.
-READS(uint, 3) cell_owners_texels;
+// The triangle on which particles are born in a texel.
+READS(uint, 3) nests_texels;
 READS(uint, 4) cradles;
 layout(std430, set = 0, binding = 5) readonly buffer IdMarks { uint id_marks[]; };
 layout(std430, set = 0, binding = 6) readonly buffer IdsBefore { uint ids_before[]; };
@@ -47,7 +47,7 @@ void main() {
     uint number = ids_before[word] + marked_below(marks, id);
     if (number >= population[0].born) return;
     uint cell = fetch1(cradles, number);
-    uint triangle = texel_of(cell_owners, cell);
+    uint triangle = texel_of(nests, cell);
     vec2 corner = vec2(float(cell % params.pitch), float(cell / params.pitch));
     precise vec2 middle = corner + 0.5;
     vec2 weights = weights_at(atlas_map_of(triangle), middle);

@@ -236,8 +236,8 @@ class Simulation:
         return self._engine.sizes()[0]
 
     def measures(self) -> dict[str, Any]:
-        """Measures of the network: `mean_trail`, `covered` (share of the surface), `on_network` (share of the particles),
-        `length` (scene radii), `pieces`, `regions`, `below`, and `objects`, the same for each object by its name.
+        """Measures of the network: `particles` (those alive), `mean_trail`, `covered` (share of the surface), `on_network` (share of
+        the particles), `length` (scene radii), `pieces`, `regions`, `below`, and `objects`, the first few for each object by its name.
         """
         text, parts = self._engine.measures()
         measures: dict[str, Any] = json.loads(text)

@@ -163,8 +163,10 @@ const EXTRA: &[(&str, &str, &[&str])] = &[
         "population",
         &[
             "physarum.model=jones",
+            "particles.count=301",
             "population.frequency=3",
             "population.capacity=3001",
+            "population.division_most=30",
             "population.survival_most=9",
             "population.death_probability=0.7",
         ],

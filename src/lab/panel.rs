@@ -566,11 +566,12 @@ fn picture_section(ui: &mut Ui, desk: &mut Desk<'_>) {
     ui.add_space(2.0);
     view_rows(ui, COLOR_ROWS, desk);
     let has_points = desk.document.view.show.has(Part::Points);
-    if has_points && facts.particles_drawn < desk.document.running.slots() {
-        let text = format!(
-            "{} are drawn while it runs",
-            with_commas(f64::from(facts.particles_drawn))
-        );
+    let slots = desk.document.running.slots();
+    if has_points && facts.particles_drawn < slots {
+        // Every so many slots are drawn, and about as many of them are alive as of all.
+        let living = facts.population.map_or(slots, |now| now.living);
+        let drawn = f64::from(facts.particles_drawn) * f64::from(living) / f64::from(slots);
+        let text = format!("{} are drawn while it runs", with_commas(drawn.round()));
         ui.label(RichText::new(text).small().color(theme::weak(ui)))
             .on_hover_text(
                 "All of them would be slow on this device. Paused, and in screenshots, all are.",

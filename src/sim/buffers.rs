@@ -303,7 +303,7 @@ table! {
     CLAIMS: UVec4 = "claims", PAGED 4, |n| n.wishes.0;
     OCCUPANTS: u32 = "occupants", LARGE 0, |n| n.population.1;
     NURSERY: u32 = "nursery", LARGE 0, |n| n.population.1;
-    CELL_OWNERS: u32 = "cell_owners", LARGE 0, |n| n.population.1;
+    NESTS: u32 = "nests", LARGE 0, |n| n.population.1;
     BIRTHS: u32 = "births", LARGE 1, |n| n.population.0;
     CRADLES: u32 = "cradles", LARGE 1, |n| n.population.0;
     ID_MARKS: u32 = "id_marks", BLOCK 0, Counts::id_words;

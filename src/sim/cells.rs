@@ -1,13 +1,16 @@
 //! Cells: the owned texels, of which every texel of the surface has one. Particles may be one a cell, and sensors may read whole cells.
 
+use rayon::prelude::*;
+
 use super::claims::RANK_BITS;
-use super::field::{atlas_position, texel_at};
+use super::field::{atlas_position, texel_at, weights_at};
 use super::types::Particle;
 use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
-use crate::mesh::surface::Seam;
+use crate::mesh::surface::{AtlasMap, NONE, Seam};
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{MOST_POPULATION, Settings, Strategy};
+use crate::strict::{settled, within};
 
 /// Per texel its cell: an owned texel is its own, a gutter texel has the owned texel across the seam that it takes most of, the first of
 /// equal ones. Other texels, where no particle can be, are their own.
@@ -29,6 +32,35 @@ fn heaviest(seam: &Seam) -> u32 {
         }
     }
     seam.source[best]
+}
+
+/// Where a particle is born in a cell, on a triangle with this map: under the cell's middle, or at another place if that does not lie on
+/// the triangle. As in `shaders/divide_begin.comp`.
+#[must_use]
+pub fn birthplace(map: &AtlasMap, cell: u32, pitch: u32) -> [f32; 2] {
+    let middle = [cell % pitch, cell / pitch].map(|x| x as f32 + 0.5);
+    let [u, v] = weights_at(map, middle);
+    let u = settled(within(u, 0.0, 1.0));
+    [u, settled(within(v, 0.0, 1.0 - u))]
+}
+
+/// Per texel the triangle on which particles are born in it, its owner. [`NONE`] where there is no cell, or where the place of a birth
+/// would lie in another one: a chart that is thinner than a texel may have a cell whose middle is not on it.
+#[must_use]
+pub fn nests(atlas: &Atlas, homes: &[u32]) -> Vec<u32> {
+    let nest = |(cell, &triangle): (usize, &u32)| {
+        if triangle == NONE {
+            return NONE;
+        }
+        let map = &atlas.maps[triangle as usize];
+        let [u, v] = birthplace(map, cell as u32, atlas.pitch);
+        let texel = texel_at(atlas_position(map, u, v), atlas.pitch);
+        match homes[texel as usize] as usize == cell {
+            true => triangle,
+            false => NONE,
+        }
+    };
+    atlas.owner.par_iter().enumerate().map(nest).collect()
 }
 
 /// The cell that a particle is in.
@@ -106,4 +138,37 @@ pub fn check_rules(settings: &Settings) -> Result<()> {
         ));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+
+    use super::*;
+
+    /// A needle takes the place of a triangle, with its tip at the middle of one of its cells. Would catch: births in the others, which would
+    /// come to that cell.
+    #[test]
+    fn no_particle_is_born_beside_its_cell() {
+        let (_, mut atlas) = Atlas::of_cells("cube", 64);
+        let homes = homes(&atlas);
+        let owner = &atlas.owner;
+        let is_own = |cell: usize| owner[cell] == 0;
+        let mut cells = 3..owner.len();
+        let tip = cells.find(|&cell| is_own(cell) && is_own(cell - 3));
+        let tip = tip.expect("a triangle has more than three texels in a row");
+        let middle = atlas.centre_of(tip as u32);
+        atlas.maps[0] = AtlasMap {
+            origin: middle - Vec2::new(0.0, 0.3),
+            du: Vec2::new(0.0, 0.1),
+            dv: Vec2::new(-4.0, 0.0),
+        };
+        let nests = nests(&atlas, &homes);
+        assert_eq!((nests[tip], nests[tip - 3]), (0, NONE));
+        let others = (atlas.owner.iter().zip(&nests)).filter(|(owner, _)| **owner != 0);
+        assert!(others.clone().count() > 1000);
+        for (owner, nest) in others {
+            assert_eq!(owner, nest);
+        }
+    }
 }

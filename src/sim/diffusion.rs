@@ -35,10 +35,10 @@ pub struct Diffusion {
 }
 
 impl Diffusion {
-    /// An empty trail that spreads by `diffusion` a step, at most [`GREATEST_DIFFUSION`], over the taps that the atlas's gutter allows.
+    /// An empty trail that spreads by `diffusion` a step, at most [`GREATEST_DIFFUSION`], over the taps that the atlas was made for.
     ///
     /// # Errors
-    /// When the device fails, a buffer is larger than it allows, or the gutter is wider than taps can be apart.
+    /// When the device fails, a buffer is larger than it allows, or the atlas was made for taps that are too far apart.
     ///
     /// # Panics
     /// When the diffusion is greater.
@@ -47,7 +47,7 @@ impl Diffusion {
             (0.0..=GREATEST_DIFFUSION).contains(&diffusion),
             "{diffusion}"
         );
-        let distance = taps_distance(atlas.gutter)?;
+        let distance = taps_distance(atlas.taps)?;
         memory::check_atlas(ctx.info(), atlas, atlas.size)?;
         let texels = atlas.texel_count();
         let (params, seams_params) = spreading(atlas);
@@ -152,14 +152,14 @@ impl Diffusion {
     }
 }
 
-/// How far from each other the taps are on an atlas with such a gutter.
-fn taps_distance(gutter: u32) -> Result<i32> {
-    if gutter > GREATEST_DISTANCE {
+/// How far from each other the taps are, as the kernel takes it.
+fn taps_distance(taps: u32) -> Result<i32> {
+    if taps > GREATEST_DISTANCE {
         return Err(Error::Invalid(format!(
-            "trails spread over the width of the atlas's gutter, which is {gutter} texels: use {GREATEST_DISTANCE} at most"
+            "trails spread over the taps that the atlas was made for, which are {taps} texels apart: use {GREATEST_DISTANCE} at most"
         )));
     }
-    Ok(gutter as i32)
+    Ok(taps as i32)
 }
 
 #[cfg(test)]
@@ -168,11 +168,11 @@ mod tests {
 
     #[test]
     fn taps_are_no_farther_apart_than_the_kernel_looks() {
-        for gutter in 1..=4 {
-            assert_eq!(taps_distance(gutter).ok(), Some(gutter as i32));
+        for taps in 1..=4 {
+            assert_eq!(taps_distance(taps).ok(), Some(taps as i32));
         }
-        for gutter in [5, 64] {
-            let message = taps_distance(gutter).unwrap_err().to_string();
+        for taps in [5, 64] {
+            let message = taps_distance(taps).unwrap_err().to_string();
             assert!(message.ends_with("use 4 at most"), "{message}");
         }
     }

@@ -4,7 +4,7 @@
 use glam::{DVec3, Vec3};
 
 use super::areas::AreaMap;
-use super::cells::{check_room, check_rules, homes};
+use super::cells::{check_room, check_rules, homes, nests};
 use super::distance::DistanceSetup;
 use super::food::{FoodSet, places};
 use super::looks::weights_of;
@@ -48,6 +48,8 @@ pub struct Setup {
     pub surroundings: Vec<u16>,
     /// Per texel its cell, the owned texel that stands for it; empty if no rule of the scene asks for it.
     pub homes: Vec<u32>,
+    /// Per texel the triangle on which particles are born in it, or `NONE`; empty if their number is constant.
+    pub nests: Vec<u32>,
     /// Side of a texel, world units, on the object that has the largest, on average.
     pub texel_side: f32,
     /// The data that walks read, triangle by triangle, and the bins for sorting particles on it.
@@ -132,6 +134,11 @@ impl Setup {
         } else {
             Vec::new()
         };
+        let nests = if settings.population.is_on() {
+            nests(&atlas, &homes)
+        } else {
+            Vec::new()
+        };
         let (mut particles, mut motions) = start::start(
             &scene.surface,
             &Starts::of(scene, &atlas, &masks, &foods)?,
@@ -175,6 +182,7 @@ impl Setup {
             clearance,
             surroundings,
             homes,
+            nests,
             bias: bias.unwrap_or_default(),
             looks,
             texel_side: texel_side(&atlas, &distance),
@@ -225,6 +233,7 @@ pub fn atlas_options(settings: &Settings) -> AtlasOptions {
             .max(settings.physarum.rules().reach.unwrap_or(0))
             .max(settings.population.reach())
             .max(1),
+        taps: settings.trail.diffusion_distance,
         weights: weights(settings),
         turn: 0,
     }

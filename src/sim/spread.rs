@@ -71,8 +71,8 @@ pub fn spreading(atlas: &Atlas) -> (DiffuseParams, DiffuseSeamsParams) {
     };
     let diffuse_seams = DiffuseSeamsParams {
         row_count: atlas.exchange.rows.len() as u32,
-        reach_across: atlas.gutter,
-        reach_down: atlas.gutter * atlas.pitch,
+        reach_across: atlas.taps,
+        reach_down: atlas.taps * atlas.pitch,
         diffusion: 0.0,
         deposit: 0.0,
         decay: 1.0,

@@ -275,8 +275,8 @@ pub struct Growth {
     pub occupants: Texture<u32>,
     /// One per texel, for owned ones: the lowest rank of particles that claim the cell to divide into.
     pub nursery: Texture<u32>,
-    /// One per texel: the triangle that owns it, or `NONE`.
-    pub cell_owners: Texture<u32>,
+    /// One per texel: the triangle on which particles are born in it, or `NONE`.
+    pub nests: Texture<u32>,
     /// One per particle: the cell that it claims to divide into, or `NONE`.
     pub births: Store<u32>,
     /// One per particle that is born: its cell.
@@ -554,10 +554,7 @@ fn growth(make: &Maker<'_>, setup: &Setup, start: Population) -> Result<Growth, 
     Ok(Growth {
         occupants: texture(&buffers::OCCUPANTS)?,
         nursery: texture(&buffers::NURSERY)?,
-        cell_owners: Texture::new(
-            make.ctx,
-            make.of(&buffers::CELL_OWNERS, &setup.atlas.owner)?,
-        )?,
+        nests: Texture::new(make.ctx, make.of(&buffers::NESTS, &setup.nests)?)?,
         births: make.store_of_zeros(&buffers::BIRTHS)?,
         cradles: make.store_of_zeros(&buffers::CRADLES)?,
         id_marks: make.zeros(&buffers::ID_MARKS)?,

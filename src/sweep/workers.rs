@@ -10,7 +10,12 @@ use crate::scene::Scene;
 use crate::sim::memory;
 
 /// Parameters by which the memory of a run grows.
-const SIZES: &[&str] = &["particles.count", "atlas.size"];
+const SIZES: &[&str] = &[
+    "particles.count",
+    "atlas.size",
+    "population.capacity",
+    "population.frequency",
+];
 
 /// Of some points, the largest value of each parameter that decides how much memory a run takes.
 pub fn largest<'a>(points: impl IntoIterator<Item = &'a Row>) -> Row {
@@ -76,12 +81,15 @@ mod tests {
     #[test]
     fn the_largest_run_counts() {
         let row = |text: &str| serde_json::from_str(text).expect("it is JSON");
-        let points: [Row; 3] = [
+        let points: [Row; 5] = [
             row(r#"{"particles.count":100,"trail.decay":0.9}"#),
             row(r#"{"particles.count":3000}"#),
             row(r#"{"particles.count":7,"atlas.size":64}"#),
+            row(r#"{"population.capacity":9000,"population.frequency":0}"#),
+            row(r#"{"population.capacity":500,"population.frequency":5}"#),
         ];
         let found = largest(&points);
-        assert_eq!(found, row(r#"{"particles.count":3000,"atlas.size":64}"#));
+        let expected = r#"{"particles.count":3000,"atlas.size":64,"population.capacity":9000,"population.frequency":5}"#;
+        assert_eq!(found, row(expected));
     }
 }

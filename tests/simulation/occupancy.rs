@@ -570,6 +570,17 @@ fn wide_sensors_read_no_empty_texel() {
     }
 }
 
+/// Would catch: taps of the diffusion as far apart as the gutter of wide sensors is wide, with which rows of texels never spread, and keep
+/// their deposits.
+#[test]
+fn wide_sensors_leave_no_deposits_behind() {
+    for width in [1, 5, 9] {
+        let scene = crowded(TORUS, |settings| settings.physarum.sensor_width = width);
+        let state = by_twins(&scene, 20);
+        state.validate(&Setup::new(&scene).unwrap()).unwrap();
+    }
+}
+
 /// Every gutter texel has the cell that it takes most of.
 #[test]
 fn each_texel_has_a_cell() {

@@ -260,7 +260,8 @@ impl Lab {
         self.clocks.facts.has_looks = simulation.state().looks.is_some();
         self.clocks.facts.pulses = simulation.pulses().len();
         let (settings, setup) = (simulation.settings(), simulation.setup());
-        let particles = f64::from(settings.particles.count);
+        let begun = settings.particles.count;
+        let particles = f64::from(stage.population.map_or(begun, |now| now.living));
         let decay = f64::from(settings.trail.remaining()).clamp(0.0, 0.999);
         let mean = f64::from(deposit_factor(settings, setup) * settings.physarum.deposit)
             * particles

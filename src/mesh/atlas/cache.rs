@@ -162,6 +162,8 @@ fn key(surface: &Surface, options: &AtlasOptions) -> u128 {
         size,
         cell_size,
         gutter,
+        // Nothing of a layout depends on it.
+        taps: _,
         weights,
         turn,
     } = options;

@@ -94,6 +94,8 @@ pub struct AtlasOptions {
     pub cell_size: u32,
     /// Width of the halo round each chart in texels; less than 1 counts as 1, which bilinear reads need.
     pub gutter: u32,
+    /// Texels between the taps of the diffusion, at most the gutter; 0 takes the gutter.
+    pub taps: u32,
     /// For `charts`, one per object: its texels per surface area, relative to the others; empty: all equal.
     pub weights: Vec<f32>,
     /// For `charts`: a seed for random angles by which charts are turned before they are packed; 0 turns none. It allows tests that trails
@@ -102,7 +104,7 @@ pub struct AtlasOptions {
 }
 
 impl AtlasOptions {
-    /// The options with the gutter raised to what bilinear reads need, if such an atlas is possible.
+    /// The options with the gutter raised to what bilinear reads need, and the taps' distance within it, if such an atlas is possible.
     fn checked(&self, surface: &Surface) -> Result<Self, AtlasError> {
         if self.size == 0 || self.size > MAX_SIZE {
             return Err(AtlasError::Size(self.size));
@@ -110,8 +112,14 @@ impl AtlasOptions {
         if surface.corners.is_empty() {
             return Err(AtlasError::Empty);
         }
+        let gutter = self.gutter.max(1);
+        let taps = match self.taps {
+            0 => gutter,
+            taps => taps.min(gutter),
+        };
         Ok(Self {
-            gutter: self.gutter.max(1),
+            gutter,
+            taps,
             ..self.clone()
         })
     }
@@ -284,6 +292,8 @@ pub struct Atlas {
     pub pitch: u32,
     /// Width of the halo round each chart, texels.
     pub gutter: u32,
+    /// Texels between the taps of the diffusion that the exchange and the blocks are made for, 1 to the gutter.
+    pub taps: u32,
     /// How it was laid out.
     pub method: AtlasMethod,
     /// Side of a `grid` cell in texels; 0 with other methods.
@@ -419,17 +429,18 @@ impl Atlas {
             deposited: &deposited,
             is_plain,
             pitch,
-            distance: options.gutter,
-            offsets: ExchangeRow::neighbours(pitch, options.gutter),
+            distance: options.taps,
+            offsets: ExchangeRow::neighbours(pitch, options.taps),
         };
         let conductances = layers.conductances(control)?;
         control.check()?;
         let exchange = conductances.tables(&layers);
-        let blocks = exchange::used_blocks(&density, &seams, options.gutter * pitch / 4);
+        let blocks = exchange::used_blocks(&density, &seams, options.taps * pitch / 4);
         Ok(Self {
             size: options.size,
             pitch,
             gutter: options.gutter,
+            taps: options.taps,
             method: options.method,
             cell_size: layout.cell_size,
             chart_count: layout.chart_count,

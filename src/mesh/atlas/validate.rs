@@ -56,7 +56,10 @@ impl Atlas {
         ensure(
             self.pitch >= self.size && self.pitch.is_multiple_of(4),
             || format!("pitch {} for size {}", self.pitch, self.size),
-        )
+        )?;
+        ensure((1..=self.gutter).contains(&self.taps), || {
+            format!("taps {} apart for a gutter of {}", self.taps, self.gutter)
+        })
     }
 
     /// Charts are numbered without gaps, and each owns a texel.

@@ -8,7 +8,7 @@ pub(super) const POPULATION: &[Parameter] = &[
         key: "population.frequency",
         name: "Test frequency",
         unit: "steps",
-        help: "Every so many steps particles divide and die by how crowded it is round them. 0: their number is constant.",
+        help: "Every so many steps particles divide and die by how crowded it is round them; to grow, there must be fewer than the capacity. 0: their number is constant.",
         effect: Effect::Restart,
         kind: whole!(population.frequency: u32, (0.0, 10_000.0), (0.0, 30.0), Linear),
     },

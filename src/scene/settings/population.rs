@@ -45,7 +45,7 @@ impl Default for PopulationSettings {
             survival_least: 0,
             survival_most: 24,
             death_probability: 1.0,
-            capacity: 500_000,
+            capacity: 2_000_000,
         }
     }
 }
@@ -105,7 +105,7 @@ mod tests {
         settings.particles.count = 100;
         assert_eq!(
             (settings.population.reach(), settings.slots()),
-            (4, 500_000)
+            (4, 2_000_000)
         );
         settings.population.frequency = 1;
         assert_eq!(due(&settings).len(), 11);

@@ -18,7 +18,7 @@ impl Plan<'_> {
         Call {
             on: (),
             constants: DiffuseConstants {
-                distance: self.settings.trail.diffusion_distance as i32,
+                distance: self.setup.atlas.taps as i32,
                 paths: self.means.paths,
             },
             params: DiffuseParams {

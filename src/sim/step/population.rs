@@ -9,8 +9,9 @@
 use crate::mesh::surface::NONE;
 use crate::rng::{Purpose, random, seed_word, unit};
 use crate::sim::arrays::Arrays;
+use crate::sim::cells::birthplace;
 use crate::sim::claims::rank_of;
-use crate::sim::field::{texel_at, weights_at};
+use crate::sim::field::texel_at;
 use crate::sim::kernels::{
     CountCells, CountCellsArgs, CountCellsConstants, CountCellsParams, Divide, DivideArgs,
     DivideBegin, DivideBeginArgs, DivideBeginConstants, DivideBeginParams, DivideConstants,
@@ -24,7 +25,7 @@ use crate::sim::state::State;
 use crate::sim::step::advance::AdvanceInputs;
 use crate::sim::types::{Motion, Particle, Population};
 use crate::sim::work::{Call, StepKernel};
-use crate::strict::{settled, turn_of, within};
+use crate::strict::turn_of;
 
 impl Plan<'_> {
     /// Counts the particles in each cell.
@@ -172,7 +173,7 @@ impl StepKernel for Divide {
             strips: &s.surface.strips,
             homes: s.homes(),
             occupants: &growth.occupants,
-            cell_owners: &growth.cell_owners,
+            nests: &growth.nests,
             bias: s.bias.as_ref(),
             nursery: &growth.nursery,
             births: &growth.births.texels,
@@ -190,7 +191,7 @@ impl StepKernel for Divide {
                 bias: &a.bias,
                 ..AdvanceInputs::of_surface(setup, &a.physarums)
             },
-            (&setup.atlas.owner, &a.occupants),
+            (&setup.nests, &a.occupants),
             (&a.particles, &mut a.motions),
             (&mut a.births, &mut a.nursery),
             &mut a.id_marks,
@@ -279,7 +280,7 @@ impl StepKernel for DivideBegin {
             particles: &s.particles.texels,
             motions: &s.motions.texels,
             strips: &s.surface.strips,
-            cell_owners: &growth.cell_owners,
+            nests: &growth.nests,
             cradles: &growth.cradles.texels,
             id_marks: &growth.id_marks,
             ids_before: &growth.ids_before,
@@ -292,7 +293,7 @@ impl StepKernel for DivideBegin {
         divide_begin(
             &call.params,
             &AdvanceInputs::of_surface(setup, &a.physarums),
-            (&setup.atlas.owner, &a.cradles),
+            (&setup.nests, &a.cradles),
             (&a.id_marks, &a.ids_before),
             &a.population[0],
             (&mut a.particles, &mut a.motions),
@@ -329,7 +330,7 @@ impl IdMarks {
 struct Surroundings<'a> {
     pitch: u32,
     homes: &'a [u32],
-    owners: &'a [u32],
+    nests: &'a [u32],
     occupants: &'a [u32],
     /// If some was painted.
     bias: Option<&'a [f32]>,
@@ -356,14 +357,16 @@ impl Surroundings<'_> {
 
     fn is_free(&self, cell: u32) -> bool {
         let cell = cell as usize;
-        self.owners[cell] != NONE
+        self.nests[cell] != NONE
             && self.occupants[cell] == 0
             && self.bias.is_none_or(|bias| bias[cell] >= NO_GO_BELOW)
     }
 
-    /// The first free cell of the nine round and with a cell, from one of them on.
+    /// The first free cell of the eight round a cell, from one of them on.
     fn free_beside(&self, cell: u32, first: u32) -> Option<u32> {
-        let places = (0..9).map(|k| (first + k) % 9);
+        let places = (0..8).map(|k| (first + k) % 8);
+        // The middle one of nine is the cell itself.
+        let places = places.map(|place| if place < 4 { place } else { place + 1 });
         let mut cells =
             places.map(|place| self.beside(cell, (place % 3) as i32 - 1, (place / 3) as i32 - 1));
         cells.find(|&beside| self.is_free(beside))
@@ -393,7 +396,7 @@ pub fn divide(
     constants: &DivideConstants,
     params: &DivideParams,
     inputs: &AdvanceInputs,
-    (owners, occupants): (&[u32], &[u32]),
+    (nests, occupants): (&[u32], &[u32]),
     (particles, motions): (&[Particle], &mut [Motion]),
     (births, nursery): (&mut [u32], &mut [u32]),
     id_marks: &mut [u32],
@@ -401,7 +404,7 @@ pub fn divide(
     let surroundings = Surroundings {
         pitch: params.pitch,
         homes: inputs.homes,
-        owners,
+        nests,
         occupants,
         bias: constants.painted.then_some(inputs.bias),
     };
@@ -425,7 +428,7 @@ pub fn divide(
             } else if !motion.has_stayed() && unit(words[1]) < params.division_probability {
                 let crowd = surroundings.count(cell, params.division_reach);
                 if (params.division_least..=params.division_most).contains(&crowd) {
-                    let free = surroundings.free_beside(cell, words[2] % 9);
+                    let free = surroundings.free_beside(cell, words[2] % 8);
                     births[slot] = free.unwrap_or(NONE);
                 }
             }
@@ -517,7 +520,7 @@ pub fn divide_list(
 pub fn divide_begin(
     params: &DivideBeginParams,
     inputs: &AdvanceInputs,
-    (owners, cradles): (&[u32], &[u32]),
+    (nests, cradles): (&[u32], &[u32]),
     (id_marks, ids_before): (&[u32], &[u32]),
     population: &Population,
     (particles, motions): (&mut [Particle], &mut [Motion]),
@@ -535,11 +538,9 @@ pub fn divide_begin(
             continue;
         }
         let cell = cradles[number as usize];
-        let triangle = owners[cell as usize];
-        let middle = [cell % params.pitch, cell / params.pitch].map(|x| x as f32 + 0.5);
-        let [u, v] = weights_at(&inputs.strips[triangle as usize].map, middle);
-        let u = settled(within(u, 0.0, 1.0));
-        let v = settled(within(v, 0.0, 1.0 - u));
+        let triangle = nests[cell as usize];
+        let map = &inputs.strips[triangle as usize].map;
+        let [u, v] = birthplace(map, cell, params.pitch);
         let words = random(params.seed, id, params.time_step, Purpose::Population);
         let heading = turn_of(words[3]);
         particles[slot] = Particle { triangle, u, v, id };

@@ -111,13 +111,13 @@ impl Case {
     /// Diffusivity times time of some steps: a step's nine taps have a variance of two thirds of a texel's area, times
     /// their distance squared.
     fn time(&self, steps: u64) -> f64 {
-        let square = f64::from(self.atlas.gutter).powi(2);
+        let square = f64::from(self.atlas.taps).powi(2);
         steps as f64 * f64::from(DIFFUSION) / 3.0 * square * self.atlas.mean_texel_area
     }
 
     /// Steps after which a point has a standard deviation of so many texels.
     fn steps(&self, texels: f64) -> u64 {
-        let square = f64::from(self.atlas.gutter).powi(2);
+        let square = f64::from(self.atlas.taps).powi(2);
         (texels * texels * 1.5 / f64::from(DIFFUSION) / square).round() as u64
     }
 
@@ -342,7 +342,7 @@ fn gathering_from_gutters_alone_does_not_keep_mass() {
         let busiest = rows.iter().max_by_key(|row| row.pair_count).unwrap().texel;
         let start = deposit(case, busiest);
         let constants = DiffuseConstants {
-            distance: atlas.gutter as i32,
+            distance: atlas.taps as i32,
             ..DiffuseConstants::default()
         };
         let params = DiffuseParams {

@@ -542,7 +542,7 @@ fn the_panel_counts_births_and_deaths() {
     harness.frame(vec![]);
     for text in [
         "1234 births, 56 deaths",
-        "78 did not divide for want of room: raise the capacity from 500,000",
+        "78 did not divide for want of room: raise the capacity from 2,000,000",
     ] {
         assert_eq!(harness.places_of(text).len(), 1, "{text}");
     }

@@ -1,6 +1,6 @@
 //! Exchanges of texels when the trail spreads.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DVec2, DVec3, Mat2, Vec2};
 
@@ -10,7 +10,7 @@ use super::*;
 
 /// Conductance of each pair of texels, as both sides see it.
 pub(super) fn conductances(atlas: &Atlas) -> HashMap<(u32, u32), f32> {
-    let offsets = ExchangeRow::neighbours(atlas.pitch, atlas.gutter);
+    let offsets = ExchangeRow::neighbours(atlas.pitch, atlas.taps);
     let mut found = HashMap::new();
     let mut add =
         |from: u32, to: u32, weight: f32| *found.entry((from, to)).or_insert(0.0) += weight;
@@ -228,6 +228,49 @@ fn errors_of_moments(size: u32, turn: u64) -> (f64, f64) {
     }
     assert!(count > 500.0);
     ((first / count).sqrt(), (second / count).sqrt())
+}
+
+/// Would catch: taps as far apart as the gutter is wide, with which blocks leave out rows of texels, and texels exchange with others than
+/// their neighbours.
+#[test]
+fn taps_may_be_nearer_than_the_gutter_is_wide() {
+    let surface = surface(&["torus?major=24&minor=16"]);
+    let cases = [
+        (AtlasMethod::Grid, 1),
+        (AtlasMethod::Grid, 3),
+        (AtlasMethod::Charts, 1),
+        (AtlasMethod::Charts, 2),
+    ];
+    for (method, taps) in cases {
+        let what = format!("{method:?}, taps {taps} apart");
+        let options = AtlasOptions {
+            method,
+            taps,
+            ..options(400, 4)
+        };
+        let atlas = Atlas::build(&surface, &options).unwrap();
+        atlas.validate(&surface).unwrap();
+        assert_eq!((atlas.gutter, atlas.taps), (4, taps), "{what}");
+        check(&what, &atlas);
+        let reach = taps * atlas.pitch / 4;
+        let quads = atlas.blocks.iter().flat_map(|&block| {
+            let rows = (0..BLOCK_ROWS).map(move |row| block + row * reach);
+            rows.flat_map(|first| first..first + BLOCK_QUADS)
+        });
+        let quads: HashSet<u32> = quads.collect();
+        let owned = (0..atlas.texel_count() as u32).filter(|&t| atlas.owner[t as usize] != NONE);
+        for texel in owned.chain(atlas.seams.iter().map(|seam| seam.texel)) {
+            assert!(quads.contains(&(texel / 4)), "{what}: texel {texel}");
+        }
+    }
+    let checked = |taps| {
+        let options = AtlasOptions {
+            taps,
+            ..options(64, 2)
+        };
+        options.checked(&surface).unwrap().taps
+    };
+    assert_eq!([0, 1, 2, 3].map(checked), [2, 1, 2, 2]);
 }
 
 #[test]
