@@ -29,6 +29,7 @@ def processes(
     preset: str | None,
     settings: dict[str, Any],
     device: str | None,
+    picture: Sequence[int] | None,
 ) -> tuple[int, bool]: ...
 def identity(
     scene: str | PathLike[str] | None,

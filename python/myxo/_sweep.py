@@ -13,6 +13,7 @@ import os
 import shutil
 import sys
 import time
+import warnings
 from collections import deque
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -95,7 +96,8 @@ def sweep(
         How they are kept: `npz`, a file for each run, or `zarr`, a folder for each run with arrays in chunks, of which parts can be
         read; `particles` become an array for each member, such as `particles.position`.
     picture
-        Width and height: each run writes a picture, `pictures/KEY.png`, in the view of the scene. A run without it is done again.
+        Width and height: each run writes a picture, `pictures/KEY.png`, in the view of the scene; in place of the size in a study file. A
+        run without it is done again; if only the picture fails then, the row stays, and a warning says why.
         The program's `myxo sweep` draws a sheet of those of a study file with a grid.
     executor
         Anything with the `submit` of `concurrent.futures.Executor`, such as Dask's `client.get_executor()`, mpi4py's `MPIPoolExecutor` or
@@ -134,6 +136,7 @@ def sweep(
         study = read_study(points)
     else:
         study = {"points": points, "scene": scene, "steps": steps, "seeds": seeds, "preset": preset, "settings": settings}
+    if picture is not None:
         study["picture"] = _size(picture)
     study = {**study, "settings": study["settings"] or {}}
     fixed = _fixed(study, run)
@@ -148,6 +151,13 @@ def sweep(
         bar = _Progress(len(own), len(own) - len(missing)) if progress and missing else None
         try:
             for job, (row, packed, drawn) in results:
+                if row["error"] is not None and folder.is_done(job["key"], True, None):
+                    # A run with a good row is done again for its picture alone.
+                    said = f"run {job['number']} has no picture, and its row stays: {row['error']}"
+                    warnings.warn(said, RuntimeWarning, stacklevel=2)
+                    if bar:
+                        bar.step(row["error"])
+                    continue
                 whole = {"run": job["number"], "seed": job["seed"], **job["point"], **row, "key": job["key"]}
                 if packed is not None and store == "zarr":
                     _write_zarr(Path(out), job["key"], packed)
@@ -359,7 +369,7 @@ def _processes(jobs: list[dict[str, Any]]) -> tuple[int, bool]:
     path, table, meshes, folder, preset = source(jobs[0]["scene"], jobs[0]["preset"])
     sizes = json.loads(_myxo.largest(_plain([job["point"] for job in jobs])))
     settings = {**with_files(jobs[0]["settings"]), **sizes}
-    return _myxo.processes(path, table, meshes, folder, preset, settings, device)
+    return _myxo.processes(path, table, meshes, folder, preset, settings, device, jobs[0].get("picture"))
 
 
 def _pool(count: int, threads: int | None) -> concurrent.futures.ProcessPoolExecutor:

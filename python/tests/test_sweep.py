@@ -330,6 +330,18 @@ def test_the_program_goes_on_with_a_folder(tmp_path):
     assert (found[measures] == table[measures]).all().all()
 
 
+def test_rows_stay_where_no_picture_can_be_drawn(tmp_path):
+    """Catches finished runs that a view which cannot be shown turns into errors."""
+    study = {**STUDY, "settings": {**SETTINGS, "picture.show": "distance"}}
+    with concurrent.futures.ThreadPoolExecutor(1) as threads:
+        before = myxo.sweep(ANGLES, out=tmp_path, executor=threads, **study)
+        assert before["error"].isna().all() and len(before) == 4
+        with pytest.warns(RuntimeWarning, match="has no picture, and its row stays"):
+            after = myxo.sweep(ANGLES, out=tmp_path, executor=threads, picture=(40, 30), **study)
+    assert after.equals(before)
+    assert not (tmp_path / "pictures").exists()
+
+
 def test_runs_have_pictures(whole, tmp_path):
     """Catches runs that count as done without their picture, and a program that draws them again before it makes a sheet of them."""
     _, table = whole
@@ -350,6 +362,10 @@ def test_runs_have_pictures(whole, tmp_path):
         assert lost.exists()
         with pytest.raises(ValueError, match="picture is"):
             myxo.sweep(ANGLES, out=tmp_path / "b", executor=threads, picture=(0, 30), **STUDY)
+        # The size here is in place of the file's.
+        myxo.sweep(file, out=tmp_path / "c", executor=threads, picture=(20, 10), progress=False)
+        sizes = {picture.read_bytes()[16:24] for picture in (tmp_path / "c" / "pictures").iterdir()}
+        assert sizes == {(20).to_bytes(4, "big") + (10).to_bytes(4, "big")}
     program = os.environ.get("MYXO_PROGRAM")
     if program is None:
         pytest.skip("MYXO_PROGRAM names no program")

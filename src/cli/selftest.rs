@@ -101,6 +101,7 @@ const EXTRA: &[(&str, &str, &[&str])] = &[
             "trail.diffusion=0.9",
         ],
     ),
+    ("torus", "avoiding", &["physarum.preference=favourite"]),
     ("cube", "1 in 16", &["particles.count=1", "atlas.size=16"]),
     ("cube", "63 in 18", &["particles.count=63", "atlas.size=18"]),
     (
@@ -145,6 +146,16 @@ const EXTRA: &[(&str, &str, &[&str])] = &[
             "distance.method=brute",
             "physarum.distance_weight=0.1",
             "physarum.gravity_weight=0.1",
+            "transfer.threshold=0.2",
+        ],
+    ),
+    (
+        "pair",
+        "restarts",
+        &[
+            "transfer.strategy=respawn",
+            "transfer.respawn=start",
+            "particles.start=disc",
             "transfer.threshold=0.2",
         ],
     ),
@@ -426,7 +437,9 @@ impl SelfTest {
                 Vec::new()
             };
             let mut scene = scene.clone();
-            scene.settings.transfer.strategy = run.strategy;
+            if let Some(strategy) = run.strategy {
+                scene.settings.transfer.strategy = strategy;
+            }
             if scene.settings.objects.len() > 1 {
                 scene.settings.transfer.buffer_size = BUFFER;
             }
@@ -535,12 +548,13 @@ struct Runs {
 /// One of them.
 struct Run {
     name: String,
-    strategy: Strategy,
+    /// None takes that of the settings.
+    strategy: Option<Strategy>,
     is_painted: bool,
 }
 
 impl Run {
-    fn new(name: &str, strategy: Strategy) -> Self {
+    fn new(name: &str, strategy: Option<Strategy>) -> Self {
         Self {
             name: name.to_owned(),
             strategy,
@@ -554,15 +568,15 @@ fn runs_of(name: &str) -> Vec<Runs> {
     let objects = scene.map_or(0, |scene| scene.text.matches("[[object]]").count());
     let mut runs: Vec<Run> = if objects > 1 {
         let all = Strategy::ALL.iter();
-        all.map(|&strategy| Run::new(strategy.word(), strategy))
+        all.map(|&strategy| Run::new(strategy.word(), Some(strategy)))
             .collect()
     } else {
-        vec![Run::new("steps", Strategy::None)]
+        vec![Run::new("steps", None)]
     };
     if PAINTED.contains(&name) {
         runs.push(Run {
             is_painted: true,
-            ..Run::new("painted", Strategy::Parallel)
+            ..Run::new("painted", None)
         });
     }
     let own = Runs {
@@ -579,7 +593,7 @@ fn runs_of(name: &str) -> Vec<Runs> {
     let extra = extra.map(|(_, run, set)| Runs {
         set,
         has_layout: false,
-        runs: vec![Run::new(run, Strategy::Parallel)],
+        runs: vec![Run::new(run, None)],
     });
     std::iter::once(own).chain(extra).collect()
 }

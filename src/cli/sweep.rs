@@ -4,7 +4,7 @@
 
 mod sheet;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command as Process, Stdio};
@@ -44,7 +44,7 @@ const PRINTED: usize = 5;
 /// With `picture` in the study each run also writes a picture, pictures/KEY.png, and a grid a sheet of them, sheet.png: its first parameter
 /// changes from row to row, its last one from column to column.
 ///
-/// Exits 1 if a run has failed.
+/// Exits 1 if a run has failed, or if only its picture could not be drawn.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -158,11 +158,16 @@ impl Command for Sweep {
             }
             let result = workers.run(missing, |Finished { row, picture }| {
                 progress.step();
-                done.count(&row, &progress);
                 let key = row
                     .get("key")
                     .and_then(|key| key.as_str())
                     .unwrap_or_default();
+                // A run with a good row is done again for its picture alone.
+                if row.failed() && folder.has(key, true)? {
+                    done.count_without_picture(key, &row, &progress);
+                    return Ok(());
+                }
+                done.count(&row, &progress);
                 if let Some(picture) = &picture {
                     folder.keep_picture(key, picture)?;
                 }
@@ -193,7 +198,8 @@ impl Sweep {
                 ..jobs[0].clone()
             };
             // A scene that cannot be loaded is a row with its error.
-            largest.scene().map_or(1, |scene| processes(info, &scene))
+            let scene = largest.scene();
+            scene.map_or(1, |scene| processes(info, &scene, largest.picture))
         };
         let count = self.workers.map_or_else(fitting, usize::from);
         let count = count.min(jobs.len());
@@ -215,7 +221,8 @@ impl Sweep {
     ) -> Result<Outcome> {
         let (mut there, mut failed) = (0, 0);
         for job in jobs {
-            if folder.is_done(&job.key, job.picture, false)? {
+            let is_without = done.without_picture.contains(&job.key);
+            if is_without || folder.is_done(&job.key, job.picture, false)? {
                 there += 1;
                 failed += usize::from(!folder.has(&job.key, true)?);
             }
@@ -236,15 +243,19 @@ impl Sweep {
             0 => String::new(),
             failed => format!(", {failed} of which have an error (--retry runs them again)"),
         };
+        let without = match done.without_picture.len() {
+            0 => String::new(),
+            without => format!(", {without} of which have no picture"),
+        };
         let files = files.each_ref().map(|file| file.shown());
         console::message(&format!(
-            "{there} runs are done{failures}: {} and {}",
+            "{there} runs are done{failures}{without}: {} and {}",
             files[0], files[1]
         ));
         if let Some(sheet) = sheet {
             draw(sheet, folder, runs)?;
         }
-        Ok(if failed > 0 {
+        Ok(if failed + done.without_picture.len() > 0 {
             Outcome::Failed
         } else {
             Outcome::Done
@@ -271,13 +282,24 @@ fn draw(sheet: &Sheet, folder: &Folder, runs: &HashMap<String, usize>) -> Result
 #[derive(Default)]
 struct Done {
     failed: usize,
+    /// The keys of runs whose rows were good, and whose pictures could not be drawn.
+    without_picture: HashSet<String>,
 }
 
 impl Done {
     fn count(&mut self, row: &Row, progress: &Progress) {
-        if !row.failed() {
-            return;
+        if row.failed() {
+            self.say("", row, progress);
         }
+    }
+
+    /// A run that was done again for its picture, in vain.
+    fn count_without_picture(&mut self, key: &str, row: &Row, progress: &Progress) {
+        self.without_picture.insert(key.to_owned());
+        self.say("there is no picture, and its row stays: ", row, progress);
+    }
+
+    fn say(&mut self, what: &str, row: &Row, progress: &Progress) {
         self.failed += 1;
         if self.failed <= PRINTED {
             let run = row
@@ -288,7 +310,7 @@ impl Done {
                 .get("error")
                 .and_then(|error| error.as_str())
                 .unwrap_or_default();
-            progress.say(&format!("run {run}: {}", escaped(error)));
+            progress.say(&format!("run {run}: {what}{}", escaped(error)));
         }
     }
 }

@@ -55,7 +55,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 pub use error::{MeshError, MeshProblem};
 pub use gltf::RigidTrack;
-pub use report::MeshReport;
+pub use report::{Crossings, MeshReport};
 use walk::SurfacePoint;
 
 /// One model: welded, consistently wound, without degenerate triangles, and with a report of repairs.

@@ -10,6 +10,15 @@ use crate::plain_text::with_commas;
 /// The most names of a kind that a report lists.
 const MOST_NAMES: usize = 8;
 
+/// Pairs of triangles without a common corner that go through each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Crossings {
+    /// How many were found.
+    pub pairs: usize,
+    /// Triangles crowd so that not all were compared: there may be more pairs.
+    pub are_partial: bool,
+}
+
 /// Sizes, topology and oddities of one mesh; printed in one line when nothing is odd.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MeshReport {
@@ -90,7 +99,7 @@ pub struct MeshReport {
     pub unapplied_extensions: BTreeSet<String>,
     /// Pairs of triangles without a common corner that go through each other: the mesh intersects itself. Counted in files of at most
     /// [`MOST_CHECKED`](super::trees::MOST_CHECKED) triangles.
-    pub self_crossings: usize,
+    pub self_crossings: Crossings,
     /// Texture coordinates are missing at some corners, or not finite; all left out.
     pub incomplete_uvs: bool,
 }
@@ -183,8 +192,6 @@ impl MeshReport {
             unreferenced_non_finite: "of the unused vertices is not finite", "of the unused vertices are not finite";
             crossed_polygons: "polygon that crosses itself or is far from flat: its triangles may overlap",
                 "polygons that cross themselves or are far from flat: their triangles may overlap";
-            self_crossings: "pair of triangles that go through each other: the mesh intersects itself, and walks go on inside of it",
-                "pairs of triangles that go through each other: the mesh intersects itself, and walks go on inside of it";
             lines: "line, ignored", "lines, ignored";
             points: "point, ignored", "points, ignored";
             free_form_lines: "line of curves or free-form surfaces, ignored", "lines of curves or free-form surfaces, ignored";
@@ -201,6 +208,14 @@ impl MeshReport {
             if count > 0 {
                 list.push(counted(count, one, many));
             }
+        }
+        let Crossings { pairs, are_partial } = self.self_crossings;
+        if pairs > 0 {
+            list.push(format!(
+                "{}{} of triangles that go through each other: the mesh intersects itself, and walks go on inside of it",
+                if are_partial { "at least " } else { "" },
+                counted(pairs, "pair", "pairs"),
+            ));
         }
         for name in self.unapplied_extensions.iter().take(MOST_NAMES) {
             list.push(format!("the extension {name} is not applied"));

@@ -71,10 +71,10 @@ pub fn largest(points: &str) -> PyResult<String> {
         .map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
-/// How many processes a sweep takes on this device, whose largest run is this scene, and whether they compute on the processor. The
-/// arguments are those of an engine.
+/// How many processes a sweep takes on this device, whose largest run is this scene, and whose runs have pictures of this size, if any; and
+/// whether they compute on the processor. The other arguments are those of an engine.
 #[pyfunction]
-#[pyo3(signature = (scene, text, meshes, folder, preset, settings, device))]
+#[pyo3(signature = (scene, text, meshes, folder, preset, settings, device, picture))]
 #[expect(clippy::too_many_arguments, reason = "as for an engine")]
 pub fn processes(
     py: Python<'_>,
@@ -85,6 +85,7 @@ pub fn processes(
     preset: Option<String>,
     settings: &Bound<'_, PyDict>,
     device: Option<String>,
+    picture: Option<[u32; 2]>,
 ) -> PyResult<(usize, bool)> {
     let overrides = Overrides {
         preset,
@@ -96,7 +97,7 @@ pub fn processes(
         let ctx = open_device(device)?;
         let info = ctx.info();
         // A scene that cannot be loaded is a row with its error.
-        let count = load().map_or(1, |scene| sweep::processes(info, &scene));
+        let count = load().map_or(1, |scene| sweep::processes(info, &scene, picture));
         Ok((count, info.kind == DeviceKind::Cpu))
     })
     .map_err(exception)

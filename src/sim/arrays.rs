@@ -81,7 +81,7 @@ impl TransferArrays {
             flux: state.flux.clone(),
             area_shares: area_shares(&setup.surface),
             object_triangles: object_triangles(&setup.surface),
-            restarts: Restarts::of(setup, settings),
+            restarts: Restarts::of_state(&state.restarts, setup, settings),
         }
     }
 
@@ -99,6 +99,7 @@ impl TransferArrays {
             in_flight: Vec::new(),
             flow: self.flow[0].between_steps(),
             flux: self.flux.clone(),
+            restarts: self.restarts.kept(),
         }
     }
 }

@@ -120,7 +120,7 @@ pub fn check_room(settings: &Settings, atlas: &Atlas) -> Result<()> {
 /// Checks that the rules of a scene go together.
 ///
 /// # Errors
-/// When particles restart at random places, where others may be, and there is one particle a cell; or when particles change objects, and
+/// When particles restart, at places where others may be, and there is one particle a cell; or when particles change objects, and
 /// their number changes.
 pub fn check_rules(settings: &Settings) -> Result<()> {
     if settings.population.is_on() && settings.strategy() != Strategy::None {
@@ -132,8 +132,8 @@ pub fn check_rules(settings: &Settings) -> Result<()> {
     }
     if settings.physarum.rules().is_crowded() && settings.strategy() == Strategy::Respawn {
         return Err(Error::Invalid(
-            "transfer.strategy = \"respawn\": there is one particle a cell, and particles that restart anywhere could share one: choose another \
-             strategy, or let particles share cells (physarum.model = \"thesis\" and physarum.occupancy_rounds = 0)"
+            "transfer.strategy = \"respawn\": there is one particle a cell, and particles that restart could share one, wherever they do: \
+             choose another strategy, or let particles share cells (physarum.model = \"thesis\" and physarum.occupancy_rounds = 0)"
                 .to_owned(),
         ));
     }

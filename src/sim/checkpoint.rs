@@ -322,10 +322,11 @@ fn take<'a>(rest: &mut &'a [u8], length: usize) -> Option<&'a [u8]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Affine3A;
+    use glam::{Affine3A, UVec2, UVec4};
 
     use crate::sim::distance::KeptPair;
     use crate::sim::pulse::LivePulse;
+    use crate::sim::restarts::Restarts;
     use crate::sim::transfers::TransferState;
     use crate::sim::twin;
     use crate::sim::types::{Flow, Motion, Particle, Population, Transfer, Window};
@@ -386,6 +387,10 @@ mod tests {
                         ..Flow::default()
                     },
                     flux: vec![0, 7, 6, 0],
+                    restarts: Restarts {
+                        places: vec![UVec4::new(5, 1, 2, 0); 6],
+                        ranges: vec![UVec2::new(0, 2), UVec2::new(2, 3)],
+                    },
                 },
                 looks: vec![0.25; 55],
                 population: vec![Population {
@@ -491,6 +496,8 @@ mod tests {
         let mut plain = checkpoint();
         assert_eq!(bytes(&plain)[8], 8);
         plain.snapshot.population.clear();
+        assert_eq!(bytes(&plain)[8], 8);
+        plain.snapshot.transfers.restarts = Restarts::default();
         assert_eq!(bytes(&plain)[8], 7);
         plain.snapshot.pulses.clear();
         assert_eq!(bytes(&plain)[8], 7);
@@ -500,7 +507,9 @@ mod tests {
         // Earlier programs wrote no such length.
         let length = u32::from_le_bytes(earlier[12..16].try_into().unwrap()) as usize;
         let header = std::str::from_utf8(&earlier[16..16 + length]).unwrap();
-        let header = header.replacen("\"pulses\":0,\"looks\":0,\"population\":0,", "", 1);
+        let later =
+            "\"pulses\":0,\"looks\":0,\"population\":0,\"restart_places\":0,\"restart_ranges\":0,";
+        let header = header.replacen(later, "", 1);
         assert!(header.len() < length);
         let mut whole = earlier[..12].to_vec();
         whole.extend((header.len() as u32).to_le_bytes());

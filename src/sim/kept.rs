@@ -69,8 +69,13 @@ kept! {
     // Checkpoints of earlier versions lack the parts from here on; see `Snapshot::has_later_parts`.
     pulses [pulses]                 on_host();
     looks [looks]                   remade(&buffers::LOOKS, |state| state.looks.as_deref()), "texels of a second look";
-    // Checkpoints that end here are of a version of their own; see `Snapshot::has_latest_parts`.
+    // Checkpoints with any of the parts from here on are of a version of their own; see `Snapshot::has_latest_parts`.
     population [population]         permanent(&buffers::POPULATION, |state| state.kept_population()), "counts of a population";
+    // Their number is checked with what they are.
+    transfers.restarts.places [restart_places]
+                                    remade(&buffers::RESTARTS, |state| Some(state.transfers.kept_restarts()?.0));
+    transfers.restarts.ranges [restart_ranges]
+                                    remade(&buffers::RESTART_RANGES, |state| Some(state.transfers.kept_restarts()?.1));
 }
 
 /// A part, whatever its elements are.

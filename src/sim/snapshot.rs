@@ -38,7 +38,7 @@ pub struct Snapshot {
     pub trail: Vec<f32>,
     /// The last step's deposits, one per texel.
     pub deposits: Vec<u32>,
-    /// Counters of transfers, and the objects' windows.
+    /// Counters of transfers, the objects' windows, and where particles restart.
     pub transfers: TransferState,
     /// The painted bias, one value per texel, gutters filled; empty if nothing was painted.
     pub bias: Vec<f32>,
@@ -244,7 +244,7 @@ impl Snapshot {
 
     /// Does it have parts that checkpoints with those lack?
     pub(super) fn has_latest_parts(&self) -> bool {
-        !self.population.is_empty()
+        !self.population.is_empty() || !self.transfers.restarts.ranges.is_empty()
     }
 
     /// Does every id exist exactly once?

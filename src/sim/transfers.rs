@@ -26,6 +26,8 @@ pub struct TransferState {
     pub flow: Flow,
     /// How many particles have left each object (rows) for each; empty with a single object.
     pub flux: Vec<u32>,
+    /// Where particles restart, if they may do so by the rule of their start; otherwise none.
+    pub restarts: Restarts,
 }
 
 impl TransferState {
@@ -46,6 +48,7 @@ impl TransferState {
         }
         let objects = setup.poses.len() as u32;
         self.validate_counts()?;
+        self.restarts.validate(&setup.surface)?;
         let mut flying = vec![false; particles.len()];
         for transfer in &self.in_flight {
             let Transfer {
@@ -310,11 +313,14 @@ impl Transfers {
             windows,
             flow,
             flux,
+            restarts,
             ..
         } = state;
         let capacity = capacity(settings, setup);
+        let restarts = Restarts::of_state(restarts, setup, settings);
         let counts = &Counts {
             transfers: capacity.into(),
+            restarts: (restarts.places.len() as u64, restarts.ranges.len() as u64),
             ..*counts
         };
         // Buffers have at least one element.
@@ -333,7 +339,6 @@ impl Transfers {
         } else {
             (vec![0], vec![UVec2::ZERO])
         };
-        let restarts = Restarts::of(setup, settings);
         Ok(Self {
             windows: buffers::WINDOWS.of(ctx, counts, windows)?,
             borders: buffers::BORDERS.zeroed(ctx, counts)?,
@@ -366,6 +371,11 @@ impl Transfers {
     /// The windows; none if the strategy has none.
     pub(super) fn kept_windows(&self) -> Option<&Buffer<Window>> {
         self.strategy.has_windows().then_some(&self.windows)
+    }
+
+    /// Where particles restart, and the part of each object; none if they never do so by the rule of their start.
+    pub(super) fn kept_restarts(&self) -> Option<(&Buffer<UVec4>, &Buffer<UVec2>)> {
+        (self.restart_ranges.len() > 1).then_some((&self.restarts, &self.restart_ranges))
     }
 
     /// The flux; none with a single object.

@@ -127,7 +127,7 @@ impl Folder {
     }
 
     /// As [`has`](Self::has), and if runs have pictures of this size: is there that of this run, too? A run with an error needs none. A
-    /// run without its picture is not done: it is run again, and its row is written again.
+    /// run without its picture is not done: it is run again, and its row is written again, unless it fails then.
     ///
     /// # Errors
     /// When a row cannot be read.

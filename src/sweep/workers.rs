@@ -31,11 +31,22 @@ pub fn largest<'a>(points: impl IntoIterator<Item = &'a Row>) -> Row {
     largest
 }
 
-/// How many processes a sweep takes, whose largest run is this scene: on a driver that computes on the processor one for each of its cores,
-/// if their memory suffices; on a graphics card, which runs one kernel at a time, one.
+/// Bytes a pixel of a picture on the device: four samples of colour and of depth.
+const PIXEL: u64 = 32;
+
+/// How many processes a sweep takes, whose largest run is this scene, and whose runs have pictures of this size, if any: on a driver that
+/// computes on the processor one for each of its cores, if their memory suffices; on a graphics card, which runs one kernel at a time, one.
 #[must_use]
-pub fn processes(info: &DeviceInfo, scene: &Scene) -> usize {
-    number(info.kind, cores(), memory::needed(scene), Free::on(info))
+pub fn processes(info: &DeviceInfo, scene: &Scene, picture: Option<[u32; 2]>) -> usize {
+    let needed = memory::needed(scene) + needed_for(picture);
+    number(info.kind, cores(), needed, Free::on(info))
+}
+
+/// About how many bytes a picture takes on the device.
+fn needed_for(picture: Option<[u32; 2]>) -> u64 {
+    picture.map_or(0, |[width, height]| {
+        PIXEL * u64::from(width) * u64::from(height)
+    })
 }
 
 /// How many threads each of so many processes takes, so that all cores are busy.
@@ -73,6 +84,11 @@ mod tests {
         assert_eq!(number(DeviceKind::Cpu, 8, gib, free(gib)), 1);
         assert_eq!(number(DeviceKind::Cpu, 8, gib, None), 8);
         assert_eq!(number(DeviceKind::Discrete, 8, gib, free(64 * gib)), 1);
+        // Pictures count, too.
+        let drawn = gib + needed_for(Some([16_384; 2]));
+        assert!(number(DeviceKind::Cpu, 8, drawn, free(64 * gib)) < 5);
+        let plain = gib + needed_for(None);
+        assert_eq!(number(DeviceKind::Cpu, 8, plain, free(64 * gib)), 8);
         assert_eq!(threads(usize::MAX), 1);
         assert_eq!(threads(1), cores());
     }

@@ -246,7 +246,8 @@ fn places_of(picture: &RgbImage, sheet: &RgbImage) -> Vec<[u32; 2]> {
     places
 }
 
-/// Catches runs that count as done without their picture, a sheet whose cells are other runs, and one that is drawn again and again.
+/// Catches runs that count as done without their picture, a sheet whose cells are other runs, one that is drawn again and again, and
+/// results that are lost where only a picture cannot be drawn.
 #[test]
 fn a_grid_has_a_sheet_of_its_pictures() {
     if no_device() {
@@ -318,12 +319,32 @@ fn a_grid_has_a_sheet_of_its_pictures() {
     assert_eq!(read(&lost), pictures[2]);
     assert_eq!((table(&out), written()), (rows, time));
     // Pictures of another size are drawn again, and so is the sheet.
-    let text = fs::read_to_string(&study).expect("it is there");
-    fs::write(&study, text.replace("40x30", "50x30")).expect("there is room");
+    let content = fs::read_to_string(&study).expect("it is there");
+    fs::write(&study, content.replace("40x30", "50x30")).expect("there is room");
     let said = done(&arguments);
     assert!(said.contains("4 of 4 runs to do"), "{said}");
     assert_eq!(read(&lost).dimensions(), (50, 30));
     assert_ne!(read(&file).dimensions(), sheet.dimensions());
+
+    // Finished runs of a view that cannot be shown get no pictures, and stay as they are.
+    let out = folder.file("blind");
+    let study = STUDY
+        .replace("seeds = 2", "seeds = 1")
+        .replace("[grid]", "set.\"picture.show\" = \"distance\"\n[grid]");
+    let plain = folder.with("plain.toml", &study);
+    done(&["sweep", path(&plain), "--out", path(&out)]);
+    let before = table(&out);
+    assert!(before.values().all(|row| row["error"].is_empty()));
+    let study = folder.with("blind.toml", format!("picture = \"40x30\"\n{study}"));
+    let output = myxo(&["sweep", path(&study), "--out", path(&out)]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    let why = "run 1: there is no picture, and its row stays: the view distance cannot be shown";
+    assert!(
+        said.contains(why) && said.contains("4 runs are done, 4 of which have no picture"),
+        "{said}"
+    );
+    assert_eq!(table(&out), before);
 }
 
 /// Catches a view that a scene cannot show and that ends the sweep, or its worker, instead of its runs.

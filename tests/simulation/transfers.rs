@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::common::{Gpu, TRIO, awkward_sizes, by_id, gpu, scene_of_several};
 use myxo::gpu::{Buffer, Pipeline, Texels, Threads};
-use myxo::scene::Scene;
 use myxo::scene::settings::{ObjectStart, OwnPhysarum, RestartPlace, Settings, Start, Strategy};
+use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::kernels::{Respawn, RespawnArgs, RespawnConstants, RespawnParams};
 use myxo::sim::restarts::Restarts;
@@ -645,5 +645,72 @@ fn particles_restart_where_they_began() {
         arrived = now;
     }
     assert!(arrived > 100, "{arrived}");
+    gpu.finish();
+}
+
+/// Would catch: places of a run that goes on from a checkpoint, on either engine, where particles would begin now that an object has been
+/// moved; and places that are forgotten while particles change objects, until they restart again.
+#[test]
+fn restart_places_stay_where_particles_began() {
+    let Some(gpu) = gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("moved.ckpt");
+    for strategy in [Strategy::Respawn, Strategy::Parallel] {
+        let mut scene = trio(|s| {
+            s.particles.count = 1000;
+            s.particles.start = Start::Disc;
+            s.atlas.size = 128;
+            s.transfer.strategy = strategy;
+            s.transfer.respawn = RestartPlace::Start;
+            s.transfer.threshold = 0.1;
+            s.physarum.speed = 0.05;
+        });
+        let mut going_on = Simulation::new(&gpu.ctx, &scene).unwrap();
+        advance(&gpu, &mut going_on, 10);
+        scene.settings.objects[1].position[0] += 0.3;
+        going_on.apply(&scene.settings).unwrap();
+        advance(&gpu, &mut going_on, 10);
+        let state = going_on.snapshot().unwrap();
+        let before = state.transfers.flow.arrived;
+        let checkpoint = Checkpoint::new(&scene, going_on.setup(), state);
+        checkpoint.write(&path).unwrap();
+        let checkpoint = Checkpoint::read(&path).unwrap();
+        let scene = checkpoint.own_scene(&path, &Overrides::default()).unwrap();
+        let setup = Setup::new(&scene).unwrap();
+        assert_ne!(setup.particles, going_on.setup().particles);
+        checkpoint.check(&scene, &setup).unwrap();
+        let mut damaged = checkpoint.clone();
+        damaged.snapshot.transfers.restarts.places[0].x = u32::MAX;
+        let problem = damaged.check(&scene, &setup).unwrap_err();
+        assert!(problem.contains("place 0 to restart at"), "{problem}");
+        damaged.snapshot.transfers.restarts.ranges[0].y += 1;
+        let problem = damaged.check(&scene, &setup).unwrap_err();
+        assert!(problem.contains("to restart at are damaged"), "{problem}");
+
+        let mut resumed = Simulation::from_setup(&gpu.ctx, &scene, setup.clone()).unwrap();
+        resumed.restore(&checkpoint.snapshot).unwrap();
+        let mut settings = scene.settings.clone();
+        settings.transfer.strategy = Strategy::Respawn;
+        let mut by_twin = twin::Simulation::new(setup, settings);
+        by_twin.restore(&checkpoint.snapshot);
+        for simulation in [&mut going_on, &mut resumed] {
+            let mut settings = simulation.settings().clone();
+            settings.transfer.strategy = Strategy::Respawn;
+            simulation.apply(&settings).unwrap();
+            advance(&gpu, simulation, 10);
+        }
+        (0..10).for_each(|_| by_twin.step());
+        let end = going_on.snapshot().unwrap();
+        assert!(end.transfers.flow.arrived > before, "some have restarted");
+        let others = [resumed.snapshot().unwrap(), by_twin.snapshot()];
+        let places = &end.transfers.restarts;
+        assert!(
+            others
+                .iter()
+                .all(|other| other.transfers.restarts == *places)
+        );
+        let hashes = others.map(|other| other.hash());
+        assert_eq!(hashes, [end.hash(); 2], "{strategy:?}");
+    }
     gpu.finish();
 }

@@ -4,28 +4,41 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::{Face, Node, build};
-use crate::mesh::Mesh;
+use crate::mesh::{Crossings, Mesh};
 
 /// Meshes of more triangles are not checked.
 pub const MOST_CHECKED: usize = 1 << 17;
 /// The most triangles that one is compared with. Where more crowd round one, pairs are left out, so that no mesh takes more than seconds.
 const MOST_COMPARED: u32 = 512;
+/// The most triangles that are looked at for one. Those of a fan have a common corner and are not compared, but their boxes meet.
+const MOST_VISITED: u32 = 8192;
 /// Crossings are as deep as this share of the mesh's size: triangles that touch within rounding do not cross.
 const SHALLOW: f64 = 1e-6;
 /// The sizes of meshes that are checked: products of lengths stay far within single precision.
 const SIZES: std::ops::Range<f64> = 1e-12..1e12;
 
-/// The number of pairs of triangles that go through each other, without a common corner; 0 for a mesh of more than [`MOST_CHECKED`]
-/// triangles.
+/// The pairs of triangles that go through each other, without a common corner; none for a mesh of more than [`MOST_CHECKED`] triangles.
 #[must_use]
-pub fn self_crossings(mesh: &Mesh) -> usize {
+pub fn self_crossings(mesh: &Mesh) -> Crossings {
     let (low, high) = mesh.bounds();
     let size = low.as_dvec3().distance(high.as_dvec3());
     let count = mesh.corners.len();
     if count > MOST_CHECKED || !SIZES.contains(&size) {
-        return 0;
+        return Crossings::default();
     }
-    let mut faces: Vec<Face> = (0..count)
+    let (nodes, faces) = tree_of(mesh);
+    let shallow = SHALLOW * size;
+    let found = (0..count)
+        .into_par_iter()
+        .map(|triangle| crossed_by(mesh, &nodes, &faces, triangle, shallow).crossings);
+    found.reduce(Crossings::default, |one, other| Crossings {
+        pairs: one.pairs + other.pairs,
+        are_partial: one.are_partial || other.are_partial,
+    })
+}
+
+fn tree_of(mesh: &Mesh) -> (Vec<Node>, Vec<Face>) {
+    let mut faces: Vec<Face> = (0..mesh.corners.len())
         .map(|triangle| {
             let [a, b, c] = corners_of(mesh, triangle);
             Face::new(triangle as u32, a, b - a, c - a)
@@ -33,25 +46,30 @@ pub fn self_crossings(mesh: &Mesh) -> usize {
         .collect();
     let mut nodes = Vec::new();
     build::append_tree(&mut nodes, &mut faces, 0);
-    let shallow = SHALLOW * size;
-    (0..count)
-        .into_par_iter()
-        .map(|triangle| crossed_by(mesh, &nodes, &faces, triangle, shallow))
-        .sum()
+    (nodes, faces)
 }
 
 fn corners_of(mesh: &Mesh, triangle: usize) -> [Vec3; 3] {
     mesh.corners[triangle].map(|vertex| mesh.positions[vertex as usize])
 }
 
-/// How many triangles after this one go through it.
-fn crossed_by(mesh: &Mesh, nodes: &[Node], faces: &[Face], triangle: usize, shallow: f64) -> usize {
+/// What is found for one triangle.
+#[derive(Default)]
+struct Found {
+    crossings: Crossings,
+    /// How many triangles were looked at, and how many of these were compared with it.
+    visited: u32,
+    compared: u32,
+}
+
+/// The triangles after this one that go through it.
+fn crossed_by(mesh: &Mesh, nodes: &[Node], faces: &[Face], triangle: usize, shallow: f64) -> Found {
     let own = mesh.corners[triangle];
     let corners = corners_of(mesh, triangle);
     let [a, b, c] = corners;
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
     let one = corners.map(Vec3::as_dvec3);
-    let (mut count, mut compared) = (0, 0);
+    let mut found = Found::default();
     let mut open = vec![0];
     while let Some(index) = open.pop() {
         let node = &nodes[index as usize];
@@ -64,6 +82,11 @@ fn crossed_by(mesh: &Mesh, nodes: &[Node], faces: &[Face], triangle: usize, shal
         }
         let first = node.link % Node::LEAF;
         for face in &faces[first as usize..(first + node.link / Node::LEAF) as usize] {
+            if found.visited == MOST_VISITED {
+                found.crossings.are_partial = true;
+                return found;
+            }
+            found.visited += 1;
             let other = face.triangle as usize;
             let is_joined = mesh.corners[other]
                 .iter()
@@ -71,15 +94,17 @@ fn crossed_by(mesh: &Mesh, nodes: &[Node], faces: &[Face], triangle: usize, shal
             if other <= triangle || is_joined {
                 continue;
             }
-            if compared == MOST_COMPARED {
-                return count;
+            if found.compared == MOST_COMPARED {
+                found.crossings.are_partial = true;
+                return found;
             }
-            compared += 1;
+            found.compared += 1;
             let two = corners_of(mesh, other).map(Vec3::as_dvec3);
-            count += usize::from(pierces(one, two, shallow) || pierces(two, one, shallow));
+            let cross = pierces(one, two, shallow) || pierces(two, one, shallow);
+            found.crossings.pairs += usize::from(cross);
         }
     }
-    count
+    found
 }
 
 /// Does an edge of a triangle go through the inside of another one, from one side of it to the other?
@@ -104,7 +129,7 @@ fn pierces(edges: [DVec3; 3], triangle: [DVec3; 3], shallow: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{primitive, suite};
+    use crate::mesh::{MeshReport, primitive, suite};
 
     /// Two copies of a mesh, the second one moved.
     fn twice(mesh: &Mesh, way: Vec3) -> Mesh {
@@ -144,11 +169,15 @@ mod tests {
                     expected += usize::from(cross && !joined);
                 }
             }
-            assert_eq!(self_crossings(&both), expected, "{way}");
+            let expected_crossings = Crossings {
+                pairs: expected,
+                are_partial: false,
+            };
+            assert_eq!(self_crossings(&both), expected_crossings, "{way}");
             assert_eq!(expected > 10, way.x < 2.0, "{way}: {expected}");
         }
         for mesh in [ball, primitive::torus(24, 16, 0.4), primitive::cube(3)] {
-            assert_eq!(self_crossings(&mesh), 0, "{}", mesh.name);
+            assert_eq!(self_crossings(&mesh), Crossings::default(), "{}", mesh.name);
         }
     }
 
@@ -174,7 +203,42 @@ mod tests {
             ];
             let positions = [flat, upright].concat();
             let mesh = suite::mesh("two", &positions, &[[0, 1, 2], [3, 4, 5]]);
-            assert_eq!(self_crossings(&mesh), pairs, "{top}, {x}");
+            assert_eq!(self_crossings(&mesh).pairs, pairs, "{top}, {x}");
+        }
+    }
+
+    /// Would catch: a fan in which every triangle looks at every other one, and a count that passes for the whole one where not all were
+    /// compared.
+    #[test]
+    fn fans_take_no_longer_than_their_bound() {
+        const COUNT: u32 = 20_000;
+        let turn = |i: u32| std::f32::consts::TAU * i as f32 / COUNT as f32;
+        let rim = (0..COUNT).map(|i| Vec3::new(turn(i).cos(), turn(i).sin(), 0.0));
+        let positions: Vec<Vec3> = std::iter::once(Vec3::ZERO).chain(rim).collect();
+        let corners: Vec<[u32; 3]> = (0..COUNT)
+            .map(|i| [0, 1 + i, 1 + (i + 1) % COUNT])
+            .collect();
+        let fan = suite::mesh("fan", &positions, &corners);
+        assert_eq!(fan.corners.len(), COUNT as usize);
+        let (nodes, faces) = tree_of(&fan);
+        for triangle in (0..COUNT as usize).step_by(999) {
+            let found = crossed_by(&fan, &nodes, &faces, triangle, 1e-6);
+            assert_eq!((found.visited, found.compared), (MOST_VISITED, 0));
+            assert!(found.crossings.are_partial && found.crossings.pairs == 0);
+        }
+        for (are_partial, beginning) in [(true, "at least 3 pairs of"), (false, "3 pairs of")] {
+            let report = MeshReport {
+                self_crossings: Crossings {
+                    pairs: 3,
+                    are_partial,
+                },
+                ..MeshReport::default()
+            };
+            let said = report.oddities();
+            assert!(
+                said.len() == 1 && said[0].starts_with(beginning),
+                "{said:?}"
+            );
         }
     }
 

@@ -138,7 +138,7 @@ fn what_each_mapping_confuses_is_bounded() {
         // A projection confuses what is far from its eye, the more the farther: by its slope, near / z^2, two of the last depths are 5e-5
         // scene radii from each other at z = 2, and 0.02 at 40.
         if mapping == DepthMapping::Clip {
-            let most_error = if reach.is_some() { 0.05 } else { 1e-4 };
+            let most_error = if reach.is_some() { 0.05 } else { 2e-4 };
             assert!(found.error < most_error, "{found:?}");
             assert!(found.other_sign * 1000 <= found.within || reach.is_some());
             continue;
@@ -214,7 +214,7 @@ fn drawn_distances_are_those_of_the_twin() {
                 "{name}, {mapping:?}: {differ} other triangles"
             );
             let most = if mapping == DepthMapping::Clip {
-                1e-4
+                2e-4
             } else {
                 2e-6
             };
@@ -283,12 +283,13 @@ fn deep_inside_is_inside() {
         let raster = fields(&gpu, &all);
         let mut sum = Differences::default();
         sum.add(&setup, all.radius, &bvh, &raster);
-        assert_eq!(sum.other_sign, 0, "{mapping:?}: {sum:?}");
-        let most = if mapping == DepthMapping::Clip {
-            1e-4
+        // A projection confuses a few.
+        let (most_signs, most) = if mapping == DepthMapping::Clip {
+            (sum.within / 1000, 2e-4)
         } else {
-            1e-5
+            (0, 1e-5)
         };
+        assert!(sum.other_sign <= most_signs, "{mapping:?}: {sum:?}");
         assert!(sum.error < most, "{mapping:?}: {sum:?}");
     }
     gpu.finish();
