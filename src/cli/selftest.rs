@@ -101,7 +101,14 @@ const EXTRA: &[(&str, &str, &[&str])] = &[
             "trail.diffusion=0.9",
         ],
     ),
-    ("torus", "avoiding", &["physarum.preference=favourite"]),
+    (
+        "torus",
+        "avoiding",
+        &[
+            "physarum.preference=favourite",
+            "physarum.favourite_density=0",
+        ],
+    ),
     ("cube", "1 in 16", &["particles.count=1", "atlas.size=16"]),
     ("cube", "63 in 18", &["particles.count=63", "atlas.size=18"]),
     (
