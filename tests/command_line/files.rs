@@ -132,7 +132,7 @@ fn a_full_disk_leaves_what_is_whole() {
     }
     let position = arguments.iter().position(|argument| *argument == "64x48");
     arguments[position.expect("the size is there")] = "800x600";
-    let output = program::with_files_up_to(16, &arguments);
+    let output = program::with_files_up_to(24, &arguments);
     let messages = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{messages}");
     assert!(!messages.contains("panicked"), "{messages}");

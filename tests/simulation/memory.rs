@@ -46,6 +46,8 @@ fn the_table_has_every_buffer() {
             s.atlas.size = 128;
             s.particles.count = 5000;
             s.distance.method = method;
+            s.feeding.scattered = 3;
+            s.feeding.scent_across = 0.5;
         })
     };
     let (mut names, mut kept) = (BTreeSet::new(), Vec::new());

@@ -67,7 +67,7 @@ fn way_round(from: DVec3, to: DVec3) -> DVec3 {
 /// lost; and a plane that is not as wide one way as the other.
 #[test]
 fn straight_walks_round_a_periodic_plane_end_where_they_began() {
-    for (direction, steps) in [([1.0, 0.0, 0.0], 40), ([-3.0, 0.0, 4.0], 200)] {
+    for (direction, steps) in [([1.0, 0.0, 0.0], 40), ([-0.6, 0.0, 0.8], 200)] {
         let scene = straight(PERIODIC, direction);
         let mut twin = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings.clone());
         let begun = places_of(&twin);

@@ -5,7 +5,7 @@ use crate::{Lab, SMALL, can_open, out};
 use myxo::scene::parameters::{
     FOOD_PARAMETERS, Kind, OBJECT_PARAMETERS, Own, PARAMETERS, Parameter, why_idle,
 };
-use myxo::scene::settings::{AtlasMethod, ObjectStart, Show, Start};
+use myxo::scene::settings::{AtlasMethod, DepthMapping, ObjectStart, Show, Start, Strategy};
 use myxo::scene::{Overrides, Scene};
 
 /// A number that the parameter may have and does not have now, as people type it.
@@ -139,6 +139,10 @@ const PICTURE: &str = "ball.png";
 const MODEL: &str = "motion.model";
 const SENSING: &str = "physarum.sensing";
 const START_FOOD: &str = "particles.start_food";
+const DEPTHS: [(&str, &str, DepthMapping); 2] = [
+    ("distance.depth_near", "clip", DepthMapping::Clip),
+    ("distance.depth_scale", "logistic", DepthMapping::Logistic),
+];
 /// Particles are drawn without the trail.
 const OF_TRAIL: [&str; 2] = ["picture.brightest", "picture.darkest"];
 
@@ -193,6 +197,13 @@ fn every_parameter_can_be_changed_in_the_panel() {
     let (of_trail, idle): (Vec<&Parameter>, Vec<&Parameter>) =
         (idle.into_iter()).partition(|p| OF_TRAIL.contains(&p.key));
     for parameter in idle {
+        // Each of these belongs to some depths only.
+        let depth = DEPTHS.iter().find(|(key, ..)| *key == parameter.key);
+        if let Some(&(_, word, depth)) = depth {
+            lab.find("distance.depth");
+            lab.click(&format!("distance.depth={word}"));
+            expected.distance.depth = depth;
+        }
         expected = turn(&lab, parameter, "", &expected, &before);
     }
     lab.key("Escape");
@@ -249,6 +260,11 @@ fn every_parameter_can_be_changed_in_the_panel() {
     }
     let words = PARAMETERS.iter().rev();
     for parameter in words.filter(|p| has_row(p) && is_word(p) && p.key != SENSING) {
+        if parameter.key == "transfer.respawn" {
+            lab.find("transfer.strategy");
+            lab.click("transfer.strategy=respawn");
+            expected.transfer.strategy = Strategy::Respawn;
+        }
         expected = turn(&lab, parameter, "", &expected, &before);
     }
     let saved = lab.save("lively");

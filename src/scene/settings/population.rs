@@ -93,15 +93,15 @@ mod tests {
     #[test]
     fn populations_change_every_so_many_steps() {
         let mut settings = Settings::default();
-        settings.particles.count = 700_000;
+        settings.particles.count = 3_000_000;
         let due = |settings: &Settings| {
             let steps = (0..12).filter(|&step| settings.population.is_due(step));
             steps.collect::<Vec<u64>>()
         };
-        assert_eq!((due(&settings), settings.slots()), (Vec::new(), 700_000));
+        assert_eq!((due(&settings), settings.slots()), (Vec::new(), 3_000_000));
         assert_eq!(settings.population.reach(), 0);
         settings.population.frequency = 5;
-        assert_eq!((due(&settings), settings.slots()), (vec![5, 10], 700_000));
+        assert_eq!((due(&settings), settings.slots()), (vec![5, 10], 3_000_000));
         settings.particles.count = 100;
         assert_eq!(
             (settings.population.reach(), settings.slots()),
