@@ -91,7 +91,7 @@ layout(push_constant) uniform Params {
     uint particle_count;
     uint seed;
     uint time_step;
-    uint attempts;            // edge crossings that one walk may make
+    uint attempts;            // edge crossings that one walk may make, unless objects have their own
     uint pitch;               // texels from one atlas row to the next
     uint transfer_capacity;   // of particle_indices
     float transfer_threshold; // world length of signed distance below which a place is covered

@@ -1,5 +1,5 @@
 // diffuse: the trail spreads, takes up the deposits, decays; values that are too small to be visible become zero.
-// Reads   blocks, trail, deposits, density.
+// Reads   blocks, trail, deposits, density; where objects differ in their rates, objects and rates.
 // Writes  next_trail for owned texels, zero for others of the blocks; previous_deposits, cleared for the next step.
 // One invocation per four texels (a quad) of four rows; four of them are a block, whose rows are cache lines. Blocks
 // without any texel in use are not listed. The rows are as far apart as the taps, so each row's sums serve three times.
@@ -10,6 +10,7 @@
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
 #include "index.glsl"
 #include "tables.glsl"
 #include "texels.glsl"
@@ -17,6 +18,8 @@
 layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const int DISTANCE = 1;  // texels between the taps, 1 to 4
+// Objects differ in how much is left on them, or in how it spreads or decays.
+layout(constant_id = 1) const bool OWN_RATES = false;
 
 layout(push_constant) uniform Params {
     uint lane_count;     // four per block
@@ -27,6 +30,7 @@ layout(push_constant) uniform Params {
     float deposit;       // trail units that one particle leaves on a texel of mean area
     float decay;         // what remains after a step
     float tiny;          // values below this become zero: denormals are slow, and invisible
+    uint first_rates;    // of the pass, one an object, with OWN_RATES: they take the place of diffusion, deposit and decay
 } params;
 
 READS(uint, 0) blocks;  // their first quads
@@ -37,6 +41,8 @@ layout(std430, set = 0, binding = 4) writeonly buffer NextTrail { vec4 next_trai
 layout(std430, set = 0, binding = 5) writeonly buffer PreviousDeposits { uvec4 previous_deposits_block[]; };
 WRITES(vec4, 6) next_trail_quads;
 WRITES(uvec4, 7) previous_deposits_quads;
+READS(uvec4, 8) objects_quads;  // may be absent
+layout(std430, set = 0, binding = 9) readonly buffer Rates { TrailRates rates[]; };  // may be absent
 
 // Four texels, moved by `DISTANCE` to the left and to the right, from the four before and after.
 vec4 from_left(vec4 before, vec4 here) {
@@ -62,15 +68,35 @@ vec4 row_sum(uint quad, vec4 middle) {
     return sum;
 }
 
+// The rates of four texels.
+struct QuadRates { vec4 diffusion; vec4 deposit; vec4 decay; };
+
+QuadRates rates_of(uint quad) {
+    QuadRates found = QuadRates(vec4(params.diffusion), vec4(params.deposit), vec4(params.decay));
+    if (OWN_RATES) {
+        // Texels without an owner have object 0, and stay empty.
+        uvec4 row = params.first_rates + quad_of(objects, quad);
+        TrailRates a = rates[row.x];
+        TrailRates b = rates[row.y];
+        TrailRates c = rates[row.z];
+        TrailRates d = rates[row.w];
+        found.diffusion = vec4(a.diffusion, b.diffusion, c.diffusion, d.diffusion);
+        found.deposit = vec4(a.deposit, b.deposit, c.deposit, d.deposit);
+        found.decay = vec4(a.decay, b.decay, c.decay, d.decay);
+    }
+    return found;
+}
+
 void write(uint quad, vec4 here, vec4 above, vec4 beside, vec4 below) {
     vec4 owned = quad_of(density, quad);
+    QuadRates own = rates_of(quad);
     // The common part cancels to the last bit, so a constant stays constant.
     precise vec4 thrice = 3.0 * here;
     precise vec4 more = ((above - thrice) + (beside - thrice)) + (below - thrice);
-    precise vec4 rate = (params.diffusion * min(owned, vec4(params.most_density))) * (1.0 / 9.0);
+    precise vec4 rate = (own.diffusion * min(owned, vec4(params.most_density))) * (1.0 / 9.0);
     precise vec4 spread = here + rate * more;
     vec4 counted = vec4(quad_of(deposits, quad));
-    precise vec4 value = (spread + (params.deposit * counted) * owned) * params.decay;
+    precise vec4 value = (spread + (own.deposit * counted) * owned) * own.decay;
     bvec4 kept = bvec4(uvec4(greaterThanEqual(value, vec4(params.tiny))) & uvec4(greaterThan(owned, vec4(0.0))));
     vec4 next = mix(vec4(0.0), value, kept);
     store_quad(next_trail, quad, next)

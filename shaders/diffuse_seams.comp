@@ -1,15 +1,19 @@
 // diffuse_seams: as diffuse, for texels that exchange across a seam, or whose neighbours are limited.
-// Reads   rows, entries, trail, deposits (those on gutter texels too).
+// Reads   rows, entries, trail, deposits (those on gutter texels too); where objects differ in their rates, objects and rates.
 // Writes  next_trail for the texels of the rows.
 // One invocation per row.
 // Overflow: cannot happen; nothing is appended.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#include "types.glsl"
 #include "index.glsl"
 #include "tables.glsl"
 
 layout(local_size_x = 64) in;
+
+// Objects differ in how much is left on them, or in how it spreads or decays.
+layout(constant_id = 0) const bool OWN_RATES = false;
 
 layout(push_constant) uniform Params {
     uint row_count;
@@ -19,6 +23,7 @@ layout(push_constant) uniform Params {
     float deposit;      // trail units that one particle leaves on a texel of mean area
     float decay;        // what remains after a step
     float tiny;         // below this a value is zero
+    uint first_rates;   // as in diffuse
 } params;
 
 // Two texels per row: the texel, its first two pairs, its first two deposits, their end; the mask, the conductance, the density.
@@ -29,6 +34,8 @@ READS(float, 2) trail_texels;
 READS(uint, 3) deposits_texels;
 WRITES(float, 4) next_trail_low;
 WRITES(float, 5) next_trail_high;
+READS(uint, 6) objects_texels;  // may be absent
+layout(std430, set = 0, binding = 7) readonly buffer Rates { TrailRates rates[]; };  // may be absent
 
 #include "texels.glsl"
 
@@ -38,6 +45,12 @@ float trail_at(uint texel) {
 
 float deposits_at(uint texel) {
     return float(texel_of(deposits, texel));
+}
+
+// The rates of a texel's object. Rows never cross from object to object.
+TrailRates rates_of(uint texel) {
+    if (OWN_RATES) return rates[params.first_rates + texel_of(objects, texel)];
+    return TrailRates(params.diffusion, params.deposit, params.decay, 0.0);
 }
 
 // How much more a neighbour has, if the texel exchanges with it.
@@ -90,7 +103,8 @@ void main() {
         if (next >= row.w) break;
     }
     float own = uintBitsToFloat(more.z);
-    precise float spread = here + (params.diffusion * own) * (uintBitsToFloat(more.y) * inside + across);
-    precise float value = (spread + (params.deposit * counted) * own) * params.decay;
+    TrailRates of = rates_of(texel);
+    precise float spread = here + (of.diffusion * own) * (uintBitsToFloat(more.y) * inside + across);
+    precise float value = (spread + (of.deposit * counted) * own) * of.decay;
     store_texel(next_trail, texel, vec4(value >= params.tiny ? value : 0.0))
 }

@@ -30,7 +30,7 @@ layout(push_constant) uniform Params {
     uint capacity;             // of the lists of transfers
     uint pitch;                // texels from one atlas row to the next
     uint object_count;
-    uint attempts;             // edge crossings that one walk may make
+    uint attempts;             // edge crossings that one walk may make, unless objects have their own
     uint first_vertex_normal;  // behind those of the half-edges
 } params;
 
@@ -105,6 +105,11 @@ vec3 place_at(float time, Walker w, Standing standing) {
     return place;
 }
 
+// Edge crossings that one walk on an object may make.
+uint attempts_on(uint object) {
+    return OWN_PHYSARUM ? physarums[object].attempts : params.attempts;
+}
+
 // The first crossing of the last step with the target, found by walking back, and the length walked since then.
 Meeting meeting_behind(Particle particle, Motion motion, uint source, uint target, float way, out float rest) {
     Meeting first;
@@ -114,6 +119,7 @@ Meeting meeting_behind(Particle particle, Motion motion, uint source, uint targe
     Walker w = walker_at(particle.triangle, particle.u, particle.v, vec2(-motion.heading_p, -motion.heading_h), way);
     Standing standing = Standing(pose_in(poses_before, source), pose_in(poses_before, target), pose_of(source), pose_of(target));
     vec3 newer = place_at(1.0, w, standing);
+    uint attempts = attempts_on(source);
     bool goes_on = true;
     for (uint i = 0u; goes_on; i += 1u) {
         // To the next edge, over it, and to the following one: each call has one straight segment.
@@ -121,7 +127,7 @@ Meeting meeting_behind(Particle particle, Motion motion, uint source, uint targe
         walk(w, min(i, 1u), BORDER_REFLECTS);
         precise float segment = before - w.remaining;
         precise float older_way = walked + segment;
-        goes_on = w.status == WALK_OUT_OF_ATTEMPTS && i < params.attempts;
+        goes_on = w.status == WALK_OUT_OF_ATTEMPTS && i < attempts;
         precise float time = 1.0 - share(older_way, way);
         vec3 older = place_at(goes_on ? time : 0.0, w, standing);
         Meeting meeting = meeting_between(target, older, newer, flight_of_walker(w), -1.0);
@@ -137,11 +143,11 @@ Meeting meeting_behind(Particle particle, Motion motion, uint source, uint targe
 }
 
 // The walker on the target, behind the crossing.
-Walker walker_on_target(Meeting meeting, uint source, float rest) {
+Walker walker_on_target(Meeting meeting, uint source, uint target, float rest) {
     Walker outer = walker_from(meeting, 1.0, rest);
     Walker inner = walker_from(meeting, -1.0, rest);
-    walk(outer, params.attempts, BORDER_REFLECTS);
-    walk(inner, params.attempts, BORDER_REFLECTS);
+    walk(outer, attempts_on(target), BORDER_REFLECTS);
+    walk(inner, attempts_on(target), BORDER_REFLECTS);
     if (inner_is_better(source, outer, inner, params.first_vertex_normal)) return inner;
     return outer;
 }
@@ -171,7 +177,7 @@ void main() {
         float rest;
         Meeting meeting = meeting_behind(particle, motion, source, target, positive(way), rest);
         if (meeting.slot != NONE) {
-            Walker w = walker_on_target(meeting, source, rest);
+            Walker w = walker_on_target(meeting, source, target, rest);
             triangle = w.triangle;
             left = w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
             crosses = true;

@@ -22,7 +22,7 @@ layout(push_constant) uniform Params {
     uint thread_count;
     uint job_count;
     uint pitch;       // texels from one atlas row to the next
-    uint attempts;    // edge crossings that one walk may make
+    uint attempts;    // edge crossings that one walk may make: the most of any object
     float threshold;  // world length of signed distance below which a place is covered
     float farthest;   // largest world length behind the line at which places are found
     float deepest;    // world length of signed distance up to which sensors see nothing

@@ -31,7 +31,7 @@ layout(constant_id = 22) const bool MORTAL = false;
 layout(push_constant) uniform Params {
     uint particle_count;
     uint salt;         // of the step
-    uint attempts;     // edge crossings that one walk may make
+    uint attempts;     // edge crossings that one walk may make, unless objects have their own
     uint pitch;        // texels from one atlas row to the next
     uint shell_count;  // of the shells, those of live pulses
     uint second_look;  // row of the physarums

@@ -36,7 +36,7 @@ Physarum mixed_look(Physarum one, Physarum other, float weight) {
         between(one.gravity_weight, other.gravity_weight, weight),
         between(one.decrowding_weight, other.decrowding_weight, weight),
         between(one.distance_weight, other.distance_weight, weight),
-        0.0);
+        one.attempts);
 }
 
 #endif

@@ -32,6 +32,11 @@ vec2 previous_position() {
     return atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
 }
 
+// Edge crossings that one walk may make.
+uint own_attempts() {
+    return OWN_PHYSARUM ? own.attempts : params.attempts;
+}
+
 void take_own_parameters() {
     // If no object has its own parameters, all particles read one row.
     own = physarums[OWN_PHYSARUM ? shape_words(particle.triangle).w : 0u];
@@ -50,7 +55,7 @@ void stand() {
 void walk_pending() {
     stand();
     if (motion.pending > 0.0) {
-        walk_strip(w, params.attempts, BORDER_REFLECTS);
+        walk_strip(w, own_attempts(), BORDER_REFLECTS);
         pending = w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0;
     }
 }
@@ -61,7 +66,7 @@ void walk_step(float beyond) {
     if (PULSES) sweep(w);
     precise float longer = w.remaining + beyond;
     w.remaining = longer;
-    walk_strip(w, beyond > 0.0 ? 2u * params.attempts : params.attempts, BORDER_REFLECTS);
+    walk_strip(w, beyond > 0.0 ? 2u * own_attempts() : own_attempts(), BORDER_REFLECTS);
     precise float left_over = pending + (w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0);
     pending = left_over;
 }

@@ -107,7 +107,7 @@ float sensed_at(vec2 position, uint triangle, vec2 uv, bool from_open) {
 float sensed_by_walking(StripWalk w, vec2 heading, bool from_open) {
     w.heading = heading;
     w.remaining = own.sensor_offset;
-    walk_strip(w, params.attempts, BORDER_REFLECTS);
+    walk_strip(w, own_attempts(), BORDER_REFLECTS);
     vec2 position = walked_position(w);
     return sensed_at(position, w.triangle, vec2(w.u, w.v), from_open);
 }

@@ -29,7 +29,8 @@ struct Flow {
     uint listed; uint gained; uint mismatches;
     uint entries; uint left_over; uint most_wanted; uint refused; uint selected; uint arrived; uint crossed;
 };
-struct Physarum { float speed; float sensor_offset; float sensor_cos; float sensor_sin; float rotation_cos; float rotation_sin; float sensor_noise; float favourite_density; float gravity_weight; float decrowding_weight; float distance_weight; float pad0; };
+struct Physarum { float speed; float sensor_offset; float sensor_cos; float sensor_sin; float rotation_cos; float rotation_sin; float sensor_noise; float favourite_density; float gravity_weight; float decrowding_weight; float distance_weight; uint attempts; };
+struct TrailRates { float diffusion; float deposit; float decay; float pad0; };
 struct Shell { vec3 center; float radius; float narrow; float strength; float speed; float pad0; };
 struct SurfaceSample { vec3 position; uint texel; };
 struct SampleTile { vec3 center; float radius; };

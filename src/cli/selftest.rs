@@ -136,6 +136,16 @@ const EXTRA: &[(&str, &str, &[&str])] = &[
         "257 in 17",
         &["particles.count=257", "atlas.size=17"],
     ),
+    (
+        "trio",
+        "own trails",
+        &[
+            "object.0.trail.decay=0.6",
+            "object.1.trail.diffusion=0.9",
+            "object.1.physarum.edge_crossing_attempts=1",
+            "object.2.physarum.deposit=3",
+        ],
+    ),
     ("pair", "1 in 67", &["particles.count=1", "atlas.size=67"]),
     (
         "pair",

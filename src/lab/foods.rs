@@ -39,7 +39,7 @@ pub(super) fn food_sections(
                 loaded: &loaded[i],
                 default: &new,
                 running: document.running.foods.get(i).unwrap_or(&new),
-                shared: &before.physarum,
+                shared: before,
                 objects: &before.objects,
                 prefix: &format!("food.{i}."),
                 idle: &|_| None,

@@ -252,7 +252,7 @@ impl ParameterPanel {
         };
         let mut changed = false;
         let before = desk.document.edited.clone();
-        let shared = &before.physarum;
+        let shared = &before;
         let default = Settings::default();
         for (prefix, title, open) in SECTIONS {
             let parameters: Vec<_> = PARAMETERS

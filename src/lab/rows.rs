@@ -7,7 +7,7 @@ use egui::{
 };
 use myxo::plain_text::with_commas;
 use myxo::scene::parameters::{Effect, Kind, Number, Parameter, Scale};
-use myxo::scene::settings::{ObjectSettings, PhysarumSettings};
+use myxo::scene::settings::{ObjectSettings, Settings};
 
 use crate::lab::opening::OPEN_MASK;
 use crate::lab::places::{Marked as _, note_value};
@@ -30,8 +30,8 @@ pub struct RowContext<'a, T> {
     pub default: &'a T,
     /// The values that the simulation runs with.
     pub running: &'a T,
-    /// Values that objects share with the scene unless they have their own.
-    pub shared: &'a PhysarumSettings,
+    /// The scene, whose values objects share unless they have their own.
+    pub shared: &'a Settings,
     /// The objects that a row can name.
     pub objects: &'a [ObjectSettings],
     /// The prefix of the controls' names, for tests.
@@ -167,10 +167,9 @@ pub fn editor<T>(
             if has {
                 let slider = Slider::new(&mut now, low..=high)
                     .logarithmic(own.scale == Scale::Logarithmic)
-                    .clamping(SliderClamping::Never)
-                    .max_decimals(6)
-                    .smallest_positive(smallest_positive(low, high));
-                wide_slider(ui, slider, parse_number).marked(key);
+                    .clamping(SliderClamping::Never);
+                let (slider, parse) = with_steps(slider, own.integer, own.slider);
+                wide_slider(ui, slider, parse).marked(key);
             }
             let after = has.then(|| within(ui, parameter, now, own.range));
             if after != before {
@@ -337,30 +336,36 @@ fn slider<T>(
 ) -> bool {
     let mut now = (number.get)(value);
     let (low, high) = number.slider;
-    let mut slider = Slider::new(&mut now, low..=high)
+    let slider = Slider::new(&mut now, low..=high)
         .logarithmic(number.scale == Scale::Logarithmic)
         .clamping(SliderClamping::Never);
-    if number.integer {
-        slider = slider.integer();
-    } else {
-        slider = slider
-            .max_decimals(6)
-            .smallest_positive(smallest_positive(low, high));
-    }
-    if number.integer && high > 10_000.0 {
-        slider = slider.custom_formatter(|value, _| with_commas(value));
-    }
-    let parse = if number.integer {
-        parse_whole
-    } else {
-        parse_number
-    };
+    let (slider, parse) = with_steps(slider, number.integer, number.slider);
     let changed = wide_slider(ui, slider, parse).marked(key).changed();
     if changed {
         let now = within(ui, parameter, now, number.range);
         (number.set)(value, now);
     }
     changed
+}
+
+/// A slider that stops at whole numbers, or at any, and how its text is read.
+fn with_steps(
+    slider: Slider<'_>,
+    integer: bool,
+    (low, high): (f64, f64),
+) -> (Slider<'_>, fn(&str) -> Option<f64>) {
+    if !integer {
+        let slider = slider
+            .max_decimals(6)
+            .smallest_positive(smallest_positive(low, high));
+        return (slider, parse_number);
+    }
+    let slider = slider.integer();
+    if high > 10_000.0 {
+        let slider = slider.custom_formatter(|value, _| with_commas(value));
+        return (slider, parse_whole);
+    }
+    (slider, parse_whole)
 }
 
 /// The end of a logarithmic slider that begins at 0: four decades below its other end.

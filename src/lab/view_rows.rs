@@ -133,7 +133,7 @@ pub(super) fn view_rows(ui: &mut Ui, keys: &[&str], desk: &mut Desk<'_>) {
         loaded: &loaded,
         default: &default,
         running: &before,
-        shared: &before.physarum,
+        shared: &before,
         objects: &before.objects,
         prefix: "",
         idle: &|key| match key {

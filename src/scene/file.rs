@@ -382,10 +382,10 @@ impl Reader {
         };
         let value = value.get_ref();
         let outcome = match (field, value) {
-            ("" | "motion" | "physarum" | "start", DeValue::Table(table)) => {
+            ("" | "motion" | "physarum" | "start" | "trail", DeValue::Table(table)) => {
                 return self.table(key, table);
             }
-            ("motion" | "physarum" | "start", other) => {
+            ("motion" | "physarum" | "start" | "trail", other) => {
                 Some(wrong_type(key, "a table of keys", other))
             }
             ("motion.keyframes", value) => match keyframes::read(key, value) {
@@ -530,21 +530,11 @@ fn set<T>(
         return None;
     };
     match &parameter.kind {
-        Kind::Number(number_kind) => {
-            let expected = if number_kind.integer {
-                "a whole number"
-            } else {
-                "a number"
-            };
-            match number(value) {
-                Some(x) if number_kind.integer && x.is_finite() && x.fract() != 0.0 => {
-                    return Some(wrong_type(full, expected, value));
-                }
-                Some(x) if number_kind.allows(x) => (number_kind.set)(target, x),
-                Some(_) => return Some(out(full, value, parameter)),
-                None => return Some(wrong_type(full, expected, value)),
-            }
-        }
+        Kind::Number(number_kind) => match read_number(value, number_kind.integer) {
+            Ok(x) if number_kind.allows(x) => (number_kind.set)(target, x),
+            Ok(_) => return Some(out(full, value, parameter)),
+            Err(expected) => return Some(wrong_type(full, expected, value)),
+        },
         Kind::Choice { words, set, .. } => match value {
             DeValue::String(word) => match words.iter().position(|candidate| candidate == word) {
                 Some(i) => set(target, i),
@@ -580,10 +570,10 @@ fn set<T>(
             }
             set(target, components);
         }
-        Kind::Own(own) => match number(value) {
-            Some(x) if inside(x, own.range) => (own.set)(target, Some(x)),
-            Some(_) => return Some(out(full, value, parameter)),
-            None => return Some(wrong_type(full, "a number", value)),
+        Kind::Own(own) => match read_number(value, own.integer) {
+            Ok(x) if own.allows(x) => (own.set)(target, Some(x)),
+            Ok(_) => return Some(out(full, value, parameter)),
+            Err(expected) => return Some(wrong_type(full, expected, value)),
         },
         Kind::Text {
             what, is_path, set, ..
@@ -594,6 +584,20 @@ fn set<T>(
         },
     }
     None
+}
+
+/// A number, or what is expected in its place.
+fn read_number(value: &DeValue<'_>, integer: bool) -> Result<f64, &'static str> {
+    let expected = if integer {
+        "a whole number"
+    } else {
+        "a number"
+    };
+    match number(value) {
+        Some(x) if integer && x.is_finite() && x.fract() != 0.0 => Err(expected),
+        Some(x) => Ok(x),
+        None => Err(expected),
+    }
 }
 
 fn out<T>(key: &str, value: &DeValue<'_>, parameter: &Parameter<T>) -> Refusal {

@@ -11,7 +11,7 @@ mod pulse;
 mod table;
 
 use super::keyframes;
-use super::settings::{PhysarumSettings, Settings};
+use super::settings::Settings;
 use crate::plain_text::with_commas;
 
 pub use food::FOOD_PARAMETERS;
@@ -131,10 +131,12 @@ pub struct Own<T: 'static> {
     pub slider: (f64, f64),
     /// How a slider spreads it.
     pub scale: Scale,
+    /// Only whole numbers.
+    pub integer: bool,
     /// Reads the value; `None` if it is the scene's.
     pub get: fn(&T) -> Option<f64>,
     /// Reads the scene's.
-    pub shared: fn(&PhysarumSettings) -> f64,
+    pub shared: fn(&Settings) -> f64,
     /// Writes the value.
     pub set: fn(&mut T, Option<f64>),
 }
@@ -160,11 +162,23 @@ impl<T> Number<T> {
     /// May the parameter have this value?
     #[must_use]
     pub fn allows(&self, value: f64) -> bool {
-        if self.integer {
-            value.fract() == 0.0 && value >= self.range.0 && value <= self.range.1
-        } else {
-            inside(value, self.range)
-        }
+        allows(self.integer, self.range, value)
+    }
+}
+
+impl<T> Own<T> {
+    /// May an object have this value?
+    #[must_use]
+    pub fn allows(&self, value: f64) -> bool {
+        allows(self.integer, self.range, value)
+    }
+}
+
+fn allows(integer: bool, range: (f64, f64), value: f64) -> bool {
+    if integer {
+        value.fract() == 0.0 && value >= range.0 && value <= range.1
+    } else {
+        inside(value, range)
     }
 }
 
@@ -239,14 +253,11 @@ impl<T> Parameter<T> {
             format!(" {}", self.unit)
         };
         match &self.kind {
-            Kind::Number(number) => {
-                let whole = if number.integer { "whole numbers " } else { "" };
-                let (low, high) = number.range;
+            Kind::Number(Number { range, integer, .. }) | Kind::Own(Own { range, integer, .. }) => {
+                let whole = if *integer { "whole numbers " } else { "" };
+                let (low, high) = *range;
                 format!("{whole}{} to {}{unit}", grouped(low), grouped(high))
             }
-            Kind::Own(Own {
-                range: (low, high), ..
-            }) => format!("{} to {}{unit}", grouped(*low), grouped(*high)),
             Kind::Choice { words, .. } => any_of(words),
             Kind::Text { what, .. } => (*what).to_owned(),
             Kind::Vector {
@@ -294,7 +305,7 @@ impl<T> Parameter<T> {
             Kind::Number(number) => number.allows((number.get)(settings)),
             Kind::Choice { .. } | Kind::Text { .. } => true,
             Kind::Vector { range, get, .. } => get(settings).iter().all(|&c| inside(c, *range)),
-            Kind::Own(own) => (own.get)(settings).is_none_or(|value| inside(value, own.range)),
+            Kind::Own(own) => (own.get)(settings).is_none_or(|value| own.allows(value)),
         };
         if !fits {
             problems.push(OutOfRange {

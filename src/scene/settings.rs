@@ -12,6 +12,7 @@ mod population;
 mod pulse;
 mod shown;
 mod start;
+mod trail;
 
 use glam::{Affine3A, DVec3};
 use serde::Serialize;
@@ -28,9 +29,9 @@ pub use population::{MOST_POPULATION, PopulationSettings};
 pub use pulse::{MOST_PULSE_ENTRIES, PulseSettings};
 pub use shown::{Legend, Part, Show};
 pub use start::{OwnStart, StartSettings};
+pub use trail::{OwnTrail, TrailSettings};
 
 use super::motion::{self, MotionSettings};
-use crate::portable;
 
 /// A whole scene file. `Settings::default()` is a valid scene: one torus.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -175,50 +176,6 @@ impl Default for TimeSettings {
             dt: 1.0 / 60.0,
             start: 0.0,
             steps_per_second: 0.0,
-        }
-    }
-}
-
-/// `[trail]`
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct TrailSettings {
-    /// The share of a texel that is replaced by the mean of its neighbourhood in a step, 0 to 1.
-    pub diffusion: f32,
-    /// How far the trail spreads in a step: the standard deviation in every direction, scene radii; 0 as `diffusion` says.
-    pub diffusion_length: f32,
-    /// Reach of that neighbourhood, in texels.
-    pub diffusion_distance: u32,
-    /// Share of the trail that remains after a step, deposits included, 0 to 1.
-    pub decay: f32,
-    /// Steps after which half of the trail remains; 0 as `decay` says.
-    pub half_life: f32,
-}
-
-impl TrailSettings {
-    /// Does it spread?
-    #[must_use]
-    pub fn spreads(&self) -> bool {
-        self.diffusion > 0.0 || self.diffusion_length > 0.0
-    }
-
-    /// The share of the trail that remains after a step, by the half-life if there is one.
-    #[must_use]
-    pub fn remaining(&self) -> f32 {
-        match self.half_life > 0.0 {
-            true => portable::exp(-std::f64::consts::LN_2 / f64::from(self.half_life)) as f32,
-            false => self.decay,
-        }
-    }
-}
-
-impl Default for TrailSettings {
-    fn default() -> Self {
-        Self {
-            diffusion: 0.5,
-            diffusion_length: 0.0,
-            diffusion_distance: 1,
-            decay: 0.95,
-            half_life: 0.0,
         }
     }
 }
@@ -420,6 +377,9 @@ pub struct ObjectSettings {
     /// Parameters of its particles that differ from the scene's.
     #[serde(skip_serializing_if = "OwnPhysarum::is_empty")]
     pub physarum: OwnPhysarum,
+    /// How its trail spreads and decays, where that differs from the scene's.
+    #[serde(skip_serializing_if = "OwnTrail::is_empty")]
+    pub trail: OwnTrail,
 }
 
 impl Default for ObjectSettings {
@@ -436,6 +396,7 @@ impl Default for ObjectSettings {
             start: OwnStart::default(),
             motion: MotionSettings::default(),
             physarum: OwnPhysarum::default(),
+            trail: OwnTrail::default(),
         }
     }
 }

@@ -15,10 +15,11 @@ use super::roles::Pair;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::sorting::{most_parts, stretches};
+use super::spread::trail_rates;
 use super::transfers::{TransferState, area_shares, capacity, object_triangles};
 use super::types::{
     Border, DistanceJob, Flow, ListedTile, Meal, Motion, ObjectPair, Particle, Physarum,
-    Population, Pose, Shell, Transfer, Window,
+    Population, Pose, Shell, TrailRates, Transfer, Window,
 };
 use crate::gpu::DispatchGroups;
 use crate::mesh::surface::NONE;
@@ -171,6 +172,8 @@ pub struct Arrays {
     pub poses_before: Vec<Pose>,
     /// One per object: parameters of its particles; then those of the second look.
     pub physarums: Vec<Physarum>,
+    /// What passes do to the trail, two rows per object, as of the last change while objects differed.
+    pub rates: Vec<TrailRates>,
     /// The shells of live pulses.
     pub shells: Vec<Shell>,
     /// One per texel: signed distance to other objects.
@@ -242,6 +245,7 @@ impl Arrays {
             poses: setup.poses.clone(),
             poses_before: setup.poses.clone(),
             physarums: physarums(settings, setup),
+            rates: trail_rates(settings, setup),
             shells: Vec::new(),
             distances: vec![0.0; texels],
             nearest: vec![NONE; texels],

@@ -140,6 +140,7 @@ mod tests {
             ("gravity_weight", 2.9),
             ("decrowding_weight", 0.31),
             ("distance_weight", 3.7),
+            ("edge_crossing_attempts", 7.0),
         ] {
             let rows = |key: &str| physarums(&scene(key, value).settings, &setup);
             let of_all = rows(&format!("physarum.{key}"));

@@ -14,8 +14,8 @@ use super::raster::Outline;
 use super::sorting::{most_parts, stretches};
 use super::types::{
     Border, DistanceJob, Flow, HalfEdge, ListedTile, Mark, Meal, Motion, ObjectPair, Particle,
-    Physarum, Population, Pose, SampleTile, Seam, Shell, SurfaceSample, Transfer, Triangle, Vertex,
-    Window,
+    Physarum, Population, Pose, SampleTile, Seam, Shell, SurfaceSample, TrailRates, Transfer,
+    Triangle, Vertex, Window,
 };
 use crate::gpu::{
     AnyBuffer, Buffer, BufferCore, Context, DispatchGroups, Domain, GpuError, TexelScalar, Texels,
@@ -63,6 +63,8 @@ pub struct Counts {
     pub looks: u64,
     /// Texels of which the cell is known; 0 if no rule asks for it.
     pub homes: u64,
+    /// Texels of which the object is known; 0 where objects do not differ in what happens to their trails.
+    pub trail_objects: u64,
     /// With one particle a cell: particles, and texels; otherwise 0 and 0.
     pub wishes: (u64, u64),
     /// With a population that grows and shrinks: particles, dead ones among them, and texels; otherwise 0 and 0.
@@ -296,6 +298,7 @@ table! {
     SURROUNDINGS: u32 = "surroundings", LARGE 2, |n| n.texels.div_ceil(2);
     BIAS: f32 = "bias", LARGE 0, |n| n.painted;
     LOOKS: f32 = "looks", LARGE 0, |n| n.looks;
+    TRAIL_OBJECTS: u32 = "trail_objects", LARGE 0, |n| n.trail_objects;
     HOMES: u32 = "homes", LARGE 0, |n| n.homes;
     CELLS: u32 = "cells", LARGE 0, |n| n.wishes.1;
     WISHES: Particle = "wishes", PAGED 4, |n| n.wishes.0;
@@ -318,6 +321,7 @@ table! {
     POSES: Pose = "poses", BLOCK 4, |n| n.objects;
     POSES_BEFORE: Pose = "poses_before", BLOCK 4, |n| n.objects;
     PHYSARUMS: Physarum = "physarums", BLOCK 0, |n| n.objects + 1;
+    TRAIL_RATES: TrailRates = "trail_rates", BLOCK 0, |n| 2 * n.objects;
     SHELLS: Shell = "shells", BLOCK 0, |_| MOST_PULSES as u64;
 
     DISTANCES: f32 = "distances", BLOCK 0, |n| n.field().next_multiple_of(4);

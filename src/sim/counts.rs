@@ -45,6 +45,11 @@ impl Counts {
             painted: count(setup.bias.len()),
             looks: count(setup.looks.len()),
             homes: count(setup.homes.len()),
+            trail_objects: if settings.has_own_rates() {
+                count(atlas.texel_count())
+            } else {
+                0
+            },
             wishes: if settings.physarum.rules().is_crowded() {
                 (count(setup.particles.len()), count(atlas.texel_count()))
             } else {
@@ -113,6 +118,7 @@ impl Counts {
             } else {
                 0
             },
+            trail_objects: if settings.has_own_rates() { texels } else { 0 },
             wishes: if rules.is_crowded() {
                 (settings.slots().into(), texels)
             } else {

@@ -12,8 +12,9 @@ use super::plan::{Changes, Means, Plan};
 use super::pulse::{LivePulse, MOST_PULSES, Pulse};
 use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
+use super::spread::trail_rates;
 use super::step::step;
-use super::types::{DistanceJob, Physarum, Pose, Shell};
+use super::types::{DistanceJob, Physarum, Pose, Shell, TrailRates};
 use super::work::Step;
 use crate::error::Result;
 use crate::scene::settings::Settings;
@@ -37,6 +38,8 @@ pub struct Course {
     poses_before: Vec<Pose>,
     /// The parameters of particles on the engine after the steps so far.
     physarums: Vec<Physarum>,
+    /// What passes do to the trail, as the engine has it after the steps so far.
+    rates: Vec<TrailRates>,
     planner: DistancePlanner,
     /// The pulses that have begun and not ended, the oldest first.
     pulses: Vec<LivePulse>,
@@ -55,6 +58,7 @@ impl Course {
             poses_of_step: setup.poses.clone(),
             poses_before: setup.poses.clone(),
             physarums: physarums(&settings, &setup),
+            rates: trail_rates(&settings, &setup),
             planner: DistancePlanner::default(),
             pulses: Vec::new(),
             fed_deposit: 1,
@@ -171,6 +175,7 @@ impl Course {
             poses: self.moved_at(self.step),
             poses_before: (before != self.poses_before).then(|| before.clone()),
             physarums: self.changed_physarums(),
+            rates: self.changed_rates(),
         };
         self.poses_before = before;
         self.poses_of_step.clone_from(&self.poses);
@@ -201,6 +206,19 @@ impl Course {
         }
         self.physarums.clone_from(&physarums);
         Some(physarums)
+    }
+
+    /// What passes do to the trail, if it differs from what the engine has. Where objects agree, kernels take it as parameters.
+    fn changed_rates(&mut self) -> Option<Vec<TrailRates>> {
+        if !self.settings.has_own_rates() {
+            return None;
+        }
+        let rates = trail_rates(&self.settings, &self.setup);
+        if rates == self.rates {
+            return None;
+        }
+        self.rates.clone_from(&rates);
+        Some(rates)
     }
 
     fn moved_at(&mut self, step: u64) -> Option<Vec<Pose>> {

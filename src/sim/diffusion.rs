@@ -52,8 +52,15 @@ impl Diffusion {
         let texels = atlas.texel_count();
         let (params, seams_params) = spreading(atlas);
         let paths = TexelPaths::of(ctx.info(), texels as u64);
-        let constants = DiffuseConstants { distance, paths };
-        let seams_constants = DiffuseSeamsConstants { paths };
+        let constants = DiffuseConstants {
+            distance,
+            own_rates: false,
+            paths,
+        };
+        let seams_constants = DiffuseSeamsConstants {
+            own_rates: false,
+            paths,
+        };
         let counts = Counts {
             texels: texels as u64,
             ..Counts::default()
@@ -134,6 +141,8 @@ impl Diffusion {
                 density: &self.tables.density,
                 next_trail: &self.trail.back,
                 previous_deposits: &self.deposits.back,
+                objects: None,
+                rates: None,
             },
             self.params,
         );
@@ -146,6 +155,8 @@ impl Diffusion {
                 trail: &self.trail.front,
                 deposits: &self.deposits.front,
                 next_trail: &self.trail.back,
+                objects: None,
+                rates: None,
             },
             self.seams_params,
         );

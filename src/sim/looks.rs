@@ -55,7 +55,7 @@ pub fn mixed_look(one: Physarum, other: &Physarum, weight: f32) -> Physarum {
         gravity_weight: part(one.gravity_weight, other.gravity_weight),
         decrowding_weight: part(one.decrowding_weight, other.decrowding_weight),
         distance_weight: part(one.distance_weight, other.distance_weight),
-        pad0: 0.0,
+        attempts: one.attempts,
     }
 }
 
@@ -154,6 +154,7 @@ mod tests {
         let words = |row: &Physarum| bytemuck::cast::<_, [f32; 12]>(*row);
         let near = |a: f32, b: f32| (a - b).abs() <= 1e-5 * (1.0 + a.abs());
         let whole = mixed_look(one, &other, 1.0);
+        assert_eq!(whole.attempts, one.attempts, "those of the object");
         let mut both = words(&whole).into_iter().zip(words(&other));
         assert!(both.all(|(a, b)| near(a, b)), "{whole:?}, {other:?}");
         for k in 1..10 {

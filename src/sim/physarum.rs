@@ -34,8 +34,8 @@ pub struct Physarum {
     pub decrowding_weight: f32,
     /// Trail units a world length of signed distance.
     pub distance_weight: f32,
-    /// Nothing.
-    pub pad0: f32,
+    /// Edge crossings that one walk may make.
+    pub attempts: u32,
 }
 
 impl Physarum {
@@ -55,7 +55,7 @@ impl Physarum {
             gravity_weight: physarum.gravity_weight / radius,
             decrowding_weight: factor * physarum.decrowding_weight,
             distance_weight: physarum.distance_weight / radius,
-            pad0: 0.0,
+            attempts: physarum.edge_crossing_attempts,
         }
     }
 }

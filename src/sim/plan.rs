@@ -1,13 +1,13 @@
 //! The plan of a step: from a scene's settings to the parameters of kernels. Scene radii become world lengths, degrees become cosines and
 //! sines.
 
-use super::behaviour::deposit_factor;
 use super::distance::{DepthLengths, DistancePlanner, DistanceRules, DistanceUpdate};
 use super::pulse::LivePulse;
 use super::setup::Setup;
 use super::sorting::{Segment, Segments};
+use super::spread::{Pass, trail_rates};
 use super::texel_paths::TexelPaths;
-use super::types::{Physarum, Pose, Shell};
+use super::types::{Physarum, Pose, Shell, TrailRates};
 use crate::gpu::Threads;
 use crate::scene::Rules;
 use crate::scene::settings::{Border, PhysarumSettings, Settings, Strategy};
@@ -57,6 +57,8 @@ pub struct Changes {
     pub poses_before: Option<Vec<Pose>>,
     /// Parameters of particles, one per object.
     pub physarums: Option<Vec<Physarum>>,
+    /// What passes do to the trail, two rows per object, where objects differ.
+    pub rates: Option<Vec<TrailRates>>,
 }
 
 /// Lengths that several kernels take, world units.
@@ -140,8 +142,10 @@ pub struct Plan<'a> {
     pub rules: Rules,
     /// Lengths that several kernels take.
     pub lengths: Lengths,
-    /// Factor on deposits and decrowding weights.
-    pub deposit_factor: f32,
+    /// What passes do to the trail: one row per object for passes that only spread, then one per object for the last pass.
+    pub rates: Vec<TrailRates>,
+    /// Do objects differ in that?
+    pub own_rates: bool,
     /// Changes from the step before.
     pub changes: Changes,
     /// The shells of live pulses.
@@ -164,10 +168,11 @@ impl<'a> Plan<'a> {
             step,
             means,
             strategy: settings.strategy(),
-            own_physarum: settings.objects.iter().any(|o| !o.physarum.is_empty()),
+            own_physarum: (settings.objects.iter()).any(|o| o.physarum.concerns_particles()),
             rules: settings.physarum.rules(),
             lengths: Lengths::new(settings, setup, means.looks),
-            deposit_factor: deposit_factor(settings, setup),
+            rates: trail_rates(settings, setup),
+            own_rates: settings.has_own_rates(),
             changes: Changes::default(),
             shells: Vec::new(),
             distances: DistanceUpdate::default(),
@@ -201,10 +206,7 @@ impl<'a> Plan<'a> {
             near: lengths.near,
             sight: lengths.sight,
             sees_across: self.strategy.sees_across(),
-            walk: (
-                settings.physarum.edge_crossing_attempts,
-                self.border_reflects(),
-            ),
+            walk: (self.most_attempts(), self.border_reflects()),
         };
         let is_due = step.is_multiple_of(u64::from(self.settings.distance.interval.max(1)));
         self.distances = planner.update(&self.setup.distance, poses, rules, is_due);
@@ -215,6 +217,34 @@ impl<'a> Plan<'a> {
         if self.strategy.may_sort() {
             self.segment = self.means.segments.due(step);
         }
+    }
+
+    /// What a pass does to the trail where all objects agree: the rates of the first one.
+    #[must_use]
+    pub fn rates_of_all(&self, pass: Pass) -> TrailRates {
+        self.rates[self.first_rates(pass) as usize]
+    }
+
+    /// The first row of a pass in the table of rates.
+    #[must_use]
+    pub fn first_rates(&self, pass: Pass) -> u32 {
+        match pass {
+            Pass::Spreading => 0,
+            Pass::Last => self.object_count(),
+        }
+    }
+
+    /// Edge crossings that one walk may make on the object that allows the most. Places at which sensors see other objects are found by so
+    /// many.
+    #[must_use]
+    pub fn most_attempts(&self) -> u32 {
+        let settings = self.settings;
+        let objects = settings.objects.iter();
+        let own = objects.map(|object| object.physarum.over(&settings.physarum));
+        let attempts = own.map(|own| own.edge_crossing_attempts);
+        attempts
+            .max()
+            .unwrap_or(settings.physarum.edge_crossing_attempts)
     }
 
     /// Are walks reflected at open borders?

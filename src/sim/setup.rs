@@ -9,7 +9,7 @@ use super::distance::DistanceSetup;
 use super::food::{FoodSet, places};
 use super::looks::weights_of;
 use super::sorting::Bins;
-use super::spread_length::check_length;
+use super::spread_length::check_lengths;
 use super::start::{self, Masks, Starts};
 use super::surroundings::surroundings;
 use super::types::{Motion, Particle, Population, Pose, Vertex};
@@ -127,7 +127,7 @@ impl Setup {
             Atlas::build_with(&scene.surface, &atlas_options(settings), control)
         })?;
         check_room(settings, &atlas)?;
-        check_length(&settings.trail, scene.radius, &atlas)?;
+        check_lengths(settings, scene.radius, &atlas)?;
         control.step(STARTING, shares[0])?;
         let homes = if rules.has_cells() || settings.population.is_on() {
             homes(&atlas)

@@ -23,8 +23,8 @@ use super::raster::{self, Raster};
 use super::setup::Setup;
 use super::snapshot::{Distances, Snapshot};
 use super::sorting::{self, Segments};
-use super::spread_length::check_length;
-use super::state::{State, bias_of, looks_of};
+use super::spread_length::check_lengths;
+use super::state::{State, bias_of, looks_of, trail_objects};
 use super::texel_paths::TexelPaths;
 use super::transfers::{Transfers, capacity};
 use super::types::Pose;
@@ -232,7 +232,7 @@ impl Simulation {
             return Err(Error::Invalid(Problem::from(problem).to_string()));
         }
         check_rules(settings)?;
-        check_length(&settings.trail, self.setup().radius, &self.setup().atlas)?;
+        check_lengths(settings, self.setup().radius, &self.setup().atlas)?;
         let restarting = restarting(self.settings(), settings);
         if !restarting.is_empty() {
             let keys: Vec<&str> = restarting.iter().map(|parameter| parameter.key).collect();
@@ -265,6 +265,11 @@ impl Simulation {
         let raster = (settings.uses_raster() && self.state.raster.is_none())
             .then(|| Raster::new(&self.ctx, &Counts::of(self.setup(), settings), self.setup()))
             .transpose()?;
+        // They stay if objects agree later: a row that is dragged may do so on its way.
+        let objects = match &self.state.trail_objects {
+            Some(_) => None,
+            None => trail_objects(&self.ctx, settings, self.setup())?,
+        };
         if rearranges && settings.objects.len() > 1 {
             self.upload_state(self.snapshot()?, settings)?;
         }
@@ -273,6 +278,9 @@ impl Simulation {
         }
         if let Some(served) = served {
             self.serve(served);
+        }
+        if objects.is_some() {
+            self.state.trail_objects = objects;
         }
         if raster.is_some() || !settings.uses_raster() {
             self.state.raster = raster;

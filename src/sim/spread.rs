@@ -1,9 +1,13 @@
-//! How the trail spreads in a step: the parameters of its two kernels.
+//! How the trail spreads in a step: the rates of each object in each pass, and the parameters of the trail's two kernels.
 
+use super::behaviour::deposit_factor;
 use super::kernels::{DiffuseParams, DiffuseSeamsParams};
-use super::plan::Plan;
+use super::setup::Setup;
 use super::spread_length::spread_of;
+use super::types::TrailRates;
 use crate::mesh::atlas::{Atlas, BLOCK_QUADS, GREATEST_DENSITY, GREATEST_DIFFUSION};
+use crate::mesh::surface::NONE;
+use crate::scene::settings::Settings;
 
 /// Trail values below this become zero. Decay would turn them into denormal numbers, with which some devices are 4 to 8 times slower, and
 /// no picture shows them.
@@ -18,42 +22,52 @@ pub enum Pass {
     Last,
 }
 
-/// Rates of one pass of a diffusion step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rates {
-    /// The share that is spread.
-    pub diffusion: f32,
-    /// Trail units a particle.
-    pub deposit: f32,
-    /// The share that stays.
-    pub decay: f32,
+/// The number of passes of a step: as many as the object takes whose trail spreads the most.
+#[must_use]
+pub fn passes(settings: &Settings, setup: &Setup) -> u32 {
+    let objects = settings.objects.iter();
+    let spreads = objects.map(|object| {
+        let trail = settings.trail_on(object);
+        spread_of(&trail, setup.radius, &setup.atlas)
+    });
+    let most = spreads.fold(0.0, f64::max);
+    (most / f64::from(GREATEST_DIFFUSION)).ceil().max(1.0) as u32
 }
 
-/// The number of passes of a step.
+/// The table of rates: those of each object in a pass that only spreads, then those of each in the last pass.
 #[must_use]
-pub fn passes(plan: &Plan<'_>) -> u32 {
-    let spread = spread_of(&plan.settings.trail, plan.setup.radius, &plan.setup.atlas);
-    (spread / f64::from(GREATEST_DIFFUSION)).ceil().max(1.0) as u32
-}
-
-/// The rates of one pass.
-#[must_use]
-pub fn rate_of(plan: &Plan<'_>, pass: Pass) -> Rates {
-    let trail = &plan.settings.trail;
-    let spread = spread_of(trail, plan.setup.radius, &plan.setup.atlas);
-    let diffusion = (spread / f64::from(passes(plan))) as f32;
-    let (deposit, decay) = match pass {
-        Pass::Spreading => (0.0, 1.0),
-        Pass::Last => (
-            plan.deposit_factor * plan.settings.physarum.deposit,
-            trail.remaining(),
-        ),
+pub fn trail_rates(settings: &Settings, setup: &Setup) -> Vec<TrailRates> {
+    let passes = f64::from(passes(settings, setup));
+    let factor = deposit_factor(settings, setup);
+    let row = |pass: Pass| {
+        settings.objects.iter().map(move |object| {
+            let trail = settings.trail_on(object);
+            let spread = spread_of(&trail, setup.radius, &setup.atlas);
+            let (deposit, decay) = match pass {
+                Pass::Spreading => (0.0, 1.0),
+                Pass::Last => (factor * settings.deposit_on(object), trail.remaining()),
+            };
+            TrailRates {
+                diffusion: (spread / passes) as f32,
+                deposit,
+                decay,
+                pad0: 0.0,
+            }
+        })
     };
-    Rates {
-        diffusion,
-        deposit,
-        decay,
-    }
+    row(Pass::Spreading).chain(row(Pass::Last)).collect()
+}
+
+/// The object of each texel; 0 for texels that no triangle owns.
+#[must_use]
+pub fn texel_objects(setup: &Setup) -> Vec<u32> {
+    let triangles = &setup.surface.triangles;
+    let owners = setup.atlas.owner.iter();
+    let object = owners.map(|&owner| match owner {
+        NONE => 0,
+        triangle => triangles[triangle as usize].object,
+    });
+    object.collect()
 }
 
 /// The trail's two kernels on an atlas, without deposits, decay and diffusion.
@@ -68,6 +82,7 @@ pub fn spreading(atlas: &Atlas) -> (DiffuseParams, DiffuseSeamsParams) {
         deposit: 0.0,
         decay: 1.0,
         tiny: TINY_TRAIL,
+        first_rates: 0,
     };
     let diffuse_seams = DiffuseSeamsParams {
         row_count: atlas.exchange.rows.len() as u32,
@@ -77,6 +92,73 @@ pub fn spreading(atlas: &Atlas) -> (DiffuseParams, DiffuseSeamsParams) {
         deposit: 0.0,
         decay: 1.0,
         tiny: TINY_TRAIL,
+        first_rates: 0,
     };
     (diffuse, diffuse_seams)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+    use crate::scene::settings::{ObjectSettings, OwnPhysarum, OwnTrail};
+    use crate::sim::plan::{Means, Plan};
+
+    /// Would catch: objects that agree and run other kernels than a scene without own values, or with other numbers; and objects that
+    /// differ of which one gives the parameters for all.
+    #[test]
+    fn objects_that_agree_run_the_plain_kernels() {
+        let mut settings = Settings::default();
+        settings.atlas.size = 128;
+        settings.particles.count = 10;
+        let object = |mesh: &str, x: f64| ObjectSettings {
+            mesh: format!("builtin:{mesh}"),
+            position: [x, 0.0, 0.0],
+            ..ObjectSettings::default()
+        };
+        settings.objects = vec![object("cube", 0.0), object("torus", 5.0)];
+        let scene = Scene::from_settings("both".to_owned(), settings, "".into()).unwrap();
+        let setup = Setup::new(&scene).unwrap();
+        let mut settings = scene.settings;
+        for object in &mut settings.objects {
+            object.trail.decay = Some(0.25);
+            object.trail.diffusion = Some(0.9);
+            object.physarum.deposit = Some(3.0);
+        }
+        let mut shared = settings.clone();
+        shared.trail.decay = 0.25;
+        shared.trail.diffusion = 0.9;
+        shared.physarum.deposit = 3.0;
+        for object in &mut shared.objects {
+            object.trail = OwnTrail::default();
+            object.physarum = OwnPhysarum::default();
+        }
+        let calls = |settings: &Settings| {
+            let plan = Plan::new(settings, &setup, 0, Means::of_host(false, 0));
+            [Pass::Spreading, Pass::Last].map(|pass| {
+                let call = plan.diffuse(pass);
+                let rates = [
+                    call.params.diffusion,
+                    call.params.deposit,
+                    call.params.decay,
+                ];
+                let seams = plan.diffuse_seams(pass).constants;
+                assert_eq!(call.constants.own_rates, seams.own_rates);
+                (call.constants.own_rates, rates)
+            })
+        };
+        assert_eq!(calls(&settings), calls(&shared));
+        let half = 0.9 / 2.0;
+        let expected = [(false, [half, 0.0, 1.0]), (false, [half, 3.0, 0.25])];
+        assert_eq!(calls(&settings), expected);
+        assert_eq!(passes(&settings, &setup), 2);
+        settings.objects[1].trail.diffusion = Some(0.1);
+        assert!(calls(&settings).iter().all(|(own, _)| *own));
+        let rows = trail_rates(&settings, &setup);
+        let diffusions = rows.iter().map(|row| row.diffusion);
+        let few = 0.1 / 2.0;
+        assert_eq!(diffusions.collect::<Vec<_>>(), [half, few, half, few]);
+        let objects = texel_objects(&setup);
+        assert!(objects.contains(&0) && objects.contains(&1));
+    }
 }

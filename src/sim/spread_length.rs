@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
 use crate::scene::parameters::grouped;
-use crate::scene::settings::TrailSettings;
+use crate::scene::settings::{Settings, TrailSettings};
 
 /// The greatest diffusion length, texels of mean area: it takes forty passes.
 const GREATEST_LENGTH: f64 = 4.0;
@@ -28,11 +28,22 @@ fn length_squared(trail: &TrailSettings, radius: f32, atlas: &Atlas) -> f64 {
     length * length / atlas.mean_texel_area
 }
 
-/// Checks that the trail spreads no farther in a step than it can.
+/// Checks that the trail spreads no farther in a step than it can, on any object.
 ///
 /// # Errors
-/// When the diffusion length is greater than four texels; says the greatest.
-pub fn check_length(trail: &TrailSettings, radius: f32, atlas: &Atlas) -> Result<()> {
+/// When a diffusion length is greater than four texels; says the greatest.
+pub fn check_lengths(settings: &Settings, radius: f32, atlas: &Atlas) -> Result<()> {
+    check("", &settings.trail, radius, atlas)?;
+    for (i, object) in settings.objects.iter().enumerate() {
+        if object.trail.diffusion_length.is_some() {
+            let trail = settings.trail_on(object);
+            check(&format!("object.{i}."), &trail, radius, atlas)?;
+        }
+    }
+    Ok(())
+}
+
+fn check(prefix: &str, trail: &TrailSettings, radius: f32, atlas: &Atlas) -> Result<()> {
     let squared = length_squared(trail, radius, atlas);
     if squared <= GREATEST_LENGTH * GREATEST_LENGTH * (1.0 + ROUNDING) {
         return Ok(());
@@ -41,8 +52,8 @@ pub fn check_length(trail: &TrailSettings, radius: f32, atlas: &Atlas) -> Result
     // Rounded down, so that it is not too long itself.
     let greatest = (1e6 * length * GREATEST_LENGTH / squared.sqrt()).floor() / 1e6;
     Err(Error::Invalid(format!(
-        "trail.diffusion_length = {}: that is {:.1} texels, and the trail spreads by {GREATEST_LENGTH} in a step, at the most: use {greatest} or \
-         less, or lower atlas.size from {}",
+        "{prefix}trail.diffusion_length = {}: that is {:.1} texels, and the trail spreads by {GREATEST_LENGTH} in a step, at the most: use \
+         {greatest} or less, or lower atlas.size from {}",
         trail.diffusion_length,
         squared.sqrt(),
         grouped(atlas.size.into()),

@@ -16,11 +16,12 @@ use super::roles::Pair;
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::sorting::{Segments, part_bits};
+use super::spread::{texel_objects, trail_rates};
 use super::texture::{PingPong, SpreadTables, Texture};
 use super::transfers::Transfers;
 use super::types::{
     DistanceJob, ListedTile, Motion, ObjectPair, Particle, Physarum, Population, Pose, SampleTile,
-    Shell, SurfaceSample,
+    Shell, SurfaceSample, TrailRates,
 };
 use crate::gpu::{Buffer, Context, DeviceKind, DispatchGroups, GpuError, TexelScalar, Texels};
 use crate::mesh::surface::NONE;
@@ -74,6 +75,23 @@ pub fn looks_of(ctx: &Arc<Context>, values: &[f32]) -> Result<Option<Texture<f32
     let looks = unlooked(ctx, values.len())?;
     ctx.upload(&looks, values)?;
     Ok(Some(looks))
+}
+
+/// The object of each texel, if objects differ in what happens to their trails.
+///
+/// # Errors
+/// No memory.
+pub fn trail_objects(
+    ctx: &Arc<Context>,
+    settings: &Settings,
+    setup: &Setup,
+) -> Result<Option<Texture<u32>>, GpuError> {
+    if !settings.has_own_rates() {
+        return Ok(None);
+    }
+    let counts = Counts::of(setup, settings);
+    let objects = buffers::TRAIL_OBJECTS.of(ctx, &counts, &texel_objects(setup))?;
+    Texture::new(ctx, objects).map(Some)
 }
 
 /// Which buffer of each pair has the front role.
@@ -205,6 +223,8 @@ pub struct Objects {
     pub poses_before: Store<Pose, f32>,
     /// Parameters of particles, one per object, and those of the second look.
     pub physarums: Buffer<Physarum>,
+    /// What passes do to the trail on each object, one row per object for either kind of pass; read where objects differ.
+    pub rates: Buffer<TrailRates>,
     /// The shells of live pulses, at the front.
     pub shells: Buffer<Shell>,
 }
@@ -323,6 +343,8 @@ pub struct State {
     pub bias: Option<Texture<f32>>,
     /// One per texel, gutters filled: weights of the second look, once any are painted.
     pub looks: Option<Texture<f32>>,
+    /// One per texel: its object, once objects differ in what happens to their trails.
+    pub trail_objects: Option<Texture<u32>>,
     /// One per texel: its cell, if a rule asks for it.
     pub homes: Option<Texture<u32>>,
     /// Claims of particles, if there is one a cell.
@@ -420,6 +442,7 @@ impl State {
                 recorded: setup.poses.clone(),
                 poses_before: make.store(&buffers::POSES_BEFORE, &setup.poses)?,
                 physarums: make.of(&buffers::PHYSARUMS, &physarums(settings, setup))?,
+                rates: make.of(&buffers::TRAIL_RATES, &trail_rates(settings, setup))?,
                 shells: make.zeros(&buffers::SHELLS)?,
             },
             near: nearness(make, setup)?,
@@ -429,6 +452,7 @@ impl State {
                 .transpose()?,
             bias: bias_of(ctx, &setup.bias)?,
             looks: looks_of(ctx, &setup.looks)?,
+            trail_objects: trail_objects(ctx, settings, setup)?,
             homes: (counts.homes > 0)
                 .then(|| Texture::new(ctx, make.of(&buffers::HOMES, &setup.homes)?))
                 .transpose()?,

@@ -89,6 +89,9 @@ fn bring_changes(s: &mut Step, plan: &Plan<'_>) {
     if let Some(physarums) = &changes.physarums {
         s.write(physarums, |s| &s.objects.physarums, |a| &mut a.physarums);
     }
+    if let Some(rates) = &changes.rates {
+        s.write(rates, |s| &s.objects.rates, |a| &mut a.rates);
+    }
     if !plan.shells.is_empty() {
         s.write(&plan.shells, |s| &s.objects.shells, |a| &mut a.shells);
     }
@@ -281,7 +284,7 @@ fn feed(s: &mut Step, plan: &Plan<'_>) {
 
 /// The trail spreads, takes up the deposits and decays.
 fn spread(s: &mut Step, plan: &Plan<'_>) {
-    for _ in 1..passes(plan) {
+    for _ in 1..passes(plan.settings, plan.setup) {
         diffuse(s, plan, Pass::Spreading);
         s.swap(Pair::Trail);
     }

@@ -496,6 +496,20 @@ pub struct ListedTile {
     pub pad1: u32,
 }
 
+/// What a pass of a step does to the trail on an object.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TrailRates {
+    /// The share that is spread.
+    pub diffusion: f32,
+    /// Trail units a particle.
+    pub deposit: f32,
+    /// The share that stays.
+    pub decay: f32,
+    /// Unused.
+    pub pad0: f32,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -10,7 +10,7 @@ use myxo::sim::kernels::{
     ExchangeSeamsConstants, ExchangeSeamsParams,
 };
 use myxo::sim::texel_paths::TexelPaths;
-use myxo::sim::types::{ExchangeEntry, ExchangeRow, Seam};
+use myxo::sim::types::{ExchangeEntry, ExchangeRow, Seam, TrailRates};
 use myxo::sim::{TINY_TRAIL, Texture, twin};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -71,6 +71,27 @@ fn assert_near(what: &str, kernel: &[f32], twin: &[f32], relative: f32) {
     }
 }
 
+/// Of three objects: in a pass that only spreads, and in the last one.
+const RATES: [TrailRates; 6] = {
+    const fn rates(diffusion: f32, deposit: f32, decay: f32) -> TrailRates {
+        TrailRates {
+            diffusion,
+            deposit,
+            decay,
+            pad0: 0.0,
+        }
+    }
+    [
+        rates(0.1, 0.0, 1.0),
+        rates(0.55, 0.0, 1.0),
+        rates(0.0, 0.0, 1.0),
+        rates(0.15, 2.5, 0.5),
+        rates(0.5, 0.3, 0.99),
+        rates(0.0, 1.1, 0.0),
+    ]
+};
+
+/// Would catch, beside wrong sums: rates of another texel of four, of another object or of another kind of pass.
 #[test]
 fn diffuse_agrees_with_its_twin() {
     let Some(gpu) = gpu() else { return };
@@ -102,6 +123,11 @@ fn diffuse_agrees_with_its_twin() {
                 })
                 .collect();
             let untouched = trail_values(texels, 11);
+            // Three objects, texel by texel, of the second kind of pass.
+            let objects: Vec<u32> = (0..texels as u32)
+                .map(|i| random(7, i, 0, Purpose::Start)[2] % 3)
+                .collect();
+            let own_rates = (width / 4 + distance as u32).is_multiple_of(2);
             // Every block, or two of three; the last ones may reach beyond the texture.
             let reach = distance as u32 * width / 4;
             let blocks: Vec<u32> = (0..texels as u32 / 4)
@@ -114,6 +140,7 @@ fn diffuse_agrees_with_its_twin() {
             let previous: Vec<u32> = (0..texels as u32).collect();
             let constants = DiffuseConstants {
                 distance,
+                own_rates,
                 ..DiffuseConstants::default()
             };
             let params = DiffuseParams {
@@ -125,6 +152,7 @@ fn diffuse_agrees_with_its_twin() {
                 deposit: 1.7,
                 decay: 0.93,
                 tiny: TINY_TRAIL,
+                first_rates: 3,
             };
             let (mut twin_trail, mut twin_previous) = (untouched.clone(), previous.clone());
             twin::diffuse(
@@ -134,6 +162,7 @@ fn diffuse_agrees_with_its_twin() {
                 &trail,
                 &deposits,
                 &density,
+                (&objects, &RATES),
                 &mut twin_trail,
                 &mut twin_previous,
             );
@@ -142,6 +171,8 @@ fn diffuse_agrees_with_its_twin() {
             let trail = texture(&gpu.ctx, "trail", &trail, paths);
             let deposits = texture(&gpu.ctx, "deposits", &deposits, paths);
             let density = texture(&gpu.ctx, "density", &density, paths);
+            let objects = texture(&gpu.ctx, "objects", &objects, paths);
+            let rates = buffer(&gpu.ctx, "rates", &RATES);
             let blocks = buffer(&gpu.ctx, "blocks", &blocks);
             // To storage blocks, and to texel buffers.
             for outgrows_block in [false, true] {
@@ -166,6 +197,8 @@ fn diffuse_agrees_with_its_twin() {
                             density: &density,
                             next_trail: &next_trail,
                             previous_deposits: &previous,
+                            objects: own_rates.then_some(&objects),
+                            rates: own_rates.then_some(&rates),
                         },
                         params,
                     );
@@ -207,6 +240,8 @@ fn what_is_read_is_not_the_texture_that_is_written() {
                 density: &density,
                 next_trail: &trail,
                 previous_deposits: &deposits[1],
+                objects: None,
+                rates: None,
             };
             rec.dispatch(&pipeline, Threads(1), args, DiffuseParams::default());
         });
@@ -262,6 +297,8 @@ fn diffuse_seams_agrees_with_its_twin() {
             .map(|i| random(5, i, 0, Purpose::Start)[1] % 4)
             .collect();
         let density: Vec<f32> = (0..texels).map(|i| 0.2 + (i % 5) as f32 * 0.3).collect();
+        let objects: Vec<u32> = (0..texels).map(|i| i / 3 % 3).collect();
+        let own_rates = k % 2 == 1;
         let untouched = trail_values(texels as usize, 11);
         let params = DiffuseSeamsParams {
             row_count: count,
@@ -271,6 +308,7 @@ fn diffuse_seams_agrees_with_its_twin() {
             deposit: 1.7,
             decay: 0.93,
             tiny: TINY_TRAIL,
+            first_rates: 3,
         };
         // Two rows of one texel differ, and which of them is written last is undefined.
         let mut seen = std::collections::HashSet::new();
@@ -283,23 +321,31 @@ fn diffuse_seams_agrees_with_its_twin() {
             ..params
         };
         let mut expected = untouched.clone();
+        let of_twin = DiffuseSeamsConstants {
+            own_rates,
+            paths: TexelPaths::default(),
+        };
         twin::diffuse_seams(
+            &of_twin,
             &params,
             &rows,
             &entries,
             &trail,
             &deposits,
             &density,
+            (&objects, &RATES),
             &mut expected,
         );
         let packed = Exchange { rows, entries }.packed(&density);
+        let rates = buffer(&gpu.ctx, "rates", &RATES);
         let rows = buffer(&gpu.ctx, "rows", &packed.rows);
         let entries = buffer(&gpu.ctx, "entries", &packed.entries);
         for in_quads in [false, true] {
             let paths = in_parts(in_quads, band);
-            let constants = DiffuseSeamsConstants { paths };
+            let constants = DiffuseSeamsConstants { own_rates, paths };
             let pipeline = Pipeline::<DiffuseSeams>::new(&gpu.ctx, &constants).unwrap();
             let next_trail = texture(&gpu.ctx, "next_trail", &untouched, paths);
+            let objects = texture(&gpu.ctx, "objects", &objects, paths);
             gpu.run(|rec| {
                 rec.dispatch(
                     &pipeline,
@@ -310,6 +356,8 @@ fn diffuse_seams_agrees_with_its_twin() {
                         trail: &texture(&gpu.ctx, "trail", &trail, paths),
                         deposits: &texture(&gpu.ctx, "deposits", &deposits, paths),
                         next_trail: &next_trail,
+                        objects: own_rates.then_some(&objects),
+                        rates: own_rates.then_some(&rates),
                     },
                     params,
                 );

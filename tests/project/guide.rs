@@ -337,10 +337,11 @@ fn every_key_has_a_picture_of_its_effect() {
         .collect();
     assert!(keys.len() > 80, "{keys:?}");
     let has_picture = |key: &str| {
-        // An object's own parameters of particles share one picture.
-        key.starts_with("object.N.physarum.") || strips.contains(&key.replace(".N.", "."))
+        // An object's own parameters of particles share one picture, and so do those of its trail.
+        let shared = ["object.N.physarum.", "object.N.trail."];
+        shared.iter().any(|part| key.starts_with(part)) || strips.contains(&key.replace(".N.", "."))
     };
-    assert!(strips.contains("object.physarum"));
+    assert!(strips.contains("object.physarum") && strips.contains("object.trail"));
     let lacking = keys.iter().filter(|key| !has_picture(key));
     let lacking: Vec<&str> = lacking.copied().collect();
     let mut unseen = UNSEEN.map(|(key, _)| key).to_vec();

@@ -58,6 +58,8 @@ fn both_engines_mix_alike() {
             preset.clone_into(&mut s.second_look.preset);
             s.transfer.strategy = strategy;
             s.physarum.sensing = sensing;
+            // Attempts stay those of the object, whatever the weight.
+            s.objects[0].physarum.edge_crossing_attempts = Some(1);
         });
         let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
         let setup = simulation.setup().clone();

@@ -24,6 +24,7 @@ mod moving;
 mod moving_together;
 mod networks;
 mod occupancy;
+mod own_trail;
 mod paint;
 mod periodic;
 mod population;

@@ -46,6 +46,7 @@ fn the_table_has_every_buffer() {
             s.atlas.size = 128;
             s.particles.count = 5000;
             s.distance.method = method;
+            s.objects[1].trail.decay = Some(0.5);
             s.feeding.scattered = 3;
             s.feeding.scent_across = 0.5;
         })

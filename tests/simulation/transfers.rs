@@ -5,7 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::common::{Gpu, TRIO, awkward_sizes, by_id, gpu, scene_of_several};
 use myxo::gpu::{Buffer, Pipeline, Texels, Threads};
-use myxo::scene::settings::{ObjectStart, OwnPhysarum, RestartPlace, Settings, Start, Strategy};
+use myxo::scene::settings::{
+    ObjectStart, OwnPhysarum, OwnTrail, RestartPlace, Settings, Start, Strategy,
+};
 use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::kernels::{Respawn, RespawnArgs, RespawnConstants, RespawnParams};
@@ -197,17 +199,25 @@ fn a_step_with_a_short_reach_agrees_with_its_twin_by_every_strategy() {
 fn a_step_with_values_of_objects_agrees_with_its_twin_by_every_strategy() {
     agrees_with_its_twin(1, |settings| {
         settings.particles.count = 1500;
-        for (object, factor) in settings.objects.iter_mut().zip([0.7_f32, 1.0, 1.4]) {
+        let own = [(0.7_f32, 1), (1.0, 3), (1.4, 9)];
+        for (object, (factor, attempts)) in settings.objects.iter_mut().zip(own) {
             object.physarum = OwnPhysarum {
                 speed: Some(0.02 * factor),
                 rotation_angle: Some(40.0 * factor),
                 sensor_angle: Some(30.0 * factor),
                 sensor_offset: Some(0.06 * factor),
                 sensor_noise: Some(0.1 * factor),
+                deposit: Some(2.0 * factor),
+                edge_crossing_attempts: Some(attempts),
                 favourite_density: Some(4.0 * factor),
                 gravity_weight: Some(3.0 * factor),
                 decrowding_weight: Some(0.3 * factor),
                 distance_weight: Some(-2.0 * factor),
+            };
+            object.trail = OwnTrail {
+                diffusion: Some(0.6 * factor),
+                decay: Some(0.6 * factor),
+                ..OwnTrail::default()
             };
         }
     });

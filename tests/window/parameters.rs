@@ -39,9 +39,14 @@ fn turn<T: Clone>(lab: &Lab, parameter: &Parameter<T>, prefix: &str, scene: &T, 
             (number.set)(&mut after, text.parse().expect("it is a number"));
             lab.type_until(&name, 0.9, &text, &name, &parameter.value(&after));
         }
-        Kind::Own(Own { slider, set, .. }) => {
+        Kind::Own(Own {
+            slider,
+            integer,
+            set,
+            ..
+        }) => {
             lab.click(&format!("{name}:own"));
-            let text = other_number(*slider, false, f64::INFINITY);
+            let text = other_number(*slider, *integer, f64::INFINITY);
             set(&mut after, Some(text.parse().expect("it is a number")));
             lab.type_until(&name, 0.9, &text, &name, &parameter.value(&after));
         }

@@ -115,15 +115,15 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             "There is no food: put some on an object, or raise Scattered food from 0.",
         ),
         "trail.diffusion" => because(
-            settings.trail.diffusion_length > 0.0,
-            "The diffusion length takes its place: set that to 0.",
+            settings.holds_for_trails(|trail| trail.diffusion_length > 0.0),
+            LENGTH_INSTEAD,
         ),
         "trail.decay" => because(
-            settings.trail.half_life > 0.0,
-            "The half-life takes its place: set that to 0.",
+            settings.holds_for_trails(|trail| trail.half_life > 0.0),
+            HALF_LIFE_INSTEAD,
         ),
         "trail.diffusion_distance" => because(
-            !settings.trail.spreads(),
+            settings.holds_for_trails(|trail| !trail.spreads()),
             "Nothing diffuses: raise the trail diffusion, or the diffusion length, from 0.",
         ),
         "atlas.cell_size" => because(
@@ -162,6 +162,8 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
 }
 
 const ALONE: &str = "There is only one object.";
+const LENGTH_INSTEAD: &str = "The diffusion length takes its place: set that to 0.";
+const HALF_LIFE_INSTEAD: &str = "The half-life takes its place: set that to 0.";
 const NO_DEPTHS: &str = "Only the distance method raster has depths.";
 
 /// Why a length of the mapping from distances to depths has no effect.
@@ -248,6 +250,11 @@ pub fn why_object_idle(
         ),
         "physarum.distance_weight" => (settings.objects.len() < 2, ALONE),
         "physarum.favourite_density" => (seeks_more(settings), SEEKS_MORE),
+        "trail.diffusion" => (
+            settings.trail_on(object).diffusion_length > 0.0,
+            LENGTH_INSTEAD,
+        ),
+        "trail.decay" => (settings.trail_on(object).half_life > 0.0, HALF_LIFE_INSTEAD),
         "motion.orbit_center" => (is_zero(motion.orbit), "The object does not orbit."),
         "motion.swing_period" | "motion.swing_phase" => {
             (is_zero(motion.swing), "The object does not swing.")
@@ -502,6 +509,34 @@ mod tests {
             ];
             assert_eq!(reasons.map(|reason| reason.is_some()), [is_idle; 2]);
         }
+    }
+
+    /// Would catch: a scene's value that is greyed out although an object follows it, and an object's that has no effect and says nothing.
+    #[test]
+    fn trails_of_objects_have_lengths_and_half_lives_of_their_own() {
+        let keys = ["trail.diffusion", "trail.decay"];
+        let of_scene = |settings: &Settings| keys.map(|key| why_idle(key, settings).is_some());
+        let of_object = |settings: &Settings, object: usize| {
+            let object = &settings.objects[object];
+            keys.map(|key| why_object_idle(key, object, settings).is_some())
+        };
+        let mut settings = Settings::default();
+        settings.objects.push(ObjectSettings::default());
+        settings.trail.diffusion_length = 0.01;
+        settings.trail.half_life = 9.0;
+        assert_eq!(of_scene(&settings), [true; 2]);
+        assert_eq!(of_object(&settings, 1), [true; 2]);
+        settings.objects[1].trail.diffusion_length = Some(0.0);
+        settings.objects[1].trail.half_life = Some(0.0);
+        assert_eq!(of_scene(&settings), [false; 2]);
+        assert_eq!(of_object(&settings, 0), [true; 2]);
+        assert_eq!(of_object(&settings, 1), [false; 2]);
+        let distance = |settings: &Settings| why_idle("trail.diffusion_distance", settings);
+        settings.trail.diffusion_length = 0.0;
+        settings.trail.diffusion = 0.0;
+        assert!(distance(&settings).is_some());
+        settings.objects[0].trail.diffusion = Some(0.5);
+        assert!(distance(&settings).is_none(), "one of them spreads");
     }
 
     #[test]

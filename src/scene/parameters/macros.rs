@@ -76,14 +76,35 @@ macro_rules! place {
 
 /// A number that an object may have of its own.
 macro_rules! own {
-    ($field:ident, $range:expr, $slider:expr, $scale:ident) => {
+    (real $part:ident.$field:ident: $type:ident, $range:expr, $slider:expr, $scale:ident) => {
+        own!(
+            false,
+            |value| value as $type,
+            $part.$field,
+            $range,
+            $slider,
+            $scale
+        )
+    };
+    (whole $part:ident.$field:ident: $type:ident, $range:expr, $slider:expr, $scale:ident) => {
+        own!(
+            true,
+            |value| value.round() as $type,
+            $part.$field,
+            $range,
+            $slider,
+            $scale
+        )
+    };
+    ($integer:literal, $typed:expr, $part:ident.$field:ident, $range:expr, $slider:expr, $scale:ident) => {
         Kind::Own(Own {
             range: $range,
             slider: $slider,
             scale: Scale::$scale,
-            get: |s| s.physarum.$field.map(f64::from),
-            shared: |physarum| f64::from(physarum.$field),
-            set: |s, value| s.physarum.$field = value.map(|value| value as f32),
+            integer: $integer,
+            get: |s| s.$part.$field.map(f64::from),
+            shared: |settings| f64::from(settings.$part.$field),
+            set: |s, value| s.$part.$field = value.map($typed),
         })
     };
 }

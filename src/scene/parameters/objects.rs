@@ -9,14 +9,16 @@ use crate::scene::settings::{
 /// The parameters of one `[[object]]`, beside its name and mesh. Poses change while a simulation runs; a scale does
 /// not, because walks and texels are measured in world lengths.
 pub static OBJECT_PARAMETERS: &[Parameter<ObjectSettings>] =
-    &one_table::<{ PLACE.len() + PHYSARUM.len() }, 2, ObjectSettings>([PLACE, PHYSARUM]);
+    &one_table::<{ PLACE.len() + PHYSARUM.len() + TRAIL.len() }, 3, ObjectSettings>([
+        PLACE, PHYSARUM, TRAIL,
+    ]);
 
 macro_rules! own_physarum_rows {
     ($($for:ident $row:tt)*) => { only_own! { own_rows [] $($for $row)* } };
 }
 macro_rules! own_rows {
     ($({
-        $(#[$doc:meta])* $field:ident: $type:ident = $default:expr, real ($($range:tt)*),
+        $(#[$doc:meta])* $field:ident: $type:ident = $default:expr, $kind:ident ($($range:tt)*),
         $name:literal, $unit:literal, $help:literal
     })*) => {
         &[$(Parameter {
@@ -25,13 +27,49 @@ macro_rules! own_rows {
             unit: $unit,
             help: concat!("For particles on this object, over the scene's physarum.", stringify!($field), "."),
             effect: Effect::Live,
-            kind: own!($field, $($range)*),
+            kind: own!($kind physarum.$field: $type, $($range)*),
         },)*]
     };
 }
 
 /// Parameters of its particles.
 const PHYSARUM: &[Parameter<ObjectSettings>] = physarum!(own_physarum_rows);
+
+/// How its trail spreads and decays.
+const TRAIL: &[Parameter<ObjectSettings>] = &[
+    Parameter {
+        key: "trail.diffusion",
+        name: "Trail diffusion",
+        unit: "",
+        help: "For the trail on this object, over the scene's trail.diffusion.",
+        effect: Effect::Live,
+        kind: own!(real trail.diffusion: f32, (0.0, 1.0), (0.0, 1.0), Linear),
+    },
+    Parameter {
+        key: "trail.diffusion_length",
+        name: "Diffusion length",
+        unit: "scene radii",
+        help: "For the trail on this object, over the scene's trail.diffusion_length. 0: as its trail diffusion says.",
+        effect: Effect::Live,
+        kind: own!(real trail.diffusion_length: f32, (0.0, 1.0), (0.0, 0.01), Linear),
+    },
+    Parameter {
+        key: "trail.decay",
+        name: "Trail decay",
+        unit: "",
+        help: "For the trail on this object, over the scene's trail.decay.",
+        effect: Effect::Live,
+        kind: own!(real trail.decay: f32, (0.0, 1.0), (0.5, 1.0), Linear),
+    },
+    Parameter {
+        key: "trail.half_life",
+        name: "Half-life",
+        unit: "steps",
+        help: "For the trail on this object, over the scene's trail.half_life. 0: as its trail decay says.",
+        effect: Effect::Live,
+        kind: own!(real trail.half_life: f32, (0.0, 1e6), (0.0, 200.0), Linear),
+    },
+];
 
 /// Its pose.
 const PLACE: &[Parameter<ObjectSettings>] = &[

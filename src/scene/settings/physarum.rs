@@ -40,7 +40,7 @@ macro_rules! physarum {
                 "Sensor noise", "trail units",
                 "Standard deviation of the Gaussian noise added to each sensor. 0 for none."
             }
-            scene {
+            own {
                 /// Trail that one particle leaves in a step, where texels have the mean size.
                 deposit: f32 = 1.0, real((0.0, 1e6), (0.0, 10.0), Logarithmic),
                 "Deposit amount", "trail units",
@@ -58,7 +58,7 @@ macro_rules! physarum {
                 "Border rule", "",
                 "At the open border of a surface particles are reflected, or stop there."
             }
-            scene {
+            own {
                 /// Edges that one walk may cross in a step; the rest is walked in the next.
                 edge_crossing_attempts: u32 = 10, whole((0.0, 1_000.0), (0.0, 64.0), Linear),
                 "Edge-crossing attempts", "edges per walk",
@@ -206,6 +206,16 @@ macro_rules! own_fields {
 physarum!(own_settings);
 
 impl OwnPhysarum {
+    /// Does any of its values concern what particles do? What they leave concerns the trail alone.
+    #[must_use]
+    pub fn concerns_particles(&self) -> bool {
+        let but_deposit = Self {
+            deposit: None,
+            ..self.clone()
+        };
+        !but_deposit.is_empty()
+    }
+
     /// Does it share everything with the scene?
     #[must_use]
     pub fn is_empty(&self) -> bool {

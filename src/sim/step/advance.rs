@@ -563,8 +563,10 @@ impl Arriving<'_> {
 
 /// What the walk of a step depends on.
 pub(super) struct Walking<'a> {
-    /// Edge crossings that one walk may make.
+    /// Edge crossings that one walk may make, unless objects have their own.
     pub attempts: u32,
+    /// Do some objects have their own parameters?
+    pub own_physarum: bool,
     /// Are walks reflected at open borders?
     pub border_reflects: bool,
     /// Texels from one row to the next.
@@ -576,16 +578,22 @@ pub(super) struct Walking<'a> {
 }
 
 impl Walking<'_> {
+    fn own_attempts(&self, own: &Physarum) -> u32 {
+        own_attempts(self.own_physarum, own, self.attempts)
+    }
+
     /// The walk of what is pending, and the length that still is.
     fn pending(
         &self,
         inputs: &AdvanceInputs,
+        own: &Physarum,
         (particle, motion): (&Particle, &Motion),
     ) -> (StripWalk, f32) {
         let mut w = standing(particle, motion);
         let mut pending = 0.0;
         if motion.pending > 0.0 {
-            w.walk(inputs.strips, self.attempts, self.border_reflects);
+            let attempts = self.own_attempts(own);
+            w.walk(inputs.strips, attempts, self.border_reflects);
             pending = w.pending();
         }
         (w, pending)
@@ -619,7 +627,8 @@ impl Walking<'_> {
         w.remaining += beyond;
         // What is pending has attempts of its own.
         let walks = if beyond > 0.0 { 2 } else { 1 };
-        w.walk(inputs.strips, walks * self.attempts, self.border_reflects);
+        let attempts = walks * self.own_attempts(own);
+        w.walk(inputs.strips, attempts, self.border_reflects);
         pending += w.pending();
         if let Some(bias) = self.bias {
             let bias_at = |position| bias[texel_at(position, self.pitch) as usize];
@@ -681,6 +690,7 @@ fn advance_one(
     let appetite = if fed == 0 { 1.0 } else { params.fed_attraction };
     let walking = Walking {
         attempts: params.attempts,
+        own_physarum: constants.own_physarum,
         border_reflects: constants.border_reflects,
         pitch: params.pitch,
         bias: constants.painted.then_some(inputs.bias),
@@ -699,7 +709,7 @@ fn advance_one(
     let (mut w, pending) = if is_motor {
         (standing(&particle, &motion), 0.0)
     } else {
-        walking.pending(inputs, (&particle, &motion))
+        walking.pending(inputs, &own, (&particle, &motion))
     };
     let (mut form, mut concerned) = (None, true);
     if !is_motor {
@@ -754,6 +764,11 @@ fn advance_one(
         form,
         arrival: Some(arriving.at(previous, position, fed, may_be_selected)),
     }
+}
+
+/// Edge crossings that one walk may make.
+fn own_attempts(own_physarum: bool, own: &Physarum, of_all: u32) -> u32 {
+    if own_physarum { own.attempts } else { of_all }
 }
 
 /// Parameters of a particle: those of its object, mixed with those of the second look, whose row is given if there is one.
@@ -960,7 +975,8 @@ fn sensed_by_walking(
 ) -> f32 {
     w.heading = heading;
     w.remaining = own.sensor_offset;
-    w.walk(inputs.strips, params.attempts, constants.border_reflects);
+    let attempts = own_attempts(constants.own_physarum, own, params.attempts);
+    w.walk(inputs.strips, attempts, constants.border_reflects);
     let position = inputs.position_of(w.triangle, [w.u, w.v]);
     sensed_at(
         constants,

@@ -6,25 +6,28 @@ use crate::mesh::atlas::BLOCK_ROWS;
 use crate::sim::arrays::Arrays;
 use crate::sim::kernels::{Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams};
 use crate::sim::plan::Plan;
-use crate::sim::spread::{Pass, rate_of, spreading};
+use crate::sim::spread::{Pass, spreading, texel_objects};
 use crate::sim::state::State;
+use crate::sim::types::TrailRates;
 use crate::sim::work::{Call, StepKernel};
 
 impl Plan<'_> {
     /// Spreads and decays the trail.
     #[must_use]
     pub fn diffuse(&self, pass: Pass) -> Call<Diffuse> {
-        let rates = rate_of(self, pass);
+        let rates = self.rates_of_all(pass);
         Call {
             on: (),
             constants: DiffuseConstants {
                 distance: self.setup.atlas.taps as i32,
+                own_rates: self.own_rates,
                 paths: self.means.paths,
             },
             params: DiffuseParams {
                 diffusion: rates.diffusion,
                 deposit: rates.deposit,
                 decay: rates.decay,
+                first_rates: self.first_rates(pass),
                 ..spreading(&self.setup.atlas).0
             },
         }
@@ -42,11 +45,17 @@ impl StepKernel for Diffuse {
             density: &s.atlas.spread.density,
             next_trail: &s.trail.back,
             previous_deposits: &s.deposits.back,
+            objects: s.trail_objects.as_ref(),
+            rates: Some(&s.objects.rates),
         }
     }
 
     fn twin(call: &Call<Self>, a: &mut Arrays) {
         let atlas = &a.setup.atlas;
+        let objects = match call.constants.own_rates {
+            true => texel_objects(&a.setup),
+            false => Vec::new(),
+        };
         diffuse(
             &call.constants,
             &call.params,
@@ -54,13 +63,15 @@ impl StepKernel for Diffuse {
             &a.trail,
             &a.deposits,
             &atlas.density,
+            (&objects, &a.rates),
             &mut a.next_trail,
             &mut a.previous_deposits,
         );
     }
 }
 
-/// Spreads, deposits and decays the trail of the blocks into `next_trail`, and clears `previous_deposits`.
+/// Spreads, deposits and decays the trail of the blocks into `next_trail`, and clears `previous_deposits`. With own rates those of each
+/// texel's object, by the objects of texels and the table of rates, take the place of the parameters.
 #[expect(clippy::too_many_arguments, reason = "those of the kernel")]
 pub fn diffuse(
     constants: &DiffuseConstants,
@@ -69,6 +80,7 @@ pub fn diffuse(
     trail: &[f32],
     deposits: &[u32],
     density: &[f32],
+    (objects, rates): (&[u32], &[TrailRates]),
     next_trail: &mut [f32],
     previous_deposits: &mut [u32],
 ) {
@@ -91,6 +103,15 @@ pub fn diffuse(
         };
         ((left + trail[middle + lane]) + right) - thrice
     };
+    let rates_of = |texel: usize| match constants.own_rates {
+        true => rates[(params.first_rates + objects[texel]) as usize],
+        false => TrailRates {
+            diffusion: params.diffusion,
+            deposit: params.deposit,
+            decay: params.decay,
+            pad0: 0.0,
+        },
+    };
     // Four texels side by side.
     let quad_of = |quad: u32, reach: u32| {
         let up = quad.max(reach) - reach;
@@ -98,12 +119,13 @@ pub fn diffuse(
         [0, 1, 2, 3].map(|lane| {
             let texel = 4 * quad as usize + lane;
             let (owned, here) = (density[texel], trail[texel]);
+            let own = rates_of(texel);
             let thrice = 3.0 * here;
             let more = (excess(up, lane, thrice) + excess(quad, lane, thrice))
                 + excess(down, lane, thrice);
-            let rate = (params.diffusion * owned.min(params.most_density)) * (1.0 / 9.0);
+            let rate = (own.diffusion * owned.min(params.most_density)) * (1.0 / 9.0);
             let spread = here + rate * more;
-            let value = (spread + (params.deposit * deposits[texel] as f32) * owned) * params.decay;
+            let value = (spread + (own.deposit * deposits[texel] as f32) * owned) * own.decay;
             if value >= params.tiny && owned > 0.0 {
                 value
             } else {

@@ -6,24 +6,27 @@ use crate::sim::kernels::{
     DiffuseSeams, DiffuseSeamsArgs, DiffuseSeamsConstants, DiffuseSeamsParams,
 };
 use crate::sim::plan::Plan;
-use crate::sim::spread::{Pass, rate_of, spreading};
+use crate::sim::spread::{Pass, spreading, texel_objects};
 use crate::sim::state::State;
+use crate::sim::types::TrailRates;
 use crate::sim::work::{Call, StepKernel};
 
 impl Plan<'_> {
     /// The diffusion of texels beside seams.
     #[must_use]
     pub fn diffuse_seams(&self, pass: Pass) -> Call<DiffuseSeams> {
-        let rates = rate_of(self, pass);
+        let rates = self.rates_of_all(pass);
         Call {
             on: (),
             constants: DiffuseSeamsConstants {
+                own_rates: self.own_rates,
                 paths: self.means.paths,
             },
             params: DiffuseSeamsParams {
                 diffusion: rates.diffusion,
                 deposit: rates.deposit,
                 decay: rates.decay,
+                first_rates: self.first_rates(pass),
                 ..spreading(&self.setup.atlas).1
             },
         }
@@ -40,31 +43,42 @@ impl StepKernel for DiffuseSeams {
             trail: &s.trail.front,
             deposits: &s.deposits.front,
             next_trail: &s.trail.back,
+            objects: s.trail_objects.as_ref(),
+            rates: Some(&s.objects.rates),
         }
     }
 
     fn twin(call: &Call<Self>, a: &mut Arrays) {
         let atlas = &a.setup.atlas;
+        let objects = match call.constants.own_rates {
+            true => texel_objects(&a.setup),
+            false => Vec::new(),
+        };
         diffuse_seams(
+            &call.constants,
             &call.params,
             &atlas.exchange.rows,
             &atlas.exchange.entries,
             &a.trail,
             &a.deposits,
             &atlas.density,
+            (&objects, &a.rates),
             &mut a.next_trail,
         );
     }
 }
 
-/// Spreads, deposits and decays the trail of the texels of `rows` into `next_trail`.
+/// Spreads, deposits and decays the trail of the texels of `rows` into `next_trail`, by rates as [`diffuse`](super::diffuse::diffuse).
+#[expect(clippy::too_many_arguments, reason = "those of the kernel")]
 pub fn diffuse_seams(
+    constants: &DiffuseSeamsConstants,
     params: &DiffuseSeamsParams,
     rows: &[ExchangeRow],
     entries: &[ExchangeEntry],
     trail: &[f32],
     deposits: &[u32],
     density: &[f32],
+    (objects, rates): (&[u32], &[TrailRates]),
     next_trail: &mut [f32],
 ) {
     let offsets =
@@ -91,8 +105,17 @@ pub fn diffuse_seams(
             counted += part.weight * deposits[part.texel as usize] as f32;
         }
         let own = density[texel];
-        let spread = here + (params.diffusion * own) * (row.conductance * inside + across);
-        let value = (spread + (params.deposit * counted) * own) * params.decay;
+        let of = match constants.own_rates {
+            true => rates[(params.first_rates + objects[texel]) as usize],
+            false => TrailRates {
+                diffusion: params.diffusion,
+                deposit: params.deposit,
+                decay: params.decay,
+                pad0: 0.0,
+            },
+        };
+        let spread = here + (of.diffusion * own) * (row.conductance * inside + across);
+        let value = (spread + (of.deposit * counted) * own) * of.decay;
         next_trail[texel] = if value >= params.tiny { value } else { 0.0 };
     }
 }

@@ -341,6 +341,7 @@ pub fn wish(
 ) {
     let walking = Walking {
         attempts: params.attempts,
+        own_physarum: constants.own_physarum,
         border_reflects: constants.border_reflects,
         pitch: params.pitch,
         bias: constants.painted.then_some(inputs.bias),

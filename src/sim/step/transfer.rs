@@ -210,8 +210,15 @@ pub fn transfer_out(
         let mut left = 0.0;
         let mut crosses = false;
         if near != NONE {
-            let own = if constants.own_physarum { source } else { 0 };
-            let speed = physarums[own as usize].speed;
+            let own = |object: u32| {
+                let row = if constants.own_physarum { object } else { 0 };
+                physarums[row as usize]
+            };
+            let attempts_on = |object: u32| match constants.own_physarum {
+                true => own(object).attempts,
+                false => params.attempts,
+            };
+            let speed = own(source).speed;
             let way = positive(speed - motion.pending);
             let met = terrain.meeting_behind(
                 poses_before,
@@ -219,10 +226,11 @@ pub fn transfer_out(
                 motion,
                 [source, target],
                 way,
-                params.attempts,
+                attempts_on(source),
             );
             if let Some((meeting, rest)) = met {
-                let w = terrain.walker_on_target(&meeting, source, rest, params.attempts);
+                let attempts = attempts_on(target);
+                let w = terrain.walker_on_target(&meeting, source, rest, attempts);
                 triangle = w.triangle;
                 if w.status == WALK_OUT_OF_ATTEMPTS {
                     left = w.remaining;

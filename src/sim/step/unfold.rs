@@ -33,7 +33,7 @@ impl Plan<'_> {
                 thread_count: self.distances.thread_count,
                 job_count: self.distances.jobs.len() as u32,
                 pitch: self.setup.atlas.pitch,
-                attempts: self.settings.physarum.edge_crossing_attempts,
+                attempts: self.most_attempts(),
                 threshold: lengths.threshold,
                 farthest: lengths.farthest,
                 deepest: lengths.deepest,

@@ -203,6 +203,7 @@ fn heading(turn: f32, pending: f32) -> Motion {
 fn of_speed(speed: f32) -> Physarum {
     Physarum {
         speed,
+        attempts: 10,
         ..bytemuck::Zeroable::zeroed()
     }
 }
@@ -234,7 +235,9 @@ fn transfer_out_agrees_with_its_twin() {
         let motions: Vec<Motion> = (0..count as usize)
             .map(|i| heading(word(i, 0), 0.05 * (word(i, 1) - 0.8).max(0.0)))
             .collect();
-        let physarums = [0.2, 0.1, 0.3].map(of_speed);
+        let mut physarums = [0.2, 0.1, 0.3].map(of_speed);
+        physarums[1].attempts = 2;
+        physarums[2].attempts = 5;
         // In some of the cases objects have moved in the step.
         let turn = if sign_rule == 0 { 0.0 } else { 0.1 };
         let objects = scene.settings.objects.iter().zip([0.0, turn, -turn]);

@@ -354,6 +354,7 @@ fn gathering_from_gutters_alone_does_not_keep_mass() {
             deposit: 0.0,
             decay: 1.0,
             tiny: TINY_TRAIL,
+            first_rates: 0,
         };
         let none = vec![0; start.len()];
         let mut cleared = none.clone();
@@ -367,6 +368,7 @@ fn gathering_from_gutters_alone_does_not_keep_mass() {
                 &trail,
                 &none,
                 &atlas.density,
+                (&[], &[]),
                 &mut next,
                 &mut cleared,
             );
