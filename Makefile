@@ -39,10 +39,10 @@ hashes: ## write the states that `myxo selftest` expects to assets/hashes.tsv; a
 	$(MYXO) selftest --engine cpu --table hashes.part
 	mv hashes.part assets/hashes.tsv
 
-long: fuzz ## run the long proofs: fuzz targets, built-in scenes by every strategy (the table goes to benches/results/strategies.md), statistics, runs that are killed (an hour)
+long: fuzz ## run the long proofs: fuzz targets, built-in scenes by every strategy, and statistics (tables go to benches/results/), runs that are killed (an hour)
 	@.ci/setup test
 	MYXO_CHECK=1 cargo test --release --test command_line -- --ignored --nocapture --test-threads=1
-	MYXO_CHECK=1 MYXO_TABLE=$(CURDIR)/benches/results/strategies.md \
+	MYXO_CHECK=1 MYXO_TABLE=$(CURDIR)/benches/results/strategies.md MYXO_JONES_TABLE=$(CURDIR)/benches/results/jones.md \
 		cargo test --release --test simulation -- --ignored --nocapture
 
 # Seconds for each target.

@@ -91,7 +91,7 @@ void main() {
         store_paged(particles, i, words_of(moved));
         store_paged(motions, i, words_of(Motion(motion.heading_p, motion.heading_h, motion.pending, flags)));
     } else {
-        if (word == FREE) count_one(flow[0].left_over)
+        if (word == FREE && claim.z != REFUSED) count_one(flow[0].left_over)
         uint flags = STAYED;
         if (FOOD) flags |= fed_at(texel_at(previous_position(), params.pitch), fed) << FED_SHIFT;
         vec2 heading = turn_of(random_words(params.seed, moved.id, params.time_step, PURPOSE_REFUSED).x);

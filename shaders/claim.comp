@@ -1,7 +1,8 @@
 // claim: every particle claims the cell that it would come to; of those that claim one, the lowest rank remains. What is taken, or was won in an
-// earlier round, stays as it is: so those that have won a cell need not know, and claim it again for nothing.
+// earlier round, stays as it is: so winners claim their cell again for nothing. Particles that would move before the one that is in their cell
+// are marked in the first round, in which no cell has been left, and claim nothing.
 // Reads   claims.
-// Writes  cells, by atomic minima, so that no order shows.
+// Writes  cells, by atomic minima, so that no order shows; claims, the mark in place of the rank.
 // One invocation per particle.
 // Overflow: cannot happen; nothing is appended.
 
@@ -23,7 +24,7 @@ layout(push_constant) uniform Params {
     uint round;  // from 0
 } params;
 
-PAGED_READS(uvec4, 0) claims;  // one an invocation
+PAGED_CHANGES(uvec4, 0) claims;  // one an invocation
 layout(std430, set = 0, binding = 1) buffer Cells { uint cells_block[]; };
 CHANGES(uint, 2) cells_low;
 CHANGES(uint, 3) cells_high;
@@ -32,11 +33,16 @@ void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
     // The cell, the present cell, the rank, the texel.
-    uvec4 claim = fetch_paged(claims, i);
+    uvec4 claim = load_paged(claims, i);
     if (MORTAL && claim.z == NO_RANK) return;
+    if (claim.z == REFUSED) return;
     uint mine = claim_of(claim.z, params.round);
     // Words only become less meanwhile. A look first, because an atomic minimum takes much longer where it is not needed.
     read_texel(cells, claim.x, word)
+    if (params.round == 0u && comes_too_early(claim.z, word)) {
+        store_paged(claims, i, uvec4(claim.x, claim.y, REFUSED, claim.w));
+        return;
+    }
     if (word > mine) {
         lower_texel(cells, claim.x, mine, before)
     }

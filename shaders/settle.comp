@@ -37,5 +37,5 @@ void main() {
     if (winner != claim_of(claim.z, params.round)) return;
     // The only particle in its cell: no other one writes this word here.
     read_texel(cells, claim.y, left)
-    if (left == TAKEN) write_texel(cells, claim.y, FREE)
+    if (left == taken_by(claim.z)) write_texel(cells, claim.y, FREE)
 }

@@ -73,8 +73,9 @@ void main() {
         return;
     }
     uint own_cell = cell_at(previous_position());
-    lower_texel(cells, own_cell, TAKEN, before)
-    if (before <= TAKEN) {
+    uint rank = rank_of(particle.id, params.salt);
+    lower_texel(cells, own_cell, taken_by(rank), before)
+    if (before <= RANKS) {
         lower_texel(cells, own_cell, SHARED_CELL, also)
     }
     take_own_parameters();
@@ -88,5 +89,5 @@ void main() {
     vec2 heading = settled(w.heading);
     store_paged(wishes, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
     store_paged(wish_motions, i, words_of(Motion(heading.x, heading.y, settled(min(pending, own.speed)), 0u)));
-    store_paged(claims, i, uvec4(cell, own_cell, rank_of(particle.id, params.salt), texel));
+    store_paged(claims, i, uvec4(cell, own_cell, rank, texel));
 }

@@ -2,8 +2,6 @@
 
 /// Several particles are in it: then it stays taken to the end of the step.
 pub const SHARED_CELL: u32 = 0;
-/// One particle is in it.
-pub const TAKEN: u32 = 1;
 /// No particle is in it, and none has claimed it.
 pub const FREE: u32 = u32::MAX;
 
@@ -12,6 +10,8 @@ pub const RANK_BITS: u32 = 28;
 const RANKS: u32 = (1 << RANK_BITS) - 1;
 /// In place of the rank of particles that are dead.
 pub const NO_RANK: u32 = u32::MAX;
+/// In place of the rank of particles that cannot win their cell any more.
+pub const REFUSED: u32 = u32::MAX - 1;
 /// The round in which particles that come over from other objects claim cells, after all others.
 pub const LANDING: u32 = 14;
 
@@ -27,7 +27,26 @@ pub fn rank_of(id: u32, salt: u32) -> u32 {
     h
 }
 
-/// The claim of a rank in a round, counted from 0: above [`TAKEN`], not above [`FREE`], and above all claims of earlier rounds.
+/// A cell with one particle, of this rank. Ranks 0 and 1 have one word, but only one of them can be in the cell, and the other one compares
+/// right.
+#[must_use]
+pub fn taken_by(rank: u32) -> u32 {
+    rank.max(1)
+}
+
+/// Would a particle of this rank move before that in the cell with this word?
+#[must_use]
+pub fn comes_too_early(rank: u32, word: u32) -> bool {
+    word <= RANKS && rank < word
+}
+
+/// Does the word say that one particle or several are in the cell?
+#[must_use]
+pub fn is_taken(word: u32) -> bool {
+    word <= RANKS
+}
+
+/// The claim of a rank in a round, counted from 0: above [`taken_by`] any rank, not above [`FREE`], and above all claims of earlier rounds.
 #[must_use]
 pub fn claim_of(rank: u32, round: u32) -> u32 {
     (round + 1) << RANK_BITS | rank
@@ -68,14 +87,32 @@ mod tests {
         for rank in [0, 1, 77, RANKS - 1, RANKS] {
             for round in 0..LANDING {
                 let claim = claim_of(rank, round);
-                assert!(claim > TAKEN && claim < FREE);
+                assert!(claim > taken_by(RANKS) && claim < FREE);
                 assert!(claim < claim_of(0, round + 1));
                 assert!(is_won(claim, rank) && !is_won(claim, rank ^ 1));
             }
             assert!(claim_of(rank, LANDING) > claim_of(RANKS, LANDING - 1));
-            for word in [SHARED_CELL, TAKEN, FREE] {
+            for word in [SHARED_CELL, taken_by(rank), FREE] {
                 assert!(!is_won(word, rank));
             }
+            assert!(!is_won(claim_of(rank, 0), REFUSED) && !is_won(FREE, REFUSED));
         }
+    }
+
+    /// Would catch: a particle that gets a cell before the one in it has moved, and ranks 0 and 1, which have one word, that compare wrong.
+    #[test]
+    fn only_later_ranks_come_to_a_taken_cell() {
+        let ranks = [0, 1, 2, 77, RANKS - 1, RANKS];
+        for holder in ranks {
+            let word = taken_by(holder);
+            assert!(is_taken(word) && word != SHARED_CELL);
+            for rank in ranks.into_iter().filter(|rank| *rank != holder) {
+                assert_eq!(comes_too_early(rank, word), rank < holder);
+            }
+        }
+        // A shared cell stays taken anyway.
+        assert!(is_taken(SHARED_CELL) && !comes_too_early(0, SHARED_CELL));
+        assert!(!is_taken(FREE) && !comes_too_early(0, FREE));
+        assert!(!comes_too_early(0, claim_of(1, 0)));
     }
 }

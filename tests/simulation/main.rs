@@ -17,6 +17,7 @@ mod diffusion;
 mod food;
 mod host_work;
 mod invariants;
+mod jones;
 mod long;
 mod look;
 mod memory;

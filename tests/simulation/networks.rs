@@ -131,7 +131,7 @@ fn thin(bits: &mut [bool], pitch: usize) {
 }
 
 /// The difference of two means, and its standard error (Welch 1947).
-fn welch(a: &[f64], b: &[f64]) -> (f64, f64) {
+pub fn welch(a: &[f64], b: &[f64]) -> (f64, f64) {
     let moments = |values: &[f64]| {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
@@ -142,7 +142,8 @@ fn welch(a: &[f64], b: &[f64]) -> (f64, f64) {
     (mean_a - mean_b, (error_a + error_b).sqrt())
 }
 
-fn mean(values: &[f64]) -> f64 {
+/// The mean of values.
+pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 

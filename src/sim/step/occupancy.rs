@@ -1,15 +1,19 @@
 //! The kernels by which particles walk, one a cell: their parameters, bindings and twins.
 //!
 //! Every particle takes its cell, and wishes to come to another one. In each round they claim these cells, and the lowest rank wins each
-//! that is free: what winners leave is free in the next round. Then winners move, and those that have won nothing stay. Particles that
-//! come over from other objects claim the cells that are free after that.
+//! that is free: what winners leave is free in the next round, for particles of higher ranks than theirs. So it ends as if particles moved one
+//! after the other by their ranks, but for rows of particles that are longer than there are rounds. Then winners move, and those that have won
+//! nothing stay. Particles that come over from other objects claim the cells that are free after that.
 
 use glam::UVec4;
 
 use crate::rng::{Purpose, random, seed_word};
 use crate::scene::settings::Strategy;
 use crate::sim::arrays::Arrays;
-use crate::sim::claims::{FREE, LANDING, NO_RANK, SHARED_CELL, TAKEN, claim_of, is_won, rank_of};
+use crate::sim::claims::{
+    FREE, LANDING, NO_RANK, REFUSED, SHARED_CELL, claim_of, comes_too_early, is_taken, is_won,
+    rank_of, taken_by,
+};
 use crate::sim::field::{atlas_position, texel_at};
 use crate::sim::ground::{Flight, Ground};
 use crate::sim::kernels::{
@@ -205,7 +209,7 @@ impl StepKernel for Claim {
     }
 
     fn twin(call: &Call<Self>, a: &mut Arrays) {
-        claim(&call.constants, &call.params, &a.claims, &mut a.cells);
+        claim(&call.constants, &call.params, &mut a.claims, &mut a.cells);
     }
 }
 
@@ -363,7 +367,11 @@ pub fn wish(
         let texel = texel_of(particle.triangle, particle.u, particle.v);
         let own_cell = inputs.homes[texel as usize];
         let cell = &mut cells[own_cell as usize];
-        *cell = if *cell <= TAKEN { SHARED_CELL } else { TAKEN };
+        let rank = rank_of(particle.id, params.salt);
+        *cell = match is_taken(*cell) {
+            true => SHARED_CELL,
+            false => taken_by(rank),
+        };
         let own = own_parameters(
             constants.own_physarum,
             constants.looks.then_some(params.second_look),
@@ -385,7 +393,6 @@ pub fn wish(
             flags: 0,
         };
         let texel = texel_of(w.triangle, w.u, w.v);
-        let rank = rank_of(particle.id, params.salt);
         claims[slot] = UVec4::new(inputs.homes[texel as usize], own_cell, rank, texel);
     }
 }
@@ -394,14 +401,21 @@ pub fn wish(
 pub fn claim(
     constants: &ClaimConstants,
     params: &ClaimParams,
-    claims: &[UVec4],
+    claims: &mut [UVec4],
     cells: &mut [u32],
 ) {
-    for claim in &claims[..params.particle_count as usize] {
+    for claim in &mut claims[..params.particle_count as usize] {
         if constants.mortal && claim.z == NO_RANK {
             continue;
         }
+        if claim.z == REFUSED {
+            continue;
+        }
         let cell = &mut cells[claim.x as usize];
+        if params.round == 0 && comes_too_early(claim.z, *cell) {
+            claim.z = REFUSED;
+            continue;
+        }
         *cell = (*cell).min(claim_of(claim.z, params.round));
     }
 }
@@ -418,7 +432,9 @@ pub fn settle(
             continue;
         }
         let left = claim.y as usize;
-        if cells[claim.x as usize] == claim_of(claim.z, params.round) && cells[left] == TAKEN {
+        if cells[claim.x as usize] == claim_of(claim.z, params.round)
+            && cells[left] == taken_by(claim.z)
+        {
             cells[left] = FREE;
         }
     }
@@ -472,7 +488,7 @@ pub fn arrive(
             arrival.note(slot, flow, particle_indices, meals, deposits);
             continue;
         }
-        if word == FREE {
+        if word == FREE && claim.z != REFUSED {
             flow.left_over = flow.left_over.saturating_add(1);
         }
         let mut flags = Motion::STAYED;
