@@ -19,7 +19,7 @@ use serde::Serialize;
 pub use choices::{
     AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Easing, Heading, Model,
     ModelAnimation, ObjectStart, Preference, Repeat, RestartPlace, Sensing, SignRule, Start,
-    StepOrder, Strategy, Turning,
+    StepOrder, Strategy, TrailAcross, Turning,
 };
 pub use food::{FeedingSettings, FoodSettings, MOST_FOODS};
 pub use look::{SECOND_LOOKS, SecondLook, SecondLookSettings};
@@ -188,6 +188,8 @@ pub struct TrailSettings {
     pub diffusion_length: f32,
     /// Reach of that neighbourhood, in texels.
     pub diffusion_distance: u32,
+    /// Does it spread over the lines in which two surfaces meet?
+    pub across: TrailAcross,
     /// Share of the trail that remains after a step, deposits included, 0 to 1.
     pub decay: f32,
     /// Steps after which half of the trail remains; 0 as `decay` says.
@@ -217,6 +219,7 @@ impl Default for TrailSettings {
             diffusion: 0.5,
             diffusion_length: 0.0,
             diffusion_distance: 1,
+            across: TrailAcross::Off,
             decay: 0.95,
             half_life: 0.0,
         }
