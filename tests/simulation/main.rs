@@ -19,6 +19,7 @@ mod host_work;
 mod invariants;
 mod long;
 mod look;
+mod meeting;
 mod memory;
 mod moving;
 mod moving_together;
