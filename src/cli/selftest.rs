@@ -205,6 +205,11 @@ const EXTRA: &[(&str, &str, &[&str])] = &[
         &["physarum.model=jones", "physarum.occupancy_rounds=5"],
     ),
     (
+        "trio",
+        "trail across",
+        &["trail.across=on", "trail.diffusion=0.9"],
+    ),
+    (
         "suzanne",
         "one a cell",
         &["physarum.occupancy_rounds=2", "physarum.sensing=walk"],

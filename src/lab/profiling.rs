@@ -142,6 +142,10 @@ const KERNELS: &[(&str, &str)] = &[
         "The scent that crosses from object to object where they touch",
     ),
     ("project", "Adds to the trail what food projects into it"),
+    (
+        "trail_across",
+        "The trail that spreads from object to object where their surfaces meet",
+    ),
     ("paint", "A dab of a brush"),
     ("teleport", "A dab of the brush that brings particles"),
     ("update", "Numbers that the host writes for the step"),

@@ -22,7 +22,7 @@ pub(super) const PARTS: &str =
     "the sections [physarum], [trail] and [feeding], and picture.color_map";
 
 /// Keys of the method of walking, sensing, spreading and feeding, which presets do not change.
-const HOW: [&str; 15] = [
+const HOW: [&str; 16] = [
     "physarum.border",
     "physarum.edge_crossing_attempts",
     "physarum.sensing",
@@ -34,6 +34,7 @@ const HOW: [&str; 15] = [
     "physarum.sensitivity",
     "physarum.sensor_width",
     "trail.diffusion_length",
+    "trail.across",
     "trail.half_life",
     "feeding.projection",
     "feeding.projection_covered",

@@ -20,7 +20,7 @@ use serde::Serialize;
 pub use choices::{
     AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Easing, Heading, Model,
     ModelAnimation, ObjectStart, Preference, Repeat, RestartPlace, Sensing, SignRule, Start,
-    StepOrder, Strategy, Turning,
+    StepOrder, Strategy, TrailAcross, Turning,
 };
 pub use food::{FeedingSettings, FoodSettings, MOST_FOODS};
 pub use look::{SECOND_LOOKS, SecondLook, SecondLookSettings};

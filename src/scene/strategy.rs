@@ -1,6 +1,6 @@
-//! Consequences of the transfer strategy and the distance method for a step.
+//! Consequences of the transfer strategy, the distance method and what crosses contacts for a step.
 
-use super::settings::{DistanceMethod, Settings, Strategy};
+use super::settings::{DistanceMethod, Settings, Strategy, TrailAcross};
 
 impl Settings {
     /// The strategy of transfer that takes effect: with a single object there is nothing to change to.
@@ -11,6 +11,14 @@ impl Settings {
         } else {
             Strategy::None
         }
+    }
+
+    /// Does the trail spread over the lines in which surfaces of two objects meet?
+    #[must_use]
+    pub fn trail_crosses(&self) -> bool {
+        self.trail.across == TrailAcross::On
+            && !self.holds_for_trails(|trail| !trail.spreads())
+            && self.objects.len() > 1
     }
 
     /// Are distances computed by the graphics pipeline?

@@ -49,13 +49,19 @@ pub fn unpacked_position(word: u32, pitch: u32) -> [f32; 2] {
     [word & 0xffff, word >> 16].map(|x| (x as f32 + 0.5) * size)
 }
 
+/// The upper left one of the four texels round a position, and how far right of its centre and below it the position is.
+#[must_use]
+pub fn blend_at(position: [f32; 2], pitch: u32) -> (usize, [f32; 2]) {
+    let corner = position.map(|x| x - 0.5);
+    let low = corner.map(f32::floor);
+    let texel = low[1] as u32 * pitch + low[0] as u32;
+    (texel as usize, [corner[0] - low[0], corner[1] - low[1]])
+}
+
 /// Bilinear over the four texels around.
 #[must_use]
 pub fn trail_at(trail: &[f32], position: [f32; 2], pitch: u32) -> f32 {
-    let corner = position.map(|x| x - 0.5);
-    let low = corner.map(f32::floor);
-    let f = [corner[0] - low[0], corner[1] - low[1]];
-    let texel = (low[1] as u32 * pitch + low[0] as u32) as usize;
+    let (texel, f) = blend_at(position, pitch);
     let pitch = pitch as usize;
     let top = trail[texel] + f[0] * (trail[texel + 1] - trail[texel]);
     let bottom = trail[texel + pitch] + f[0] * (trail[texel + pitch + 1] - trail[texel + pitch]);

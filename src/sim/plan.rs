@@ -15,6 +15,10 @@ use crate::scene::settings::{Border, PhysarumSettings, Settings, Strategy};
 /// Bound on the error of a distance that is read between texels, in texel sides.
 const TEXELS_BETWEEN: f32 = 2.0;
 
+/// How far behind a crossing covered texels are found into which the trail spreads, in texel sides for each texel between the taps. The
+/// farthest tap is 1.42 away, and texels may be longer one way than the other.
+const TAPS_ACROSS: f32 = 2.0;
+
 /// What an engine provides: access paths to textures, a painted bias, and the capacity for transfers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Means {
@@ -68,7 +72,7 @@ pub struct Lengths {
     pub reach: f32,
     /// The signed distance below which a place is covered.
     pub threshold: f32,
-    /// Length of the longest path to a sensor.
+    /// Length of the longest path to a sensor, or of one by which the trail spreads to another object, if that is longer.
     pub farthest: f32,
     /// Length of the longest step.
     pub fastest: f32,
@@ -95,7 +99,11 @@ impl Lengths {
             let second = second.map(|look| of(&look.physarum));
             own.chain(second).fold(0.0, f32::max) * radius
         };
-        let farthest = most(|own| own.sensor_offset);
+        let spreads = match settings.trail_crosses() {
+            true => TAPS_ACROSS * setup.atlas.taps as f32 * setup.texel_side,
+            false => 0.0,
+        };
+        let farthest = most(|own| own.sensor_offset).max(spreads);
         let fastest = most(|own| own.speed);
         let plain = Self {
             reach,
@@ -205,7 +213,7 @@ impl<'a> Plan<'a> {
             farthest: lengths.farthest,
             near: lengths.near,
             sight: lengths.sight,
-            sees_across: self.strategy.sees_across(),
+            sees_across: self.finds_across(),
             walk: (self.most_attempts(), self.border_reflects()),
         };
         let is_due = step.is_multiple_of(u64::from(self.settings.distance.interval.max(1)));
@@ -269,6 +277,18 @@ impl<'a> Plan<'a> {
     #[must_use]
     pub fn scent_crosses(&self) -> bool {
         self.settings.scent_crosses()
+    }
+
+    /// Does the trail spread over the lines in which surfaces meet?
+    #[must_use]
+    pub fn trail_crosses(&self) -> bool {
+        self.settings.trail_crosses()
+    }
+
+    /// Are places on other objects found for covered texels? They are if sensors see them, or the trail spreads there.
+    #[must_use]
+    pub fn finds_across(&self) -> bool {
+        self.strategy.sees_across() || self.trail_crosses()
     }
 
     /// One invocation for each sample, which is an owned texel of a scene of several objects.

@@ -19,6 +19,7 @@ pub mod respawn;
 pub mod scent;
 pub mod scent_across;
 pub mod sort;
+pub mod trail_across;
 pub mod transfer;
 pub mod unfold;
 pub mod windows;
@@ -123,7 +124,7 @@ fn take_distances(s: &mut Step, plan: &Plan<'_>) {
         }
     }
     s.run(plan.seams(), plan.exchange_seams(Field::Distances));
-    if plan.strategy.sees_across() {
+    if plan.finds_across() {
         match plan.settings.distance.method {
             DistanceMethod::Bvh => s.run(Counter::Covered, plan.unfold()),
             _ => s.run(Threads(update.thread_count), plan.unfold()),
@@ -286,6 +287,10 @@ fn feed(s: &mut Step, plan: &Plan<'_>) {
 fn spread(s: &mut Step, plan: &Plan<'_>) {
     for _ in 1..passes(plan.settings, plan.setup) {
         diffuse(s, plan, Pass::Spreading);
+        if plan.trail_crosses() {
+            // What crosses is read between texels, gutters among them.
+            s.run(plan.seams(), plan.exchange_seams(Field::Trail));
+        }
         s.swap(Pair::Trail);
     }
     diffuse(s, plan, Pass::Last);
@@ -295,8 +300,11 @@ fn spread(s: &mut Step, plan: &Plan<'_>) {
     s.swap(Pair::Deposits);
 }
 
-/// Texels beside seams come after the others, by their rows.
+/// Texels beside seams come after the others, by their rows; before both, covered texels take what spreads from other objects.
 fn diffuse(s: &mut Step, plan: &Plan<'_>, pass: Pass) {
+    if plan.trail_crosses() {
+        s.run(plan.samples(), plan.trail_across());
+    }
     let texels = plan.diffuse(pass);
     let rows = plan.diffuse_seams(pass);
     s.run(Threads(texels.params.lane_count), texels);

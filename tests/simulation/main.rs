@@ -20,6 +20,7 @@ mod invariants;
 mod jones;
 mod long;
 mod look;
+mod meeting;
 mod memory;
 mod moving;
 mod moving_together;

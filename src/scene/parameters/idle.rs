@@ -62,9 +62,7 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             "No food is projected into the trail: raise the projection of some from 0.",
         ),
         "feeding.scent_across" if is_alone => Some(ALONE),
-        "feeding.scent_across" if settings.distance.reach == 0.0 => {
-            Some("Objects do not see each other: raise the distance reach from 0.")
-        }
+        "feeding.scent_across" if settings.distance.reach == 0.0 => Some(UNSEEN),
         _ if key.starts_with("feeding.") => because(
             settings.food_count() == 0,
             "There is no food: put some on an object, or raise Scattered food from 0.",
@@ -122,7 +120,9 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             settings.holds_for_trails(|trail| trail.half_life > 0.0),
             HALF_LIFE_INSTEAD,
         ),
-        "trail.diffusion_distance" => because(
+        "trail.across" if is_alone => Some(ALONE),
+        "trail.across" if settings.distance.reach == 0.0 => Some(UNSEEN),
+        "trail.diffusion_distance" | "trail.across" => because(
             settings.holds_for_trails(|trail| !trail.spreads()),
             "Nothing diffuses: raise the trail diffusion, or the diffusion length, from 0.",
         ),
@@ -150,6 +150,7 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             strategy != Strategy::Respawn,
             "Particles do not restart: choose the transfer strategy respawn.",
         ),
+        "transfer.threshold" if settings.trail_crosses() => None,
         "transfer.threshold" | "transfer.buffer_size" if !is_alone => because(
             strategy == Strategy::None,
             "Particles do not change objects: choose another transfer strategy.",
@@ -164,6 +165,7 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
 const ALONE: &str = "There is only one object.";
 const LENGTH_INSTEAD: &str = "The diffusion length takes its place: set that to 0.";
 const HALF_LIFE_INSTEAD: &str = "The half-life takes its place: set that to 0.";
+const UNSEEN: &str = "Objects do not see each other: raise the distance reach from 0.";
 const NO_DEPTHS: &str = "Only the distance method raster has depths.";
 
 /// Why a length of the mapping from distances to depths has no effect.
@@ -279,7 +281,7 @@ pub fn why_object_idle(
 mod tests {
     use super::*;
     use crate::scene::parameters::{OBJECT_PARAMETERS, PARAMETERS};
-    use crate::scene::settings::{FoodSettings, ObjectStart};
+    use crate::scene::settings::{FoodSettings, ObjectStart, TrailAcross};
 
     fn idle(settings: &Settings) -> Vec<&'static str> {
         let keys = PARAMETERS.iter().map(|parameter| parameter.key);
@@ -305,6 +307,7 @@ mod tests {
             "time.dt",
             "atlas.cell_size",
             "feeding.scent_across",
+            "trail.across",
         ] {
             assert!(alone.contains(&key), "{key}");
         }
@@ -316,6 +319,9 @@ mod tests {
         let apart = idle(&settings);
         assert!(apart.contains(&"transfer.threshold") && !apart.contains(&"transfer.strategy"));
         assert!(apart.contains(&"transfer.buffer_size"));
+        settings.trail.across = TrailAcross::On;
+        assert!(!idle(&settings).contains(&"transfer.threshold"));
+        settings.trail.across = TrailAcross::Off;
         // Every selected particle takes a place in the list, also with strategies without waiting.
         for strategy in [Strategy::Direct, Strategy::Respawn] {
             settings.transfer.strategy = strategy;
@@ -397,6 +403,7 @@ mod tests {
                 "particles.start_direction",
                 "physarum.reference_density",
                 "trail.diffusion_distance",
+                "trail.across",
                 "distance.depth_near",
                 "distance.depth_scale",
                 "transfer.respawn",

@@ -6,7 +6,7 @@ use crate::scene::settings::physarum::physarum;
 use crate::scene::settings::{
     AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, Model, Preference,
     RestartPlace, SECOND_LOOKS, Sensing, Settings, Show, SignRule, Start, StepOrder, Strategy,
-    Turning,
+    TrailAcross, Turning,
 };
 
 /// The largest scene radius: squares of lengths stay far within single precision.
@@ -233,6 +233,14 @@ const AFTER: &[Parameter] = &[
         help: "How far apart the nine texels of that neighbourhood lie: lines get broader, and from 3 on striped.",
         effect: Effect::Restart,
         kind: whole!(trail.diffusion_distance: u32, (1.0, 4.0), (1.0, 4.0), Linear),
+    },
+    Parameter {
+        key: "trail.across",
+        name: "Trail across contacts",
+        unit: "",
+        help: "Does the trail diffuse over the line in which the surfaces of two objects meet? off: each object's trail stays on it. on: beside the line, either surface spreads into the other, as if both were one, folded there.",
+        effect: Effect::Live,
+        kind: word!(trail.across: TrailAcross),
     },
     Parameter {
         key: "trail.decay",

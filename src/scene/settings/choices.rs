@@ -94,6 +94,17 @@ choice! {
 }
 
 choice! {
+    /// Does the trail spread from object to object?
+    TrailAcross {
+        /// Each object's trail stays on it.
+        #[default]
+        Off = "off",
+        /// It spreads over the lines in which two surfaces meet.
+        On = "on",
+    }
+}
+
+choice! {
     /// Where particles restart that have gone into another object.
     RestartPlace {
         /// Anywhere on their own object.

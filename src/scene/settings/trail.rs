@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{ObjectSettings, Settings};
+use super::{ObjectSettings, Settings, TrailAcross};
 use crate::portable;
 
 /// `[trail]`
@@ -14,6 +14,8 @@ pub struct TrailSettings {
     pub diffusion_length: f32,
     /// Reach of that neighbourhood, in texels.
     pub diffusion_distance: u32,
+    /// Does it spread over the lines in which two surfaces meet?
+    pub across: TrailAcross,
     /// Share of the trail that remains after a step, deposits included, 0 to 1.
     pub decay: f32,
     /// Steps after which half of the trail remains; 0 as `decay` says.
@@ -43,6 +45,7 @@ impl Default for TrailSettings {
             diffusion: 0.5,
             diffusion_length: 0.0,
             diffusion_distance: 1,
+            across: TrailAcross::Off,
             decay: 0.95,
             half_life: 0.0,
         }
@@ -74,6 +77,7 @@ impl OwnTrail {
             diffusion: self.diffusion.unwrap_or(scene.diffusion),
             diffusion_length: self.diffusion_length.unwrap_or(scene.diffusion_length),
             diffusion_distance: scene.diffusion_distance,
+            across: scene.across,
             decay: self.decay.unwrap_or(scene.decay),
             half_life: self.half_life.unwrap_or(scene.half_life),
         }

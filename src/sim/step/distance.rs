@@ -27,7 +27,7 @@ impl Plan<'_> {
             on: (),
             constants: DistanceConstants {
                 sign_rule: self.settings.distance.sign as u32,
-                sees_across: self.strategy.sees_across(),
+                sees_across: self.finds_across(),
             },
             params: DistanceParams {
                 tile_count: self.distances.tile_count(),

@@ -28,6 +28,7 @@ pub use super::step::project::project;
 pub use super::step::respawn::respawn;
 pub use super::step::scent::scent;
 pub use super::step::scent_across::scent_across;
+pub use super::step::trail_across::trail_across;
 pub use super::step::{limit, occupancy, population, sort, transfer, unfold, windows};
 pub use copy_words::copy_words;
 pub use paint::paint;
