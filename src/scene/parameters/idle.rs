@@ -43,9 +43,12 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             because(start != Start::Food, "Only the start food begins on food.")
         }
         "population.frequency" => None,
-        _ if key.starts_with("population.") => because(
-            !settings.population.is_on(),
-            "The number of particles is constant: raise Test frequency from 0.",
+        _ if key.starts_with("population.") && !settings.population.is_on() => {
+            Some("The number of particles is constant: raise Test frequency from 0.")
+        }
+        "population.hunger" => because(
+            settings.food_count() == 0,
+            "There is no food: put some on an object, or raise Scattered food from 0.",
         ),
         "physarum.reference_density" => because(
             settings.population.is_on(),
