@@ -329,6 +329,8 @@ mod tests {
         settings.objects[0].motion.spin = [0.0, 90.0, 0.0];
         assert!(idle(&settings).contains(&"population.capacity"));
         settings.population.frequency = 5;
+        let waits = idle(&settings);
+        assert!(waits.contains(&"population.hunger") && !waits.contains(&"population.capacity"));
         settings.picture.show = Show::Particles;
         settings.foods.push(FoodSettings::default());
         let waits = idle(&settings);
