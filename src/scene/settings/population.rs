@@ -106,10 +106,11 @@ mod tests {
         assert!(!settings.starves());
         settings.feeding.scattered = 1;
         assert!(settings.starves());
-        for change in [
-            (|settings| settings.population.hunger = 0) as fn(&mut Settings),
+        let changes: [fn(&mut Settings); 2] = [
+            |settings| settings.population.hunger = 0,
             |settings| settings.population.frequency = 0,
-        ] {
+        ];
+        for change in changes {
             let mut other = settings.clone();
             change(&mut other);
             assert!(!other.starves());
