@@ -46,6 +46,24 @@ layout(std430, set = 0, binding = 9) buffer Borders { Border borders[]; };
 #include "strip_table.glsl"
 #include "atlas.glsl"
 
+// Functions of their own, so that main() stays small: in large functions shaderc looks without end for what `precise` reaches.
+
+// The flags of a particle that is born.
+uint flags_of_child(uint parent) {
+    uint flags = 0u;
+    if (HUNGER) flags = hungry_steps(load_paged(motions, parent).w) << HUNGRY_SHIFT;
+    return flags;
+}
+
+// A particle that lay on one triangle is born on another.
+void change_windows(uint old_triangle, uint new_triangle) {
+    uint from = shape_words(old_triangle).w;
+    uint to = shape_words(new_triangle).w;
+    if (from == to) return;
+    atomicAdd(borders[from].left, 1u);
+    atomicAdd(borders[to].came, 1u);
+}
+
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
@@ -67,15 +85,6 @@ void main() {
     float v = settled(within(weights.y, 0.0, most));
     vec2 heading = turn_of(random_words(params.seed, id, params.time_step, PURPOSE_POPULATION).w);
     store_paged(particles, i, words_of(Particle(triangle, u, v, id)));
-    uint flags = 0u;
-    if (HUNGER) flags = hungry_steps(load_paged(motions, parent).w) << HUNGRY_SHIFT;
-    store_paged(motions, i, words_of(Motion(heading.x, heading.y, 0.0, flags)));
-    if (WINDOWS) {
-        uint from = shape_words(dead.x).w;
-        uint to = shape_words(triangle).w;
-        if (from != to) {
-            atomicAdd(borders[from].left, 1u);
-            atomicAdd(borders[to].came, 1u);
-        }
-    }
+    store_paged(motions, i, words_of(Motion(heading.x, heading.y, 0.0, flags_of_child(parent))));
+    if (WINDOWS) change_windows(dead.x, triangle);
 }
