@@ -8,7 +8,7 @@ use super::Settings;
 pub const MOST_POPULATION: u32 = 1 << 27;
 
 /// `[population]`: particles divide and die by how crowded it is round them. The rules, and the defaults but for the frequency, are those
-/// of Jones, "From Pattern Formation to Material Computation", Springer 2015.
+/// of Jones, "From Pattern Formation to Material Computation", Springer 2015; hunger is an addition.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PopulationSettings {
     /// Steps from one time for births and deaths to the next; 0 if the number of particles is constant.
