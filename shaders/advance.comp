@@ -69,6 +69,8 @@ layout(constant_id = 20) const bool RANDOM_TIES = false;
 layout(constant_id = 21) const bool RANDOM_TURNS = false;
 // Particles may be dead.
 layout(constant_id = 22) const bool MORTAL = false;
+// Particles die if they have been hungry for long.
+layout(constant_id = 23) const bool HUNGER = false;
 
 // Everything.
 const uint STAGE_WHOLE = 0u;
@@ -280,7 +282,7 @@ void arrives(uint i) {
     // the reflection of shaders can evaluate.
     bool is_far = ACROSS;
     is_far = is_far && !sees_others();
-    uint flags = flags_at(walked_position(w), i, fed, is_far);
+    uint flags = flags_at(walked_position(w), i, motion.flags, is_far);
     vec2 heading = settled(w.heading);
     store_paged(motions, i, words_of(Motion(heading.x, heading.y, settled(min(pending, own.speed)), flags)));
 }

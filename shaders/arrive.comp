@@ -26,6 +26,8 @@ layout(constant_id = 6) const bool SELECTS = false;
 layout(constant_id = 16) const bool FOOD = false;
 // Particles may be dead.
 layout(constant_id = 22) const bool MORTAL = false;
+// Particles die if they have been hungry for long.
+layout(constant_id = 23) const bool HUNGER = false;
 
 layout(push_constant) uniform Params {
     uint particle_count;
@@ -81,19 +83,19 @@ void main() {
     bool asks = SELECTS;
     asks = asks || FOOD;
     if (asks) particle = particle_of(load_paged(particles, i));
-    uint fed = FOOD ? load_paged(motions, i).w >> FED_SHIFT : 0u;
+    uint before = FOOD ? load_paged(motions, i).w : 0u;
     uint word = texel_of(cells, claim.x);
     // A step within its own cell needs no claim.
     if (claim.x == claim.y || is_won(word, claim.z)) {
         Motion motion = motion_of(fetch_paged(wish_motions, i));
-        uint flags = arrived_flags(claim.w, fed);
+        uint flags = arrived_flags(claim.w, before);
         if (SELECTS) flags |= selected_flag(position_of(moved), i);
         store_paged(particles, i, words_of(moved));
         store_paged(motions, i, words_of(Motion(motion.heading_p, motion.heading_h, motion.pending, flags)));
     } else {
         if (word == FREE && claim.z != REFUSED) count_one(flow[0].left_over)
         uint flags = STAYED;
-        if (FOOD) flags |= fed_at(texel_at(previous_position(), params.pitch), fed) << FED_SHIFT;
+        if (FOOD) flags |= fed_flags(texel_at(previous_position(), params.pitch), before);
         vec2 heading = turn_of(random_words(params.seed, moved.id, params.time_step, PURPOSE_REFUSED).x);
         store_paged(motions, i, words_of(Motion(heading.x, heading.y, 0.0, flags)));
     }

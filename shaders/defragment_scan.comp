@@ -2,9 +2,9 @@
 // object's window. Each object has equally many of both.
 // Reads   flow, windows, particle_indices, transfers, particles, motions, strips.
 // Writes  borders (counters); for each window, behind borders[].list: holes, the slots; strays and stray_motions, the particles.
-// One invocation per slot that may be wrong: those of particles that have changed objects, then those that windows have got. With
-// SEQUENTIAL one invocation takes a run. Overflow: cannot happen; a window's part of the lists is as long as the number of slots that may
-// be wrong.
+// One invocation per slot that may be wrong: those of particles that have changed objects, then those that windows have got; or all of the
+// ring, if particles were born. With SEQUENTIAL one invocation takes a run. Overflow: cannot happen; a window's part of the lists is as
+// long as the number of slots that may be wrong.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -21,6 +21,7 @@ layout(push_constant) uniform Params {
     uint particle_count;
     uint first;  // of the run, by SEQUENTIAL
     uint count;  // of the run
+    uint whole;  // 1: any slot may be wrong, because particles were born
 } params;
 
 layout(std430, set = 0, binding = 0) readonly buffer FlowBlock { Flow flow[]; };
@@ -55,12 +56,18 @@ void main() {
         if (i > 0u) return;
         i = params.first;
     }
-    uint leaving = flow[0].leaving;
-    if (i >= flow[0].gained + leaving) return;
-    uint end = min(i + params.count, flow[0].gained + leaving);
-    uint object = window_of(max(i, leaving) - leaving, false);
+    bool whole = params.whole != 0u;
+    uint leaving = whole ? 0u : flow[0].leaving;
+    uint all = whole ? params.particle_count : flow[0].gained + leaving;
+    if (i >= all) return;
+    uint end = min(i + params.count, all);
+    // The parts of the lists are then as long as the windows.
+    uint object = window_of(max(i, leaving) - leaving, whole);
     while (i < end) {
-        if (i < leaving) {
+        if (whole) {
+            while (object + 1u < params.object_count && borders[object + 1u].list <= i) object += 1u;
+            look_at(ring_slot(windows[0].start, i, params.particle_count), object);
+        } else if (i < leaving) {
             uint slot = particle_indices[i];
             // Slots that another window gains are examined by that window.
             if (has_kept(transfers[i].source, slot)) look_at(slot, transfers[i].source);

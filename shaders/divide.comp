@@ -1,6 +1,6 @@
-// divide: particles die where it is too crowded, or too lonely, round them; others that have just moved forward divide, by how crowded it
-// is: they claim a free cell beside theirs. Of several that claim one, the lowest rank remains.
-// Reads   particles, strips, homes, occupants, nests, bias.
+// divide: particles die where it is too crowded, or too lonely, round them, or of hunger; others that have just moved forward divide, by
+// how crowded it is: they claim a free cell beside theirs. Of several that claim one, the lowest rank remains.
+// Reads   particles, strips, homes, occupants, nests, bias, distances.
 // Writes  motions of particles that die; births: the cell that each particle claims; nursery, by atomic minima; id_marks: the ids of dead
 //         particles, by atomic ors: both are empty before.
 // One invocation per particle.
@@ -24,6 +24,10 @@ layout(local_size_x = 256) in;
 
 // The bias was painted: some places may not be entered.
 layout(constant_id = 15) const bool PAINTED = false;
+// Particles leave places that other objects cover, so none is born there.
+layout(constant_id = 6) const bool SELECTS = false;
+// Particles die if they have been hungry for long.
+layout(constant_id = 23) const bool HUNGER = false;
 
 layout(push_constant) uniform Params {
     uint particle_count;
@@ -39,6 +43,8 @@ layout(push_constant) uniform Params {
     uint survival_least;
     uint survival_most;
     float death_probability;     // of those outside of these bounds
+    uint hunger;                 // hungry steps with which a particle dies
+    float transfer_threshold;    // world length of signed distance below which a place is covered
 } params;
 
 PAGED_READS(uvec4, 0) particles;  // one an invocation
@@ -54,6 +60,7 @@ CHANGES(uint, 8) nursery_low;
 CHANGES(uint, 9) nursery_high;
 WRITES(uint, 10) births;  // one an invocation
 layout(std430, set = 0, binding = 11) buffer IdMarks { uint id_marks[]; };
+READS(float, 12) distances;
 
 #include "strip_table.glsl"
 #include "atlas.glsl"
@@ -78,6 +85,9 @@ bool is_free(uint cell) {
     if (texel_of(nests, cell) == NONE || texel_of(occupants, cell) != 0u) return false;
     if (PAINTED) {
         if (texel_of(bias, cell) < NO_GO) return false;
+    }
+    if (SELECTS) {
+        if (fetch1(distances, cell) < params.transfer_threshold) return false;
     }
     return true;
 }
@@ -108,6 +118,7 @@ void main() {
         uint crowd = count_round(cell, params.survival_reach);
         bool survives = crowd >= params.survival_least && crowd <= params.survival_most;
         is_dead = !survives && unit_float(words.x) < params.death_probability;
+        if (HUNGER) is_dead = is_dead || hungry_steps(motion.flags) >= params.hunger;
         if (is_dead) {
             store_paged(motions, i, words_of(Motion(motion.heading_p, motion.heading_h, 0.0, DEAD)));
         } else if ((motion.flags & STAYED) == 0u && unit_float(words.y) < params.division_probability) {

@@ -1,6 +1,6 @@
-// divide_list: lists the cells that particles divide into, by the number of the particle among those that divide.
+// divide_list: lists the particles that divide, by the number of each among these.
 // Reads   particles, births, id_marks, ids_before, population.
-// Writes  cradles.
+// Writes  parents: their slots.
 // One invocation per particle.
 // Overflow: particles for which there is no id are not listed.
 
@@ -22,15 +22,14 @@ READS(uint, 1) births;  // one an invocation
 layout(std430, set = 0, binding = 2) readonly buffer IdMarks { uint id_marks[]; };
 layout(std430, set = 0, binding = 3) readonly buffer IdsBefore { uint ids_before[]; };
 layout(std430, set = 0, binding = 4) readonly buffer PopulationBlock { Population population[]; };
-WRITES(uint, 5) cradles;
+WRITES(uint, 5) parents;
 
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
-    uint cell = fetch1(births, i);
-    if (cell == NONE) return;
+    if (fetch1(births, i) == NONE) return;
     uint id = fetch_paged(particles, i).w;
     uint word = word_of_id(id);
     uint number = ids_before[word] + marked_below(id_marks[word], id);
-    if (number < population[0].born) store1(cradles, number, cell);
+    if (number < population[0].born) store1(parents, number, i);
 }

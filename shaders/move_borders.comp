@@ -1,4 +1,4 @@
-// move_borders: gives each object's window as many slots as the object has particles after this step's transfers.
+// move_borders: gives each object's window as many slots as the object has particles after this step's births and transfers.
 // Reads   flow, windows, borders.
 // Writes  windows, borders, flow, the groups of the kernels that put particles in order.
 // One group: each invocation adds up a run of objects, then all add up the runs before theirs. The windows lie one after the other in a
@@ -19,6 +19,7 @@ layout(push_constant) uniform Params {
     uint particle_count;
     uint scan_group;   // invocations in a group of defragment_scan
     uint swap_group;   // in one of defragment_swap
+    uint whole;        // 1: any slot may hold a wrong particle, because particles were born
 } params;
 
 layout(std430, set = 0, binding = 0) buffer FlowBlock { Flow flow[]; };
@@ -93,7 +94,7 @@ void main() {
         border.gained = count - both;
         border.front = new_start < old_start ? min(old_start - new_start, border.gained) : 0u;
         // Slots that may hold another object's particle: no more than these.
-        uint most = min(border.gained + border.left, count);
+        uint most = params.whole != 0u ? count : min(border.gained + border.left, count);
         if (border.holes != border.strays) atomicAdd(flow[0].mismatches, 1u);
         border.holes = 0u;
         border.strays = 0u;
@@ -120,7 +121,7 @@ void main() {
     if (me == 0u) {
         flow[0].gained = gained_by_all;
         flow[0].entries = entries_of_all;
-        groups[CANDIDATES] = dispatch_groups(flow[0].leaving + gained_by_all, params.scan_group);
+        groups[CANDIDATES] = dispatch_groups(params.whole != 0u ? ring : flow[0].leaving + gained_by_all, params.scan_group);
         groups[STRAYS] = dispatch_groups(entries_of_all, params.swap_group);
     }
 }

@@ -89,7 +89,8 @@
 //! - **walk**: the straightest path; the triangles that it crosses are laid out flat, edge by edge, as seen from its start.
 //! - **cell**: an owned texel. Every texel of the surface has one. By some rules there is one particle a cell, and sensors read cells.
 //! - **claim**, **rank**: particles claim the cells that they would come to, round by round; the lowest rank in a step wins.
-//! - **dead**: a particle that is a free slot with an id, which a particle that is born will get ([`sim::step::population`]).
+//! - **dead**: a particle that is a free slot with an id, which a particle that is born will get ([`sim::step::population`]). It counts for
+//!   the object on which it died.
 //! - **edge-crossing attempts**: how many edges one walk may cross; the rest of the walk is **pending** and comes first in the next step.
 //! - **trail**, **deposit**: the field that particles read; the integer count of particles per texel in a step.
 //! - **dab**: one touch of a brush, between steps: a ball in world space, and the part of the surface that lies in it

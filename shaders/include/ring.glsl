@@ -10,6 +10,9 @@ const uint SELECTED = 1u;
 const uint STAYED = 2u;
 // The flag of particles that are dead.
 const uint DEAD = 4u;
+// For how many steps a particle has been hungry, if particles die of that.
+const uint HUNGRY_SHIFT = 3u;
+const uint MOST_HUNGRY = 8191u;
 // For how many more steps a particle is fed.
 const uint FED_SHIFT = 16u;
 
@@ -22,6 +25,11 @@ uint ring_slot(uint start, uint i, uint ring) {
 // How far a slot lies behind `start`: the inverse of ring_slot.
 uint ring_offset(uint start, uint slot, uint ring) {
     return slot >= start ? slot - start : slot + (ring - start);
+}
+
+// For how many steps a particle with these flags has been hungry.
+uint hungry_steps(uint flags) {
+    return (flags >> HUNGRY_SHIFT) & MOST_HUNGRY;
 }
 
 #endif

@@ -210,6 +210,21 @@ const EXTRA: &[(&str, &str, &[&str])] = &[
         &["trail.across=on", "trail.diffusion=0.9"],
     ),
     (
+        "trio",
+        "population",
+        &[
+            "particles.count=1001",
+            "population.frequency=2",
+            "population.capacity=3001",
+            "population.survival_most=9",
+            "population.death_probability=0.5",
+            "population.hunger=7",
+            "feeding.scattered=5",
+            "feeding.size=0.2",
+            "feeding.fed_steps=3",
+        ],
+    ),
+    (
         "suzanne",
         "one a cell",
         &["physarum.occupancy_rounds=2", "physarum.sensing=walk"],

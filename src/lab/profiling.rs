@@ -95,14 +95,14 @@ const KERNELS: &[(&str, &str)] = &[
     ("count_cells", "Counts the particles in each cell"),
     (
         "divide",
-        "Particles die, or claim a free cell to divide into, by how crowded it is round them",
+        "Particles die, or claim a free cell to divide into, by how crowded it is round them and how hungry they are",
     ),
     ("divide_settle", "Finds which particles divide"),
     (
         "divide_number",
         "Numbers particles that divide, and ids that are free",
     ),
-    ("divide_list", "Lists the cells of particles that are born"),
+    ("divide_list", "Lists the particles that divide"),
     ("divide_begin", "Particles are born"),
     (
         "close_list",

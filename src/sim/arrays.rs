@@ -150,8 +150,8 @@ pub struct Arrays {
     pub nursery: Vec<u32>,
     /// One per particle: the cell that it claims to divide into.
     pub births: Vec<u32>,
-    /// One per particle that is born: its cell.
-    pub cradles: Vec<u32>,
+    /// One per particle that is born: the slot of the one that divides.
+    pub parents: Vec<u32>,
     /// A bit for the id of each particle that divides; then one for that of each dead particle.
     pub id_marks: Vec<u32>,
     /// One per word of these: the marked ids before it.
@@ -234,7 +234,7 @@ impl Arrays {
             occupants: vec![0; counts.population.1 as usize],
             nursery: vec![FREE; counts.population.1 as usize],
             births: vec![NONE; counts.population.0 as usize],
-            cradles: vec![0; counts.population.0 as usize],
+            parents: vec![0; counts.population.0 as usize],
             id_marks: vec![0; counts.id_words() as usize],
             ids_before: vec![0; counts.id_words() as usize],
             population: start.population,

@@ -308,7 +308,7 @@ table! {
     NURSERY: u32 = "nursery", LARGE 0, |n| n.population.1;
     NESTS: u32 = "nests", LARGE 0, |n| n.population.1;
     BIRTHS: u32 = "births", LARGE 1, |n| n.population.0;
-    CRADLES: u32 = "cradles", LARGE 1, |n| n.population.0;
+    PARENTS: u32 = "parents", LARGE 1, |n| n.population.0;
     ID_MARKS: u32 = "id_marks", BLOCK 0, Counts::id_words;
     IDS_BEFORE: u32 = "ids_before", BLOCK 0, Counts::id_words;
     POPULATION: Population = "population", BLOCK 0, |n| u64::from(n.population.0 > 0);

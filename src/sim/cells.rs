@@ -120,16 +120,8 @@ pub fn check_room(settings: &Settings, atlas: &Atlas) -> Result<()> {
 /// Checks that the rules of a scene go together.
 ///
 /// # Errors
-/// When particles restart, at places where others may be, and there is one particle a cell; or when particles change objects, and
-/// their number changes.
+/// When particles restart, at places where others may be, and there is one particle a cell.
 pub fn check_rules(settings: &Settings) -> Result<()> {
-    if settings.population.is_on() && settings.strategy() != Strategy::None {
-        return Err(Error::Invalid(format!(
-            "population.frequency = {}: particles divide and die only where they stay on their objects: use a single object, transfer.strategy = \
-             \"none\", or population.frequency = 0",
-            settings.population.frequency
-        )));
-    }
     if settings.physarum.rules().is_crowded() && settings.strategy() == Strategy::Respawn {
         return Err(Error::Invalid(
             "transfer.strategy = \"respawn\": there is one particle a cell, and particles that restart could share one, wherever they do: \

@@ -362,7 +362,7 @@ mod tests {
                         heading_p: 0.6,
                         heading_h: 0.8,
                         pending: 0.0,
-                        flags: 0
+                        flags: 12 << Motion::HUNGRY_SHIFT
                     };
                     33
                 ],

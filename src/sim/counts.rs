@@ -142,7 +142,7 @@ impl Counts {
 }
 
 /// Room for particles that are reordered: for the longest segment, as on a graphics card, and with windows for all that a step can
-/// displace.
+/// displace, which is all if particles are born.
 fn segment(settings: &Settings, particles: u64, objects: u64) -> u64 {
     let strategy = settings.strategy();
     let sorted = if strategy.may_sort() {
@@ -150,7 +150,9 @@ fn segment(settings: &Settings, particles: u64, objects: u64) -> u64 {
     } else {
         1
     };
-    let displaced = if strategy.has_windows() {
+    let displaced = if strategy.has_windows() && settings.population.is_on() {
+        particles
+    } else if strategy.has_windows() {
         most_displaced(settings.transfer.buffer_size, objects as u32, particles)
     } else {
         1

@@ -315,6 +315,12 @@ impl<'a> Plan<'a> {
         self.settings.population.is_on()
     }
 
+    /// Do particles die of hunger?
+    #[must_use]
+    pub fn is_hungry(&self) -> bool {
+        self.settings.starves()
+    }
+
     /// Number of foods and markers.
     #[must_use]
     pub fn foods(&self) -> u32 {

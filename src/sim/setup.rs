@@ -86,7 +86,7 @@ impl Setup {
     /// # Errors
     /// When the texture has no room for the triangles (the message names a size that has), a start's mask or the area map cannot be read,
     /// a food is too far from its object, or the diffusion length is more than four texels. With one particle a cell, when there are more
-    /// particles than cells, or particles restart, wherever they do. With a population that changes, when particles change objects.
+    /// particles than cells, or particles restart, wherever they do.
     pub fn new(scene: &Scene) -> Result<Self> {
         Self::with_control(scene, &Control::default())
     }

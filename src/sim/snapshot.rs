@@ -155,23 +155,17 @@ impl Snapshot {
         texels.for_each(|value| *value = settled(*value));
     }
 
-    /// Clears the counts within steps and the marks of the last advance, which earlier versions stored and this one does not use. Those
-    /// with other arithmetic had such marks where particles that were refused a cell are marked now, and something else in the count of
-    /// these.
+    /// Clears the counts within steps. Versions with other arithmetic had marks of the last advance where dead particles, those that were
+    /// refused a cell, and hungry ones are marked now, and something else in the count of those that were refused.
     pub(super) fn forget_turns(&mut self, is_earlier: bool) {
         const STAMP: u32 = 0xfffe;
-        let kept = if is_earlier {
-            0
-        } else {
-            Motion::STAYED | Motion::DEAD
-        };
-        for motion in &mut self.motions {
-            motion.flags &= !STAMP | kept;
-        }
         let flow = &mut self.transfers.flow;
         *flow = flow.between_steps();
         if is_earlier {
             flow.left_over = 0;
+            for motion in &mut self.motions {
+                motion.flags &= !STAMP;
+            }
         }
     }
 

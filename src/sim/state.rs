@@ -299,8 +299,8 @@ pub struct Growth {
     pub nests: Texture<u32>,
     /// One per particle: the cell that it claims to divide into, or `NONE`.
     pub births: Store<u32>,
-    /// One per particle that is born: its cell.
-    pub cradles: Store<u32>,
+    /// One per particle that is born: the slot of the one that divides.
+    pub parents: Store<u32>,
     /// A bit for the id of each particle that divides; then one for that of each dead particle.
     pub id_marks: Buffer<u32>,
     /// One per word of these: the marked ids before it.
@@ -580,7 +580,7 @@ fn growth(make: &Maker<'_>, setup: &Setup, start: Population) -> Result<Growth, 
         nursery: texture(&buffers::NURSERY)?,
         nests: Texture::new(make.ctx, make.of(&buffers::NESTS, &setup.nests)?)?,
         births: make.store_of_zeros(&buffers::BIRTHS)?,
-        cradles: make.store_of_zeros(&buffers::CRADLES)?,
+        parents: make.store_of_zeros(&buffers::PARENTS)?,
         id_marks: make.zeros(&buffers::ID_MARKS)?,
         ids_before: make.zeros(&buffers::IDS_BEFORE)?,
         population: make.of(&buffers::POPULATION, &[start])?,

@@ -35,8 +35,9 @@ pub struct Motion {
     /// World length left when the last walk ran out of edge-crossing attempts; walked first in the next step.
     pub pending: f32,
     /// Bit 0 is set while the particle is selected to leave its object in the present step, and never between steps. Bit 1 is set if it
-    /// was refused a cell in the last step. Bit 2 is set while it is dead: then its slot waits for a birth. The upper 16 bits are the
-    /// number of steps for which it stays fed; 0 without food.
+    /// was refused a cell in the last step. Bit 2 is set while it is dead: then its slot waits for a birth. Bits 3 to 15 are the number of
+    /// steps for which it has been hungry, if particles die of hunger; otherwise 0. The upper 16 bits are the number of steps for which
+    /// it stays fed; 0 without food.
     pub flags: u32,
 }
 
@@ -47,6 +48,10 @@ impl Motion {
     pub const STAYED: u32 = 2;
     /// The flag of particles that are dead: nothing but their ids is of use, to particles that will be born.
     pub const DEAD: u32 = 4;
+    /// Position of the lowest bit of the number of steps for which it has been hungry.
+    pub const HUNGRY_SHIFT: u32 = 3;
+    /// The largest of these numbers: there counting stops.
+    pub const MOST_HUNGRY: u32 = 8191;
     /// Position of the lowest bit of the number of steps for which it stays fed.
     pub const FED_SHIFT: u32 = 16;
 
@@ -54,6 +59,12 @@ impl Motion {
     #[must_use]
     pub fn fed(&self) -> u32 {
         self.flags >> Self::FED_SHIFT
+    }
+
+    /// The number of steps for which the particle has been hungry, if particles die of hunger.
+    #[must_use]
+    pub fn hungry(&self) -> u32 {
+        self.flags >> Self::HUNGRY_SHIFT & Self::MOST_HUNGRY
     }
 
     /// Was the particle refused a cell in the last step?

@@ -46,6 +46,8 @@ const ONE_OF_MANY: Case = Case {
 #[derive(Clone)]
 struct Ring {
     case: Case,
+    /// Are particles born? Then any slot may hold a wrong one.
+    breeds: bool,
     strips: Vec<StripTriangle>,
     particles: Vec<Particle>,
     motions: Vec<Motion>,
@@ -100,6 +102,7 @@ impl Ring {
         let lists = particles as usize;
         Self {
             case,
+            breeds: false,
             strips: (0..objects).map(strip).collect(),
             particles: in_order.clone(),
             motions: motions.clone(),
@@ -148,6 +151,29 @@ impl Ring {
         }
     }
 
+    /// Particles come to other objects without being listed, as those do that are born where others have died.
+    fn bear(&mut self, step: u32) {
+        let Case { objects, seed, .. } = self.case;
+        self.breeds = true;
+        for particle in &mut self.particles {
+            let [a, b, ..] = random(seed, particle.id, step, Purpose::Population);
+            let (source, target) = (particle.triangle, b % objects);
+            if unit(a) < 0.3 && source != target {
+                particle.triangle = target;
+                self.borders[source as usize].left += 1;
+                self.borders[target as usize].came += 1;
+            }
+        }
+    }
+
+    /// How many slots are looked at.
+    fn candidates(&self) -> u32 {
+        match self.breeds {
+            true => self.case.particles,
+            false => self.flow.leaving + self.flow.gained,
+        }
+    }
+
     /// One particle changes objects.
     fn change_one(&mut self, source: u32, target: u32) {
         let slot = self.windows[source as usize].start;
@@ -170,6 +196,7 @@ impl Ring {
             particle_count: self.case.particles,
             scan_group: 64,
             swap_group: 64,
+            whole: u32::from(self.breeds),
         }
     }
 
@@ -207,12 +234,13 @@ impl Ring {
             particle_count: self.case.particles,
             first,
             count,
+            whole: u32::from(self.breeds),
         }
     }
 
     fn scan(&mut self, sequential: bool) {
         let constants = DefragmentScanConstants { sequential };
-        for run in self.runs(sequential, self.flow.leaving + self.flow.gained) {
+        for run in self.runs(sequential, self.candidates()) {
             let params = self.scan_params(run);
             defragment_scan(
                 &constants,
@@ -274,6 +302,9 @@ impl Ring {
             assert_eq!(border.holes, border.strays, "{case:?}");
         }
         assert_eq!(self.flow.mismatches, 0, "{case:?}");
+        if self.breeds {
+            return;
+        }
         // The room for lists is no larger than this.
         let Flow {
             leaving,
@@ -342,6 +373,9 @@ fn every_particle_ends_in_its_window() {
         for sequential in [false, true] {
             let mut ring = Ring::new(case);
             for step in 0..6 {
+                if step > 2 {
+                    ring.bear(step);
+                }
                 ring.change_objects(step);
                 ring.move_borders();
                 ring.scan(sequential);
@@ -391,7 +425,10 @@ fn the_kernels_of_windows_agree_with_their_twins() {
     for (k, case) in some.step_by(5).chain([large]).enumerate() {
         for sequential in [false, true] {
             let mut ring = Ring::new(case);
-            for step in 0..2 {
+            for step in 0..3 {
+                if step == 2 {
+                    ring.bear(step);
+                }
                 ring.change_objects(step);
                 step_by_kernels(&gpu, &mut ring, sequential);
                 ring.check();
@@ -458,6 +495,7 @@ fn borders_of_the_largest_rings_move_as_those_of_the_twin() {
                 particle_count: ring,
                 scan_group: 64,
                 swap_group: 64,
+                whole: 0,
             };
             let flow_buffer = buffer(ctx, "flow", &[flow]);
             let windows_buffer = buffer(ctx, "windows", &windows);
@@ -536,7 +574,7 @@ fn step_by_kernels(gpu: &Gpu, ring: &mut Ring, sequential: bool) {
     let indices = buffer(ctx, "particle_indices", &ring.particle_indices);
     let transfers = buffer(ctx, "transfers", &ring.transfers);
     let strips = buffer(ctx, "strips", &ring.strips);
-    let candidates = ring.flow.leaving + ring.flow.gained;
+    let candidates = ring.candidates();
     for run in ring.runs(sequential, candidates) {
         let params = ring.scan_params(run);
         gpu.run(|rec| {

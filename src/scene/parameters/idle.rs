@@ -43,9 +43,12 @@ pub fn why_idle(key: &str, settings: &Settings) -> Option<&'static str> {
             because(start != Start::Food, "Only the start food begins on food.")
         }
         "population.frequency" => None,
-        _ if key.starts_with("population.") => because(
-            !settings.population.is_on(),
-            "The number of particles is constant: raise Test frequency from 0.",
+        _ if key.starts_with("population.") && !settings.population.is_on() => {
+            Some("The number of particles is constant: raise Test frequency from 0.")
+        }
+        "population.hunger" => because(
+            settings.food_count() == 0,
+            "There is no food: put some on an object, or raise Scattered food from 0.",
         ),
         "physarum.reference_density" => because(
             settings.population.is_on(),
@@ -339,6 +342,8 @@ mod tests {
         settings.objects[0].motion.spin = [0.0, 90.0, 0.0];
         assert!(idle(&settings).contains(&"population.capacity"));
         settings.population.frequency = 5;
+        let waits = idle(&settings);
+        assert!(waits.contains(&"population.hunger") && !waits.contains(&"population.capacity"));
         settings.picture.show = Show::Particles;
         settings.foods.push(FoodSettings::default());
         let waits = idle(&settings);

@@ -82,6 +82,14 @@ pub(super) const POPULATION: &[Parameter] = &[
         kind: real!(population.death_probability, (0.0, 1.0), (0.0, 1.0), Linear),
     },
     Parameter {
+        key: "population.hunger",
+        name: "Hunger",
+        unit: "steps",
+        help: "A particle dies if it has been hungry for so many steps; those that it was fed for do not count. 0: none dies of hunger.",
+        effect: Effect::Live,
+        kind: whole!(population.hunger: u32, (0.0, 8_000.0), (0.0, 2_000.0), Linear),
+    },
+    Parameter {
         key: "population.capacity",
         name: "Capacity",
         unit: "particles",

@@ -8,7 +8,7 @@ use super::Settings;
 pub const MOST_POPULATION: u32 = 1 << 27;
 
 /// `[population]`: particles divide and die by how crowded it is round them. The rules, and the defaults but for the frequency, are those
-/// of Jones, "From Pattern Formation to Material Computation", Springer 2015.
+/// of Jones, "From Pattern Formation to Material Computation", Springer 2015; hunger is an addition.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PopulationSettings {
     /// Steps from one time for births and deaths to the next; 0 if the number of particles is constant.
@@ -29,6 +29,8 @@ pub struct PopulationSettings {
     pub survival_most: u32,
     /// The probability with which it dies where there are fewer or more.
     pub death_probability: f32,
+    /// Steps for which a hungry particle lives; 0 if none dies of hunger.
+    pub hunger: u32,
     /// The most particles that may be alive; at least as many as there are at the start.
     pub capacity: u32,
 }
@@ -45,6 +47,7 @@ impl Default for PopulationSettings {
             survival_least: 0,
             survival_most: 24,
             death_probability: 1.0,
+            hunger: 0,
             capacity: 2_000_000,
         }
     }
@@ -74,6 +77,12 @@ impl PopulationSettings {
 }
 
 impl Settings {
+    /// Do particles die if they have been hungry for long? Where there is no food, none does.
+    #[must_use]
+    pub fn starves(&self) -> bool {
+        self.population.is_on() && self.population.hunger > 0 && self.food_count() > 0
+    }
+
     /// How many particles there is room for, living and dead ones.
     #[must_use]
     pub fn slots(&self) -> u32 {
@@ -87,6 +96,26 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Would catch: hunger in scenes without food, or with a constant number of particles, whose bits it would change.
+    #[test]
+    fn particles_starve_where_there_is_food() {
+        let mut settings = Settings::default();
+        settings.population.frequency = 5;
+        settings.population.hunger = 100;
+        assert!(!settings.starves());
+        settings.feeding.scattered = 1;
+        assert!(settings.starves());
+        let changes: [fn(&mut Settings); 2] = [
+            |settings| settings.population.hunger = 0,
+            |settings| settings.population.frequency = 0,
+        ];
+        for change in changes {
+            let mut other = settings.clone();
+            change(&mut other);
+            assert!(!other.starves());
+        }
+    }
 
     /// Would catch: births in the first step, or one step late; room that is less than the particles at the start, or more than these where
     /// their number is constant.

@@ -177,6 +177,7 @@ impl Plan<'_> {
                 pulses: !self.shells.is_empty() && stage != Stage::Sensory,
                 looks: self.has_looks(),
                 mortal: self.is_mortal(),
+                hunger: self.is_hungry(),
             },
             params: AdvanceParams {
                 particle_count: self.particle_count(),
@@ -462,8 +463,8 @@ pub(super) struct Arrival {
     /// The texel where it deposits, and the amount.
     texel: usize,
     deposit: u32,
-    /// For how many steps it stays fed.
-    fed: u32,
+    /// Its flags: for how many steps it stays fed, or has been hungry.
+    fed_flags: u32,
     /// The food that it has eaten of.
     meal: Option<usize>,
     is_selected: bool,
@@ -472,7 +473,7 @@ pub(super) struct Arrival {
 impl Arrival {
     /// The particle's new flags.
     pub(super) fn flags(&self) -> u32 {
-        self.fed << Motion::FED_SHIFT | u32::from(self.is_selected)
+        self.fed_flags | u32::from(self.is_selected)
     }
 
     /// Changes what particles share. The lists hold as many as they are long.
@@ -501,6 +502,8 @@ impl Arrival {
 pub(super) struct Arriving<'a> {
     /// Is there food?
     pub food: bool,
+    /// Do particles die of hunger?
+    pub hunger: bool,
     /// For how many steps a meal lasts.
     pub fed_steps: u32,
     /// The number of particles that a fed one counts as.
@@ -518,18 +521,18 @@ pub(super) struct Arriving<'a> {
 }
 
 impl Arriving<'_> {
-    /// A particle that has come from `previous` to `position`, and had `fed` remaining steps. It may be selected to leave its object.
+    /// A particle that has come from `previous` to `position`, and had the flags `before`. It may be selected to leave its object.
     pub(super) fn at(
         &self,
         previous: [f32; 2],
         position: [f32; 2],
-        mut fed: u32,
+        before: u32,
         may_be_selected: bool,
     ) -> Arrival {
         let texel = texel_at(position, self.pitch) as usize;
-        let mut meal = None;
+        let (mut fed_flags, mut meal) = (0, None);
         if self.food {
-            (fed, meal) = self.fed_at(texel, fed);
+            (fed_flags, meal) = self.fed_flags(texel, before);
         }
         let mut is_selected = false;
         if may_be_selected {
@@ -540,15 +543,31 @@ impl Arriving<'_> {
         }
         Arrival {
             texel,
-            deposit: if fed == 0 { 1 } else { self.fed_deposit },
-            fed,
+            deposit: if fed_flags >> Motion::FED_SHIFT == 0 {
+                1
+            } else {
+                self.fed_deposit
+            },
+            fed_flags,
             meal,
             is_selected,
         }
     }
 
+    /// The flags of a particle that has reached a texel and had the flags `before`: for how many steps it stays fed, or has been hungry;
+    /// and the food that it has eaten there.
+    pub(super) fn fed_flags(&self, texel: usize, before: u32) -> (u32, Option<usize>) {
+        let (fed, meal) = self.fed_at(texel, before >> Motion::FED_SHIFT);
+        let mut flags = fed << Motion::FED_SHIFT;
+        if self.hunger && fed == 0 && meal.is_none() {
+            let hungry = before >> Motion::HUNGRY_SHIFT & Motion::MOST_HUNGRY;
+            flags |= (hungry + 1).min(Motion::MOST_HUNGRY) << Motion::HUNGRY_SHIFT;
+        }
+        (flags, meal)
+    }
+
     /// The remaining fed steps of a particle that has reached a texel and had `fed` remaining steps; and the food that it has eaten there.
-    pub(super) fn fed_at(&self, texel: usize, fed: u32) -> (u32, Option<usize>) {
+    fn fed_at(&self, texel: usize, fed: u32) -> (u32, Option<usize>) {
         let fed = fed - fed.min(1);
         let plate = self.plates[texel];
         if fed == 0 && plate != 0 {
@@ -742,6 +761,7 @@ fn advance_one(
     };
     let arriving = Arriving {
         food: constants.food,
+        hunger: constants.hunger,
         fed_steps: params.fed_steps,
         fed_deposit: params.fed_deposit,
         plates: inputs.plates,
@@ -762,7 +782,7 @@ fn advance_one(
             flags: 0,
         },
         form,
-        arrival: Some(arriving.at(previous, position, fed, may_be_selected)),
+        arrival: Some(arriving.at(previous, position, motion.flags, may_be_selected)),
     }
 }
 

@@ -96,6 +96,7 @@ impl Plan<'_> {
                 selects: self.strategy != Strategy::None,
                 food: self.has_food(),
                 mortal: self.is_mortal(),
+                hunger: self.is_hungry(),
                 paths: self.means.paths,
             },
             params: ArriveParams {
@@ -457,6 +458,7 @@ pub fn arrive(
     for slot in 0..params.particle_count as usize {
         let arriving = Arriving {
             food: constants.food,
+            hunger: constants.hunger,
             fed_steps: params.fed_steps,
             fed_deposit: params.fed_deposit,
             plates: inputs.plates,
@@ -470,16 +472,12 @@ pub fn arrive(
             continue;
         }
         let word = cells[claim.x as usize];
-        let fed = if constants.food {
-            motions[slot].fed()
-        } else {
-            0
-        };
+        let before = motions[slot].flags;
         let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
         if claim.x == claim.y || is_won(word, claim.z) {
             let moved = wishes[slot];
             let position = inputs.position_of(moved.triangle, [moved.u, moved.v]);
-            let arrival = arriving.at(previous, position, fed, constants.selects);
+            let arrival = arriving.at(previous, position, before, constants.selects);
             particles[slot] = moved;
             motions[slot] = Motion {
                 flags: arrival.flags(),
@@ -494,8 +492,8 @@ pub fn arrive(
         let mut flags = Motion::STAYED;
         if constants.food {
             let texel = texel_at(previous, params.pitch) as usize;
-            let (fed, meal) = arriving.fed_at(texel, fed);
-            flags |= fed << Motion::FED_SHIFT;
+            let (fed_flags, meal) = arriving.fed_flags(texel, before);
+            flags |= fed_flags;
             if let Some(meal) = meal {
                 meals[meal].eaten += 1;
             }

@@ -4,10 +4,14 @@
 //! have won are numbered by their ids, as are the dead, and number by number a dead particle's id goes to a particle that is born. So ids
 //! never collide, and neither the order of slots nor that of invocations shows.
 //!
+//! Where objects have windows of the particle buffer, a dead particle lies in the window of the object on which it died, so deaths change
+//! no window. A birth on another object changes two, and [`windows`](super::windows) puts the buffer in order at the end of the step.
+//!
 //! **Invariant:** births minus deaths is the change of the number of living particles.
 
 use crate::mesh::surface::NONE;
 use crate::rng::{Purpose, random, seed_word, unit};
+use crate::scene::settings::Strategy;
 use crate::sim::arrays::Arrays;
 use crate::sim::cells::birthplace;
 use crate::sim::claims::rank_of;
@@ -23,7 +27,7 @@ use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
 use crate::sim::step::advance::AdvanceInputs;
-use crate::sim::types::{Motion, Particle, Population};
+use crate::sim::types::{Border, Motion, Particle, Population};
 use crate::sim::work::{Call, StepKernel};
 use crate::strict::turn_of;
 
@@ -52,6 +56,8 @@ impl Plan<'_> {
             on: (),
             constants: DivideConstants {
                 painted: self.means.painted,
+                selects: self.strategy != Strategy::None,
+                hunger: self.is_hungry(),
                 paths: self.means.paths,
             },
             params: DivideParams {
@@ -68,6 +74,8 @@ impl Plan<'_> {
                 survival_least: population.survival_least,
                 survival_most: population.survival_most,
                 death_probability: population.death_probability,
+                hunger: population.hunger,
+                transfer_threshold: self.lengths.threshold,
             },
         }
     }
@@ -99,7 +107,7 @@ impl Plan<'_> {
         }
     }
 
-    /// Lists the cells of particles that will be born.
+    /// Lists the particles that divide.
     #[must_use]
     pub fn divide_list(&self) -> Call<DivideList> {
         Call {
@@ -117,6 +125,8 @@ impl Plan<'_> {
         Call {
             on: (),
             constants: DivideBeginConstants {
+                windows: self.strategy.has_windows(),
+                hunger: self.is_hungry(),
                 paths: self.means.paths,
             },
             params: DivideBeginParams {
@@ -178,6 +188,7 @@ impl StepKernel for Divide {
             nursery: &growth.nursery,
             births: &growth.births.texels,
             id_marks: &growth.id_marks,
+            distances: &s.near.distances.texels,
         }
     }
 
@@ -189,6 +200,7 @@ impl StepKernel for Divide {
             &AdvanceInputs {
                 homes: &setup.homes,
                 bias: &a.bias,
+                distances: &a.distances,
                 ..AdvanceInputs::of_surface(setup, &a.physarums)
             },
             (&setup.nests, &a.occupants),
@@ -256,7 +268,7 @@ impl StepKernel for DivideList {
             id_marks: &growth.id_marks,
             ids_before: &growth.ids_before,
             population: &growth.population,
-            cradles: &growth.cradles.texels,
+            parents: &growth.parents.texels,
         }
     }
 
@@ -266,7 +278,7 @@ impl StepKernel for DivideList {
             (&a.particles, &a.births),
             (&a.id_marks, &a.ids_before),
             &a.population[0],
-            &mut a.cradles,
+            &mut a.parents,
         );
     }
 }
@@ -281,22 +293,26 @@ impl StepKernel for DivideBegin {
             motions: &s.motions.texels,
             strips: &s.surface.strips,
             nests: &growth.nests,
-            cradles: &growth.cradles.texels,
+            parents: &growth.parents.texels,
+            births: &growth.births.texels,
             id_marks: &growth.id_marks,
             ids_before: &growth.ids_before,
             population: &growth.population,
+            borders: &s.transfers.borders,
         }
     }
 
     fn twin(call: &Call<Self>, a: &mut Arrays) {
         let setup = &a.setup;
         divide_begin(
+            &call.constants,
             &call.params,
             &AdvanceInputs::of_surface(setup, &a.physarums),
-            (&setup.nests, &a.cradles),
+            (&setup.nests, &a.births, &a.parents),
             (&a.id_marks, &a.ids_before),
             &a.population[0],
             (&mut a.particles, &mut a.motions),
+            &mut a.transfers.borders,
         );
     }
 }
@@ -334,6 +350,8 @@ struct Surroundings<'a> {
     occupants: &'a [u32],
     /// If some was painted.
     bias: Option<&'a [f32]>,
+    /// Signed distances to other objects, and that below which a place is covered, if particles leave such places.
+    covered_below: Option<(&'a [f32], f32)>,
 }
 
 impl Surroundings<'_> {
@@ -360,6 +378,9 @@ impl Surroundings<'_> {
         self.nests[cell] != NONE
             && self.occupants[cell] == 0
             && self.bias.is_none_or(|bias| bias[cell] >= NO_GO_BELOW)
+            && self
+                .covered_below
+                .is_none_or(|(distances, threshold)| distances[cell] >= threshold)
     }
 
     /// The first free cell of the eight round a cell, from one of them on.
@@ -407,6 +428,9 @@ pub fn divide(
         nests,
         occupants,
         bias: constants.painted.then_some(inputs.bias),
+        covered_below: constants
+            .selects
+            .then_some((inputs.distances, params.transfer_threshold)),
     };
     let dead = IdMarks::words(params.particle_count);
     for slot in 0..params.particle_count as usize {
@@ -419,7 +443,8 @@ pub fn divide(
             let words = random(params.seed, id, params.time_step, Purpose::Population);
             let crowd = surroundings.count(cell, params.survival_reach);
             let survives = (params.survival_least..=params.survival_most).contains(&crowd);
-            if !survives && unit(words[0]) < params.death_probability {
+            let starves = constants.hunger && motion.hungry() >= params.hunger;
+            if starves || (!survives && unit(words[0]) < params.death_probability) {
                 *motion = Motion {
                     pending: 0.0,
                     flags: Motion::DEAD,
@@ -501,33 +526,38 @@ pub fn divide_list(
     (particles, births): (&[Particle], &[u32]),
     (id_marks, ids_before): (&[u32], &[u32]),
     population: &Population,
-    cradles: &mut [u32],
+    parents: &mut [u32],
 ) {
     let claims = particles.iter().zip(births);
-    for (particle, &cell) in claims.take(params.particle_count as usize) {
+    for (slot, (particle, &cell)) in (0..params.particle_count).zip(claims) {
         if cell == NONE {
             continue;
         }
         let word = IdMarks::word(particle.id);
         let number = ids_before[word] + IdMarks::below(id_marks[word], particle.id);
         if number < population.born {
-            cradles[number as usize] = cell;
+            parents[number as usize] = slot;
         }
     }
 }
 
 /// Twin of `shaders/divide_begin.comp`.
+#[expect(clippy::too_many_arguments, reason = "those of the kernel")]
 pub fn divide_begin(
+    constants: &DivideBeginConstants,
     params: &DivideBeginParams,
     inputs: &AdvanceInputs,
-    (nests, cradles): (&[u32], &[u32]),
+    (nests, births, parents): (&[u32], &[u32], &[u32]),
     (id_marks, ids_before): (&[u32], &[u32]),
     population: &Population,
     (particles, motions): (&mut [Particle], &mut [Motion]),
+    borders: &mut [Border],
 ) {
+    let object_of = |triangle: u32| inputs.strips[triangle as usize].shape.object as usize;
     let dead = IdMarks::words(params.particle_count);
     for slot in 0..params.particle_count as usize {
-        let id = particles[slot].id;
+        let Particle { id, triangle, .. } = particles[slot];
+        let from = object_of(triangle);
         let word = dead + IdMarks::word(id);
         let marks = id_marks[word];
         if marks & IdMarks::bit(id) == 0 {
@@ -537,7 +567,8 @@ pub fn divide_begin(
         if number >= population.born {
             continue;
         }
-        let cell = cradles[number as usize];
+        let parent = parents[number as usize] as usize;
+        let cell = births[parent];
         let triangle = nests[cell as usize];
         let map = &inputs.strips[triangle as usize].map;
         let [u, v] = birthplace(map, cell, params.pitch);
@@ -548,7 +579,15 @@ pub fn divide_begin(
             heading_p: heading.x,
             heading_h: heading.y,
             pending: 0.0,
-            flags: 0,
+            flags: match constants.hunger {
+                true => motions[parent].hungry() << Motion::HUNGRY_SHIFT,
+                false => 0,
+            },
         };
+        let to = object_of(triangle);
+        if constants.windows && from != to {
+            borders[from].left += 1;
+            borders[to].came += 1;
+        }
     }
 }

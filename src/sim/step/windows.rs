@@ -36,11 +36,12 @@ impl Plan<'_> {
                 particle_count: self.particle_count(),
                 scan_group: DefragmentScan::GROUP_SIZE,
                 swap_group: DefragmentSwap::GROUP_SIZE,
+                whole: u32::from(self.breeds),
             },
         }
     }
 
-    /// Lists particles in wrong windows; one invocation per run of slots that may hold one.
+    /// Lists particles in wrong windows; one invocation per run of slots that may hold one. If particles were born, any slot may.
     #[must_use]
     pub fn defragment_scan(&self, first: u32) -> Call<DefragmentScan> {
         Call {
@@ -53,6 +54,7 @@ impl Plan<'_> {
                 particle_count: self.particle_count(),
                 first,
                 count: self.entries_each(),
+                whole: u32::from(self.breeds),
             },
         }
     }
@@ -82,6 +84,9 @@ impl Plan<'_> {
     /// Upper bound on the slots that may hold a particle of another object than their window's.
     #[must_use]
     pub fn most_candidates(&self) -> u32 {
+        if self.breeds {
+            return self.particle_count();
+        }
         let gained = most_gained(self.means.capacity, self.object_count());
         let gained = gained.min(self.particle_count().into()) as u32;
         gained.saturating_add(self.means.capacity)
@@ -90,6 +95,9 @@ impl Plan<'_> {
     /// Upper bound on the entries in the lists of slots that do.
     #[must_use]
     pub fn most_entries(&self) -> u32 {
+        if self.breeds {
+            return self.particle_count();
+        }
         let particles = self.particle_count().into();
         most_displaced(self.means.capacity, self.object_count(), particles) as u32
     }
@@ -227,7 +235,10 @@ pub fn move_borders(
         let common = (common_end - old_start.max(new_start)).max(0) as u32;
         flow.mismatches += u32::from(border.holes != border.strays);
         let got = count - common;
-        let most = (got + border.left).min(count);
+        let most = match params.whole {
+            0 => (got + border.left).min(count),
+            _ => count,
+        };
         *border = Border {
             front: (old_start - new_start).clamp(0, i64::from(got)) as u32,
             gained: got,
@@ -245,7 +256,11 @@ pub fn move_borders(
     }
     flow.gained = gained;
     flow.entries = entries;
-    groups[3] = DispatchGroups::of(flow.leaving + gained, params.scan_group);
+    let candidates = match params.whole {
+        0 => flow.leaving + gained,
+        _ => params.particle_count,
+    };
+    groups[3] = DispatchGroups::of(candidates, params.scan_group);
     groups[4] = DispatchGroups::of(entries, params.swap_group);
 }
 
@@ -280,7 +295,11 @@ pub fn defragment_scan(
     (strays, stray_motions): (&mut [Particle], &mut [Motion]),
 ) {
     let ring = params.particle_count;
-    let all = flow.leaving + flow.gained;
+    let is_whole = params.whole != 0;
+    let all = match is_whole {
+        true => ring,
+        false => flow.leaving + flow.gained,
+    };
     let (first, end) = if constants.sequential {
         (
             params.first,
@@ -304,7 +323,11 @@ pub fn defragment_scan(
         stray_motions[place] = motions[slot as usize];
     };
     for i in first..end {
-        if i < flow.leaving {
+        if is_whole {
+            // The parts of the lists are as long as the windows.
+            let object = borders.partition_point(|border| border.list <= i) - 1;
+            look_at(borders, Window::slot(windows[0].start, i, ring), object);
+        } else if i < flow.leaving {
             let slot = particle_indices[i as usize];
             let source = transfers[i as usize].source as usize;
             if has_kept(&windows[source], &borders[source], slot, ring) {
