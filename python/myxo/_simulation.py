@@ -200,8 +200,7 @@ class Simulation:
         """All particles, (particles,), of the type `myxo.PARTICLE`; row i is the one with the id i in every step. Where their number changes
         (`population.frequency`), the living ones in the order of their ids.
         """
-        _, count, _, _ = self._engine.sizes()
-        rows: NDArray[np.void] = np.empty(count, PARTICLE)
+        rows: NDArray[np.void] = np.empty(self._engine.living_count(), PARTICLE)
         self._engine.fill_particles(rows.view(np.uint8))
         return rows
 
@@ -341,7 +340,8 @@ class Simulation:
         if self._engine.is_closed():
             return "<myxo.Simulation, closed>"
         name, device, _ = self._engine.names()
-        _, particles, triangles, side = self._engine.sizes()
+        particles = self._engine.living_count()
+        _, triangles, side = self._engine.sizes()
         return (
             f"<myxo.Simulation {name}: step {self.steps}, {particles:,} particles, {triangles:,} triangles, "
             f"{side} x {side} texels, on {device}>"

@@ -508,13 +508,13 @@ impl Session {
         }
     }
 
-    /// How many particles advance in the measured part. If kernels of other forms take their particles from a list, only the device has the
-    /// number.
+    /// How many particles advance in the measured part. If kernels of other forms take their particles from a list, or the population grows
+    /// and shrinks, only the device has the number.
     fn advancing(&self) -> Option<u64> {
         let is_form = |(name, _): &(String, u32)| FORMS_OF_ADVANCE[1..].contains(&name.as_str());
         let is_part = self.kernels.iter().any(is_form);
-        let all = self.simulation.setup().particles.len() as u64;
-        (!self.is_alone || !is_part).then_some(all)
+        let all = times::all_advancing(self.simulation.setup());
+        all.filter(|_| !self.is_alone || !is_part)
     }
 
     /// The table of kernel times, or why there is none.

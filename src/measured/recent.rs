@@ -32,7 +32,7 @@ impl RecentTimes {
         let rows = times::Of {
             setup,
             segments: simulation.segments(),
-            advancing: Some(setup.particles.len() as u64),
+            advancing: times::all_advancing(setup),
             bandwidth: None,
             kept_busy: None,
         };

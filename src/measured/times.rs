@@ -25,6 +25,13 @@ pub struct Of<'a> {
     pub kept_busy: Option<KeptBusy>,
 }
 
+/// How many particles advance in each step; `None` where their number changes, because only the device has it, and it is another one in each
+/// of the measured steps.
+pub fn all_advancing(setup: &Setup) -> Option<u64> {
+    let is_constant = setup.population.is_none();
+    is_constant.then_some(setup.particles.len() as u64)
+}
+
 /// The rows of the report.
 pub fn rows(report: &gpu::Report, of: Of<'_>) -> Vec<KernelTime> {
     // For kernels that not every step has, the median is over the steps that have them.

@@ -25,8 +25,8 @@ pub struct Work {
     pub bytes: f64,
 }
 
-/// The work of a kernel in a step with so many dispatches of it. Each particle advances once;
-/// `advancing` of them were measured, if that is known. `None` if only the device has the number.
+/// The work of a kernel in a step with so many dispatches of it. Each living particle advances once;
+/// `advancing` of them were measured, if that is known. `None` if only the device has the number. Dead ones are sorted as all others.
 pub fn work_of(
     kernel: &str,
     dispatches: f64,

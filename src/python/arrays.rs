@@ -1,4 +1,5 @@
-//! The state of a simulation as arrays. Particles are read in parts, so that there is little memory beside the array itself.
+//! The state of a simulation as arrays. Particles are read in parts, so that there is little memory beside the array itself; only where
+//! their number changes there is as much again.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, DMat4, Vec3};
@@ -39,12 +40,19 @@ pub fn fill_particles(simulation: &Simulation, rows: &mut [Row]) -> Result<()> {
     let origin = setup.origin().as_vec3();
     let (ctx, state) = (simulation.ctx(), simulation.state());
     let count = state.particles.len();
-    let numbers = Numbers::of(simulation)?;
-    if rows.len() != numbers.living {
-        return Err(Error::Invalid(
+    let len = rows.len();
+    let check = |living: usize| match len == living {
+        true => Ok(()),
+        false => Err(Error::Invalid(
             "the array has another number of particles".into(),
-        ));
+        )),
+    };
+    let is_constant = state.growth.is_none();
+    if is_constant {
+        check(count)?;
     }
+    // Where some are dead, the place of a row depends on the ids of all others.
+    let mut living: Vec<(u32, Row)> = Vec::new();
     for first in (0..count).step_by(PART) {
         let range = first..count.min(first + PART);
         let particles = ctx.download_range(&state.particles, range.clone())?;
@@ -57,55 +65,22 @@ pub fn fill_particles(simulation: &Simulation, rows: &mut [Row]) -> Result<()> {
                 (particle.id, row)
             })
             .collect();
-        for (id, row) in made {
-            rows[numbers.of_id(id)] = row;
+        if is_constant {
+            for (id, row) in made {
+                rows[id as usize] = row;
+            }
+        } else {
+            living.extend(made);
+        }
+    }
+    if !is_constant {
+        check(living.len())?;
+        living.par_sort_unstable_by_key(|(id, _)| *id);
+        for (place, (_, row)) in rows.iter_mut().zip(living) {
+            *place = row;
         }
     }
     Ok(())
-}
-
-/// The numbers of living particles in the order of their ids.
-struct Numbers {
-    living: usize,
-    /// Per id the number, if some particles are dead.
-    by_id: Option<Vec<u32>>,
-}
-
-impl Numbers {
-    fn of(simulation: &Simulation) -> Result<Self> {
-        let (ctx, state) = (simulation.ctx(), simulation.state());
-        let count = state.particles.len();
-        if state.growth.is_none() {
-            return Ok(Self {
-                living: count,
-                by_id: None,
-            });
-        }
-        let mut by_id = vec![0; count];
-        for first in (0..count).step_by(PART) {
-            let range = first..count.min(first + PART);
-            let particles = ctx.download_range(&state.particles, range.clone())?;
-            let motions = ctx.download_range(&state.motions, range)?;
-            for (particle, motion) in particles.iter().zip(&motions) {
-                by_id[particle.id as usize] = u32::from(!motion.is_dead());
-            }
-        }
-        let mut living = 0;
-        for number in &mut by_id {
-            living += std::mem::replace(number, living);
-        }
-        Ok(Self {
-            living: living as usize,
-            by_id: Some(by_id),
-        })
-    }
-
-    fn of_id(&self, id: u32) -> usize {
-        match &self.by_id {
-            Some(by_id) => by_id[id as usize] as usize,
-            None => id as usize,
-        }
-    }
 }
 
 fn row(

@@ -168,15 +168,19 @@ impl Engine {
         })
     }
 
-    /// The scene's radius in world units, and how many living particles, triangles and texels a side there are.
-    fn sizes(&self, py: Python<'_>) -> PyResult<(f32, usize, usize, u32)> {
+    /// The scene's radius in world units, and how many triangles and texels a side there are. Does not wait for the device.
+    fn sizes(&self, py: Python<'_>) -> PyResult<(f32, usize, u32)> {
         self.with(py, |running| {
             let (scene, simulation) = (&running.scene, &running.simulation);
-            let particles = simulation.living_count()?;
             let triangles = scene.surface.corners.len();
             let side = simulation.setup().atlas.size;
-            Ok((scene.radius, particles, triangles, side))
+            Ok((scene.radius, triangles, side))
         })
+    }
+
+    /// How many particles are alive. Where their number changes, it waits for all steps.
+    fn living_count(&self, py: Python<'_>) -> PyResult<usize> {
+        self.with(py, |running| running.simulation.living_count())
     }
 
     /// The names of the objects.

@@ -8,7 +8,6 @@ use glam::{UVec2, UVec4};
 
 use super::behaviour::physarums;
 use super::buffers::{Counts, LIMIT_BINS_COUNT};
-use super::claims::FREE;
 use super::food::scent_of;
 use super::restarts::Restarts;
 use super::roles::Pair;
@@ -227,12 +226,12 @@ impl Arrays {
             previous_deposits: vec![0; texels],
             bias: start.bias,
             weights: start.looks,
-            cells: vec![FREE; counts.wishes.1 as usize],
+            cells: vec![0; counts.wishes.1 as usize],
             wishes: vec![Particle::zeroed(); counts.wishes.0 as usize],
             wish_motions: vec![Motion::zeroed(); counts.wishes.0 as usize],
             claims: vec![UVec4::ZERO; counts.wishes.0 as usize],
             occupants: vec![0; counts.population.1 as usize],
-            nursery: vec![FREE; counts.population.1 as usize],
+            nursery: vec![0; counts.population.1 as usize],
             births: vec![NONE; counts.population.0 as usize],
             parents: vec![0; counts.population.0 as usize],
             id_marks: vec![0; counts.id_words() as usize],

@@ -5,6 +5,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use bytemuck::Pod;
+use glam::UVec4;
 
 use super::arrays::Arrays;
 use super::paint::{Brush, Dab};
@@ -31,7 +32,7 @@ pub struct Difference {
     pub field: &'static str,
     /// The first element: a texel, or a particle's id.
     pub element: usize,
-    /// The column that differs.
+    /// The column that differs; `length` if one engine has fewer elements, equal to the first ones of the other.
     pub column: &'static str,
     /// The device's value.
     pub device: String,
@@ -76,6 +77,14 @@ struct Field {
 
 const FLOATS: &[(&str, As)] = &[("value", As::Float)];
 const COUNTS: &[(&str, As)] = &[("count", As::Number)];
+const CELLS: &[(&str, As)] = &[("cell", As::Number)];
+const WORDS: &[(&str, As)] = &[("word", As::Number)];
+const CLAIMS: &[(&str, As)] = &[
+    ("cell", As::Number),
+    ("own cell", As::Number),
+    ("rank", As::Number),
+    ("texel", As::Number),
+];
 const TRIANGLES: &[(&str, As)] = &[("triangle", As::Number)];
 const PARTICLES: &[(&str, As)] = &[
     ("triangle", As::Number),
@@ -136,8 +145,6 @@ struct Everything {
     scent: Vec<f32>,
     /// Empty if no scents cross contacts.
     around: Vec<f32>,
-    /// Empty if the number of particles is constant.
-    population: Vec<Population>,
     /// Empty before any bias is painted.
     bias: Vec<f32>,
     /// Empty before any second look is painted.
@@ -145,6 +152,8 @@ struct Everything {
     /// Present with several objects.
     near: Option<Near>,
     leaving: Vec<Transfer>,
+    crowd: Crowd,
+    growth: Growth,
 }
 
 struct Near {
@@ -153,6 +162,27 @@ struct Near {
     surroundings: Vec<u16>,
     across: Vec<u32>,
     across_triangles: Vec<u32>,
+}
+
+/// Empty unless there is one particle a cell.
+#[derive(Default)]
+struct Crowd {
+    cells: Vec<u32>,
+    wishes: Vec<Particle>,
+    wish_motions: Vec<Motion>,
+    claims: Vec<UVec4>,
+}
+
+/// Empty if the number of particles is constant.
+#[derive(Default)]
+struct Growth {
+    population: Vec<Population>,
+    occupants: Vec<u32>,
+    nursery: Vec<u32>,
+    births: Vec<u32>,
+    cradles: Vec<u32>,
+    id_marks: Vec<u32>,
+    ids_before: Vec<u32>,
 }
 
 impl Everything {
@@ -177,17 +207,31 @@ impl Everything {
         };
         let around = s.food.as_ref().and_then(|food| food.around.as_ref());
         let around = around.map(|around| ctx.download(around));
-        let growth = s.growth.as_ref();
-        let population = growth.map(|growth| ctx.download(&growth.population));
+        let crowd = match &s.crowd {
+            None => Crowd::default(),
+            Some(crowd) => Crowd {
+                cells: ctx.download(&crowd.cells)?,
+                wishes: ctx.download(&crowd.wishes)?,
+                wish_motions: ctx.download(&crowd.motions)?,
+                claims: ctx.download(&crowd.claims)?,
+            },
+        };
+        let growth = match &s.growth {
+            None => Growth::default(),
+            Some(growth) => Growth {
+                population: ctx.download(&growth.population)?,
+                occupants: ctx.download(&growth.occupants)?,
+                nursery: ctx.download(&growth.nursery)?,
+                births: ctx.download(&growth.births)?,
+                cradles: ctx.download(&growth.cradles)?,
+                id_marks: ctx.download(&growth.id_marks)?,
+                ids_before: ctx.download(&growth.ids_before)?,
+            },
+        };
         let bias = s.bias.as_ref().map(|bias| ctx.download(bias));
         let looks = s.looks.as_ref().map(|looks| ctx.download(looks));
-        let leaving = match s.transfers.transfers.len() {
-            1 => Vec::new(),
-            len => {
-                let leaving = ctx.download(&s.transfers.flow)?[0].leaving as usize;
-                ctx.download_range(&s.transfers.transfers, 0..leaving.min(len))?
-            }
-        };
+        let leaving = ctx.download(&s.transfers.flow)?[0].leaving as usize;
+        let leaving = leaving.min(s.transfers.transfers.len());
         Ok(Self {
             particles: ctx.download(&s.particles)?,
             motions: ctx.download(&s.motions)?,
@@ -198,11 +242,12 @@ impl Everything {
             meals,
             scent,
             around: around.transpose()?.unwrap_or_default(),
-            population: population.transpose()?.unwrap_or_default(),
             bias: bias.transpose()?.unwrap_or_default(),
             looks: looks.transpose()?.unwrap_or_default(),
             near: (objects > 1).then(near).transpose()?,
-            leaving,
+            leaving: ctx.download_range(&s.transfers.transfers, 0..leaving)?,
+            crowd,
+            growth,
         })
     }
 
@@ -220,7 +265,6 @@ impl Everything {
             meals: bytemuck::allocation::pod_collect_to_vec(&a.meals),
             scent: a.scent.clone(),
             around: a.around.clone(),
-            population: a.population.clone(),
             bias: a.bias.clone(),
             looks: a.weights.clone(),
             near: several.then(|| Near {
@@ -231,6 +275,21 @@ impl Everything {
                 across_triangles: a.across_triangles.clone(),
             }),
             leaving: transfers.transfers[..leaving].to_vec(),
+            crowd: Crowd {
+                cells: a.cells.clone(),
+                wishes: a.wishes.clone(),
+                wish_motions: a.wish_motions.clone(),
+                claims: a.claims.clone(),
+            },
+            growth: Growth {
+                population: a.population.clone(),
+                occupants: a.occupants.clone(),
+                nursery: a.nursery.clone(),
+                births: a.births.clone(),
+                cradles: a.cradles.clone(),
+                id_marks: a.id_marks.clone(),
+                ids_before: a.ids_before.clone(),
+            },
         }
     }
 
@@ -240,10 +299,11 @@ impl Everything {
         let mut slots: Vec<usize> = (0..self.particles.len()).collect();
         slots.sort_by_key(|&slot| self.particles[slot].id);
         let mut particles = Vec::with_capacity(8 * slots.len());
-        for slot in slots {
+        for &slot in &slots {
             particles.extend(words(&[self.particles[slot]]));
             particles.extend(words(&[self.motions[slot]]));
         }
+        let runs = |some: &[&str]| kernels.iter().any(|kernel| some.contains(kernel));
         let mut fields = Vec::new();
         let mut add = |name, columns, words| {
             fields.push(Field {
@@ -270,7 +330,7 @@ impl Everything {
             }
         }
         // Later the slots of transfers hold other particles.
-        if kernels.contains(&"transfer_out") {
+        if runs(&["transfer_out", "land_claim", "land_settle"]) {
             let mut transfers = self.leaving;
             for transfer in &mut transfers {
                 transfer.particle = self.particles[transfer.particle as usize].id;
@@ -286,9 +346,45 @@ impl Everything {
         add("meals", MEALS, self.meals);
         add("scent", FLOATS, words(&self.scent));
         add("scent around", FLOATS, words(&self.around));
-        add("population", POPULATION, words(&self.population));
         add("bias", FLOATS, words(&self.bias));
         add("looks", FLOATS, words(&self.looks));
+        let Crowd {
+            cells,
+            wishes,
+            wish_motions,
+            claims,
+        } = self.crowd;
+        add("cells", WORDS, cells);
+        // Only `wish` writes these, one a slot; later the slots hold other particles.
+        if runs(&["wish"]) {
+            let mut wished = Vec::with_capacity(8 * slots.len());
+            // Dead particles wish nothing: what is there was another one's.
+            let living = slots.iter().filter(|&&slot| !self.motions[slot].is_dead());
+            for &slot in living {
+                wished.extend(words(&[wishes[slot]]));
+                wished.extend(words(&[wish_motions[slot]]));
+            }
+            add("wishes", PARTICLES, wished);
+            let claims: Vec<UVec4> = slots.iter().map(|&slot| claims[slot]).collect();
+            add("claims", CLAIMS, words(&claims));
+        }
+        let growth = self.growth;
+        // Each birth has its place in this list by an id. What lies behind the last one is of earlier steps.
+        if runs(&["divide_list", "divide_begin"]) {
+            let born = growth.population[0].born as usize;
+            let born = born.min(growth.cradles.len());
+            add("cradles", CELLS, growth.cradles[..born].to_vec());
+        }
+        // `divide` writes one a slot; later the slots hold other particles.
+        if runs(&["divide", "divide_settle", "divide_list", "divide_begin"]) {
+            let births = slots.iter().map(|&slot| growth.births[slot]).collect();
+            add("births", CELLS, births);
+        }
+        add("population", POPULATION, words(&growth.population));
+        add("occupants", COUNTS, growth.occupants);
+        add("nursery", WORDS, growth.nursery);
+        add("id marks", WORDS, growth.id_marks);
+        add("ids before", COUNTS, growth.ids_before);
         fields
     }
 }
@@ -297,28 +393,46 @@ fn words<T: Pod>(elements: &[T]) -> Vec<u32> {
     bytemuck::allocation::pod_collect_to_vec(elements)
 }
 
-/// The first field in which two engines differ. Buffers of the device may have more elements than the host's.
+/// The first field in which two engines differ: in an element, or in their number.
 fn compare(device: Vec<Field>, host: &[Field], step: u32, kernel: &str) -> Option<Difference> {
+    assert_eq!(device.len(), host.len(), "both have all fields");
     device.iter().zip(host).find_map(|(device, host)| {
         let row = device.columns.len();
+        let [ours, theirs] = [device, host].map(|field| field.words.len() / row);
         let rows = device.words.chunks(row).zip(host.words.chunks(row));
         let mut differing = rows.enumerate().filter(|(_, (a, b))| a != b);
-        let (element, (a, b)) = differing.next()?;
-        let column = a.iter().zip(b).position(|(a, b)| a != b)?;
-        let (name, shown_as) = device.columns[column];
-        let shown = |word: u32| match shown_as {
-            As::Number => word.to_string(),
-            As::Float => format!("{:e} ({word:08x})", f32::from_bits(word)),
+        let first = differing.next();
+        let more = ours.abs_diff(theirs);
+        if first.is_none() && more == 0 {
+            return None;
+        }
+        let count = usize::from(first.is_some()) + differing.count() + more;
+        let (element, column, values) = match first {
+            Some((element, (a, b))) => {
+                let column = a.iter().zip(b).position(|(a, b)| a != b)?;
+                let (name, shown_as) = device.columns[column];
+                let shown = |word: u32| match shown_as {
+                    As::Number => word.to_string(),
+                    As::Float => format!("{:e} ({word:08x})", f32::from_bits(word)),
+                };
+                (element, name, [a, b].map(|row| shown(row[column])))
+            }
+            None => (
+                ours.min(theirs),
+                "length",
+                [ours, theirs].map(|rows| rows.to_string()),
+            ),
         };
+        let [on_device, on_host] = values;
         Some(Difference {
             step,
             kernel: kernel.to_owned(),
             field: device.name,
             element,
-            column: name,
-            device: shown(a[column]),
-            host: shown(b[column]),
-            count: 1 + differing.count(),
+            column,
+            device: on_device,
+            host: on_host,
+            count,
         })
     })
 }
@@ -394,4 +508,83 @@ fn goes_on(work: &dyn Work) -> bool {
     kernels
         .iter()
         .any(|kernel| FORMS_OF_ADVANCE[1..].contains(kernel))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::scene::settings::{Model, Settings};
+
+    /// Would catch: a kernel of cells or populations whose results are compared nowhere, so that both engines could differ in them.
+    #[test]
+    fn what_kernels_of_cells_and_populations_write_is_compared() {
+        let mut settings = Settings::default();
+        settings.objects[0].mesh = "builtin:torus?major=24&minor=16".to_owned();
+        settings.atlas.size = 128;
+        settings.physarum.model = Model::Jones;
+        settings.physarum.speed = 0.02;
+        settings.physarum.sensor_offset = 0.15;
+        settings.particles.count = 2500;
+        settings.population.frequency = 1;
+        settings.population.division_most = 81;
+        settings.population.capacity = 4000;
+        let scene = Scene::from_settings("test".to_owned(), settings, "".into()).unwrap();
+        let setup = Setup::new(&scene).unwrap();
+        let mut host = twin::Simulation::new(setup, scene.settings.clone());
+        let mut changed = BTreeSet::new();
+        for _ in 0..4 {
+            for work in host.next_step().works() {
+                let kernels = work.kernels();
+                let fields = |host: &twin::Simulation| {
+                    Everything::of_host(host.arrays()).fields(&kernels, true)
+                };
+                let before = fields(&host);
+                host.run_work(&**work);
+                let after = fields(&host);
+                let both = before.iter().zip(&after);
+                let differing = both.filter(|(before, after)| before.words != after.words);
+                changed.extend(differing.map(|(field, _)| (kernels.join(", "), field.name)));
+            }
+        }
+        for (kernel, field) in [
+            ("count_cells", "occupants"),
+            ("divide", "births"),
+            ("divide", "nursery"),
+            ("divide_settle", "births"),
+            ("divide_settle", "id marks"),
+            ("divide_number", "ids before"),
+            ("divide_number", "population"),
+            ("divide_list", "cradles"),
+            ("divide_begin", "particles"),
+            ("wish", "wishes"),
+            ("wish", "claims"),
+            ("wish", "cells"),
+            ("claim", "cells"),
+            ("settle", "cells"),
+            ("arrive", "particles"),
+        ] {
+            let pair = (kernel.to_owned(), field);
+            assert!(changed.contains(&pair), "{pair:?} of {changed:?}");
+        }
+    }
+
+    /// Would catch: elements that only one engine has, and that are compared with nothing.
+    #[test]
+    fn lists_of_other_lengths_differ() {
+        let field = |words: &[u32]| Field {
+            name: "births",
+            columns: CELLS,
+            words: words.to_vec(),
+        };
+        let compared = |device, host| compare(vec![field(device)], &[field(host)], 3, "divide");
+        assert_eq!(compared(&[1, 2, 3], &[1, 2, 3]), None);
+        let shorter = compared(&[1, 2], &[1, 2, 3]).unwrap();
+        assert_eq!((shorter.element, shorter.column), (2, "length"));
+        assert_eq!((shorter.count, shorter.device.as_str()), (1, "2"));
+        let other = compared(&[1, 5, 3], &[1, 2]).unwrap();
+        assert_eq!((other.element, other.column), (1, "cell"));
+        assert_eq!((other.count, other.host.as_str()), (2, "2"));
+    }
 }

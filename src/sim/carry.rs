@@ -14,8 +14,8 @@ use super::types::{Motion, Particle};
 /// at their places on their objects, and food keeps its remaining amounts. New objects get as many particles as would begin on them, taken
 /// uniformly from everywhere; particles whose object was removed restart, spread over all objects. Distances and transfers restart.
 ///
-/// None if that is impossible: with another number of particles, with a population that grows and shrinks in only one of them, or if an
-/// object has another mesh.
+/// None if that is impossible: with another number of particles, dead ones included, so that a population needs room for as many as it had;
+/// with a population that grows and shrinks in only one of them; or if an object has another mesh.
 #[must_use]
 pub fn carried(
     snapshot: &Snapshot,

@@ -117,7 +117,7 @@ pub fn check_room(settings: &Settings, atlas: &Atlas) -> Result<()> {
     Ok(())
 }
 
-/// Checks that the rules of a scene go together.
+/// Checks that the rules of a scene, and the bounds of its population, go together.
 ///
 /// # Errors
 /// When particles restart, at places where others may be, and there is one particle a cell.
@@ -129,6 +129,44 @@ pub fn check_rules(settings: &Settings) -> Result<()> {
                 .to_owned(),
         ));
     }
+    check_bounds(settings)
+}
+
+/// Checks that particles can divide and survive by the bounds of a population.
+fn check_bounds(settings: &Settings) -> Result<()> {
+    let population = &settings.population;
+    if !population.is_on() {
+        return Ok(());
+    }
+    for (what, least, most, window, so) in [
+        (
+            "division",
+            population.division_least,
+            population.division_most,
+            population.division_window,
+            "no particle would divide",
+        ),
+        (
+            "survival",
+            population.survival_least,
+            population.survival_most,
+            population.survival_window,
+            "every particle would die",
+        ),
+    ] {
+        let side = 2 * u64::from(window / 2) + 1;
+        let cells = side * side;
+        let more_than = if least > most {
+            format!("population.{what}_most = {most}")
+        } else if settings.physarum.rules().is_crowded() && u64::from(least) > cells {
+            format!("the {cells} cells, one particle each, of population.{what}_window = {window}")
+        } else {
+            continue;
+        };
+        return Err(Error::Invalid(format!(
+            "population.{what}_least = {least}: it is more than {more_than}, so {so}: lower the one or raise the other"
+        )));
+    }
     Ok(())
 }
 
@@ -137,6 +175,55 @@ mod tests {
     use glam::Vec2;
 
     use super::*;
+    use crate::scene::settings::Model;
+
+    /// Would catch: bounds that no particle can meet, accepted in silence, and bounds that some can meet, refused.
+    #[test]
+    fn bounds_that_none_can_meet_are_refused() {
+        let said = |change: fn(&mut Settings)| {
+            let mut settings = Settings::default();
+            settings.physarum.model = Model::Jones;
+            settings.population.frequency = 5;
+            change(&mut settings);
+            check_rules(&settings).err().map(|error| error.to_string())
+        };
+        let refused: [(fn(&mut Settings), &str); 3] = [
+            (
+                |s| s.population.survival_least = 25,
+                "population.survival_least = 25: it is more than population.survival_most = 24, so every",
+            ),
+            (
+                |s| s.population.division_most = 0,
+                "population.division_least = 1: it is more than population.division_most = 0, so no",
+            ),
+            (
+                |s| {
+                    s.population.survival_window = 4;
+                    (s.population.survival_least, s.population.survival_most) = (26, 81);
+                },
+                "population.survival_least = 26: it is more than the 25 cells, one particle each, of population.survival_window = 4",
+            ),
+        ];
+        for (change, keys) in refused {
+            let message = said(change).expect(keys);
+            assert!(message.contains(keys), "{message}");
+        }
+        let accepted: [fn(&mut Settings); 5] = [
+            |_| (),
+            |s| s.population.survival_least = 24,
+            |s| (s.population.survival_least, s.population.survival_most) = (25, 25),
+            // Several particles a cell.
+            |s| {
+                s.physarum.model = Model::Thesis;
+                (s.population.survival_least, s.population.survival_most) = (26, 81);
+            },
+            // The number of particles is constant.
+            |s| (s.population.frequency, s.population.survival_least) = (0, 25),
+        ];
+        for change in accepted {
+            assert_eq!(said(change), None);
+        }
+    }
 
     /// A needle takes the place of a triangle, with its tip at the middle of one of its cells. Would catch: births in the others, which would
     /// come to that cell.

@@ -25,11 +25,11 @@ use crate::scene::{Overrides, Scene};
 use crate::whole_file::WholeFile;
 
 const MAGIC: &[u8; 8] = b"MYXOCKPT";
-/// The version of files without the parts that came later: earlier programs read these.
-const PLAIN: u32 = 6;
-/// The version of files with some of these.
-const LATER: u32 = 7;
-/// The version of files with all parts.
+/// The earliest version that is read. Its files lack live pulses and second looks, which came with version 7, and populations and the
+/// places of restarts, which came with version 8.
+const OLDEST: u32 = 6;
+/// The version of files that are written, also of those without later parts: earlier programs could not read these either, because the
+/// scene in them has every key, and programs refuse keys that came later.
 const VERSION: u32 = 8;
 
 #[derive(Serialize, Deserialize)]
@@ -174,14 +174,7 @@ impl Checkpoint {
             crc: crc32fast::Hasher::new(),
         };
         out.put(MAGIC)?;
-        let version = if snapshot.has_latest_parts() {
-            VERSION
-        } else if snapshot.has_later_parts() {
-            LATER
-        } else {
-            PLAIN
-        };
-        out.put(&version.to_le_bytes())?;
+        out.put(&VERSION.to_le_bytes())?;
         out.put(&(header.len() as u32).to_le_bytes())?;
         out.put(&header)?;
         for part in KEPT {
@@ -240,9 +233,9 @@ impl Checkpoint {
                 .try_into()
                 .expect("4 bytes"),
         );
-        if !(PLAIN..=VERSION).contains(&version) {
+        if !(OLDEST..=VERSION).contains(&version) {
             return Err(format!(
-                "it has version {version}, this program reads versions {PLAIN} to {VERSION}"
+                "it has version {version}, this program reads versions {OLDEST} to {VERSION}"
             ));
         }
         let Some((body, crc)) = bytes.split_last_chunk::<4>() else {
@@ -484,40 +477,37 @@ mod tests {
         );
     }
 
-    /// Would catch: files of the version before that are not read, and files that earlier programs would read without the parts
-    /// that they lack.
+    /// Would catch: files of earlier versions that are not read, because their headers lack the lengths of parts that came later.
     #[test]
-    fn files_without_later_parts_are_of_the_earlier_version() {
-        let bytes = |checkpoint: &Checkpoint| {
-            let mut bytes = Vec::new();
-            checkpoint.write_to(&mut bytes).unwrap();
-            bytes
-        };
-        let mut plain = checkpoint();
-        assert_eq!(bytes(&plain)[8], 8);
-        plain.snapshot.population.clear();
-        assert_eq!(bytes(&plain)[8], 8);
-        plain.snapshot.transfers.restarts = Restarts::default();
-        assert_eq!(bytes(&plain)[8], 7);
-        plain.snapshot.pulses.clear();
-        assert_eq!(bytes(&plain)[8], 7);
-        plain.snapshot.looks.clear();
-        let mut earlier = bytes(&plain);
-        assert_eq!(earlier[8], 6);
-        // Earlier programs wrote no such length.
-        let length = u32::from_le_bytes(earlier[12..16].try_into().unwrap()) as usize;
-        let header = std::str::from_utf8(&earlier[16..16 + length]).unwrap();
-        let later =
-            "\"pulses\":0,\"looks\":0,\"population\":0,\"restart_places\":0,\"restart_ranges\":0,";
-        let header = header.replacen(later, "", 1);
-        assert!(header.len() < length);
-        let mut whole = earlier[..12].to_vec();
+    fn files_of_earlier_versions_are_read() {
+        let mut earlier = checkpoint();
+        earlier.snapshot.population.clear();
+        earlier.snapshot.transfers.restarts = Restarts::default();
+        let latest = "\"population\":0,\"restart_places\":0,\"restart_ranges\":0,";
+        let bytes = as_version(7, latest, &earlier);
+        assert_eq!(Checkpoint::from_bytes(&bytes).unwrap(), earlier);
+        earlier.snapshot.pulses.clear();
+        earlier.snapshot.looks.clear();
+        let later = format!("\"pulses\":0,\"looks\":0,{latest}");
+        let bytes = as_version(6, &later, &earlier);
+        assert_eq!(Checkpoint::from_bytes(&bytes).unwrap(), earlier);
+    }
+
+    /// A file as a program of that version wrote it, whose header had no such lengths.
+    fn as_version(version: u32, lengths: &str, checkpoint: &Checkpoint) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        checkpoint.write_to(&mut bytes).unwrap();
+        let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        let header = std::str::from_utf8(&bytes[16..16 + length]).unwrap();
+        let header = header.replacen(lengths, "", 1);
+        assert_eq!(header.len() + lengths.len(), length);
+        let mut whole = MAGIC.to_vec();
+        whole.extend(version.to_le_bytes());
         whole.extend((header.len() as u32).to_le_bytes());
         whole.extend(header.as_bytes());
-        earlier.truncate(earlier.len() - 4);
-        whole.extend(&earlier[16 + length..]);
+        whole.extend(&bytes[16 + length..bytes.len() - 4]);
         whole.extend(crc32fast::hash(&whole).to_le_bytes());
-        assert_eq!(Checkpoint::from_bytes(&whole).unwrap(), plain);
+        whole
     }
 
     #[test]

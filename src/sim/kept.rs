@@ -66,10 +66,10 @@ kept! {
     food.remaining [foods]          converted(&buffers::MEALS, |state| Some(&state.food.as_ref()?.meals), |meals| {
                                         meals.iter().map(|meal| meal.remaining).collect()
                                     });
-    // Checkpoints of earlier versions lack the parts from here on; see `Snapshot::has_later_parts`.
+    // Checkpoints of version 6 lack the parts from here on.
     pulses [pulses]                 on_host();
     looks [looks]                   remade(&buffers::LOOKS, |state| state.looks.as_deref()), "texels of a second look";
-    // Checkpoints with any of the parts from here on are of a version of their own; see `Snapshot::has_latest_parts`.
+    // Those of version 7 lack the parts from here on.
     population [population]         permanent(&buffers::POPULATION, |state| state.kept_population()), "counts of a population";
     // Their number is checked with what they are.
     transfers.restarts.places [restart_places]

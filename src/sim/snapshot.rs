@@ -231,16 +231,6 @@ impl Snapshot {
             .wrapping_add(self.step)
     }
 
-    /// Does it have parts that checkpoints of earlier versions lack?
-    pub(super) fn has_later_parts(&self) -> bool {
-        !self.pulses.is_empty() || !self.looks.is_empty()
-    }
-
-    /// Does it have parts that checkpoints with those lack?
-    pub(super) fn has_latest_parts(&self) -> bool {
-        !self.population.is_empty() || !self.transfers.restarts.ranges.is_empty()
-    }
-
     /// Does every id exist exactly once?
     #[must_use]
     pub fn census(&self) -> Census {

@@ -643,3 +643,81 @@ fn no_control_is_left_out_by_the_tests_of_the_window() {
         "no step of tests/window operates {left_out:?}"
     );
 }
+
+/// Years that the comments of a file cite with a name, `Name 1985`, `Name (1985)` or `Name, "Title", 1985`: the year, and the names in the
+/// words before it.
+fn citations(text: &str) -> Vec<(String, Vec<String>)> {
+    let is_name = |word: &str| {
+        let mut letters = word.chars();
+        word.chars().count() > 2
+            && letters.next().is_some_and(char::is_uppercase)
+            && letters.all(char::is_lowercase)
+    };
+    let is_year = |word: &str| {
+        word.len() == 4
+            && word.bytes().all(|b| b.is_ascii_digit())
+            && ["19", "20"].contains(&&word[..2])
+    };
+    let of_comment = |line: &str| {
+        let comment = line.trim().strip_prefix("//")?;
+        Some(comment.trim_start_matches(['/', '!']).to_owned())
+    };
+    let of_line = |line: &str| of_comment(line).unwrap_or_else(|| "|".to_owned());
+    let lines: Vec<String> = text.lines().map(of_line).collect();
+    let lines = lines.join(" ");
+    let words: Vec<&str> = lines.split_whitespace().collect();
+    let mut found = Vec::new();
+    for (i, word) in words.iter().enumerate() {
+        let word = word.trim_matches(['(', ')', '.', ',', ';', ':']);
+        if i == 0 || !is_year(word) {
+            continue;
+        }
+        let before = &words[i.saturating_sub(15)..i];
+        let start = before.iter().rposition(|word| *word == "|");
+        let before = &before[start.map_or(0, |start| start + 1)..];
+        let Some(last) = before.last() else { continue };
+        let last = last.trim_start_matches('(').trim_end_matches(',');
+        if !(is_name(last) || last == "al." || last.ends_with('"')) {
+            continue;
+        }
+        let bare = before
+            .iter()
+            .map(|word| word.trim_matches(['(', ')', ',', '"']));
+        let names = bare.filter(|word| is_name(word)).map(str::to_owned);
+        found.push((word.to_owned(), names.collect()));
+    }
+    found
+}
+
+/// Would catch: a formula whose source the code names, and the documents do not.
+#[test]
+fn sources_that_comments_cite_are_in_the_table() {
+    let table = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/code.md"));
+    let table = table.unwrap();
+    let (_, table) = table.split_once("## References").unwrap();
+    let rows: Vec<&str> = table
+        .lines()
+        .filter(|line| line.starts_with("| "))
+        .collect();
+    let has = |year: &str, names: &[String]| {
+        let mut of_year = rows.iter().filter(|row| row.contains(year));
+        of_year.any(|row| names.iter().any(|name| row.contains(name.as_str())))
+    };
+    let mut count = 0;
+    let mut missing = Vec::new();
+    let sources = files("src", &["rs"]).into_iter();
+    for (path, text) in sources.chain(files("shaders", &["comp", "glsl", "vert", "frag"])) {
+        for (year, names) in citations(&text) {
+            count += 1;
+            if !has(&year, &names) {
+                missing.push((path.clone(), year, names));
+            }
+        }
+    }
+    assert!(count > 40, "they are found: {count}");
+    assert!(missing.is_empty(), "docs/code.md has no row of {missing:?}");
+    // The forms in which they are cited.
+    let text = "/// One (Shoemake 1985), as Jones\n/// (2010) and Serra, \"On it\", 1982.\nlet x = 1982;\n// In 1999.\n";
+    let years: Vec<String> = citations(text).into_iter().map(|(year, _)| year).collect();
+    assert_eq!(years, ["1985", "2010", "1982"]);
+}

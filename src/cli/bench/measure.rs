@@ -247,7 +247,7 @@ impl Rig {
             times::Of {
                 setup,
                 segments: simulation.segments(),
-                advancing: Some(setup.particles.len() as u64),
+                advancing: times::all_advancing(setup),
                 bandwidth: self.bandwidth,
                 kept_busy: None,
             },

@@ -4,20 +4,19 @@ use glam::{DVec2, Vec2};
 
 use super::super::cells::cell_of;
 use super::super::types::{Motion, Particle};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::mesh::atlas::{Atlas, Control};
 use crate::mesh::surface::Surface;
 use crate::mesh::walk::Frame;
+use crate::scene::parameters::grouped;
 use crate::strict::{settled, within};
 
 /// Moves particles until no two have one cell. In each cell the first one stays; the others go where a flood from that cell through texels
-/// side by side, and over seams, first finds room: on their object, unless it is full. Headings are laid onto the triangles there.
+/// side by side, and over seams, first finds room: on their object, unless it is full. Headings are laid onto the triangles there. A chart
+/// thinner than a texel may have cells whose middles are not on it: no particle goes to one if it would come to lie in another cell.
 ///
 /// # Errors
-/// When it was stopped.
-///
-/// # Panics
-/// When there are more particles than cells.
+/// When it was stopped, or there are more particles than cells that can hold one.
 pub fn apart(
     (particles, motions): (&mut [Particle], &mut [Motion]),
     surface: &Surface,
@@ -35,36 +34,55 @@ pub fn apart(
     }
     crowded.sort_unstable();
     let mut floods = Floods::new(atlas, homes);
+    let (count, to_move) = (particles.len(), crowded.len());
     let mut rest = 0;
     for (done, (cell, slot)) in crowded.into_iter().enumerate() {
         if done.is_multiple_of(256) {
             control.check()?;
         }
-        let free = floods.next_free(cell, &taken).unwrap_or_else(|| {
-            while taken[rest] || atlas.density[rest] <= 0.0 {
-                rest += 1;
+        let place = loop {
+            let free = floods.next_free(cell, &taken).or_else(|| {
+                let is_free = |&cell: &usize| !taken[cell] && atlas.density[cell] > 0.0;
+                rest = (rest..taken.len()).find(is_free).unwrap_or(taken.len());
+                (rest < taken.len()).then_some(rest as u32)
+            });
+            let Some(free) = free else {
+                return Err(too_many(count, count - to_move + done));
+            };
+            taken[free as usize] = true;
+            let place = place_in(free, particles[slot].id, atlas);
+            if cell_of(&place, atlas, homes) == free {
+                break place;
             }
-            rest as u32
-        });
-        taken[free as usize] = true;
-        move_to(
-            (&mut particles[slot], &mut motions[slot]),
-            free,
-            surface,
-            atlas,
-        );
+        };
+        move_to((&mut particles[slot], &mut motions[slot]), place, surface);
     }
     Ok(())
 }
 
-/// Puts a particle on the centre of a cell.
-fn move_to(
-    (particle, motion): (&mut Particle, &mut Motion),
-    cell: u32,
-    surface: &Surface,
-    atlas: &Atlas,
-) {
+fn too_many(count: usize, room: usize) -> Error {
+    Error::Invalid(format!(
+        "particles.count = {}: there is one particle a cell, and {} cells of the texture can hold one: use fewer particles, raise atlas.size, or \
+         let them share cells (physarum.model = \"thesis\" and physarum.occupancy_rounds = 0)",
+        grouped(count as f64),
+        grouped(room as f64),
+    ))
+}
+
+/// A particle on the centre of a cell, or where its triangle is nearest to that.
+fn place_in(cell: u32, id: u32, atlas: &Atlas) -> Particle {
     let (triangle, u, v) = (atlas.surface_point_of(cell)).expect("cells have a triangle");
+    Particle {
+        triangle,
+        u: settled(u),
+        v: settled(within(v, 0.0, 1.0 - u)),
+        id,
+    }
+}
+
+/// Puts a particle on a place.
+fn move_to((particle, motion): (&mut Particle, &mut Motion), place: Particle, surface: &Surface) {
+    let triangle = place.triangle;
     let [from, to] = [particle.triangle, triangle].map(|triangle| Frame::of(surface, triangle));
     let [p, h] = [motion.heading_p, motion.heading_h].map(f64::from);
     let heading = p * from.p + h * from.h;
@@ -73,12 +91,7 @@ fn move_to(
         let Vec2 { x, y } = laid.normalize().as_vec2();
         (motion.heading_p, motion.heading_h) = (settled(x), settled(y));
     }
-    *particle = Particle {
-        triangle,
-        u: settled(u),
-        v: settled(within(v, 0.0, 1.0 - u)),
-        id: particle.id,
-    };
+    *particle = place;
 }
 
 /// Floods from one cell after another.
@@ -140,5 +153,62 @@ impl<'a> Floods<'a> {
         if std::mem::replace(&mut self.seen[cell as usize], self.count) != self.count {
             self.cells.push(cell);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::surface::{AtlasMap, NONE};
+    use crate::sim::cells::{homes, sharing_count};
+
+    /// A needle takes the place of a triangle, so that most of its cells have their nearest places in others. Would catch: particles that are
+    /// moved to such a cell, and then share another one, and a search without end, or a panic, where no cell is left.
+    #[test]
+    fn no_two_share_a_cell_of_a_needle() {
+        let (surface, mut atlas) = Atlas::of_cells("cube", 64);
+        let homes = homes(&atlas);
+        let own = |cell: &usize| atlas.owner[*cell] == 0 && atlas.owner[*cell - 3] == 0;
+        let tip = (3..homes.len()).find(own);
+        let tip = tip.expect("a triangle has more than three texels in a row") as u32;
+        atlas.maps[0] = AtlasMap {
+            origin: atlas.centre_of(tip) - Vec2::new(0.0, 0.3),
+            du: Vec2::new(0.0, 0.1),
+            dv: Vec2::new(-4.0, 0.0),
+        };
+        let cells = (0..homes.len() as u32).filter(|&cell| atlas.owner[cell as usize] != NONE);
+        let holds = |&cell: &u32| cell_of(&place_in(cell, 0, &atlas), &atlas, &homes) == cell;
+        let room = cells.filter(holds).count() as u32;
+        assert!(room + 20 < atlas.owned_count);
+
+        let particle = |id| Particle {
+            triangle: 0,
+            u: 0.0,
+            v: 0.0,
+            id,
+        };
+        let heading = Motion {
+            heading_p: 1.0,
+            heading_h: 0.0,
+            pending: 0.0,
+            flags: 0,
+        };
+        let all = |count: u32| {
+            let mut particles: Vec<Particle> = (0..count).map(particle).collect();
+            let mut motions = vec![heading; count as usize];
+            let both = (&mut particles[..], &mut motions[..]);
+            let moved = apart(both, &surface, &atlas, &homes, &Control::default());
+            (moved, sharing_count(&particles, &atlas, &homes))
+        };
+        let (moved, sharing) = all(600);
+        assert!(moved.is_ok() && sharing == 0, "{moved:?}, {sharing}");
+        let (moved, sharing) = all(room);
+        assert!(moved.is_ok() && sharing == 0, "{moved:?}, {sharing}");
+        let message = all(room + 1).0.unwrap_err().to_string();
+        let says = format!(
+            "and {} cells of the texture can hold one",
+            grouped(room.into())
+        );
+        assert!(message.contains(&says), "{message}");
     }
 }
