@@ -282,9 +282,15 @@ impl Surface {
     pub fn is_closed(&self, object: usize) -> bool {
         let (first, end) = self.objects[object].triangles;
         let halfedges = &self.halfedges[3 * first as usize..3 * end as usize];
+        !self.has_glued_edges(object) && halfedges.iter().all(|halfedge| halfedge.twin != NONE)
+    }
+
+    /// Has an object glued edges? Then a way along it may be shorter than the straight line.
+    #[must_use]
+    pub fn has_glued_edges(&self, object: usize) -> bool {
+        let (first, end) = self.objects[object].triangles;
         let next_glued = self.glued.partition_point(|&h| h < 3 * first);
-        let is_glued = self.glued.get(next_glued).is_some_and(|&h| h < 3 * end);
-        !is_glued && halfedges.iter().all(|halfedge| halfedge.twin != NONE)
+        self.glued.get(next_glued).is_some_and(|&h| h < 3 * end)
     }
 
     /// The lowest and the highest corner of the box round an object, in object space.

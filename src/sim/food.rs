@@ -387,9 +387,13 @@ fn reached(
     };
     let [a, b, c] = corners(place.point.triangle);
     let middle = a + place.point.u * (b - a) + place.point.v * (c - a);
-    // No path along the surface is shorter than the straight line.
+    // No path along the surface is shorter than the straight line, unless it goes over a glued edge.
+    let is_glued = surface.has_glued_edges(place.object as usize);
     let is_near: Vec<bool> = (first..end)
         .map(|triangle| {
+            if is_glued {
+                return true;
+            }
             let [a, b, c] = corners(triangle);
             let (low, high) = (a.min(b).min(c), a.max(b).max(c));
             middle.distance(middle.clamp(low, high)) <= reach

@@ -11,7 +11,7 @@ use myxo::mesh::surface::{NONE, Surface};
 use myxo::mesh::walk::Frame;
 use myxo::scene::Scene;
 use myxo::scene::file::Reader;
-use myxo::scene::settings::{Heading, Model, Settings};
+use myxo::scene::settings::{Heading, Model, ObjectSettings, Settings};
 use myxo::sim::beside::first_difference;
 use myxo::sim::cells::{homes, sharing_count};
 use myxo::sim::checkpoint::Checkpoint;
@@ -109,6 +109,44 @@ fn without_it_walks_are_reflected() {
         let mirrored = DVec3::new(-from.x, from.y, from.z);
         assert!(to.distance(mirrored) < 1e-3, "{to} and not {mirrored}");
         assert!(heading.x < -0.999, "{heading}");
+    }
+}
+
+/// Would alone catch: a particle that counts as far from all other objects because it is at the other side of the plane, so that it walks
+/// over the side into a ball and stays on the plane. With borders no particle gets there.
+#[test]
+fn particles_enter_a_ball_over_a_glued_side() {
+    for (mesh, is_periodic) in [(PERIODIC, true), (BORDERED, false)] {
+        let mut settings = straight(mesh, [1.0, 0.0, 0.0]).settings;
+        settings.objects.push(ObjectSettings {
+            mesh: "builtin:icosphere?subdivisions=3".to_owned(),
+            position: [-1.0, 0.0, 0.0],
+            scale: 0.3,
+            ..ObjectSettings::default()
+        });
+        settings.particles.count = 20_000;
+        settings.atlas.size = 256;
+        let scene = Scene::from_settings("both".to_owned(), settings, ".".into()).unwrap();
+        let mut twin = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings.clone());
+        let objects = |twin: &twin::Simulation| -> Vec<u32> {
+            let triangles = &twin.setup().surface.triangles;
+            let both = by_id(&twin.snapshot()).into_iter();
+            both.map(|(particle, _)| triangles[particle.triangle as usize].object)
+                .collect()
+        };
+        let (places, before) = (places_of(&twin), objects(&twin));
+        twin.step();
+        let after = objects(&twin);
+        let mut count = 0;
+        for (id, (from, _)) in places.iter().enumerate() {
+            // A step from here ends at least 0.05 inside the ball, and two texels beyond the side: nearer to it, distances that are read
+            // between texels are mixed with those at the other side.
+            if before[id] == 0 && from.x > 0.97 && from.z.abs() < 0.2 {
+                assert_eq!(after[id], u32::from(is_periodic), "{from}");
+                count += 1;
+            }
+        }
+        assert!(count > 25, "{count}");
     }
 }
 

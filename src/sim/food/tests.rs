@@ -176,6 +176,58 @@ fn food_is_projected_at_owned_texels_of_the_nearest() {
     assert_eq!(of(&settings).0, [0; 3]);
 }
 
+/// Would alone catch: food beside a glued side that is not smelled, eaten or projected beyond it. Distances are those of a flat torus; with
+/// borders they are those of the plane, and nothing is beyond.
+#[test]
+fn food_reaches_over_glued_sides() {
+    for is_periodic in [true, false] {
+        let mut settings = settings(&["plane"], &[("plane", [0.95, 0.0, 0.1], 0)]);
+        settings.objects[0].mesh = format!("builtin:plane?columns=8&rows=8&periodic={is_periodic}");
+        settings.foods[0].radius = 0.5;
+        settings.foods[0].projection = 1.0;
+        let setup = setup(&settings).unwrap();
+        let (surface, food_set) = (&setup.surface, &setup.food_set);
+        let FoodPlace { radius, size, .. } = food_set.places[0];
+        let is_in = |list: &[UVec2], texel: u32| list.binary_search_by_key(&texel, |entry| entry.x);
+        let smelled = &food_set.scented[..food_set.scented_count() as usize];
+        let mut beyond = [0; 3];
+        for texel in 0..setup.atlas.owner.len() as u32 {
+            let Some((triangle, u, v)) = setup.atlas.surface_point_of(texel) else {
+                continue;
+            };
+            let [a, b, c] = surface.corners[triangle as usize]
+                .map(|vertex| surface.positions[vertex as usize].as_dvec3());
+            let at = a + f64::from(u) * (b - a) + f64::from(v) * (c - a);
+            let mut way = at - DVec3::new(0.95, 0.0, 0.1);
+            if is_periodic {
+                way -= 2.0 * (0.5 * way).round();
+            }
+            let distance = way.length();
+            if (distance - size).abs() < 1e-4 || (distance - radius).abs() < 1e-4 {
+                continue;
+            }
+            let found = [
+                is_in(smelled, texel).is_ok(),
+                food_set.plates[texel as usize] == 1,
+                is_in(&food_set.projected, texel).is_ok(),
+            ];
+            let expected = [distance < radius, distance < size, distance < size];
+            assert_eq!(found, expected, "{at}: {distance}");
+            if at.x < 0.0 {
+                for (count, is_found) in beyond.iter_mut().zip(found) {
+                    *count += u32::from(is_found);
+                }
+            }
+        }
+        assert!(
+            beyond
+                .iter()
+                .all(|count| (*count > 300) == is_periodic && (*count > 0) == is_periodic),
+            "{beyond:?}"
+        );
+    }
+}
+
 #[test]
 fn food_that_moves_keeps_what_is_left() {
     let foods = [("ball", X, 50), ("ball", Y, 60)];

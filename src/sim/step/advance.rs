@@ -106,9 +106,12 @@ impl Plan<'_> {
         }
     }
 
-    /// Do sensors read straight ahead in the atlas? Gravity needs the triangle at the end, and only a walk finds it.
+    /// Do sensors read straight ahead in the atlas? Gravity needs the triangle at the end, and only a walk finds it. Over a glued edge the
+    /// distance to another object jumps, so that no texel can be marked as far from all of them: the form that takes every particle and
+    /// sees other objects is the right one.
     fn reads_straight(&self, terms: Terms) -> bool {
-        self.settings.physarum.sensing == Sensing::Auto && !terms.gravity
+        let jumps = self.strategy.sees_across() && !self.setup.surface.glued.is_empty();
+        self.settings.physarum.sensing == Sensing::Auto && !terms.gravity && !jumps
     }
 
     /// The forms after the first, each with the counter of its particles.
