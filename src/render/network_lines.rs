@@ -219,6 +219,7 @@ mod tests {
                     width: 0.1,
                     trail: 1.0,
                     points: points.clone(),
+                    breaks: Vec::new(),
                 }],
             };
             draw_network(&mut picture, &graph, setup, poses, &camera);
