@@ -202,7 +202,7 @@ impl Render {
         }
         if self.network && show.is_flat() {
             return Err(Error::Invalid(format!(
-                "--network cannot draw over the view {word}, which is flat: omit it, or choose another --view"
+                "--network has no effect on the view {word}, which is flat: omit it, or choose another --view"
             )));
         }
         if self.passes.is_some() && show.is_flat() {

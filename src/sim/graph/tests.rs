@@ -267,7 +267,7 @@ fn straight_lines_have_their_lengths_at_any_angle_and_width() {
     }
 }
 
-/// Catches smoothing that draws bends together: a mean over as many points would make the ring 1.5 to 4 % too short.
+/// Catches smoothing that draws bends together: a mean over as many points would make the ring 3 to 9 % too short.
 #[test]
 fn rings_and_bends_of_twenty_texels_have_their_lengths() {
     let canvas = plane("plane");
