@@ -120,10 +120,10 @@ fn pictures_with_the_network_are_those_of_the_graph() {
         "--size=320x180",
         "--out",
     ];
-    done(&[&["render"], &scene[..], &[plain]].concat());
-    done(&[&["render"], &scene[..], &[lines, "--network"]].concat());
-    done(&[&["network"], &scene[..], &[graph]].concat());
-    let read = |file: &str| fs::read(file).expect("it was written");
+    done(&[&["render"][..], &scene[..], &[plain]].concat());
+    done(&[&["render"][..], &scene[..], &[lines, "--network"]].concat());
+    done(&[&["network"][..], &scene[..], &[graph]].concat());
+    let read = |file: &str| image::open(file).expect("it was written").into_rgba8();
     assert!(read(lines) == read(graph), "another graph is drawn");
     assert!(read(lines) != read(plain), "no graph is drawn");
 }
