@@ -12,10 +12,11 @@ use myxo::render::lens;
 use myxo::render::mean::{self, Mean};
 use myxo::render::offscreen::{self, Offscreen};
 use myxo::render::pick;
-use myxo::render::renderer::Renderer;
 use myxo::render::view::{self, View};
+use myxo::render::{draw_network, renderer::Renderer};
 use myxo::scene::Scene;
 use myxo::scene::settings::{Part, Show};
+use myxo::sim::graph::network_of;
 use myxo::sim::memory;
 use myxo::{Error, Result};
 
@@ -72,6 +73,9 @@ pub struct Render {
     /// The unwrapped texture in the right half of the picture
     #[arg(long)]
     split: bool,
+    /// Draws the network's graph over each picture: its edges as lines, its nodes as dots
+    #[arg(long, conflicts_with = "transparent")]
+    network: bool,
     /// Steps from one picture of a sequence or film to the next
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
@@ -196,6 +200,11 @@ impl Render {
                 "--aperture has no effect on the view {word}, which is flat: omit it, or choose another --view"
             )));
         }
+        if self.network && show.is_flat() {
+            return Err(Error::Invalid(format!(
+                "--network has no effect on the view {word}, which is flat: omit it, or choose another --view"
+            )));
+        }
         if self.passes.is_some() && show.is_flat() {
             return Err(Error::Invalid(format!(
                 "--passes has no effect on the view {word}, which is flat: omit it, or choose another --view"
@@ -216,6 +225,7 @@ impl Render {
             console::message(&warning);
         }
         camera.view.is_transparent = self.transparent;
+        camera.network = self.network;
         if self.turns != 0.0 && session.scene.settings.camera.distance <= 0.0 {
             camera.stand_back(&session.scene);
         }
@@ -309,6 +319,8 @@ struct Photographer {
     mean: Option<Mean>,
     /// The distance that is in focus, once a picture was taken. It stays for all pictures of a film, so that the blur does not jump.
     focus: Option<f32>,
+    /// The network's graph is drawn over each picture.
+    network: bool,
     /// Pictures in a row: the exposure follows the trail slowly, so that films do not flicker.
     film: bool,
     taken: u32,
@@ -333,6 +345,7 @@ impl Photographer {
             passes: 1,
             mean: None,
             focus: None,
+            network: false,
             film,
             taken: 0,
         })
@@ -359,6 +372,15 @@ impl Photographer {
         self.taken += 1;
         if let (true, Exposure::Auto { adaptation, .. }) = (self.film, &mut self.view.exposure) {
             *adaptation = (1.0 / (self.taken as f32 + 1.0)).max(SLOWEST_ADAPTATION);
+        }
+        if self.network {
+            let snapshot = session.snapshot()?;
+            let (setup, poses) = {
+                let simulation = &session.simulation;
+                (simulation.setup(), simulation.world_from_object())
+            };
+            let (graph, _) = network_of(&snapshot.trail, setup, &poses);
+            draw_network(&mut picture, &graph, setup, &poses, &view.camera);
         }
         if self.view.is_transparent {
             offscreen::unmultiply(&mut picture);

@@ -52,8 +52,9 @@ pub fn draw_network(
     };
     let unit = size.y.max(SMALL) / 720.0;
     let lines: Vec<[Vec2; 2]> = (graph.edges.iter())
-        .flat_map(|edge| {
-            let seen: Vec<Option<Vec2>> = edge.points.iter().map(|at| eye.sees(*at)).collect();
+        .flat_map(|edge| edge.pieces())
+        .flat_map(|piece| {
+            let seen: Vec<Option<Vec2>> = piece.iter().map(|at| eye.sees(*at)).collect();
             let pair = |pair: &[Option<Vec2>]| Some([pair[0]?, pair[1]?]);
             let pairs: Vec<[Vec2; 2]> = seen.windows(2).filter_map(pair).collect();
             pairs
@@ -219,6 +220,7 @@ mod tests {
                     width: 0.1,
                     trail: 1.0,
                     points: points.clone(),
+                    breaks: Vec::new(),
                 }],
             };
             draw_network(&mut picture, &graph, setup, poses, &camera);

@@ -4,7 +4,8 @@
 //! [`Network`](super::network::Network). Its texels are thinned to lines, over seams and from object to object where they touch, and the
 //! lines are followed. All of it is on the host.
 //!
-//! Lines end at glued edges whose two sides lie apart, because lengths are measured by places. Distances between foods end there, too.
+//! Lines go on over glued edges, whose two sides lie apart, and so do distances between foods: what lies beyond is carried to where the
+//! walk goes on, so that lengths are those along the surface.
 //!
 //! In atlases by `grid`, small stars may be left on lines where the corners of cells meet.
 

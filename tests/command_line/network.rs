@@ -103,6 +103,31 @@ fn a_network_is_the_same_graph_in_every_format() {
     assert_eq!(rows[2][1], nodes.len().to_string());
 }
 
+/// Catches a picture of `render --network` without the graph, and one that draws another graph than `network` does.
+#[test]
+fn pictures_with_the_network_are_those_of_the_graph() {
+    if no_device() {
+        return;
+    }
+    let folder = Folder::new();
+    let files = ["plain.png", "lines.png", "graph.png"].map(|name| folder.file(name));
+    let [plain, lines, graph] = files.each_ref().map(|file| path(file));
+    let scene = [
+        "cube",
+        "--steps=40",
+        "--set=particles.count=20000",
+        "--set=atlas.size=192",
+        "--size=320x180",
+        "--out",
+    ];
+    done(&[&["render"][..], &scene[..], &[plain]].concat());
+    done(&[&["render"][..], &scene[..], &[lines, "--network"]].concat());
+    done(&[&["network"][..], &scene[..], &[graph]].concat());
+    let read = |file: &str| image::open(file).expect("it was written").into_rgba8();
+    assert!(read(lines) == read(graph), "another graph is drawn");
+    assert!(read(lines) != read(plain), "no graph is drawn");
+}
+
 #[test]
 fn what_cannot_be_written_is_said_at_once() {
     let folder = Folder::new();

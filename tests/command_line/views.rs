@@ -37,11 +37,16 @@ fn views_are_listed_and_impossible_ones_are_refused_in_a_line() {
     assert!(message.contains("use --steps 1 or more"), "{message}");
     let message = refused(1, &render(&["cube", "--view=atlas", "--split"]));
     assert!(message.contains("choose another --view"), "{message}");
-    for (option, name) in [("--aperture=0.1", "--aperture"), ("--passes=4", "--passes")] {
+    for (option, name) in [
+        ("--aperture=0.1", "--aperture"),
+        ("--passes=4", "--passes"),
+        ("--network", "--network"),
+    ] {
         let message = refused(1, &render(&["cube", "--view=atlas", option]));
         let says = format!("{name} has no effect on the view atlas, which is flat");
         assert!(message.contains(&says), "{message}");
     }
+    refused(2, &render(&["cube", "--network", "--transparent"]));
     for option in [
         "--aperture=1.5",
         "--aperture=nan",

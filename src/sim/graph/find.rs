@@ -38,9 +38,9 @@ impl Graph {
         }
         let depths = links.depths();
         let stays = thinned(&links, &depths, trail);
-        let mut traced = Traced::of(&links, &depths, &stays);
-        traced.simplify(&links, &depths);
-        traced.cut_ends(&links, &depths);
+        let mut traced = Traced::of(&links, depths, &stays);
+        traced.simplify(&links);
+        traced.cut_ends(&links);
         Self::new(&links, &traced, trail, around)
     }
 
@@ -69,16 +69,17 @@ impl Graph {
         for (edge, (area, mass)) in traced.edges.iter().zip(sums) {
             let Some(edge) = edge else { continue };
             let is_ring = edge.ends[0] == edge.ends[1] && degrees[edge.ends[0]] == 2;
-            let points = traced.points(links, edge, is_ring);
-            let mut length = length_of(&points);
+            let course = traced.course(links, edge, is_ring);
+            let mut length = length_of(&course.points);
+            let points = course.places();
             if is_ring {
                 graph.nodes[numbers[edge.ends[0]]].place = around.in_world(points[0]).to_array();
             }
             // A line ends at the border of the network, and not in its middle.
-            for &end in edge.ends.iter().filter(|&&end| degrees[end] == 1) {
-                length += traced.nodes[end]
-                    .as_ref()
-                    .map_or(0.0, |node| node.half_width);
+            for end in [0, 1] {
+                if degrees[edge.ends[end]] == 1 {
+                    length += traced.beyond(links, edge, &course, end);
+                }
             }
             graph.edges.push(Edge {
                 from: numbers[edge.ends[0]],
@@ -90,6 +91,7 @@ impl Graph {
                     .iter()
                     .map(|&point| around.in_world(point).to_array())
                     .collect(),
+                breaks: course.breaks(),
             });
         }
         graph

@@ -62,31 +62,31 @@ impl Graph {
 
     /// Makes a node of an inner point of an edge.
     fn split(&mut self, number: usize, point: usize, object: u32) -> usize {
-        let length_of = |points: &[[f64; 3]]| {
-            let pairs = points.windows(2);
-            let lengths =
-                pairs.map(|pair| DVec3::from_array(pair[0]).distance(DVec3::from_array(pair[1])));
-            lengths.sum::<f64>()
-        };
         let node = self.nodes.len();
         let edge = &mut self.edges[number];
-        let rest = edge.points[point..].to_vec();
+        let mut second = Edge {
+            from: node,
+            points: edge.points[point..].to_vec(),
+            breaks: Vec::new(),
+            ..*edge
+        };
+        edge.to = node;
         edge.points.truncate(point + 1);
+        for place in std::mem::take(&mut edge.breaks) {
+            match place > point {
+                true => second.breaks.push(place - point),
+                false => edge.breaks.push(place),
+            }
+        }
         // What is added to the length at ends of lines is shared as the rest is.
-        let (before, after) = (length_of(&edge.points), length_of(&rest));
+        let (before, after) = (edge.length_of_points(), second.length_of_points());
         let share = if before + after > 0.0 {
             before / (before + after)
         } else {
             0.5
         };
-        let second = Edge {
-            from: node,
-            to: edge.to,
-            length: (1.0 - share) * edge.length,
-            points: rest,
-            ..*edge
-        };
-        (edge.to, edge.length) = (node, share * edge.length);
+        second.length = (1.0 - share) * edge.length;
+        edge.length *= share;
         self.nodes.push(Node {
             kind: NodeKind::Through,
             object,
@@ -99,7 +99,7 @@ impl Graph {
         node
     }
 
-    /// Distances along the surface between the foods that the network reaches, in scene radii; none between objects. They end at glued
+    /// Distances along the surface between the foods that the network reaches, in scene radii; none between objects. They go over glued
     /// edges, as lines do.
     pub fn surface_distances(
         &self,
@@ -112,9 +112,9 @@ impl Graph {
             .flat_map(|node| node.foods.clone())
             .collect();
         reached.sort_unstable();
-        let surface = around.surface.cut();
         let table = reached.iter().map(|&from| {
-            let distance = SurfaceDistance::new(&surface, &[foods[from].point], f64::INFINITY);
+            let distance =
+                SurfaceDistance::new(around.surface, &[foods[from].point], f64::INFINITY);
             let to = reached.iter().map(|&to| {
                 let point = foods[to].point;
                 distance.at(point.triangle, point.u, point.v) / around.radius

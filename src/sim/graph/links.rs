@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use super::surroundings::Surroundings;
 use crate::mesh::surface::NONE;
@@ -14,6 +14,9 @@ const TOUCH: f64 = 1.6;
 
 /// Texels whose sides differ by no more than this factor are alike.
 const ALIKE: f64 = 2.0;
+
+/// A walk between two of them that belong together goes over no more than so many.
+const MOST_STEPS: usize = 4096;
 
 /// Covers bare parts of fewer texels than this, connected by their sides: they are noise.
 pub fn cover_holes(around: &Surroundings<'_>, covered: &mut [bool], smallest: usize) {
@@ -81,6 +84,9 @@ pub struct Links {
     pub sides: Vec<f64>,
     /// The object of each.
     pub objects: Vec<u32>,
+    /// For links over glued edges, the motion that carries the second to where the first has it beside itself. Places alone would lie
+    /// apart.
+    pub glued: HashMap<(u32, u32), DAffine3>,
 }
 
 impl Links {
@@ -100,6 +106,7 @@ impl Links {
             objects: texels.iter().map(|&texel| around.object(texel)).collect(),
             beside: vec![Vec::new(); texels.len()],
             is_border: vec![false; texels.len()],
+            glued: HashMap::new(),
             texels,
         };
         links.link_neighbours(around, &number, &across);
@@ -116,6 +123,7 @@ impl Links {
         let pitch = i64::from(atlas.pitch);
         let rows = number.len() as i64 / pitch;
         let chart = |texel: u32| atlas.chart[atlas.owner[texel as usize] as usize];
+        let motions = around.motions();
         for i in 0..self.texels.len() {
             let texel = self.texels[i];
             let (x, y) = (i64::from(texel) % pitch, i64::from(texel) / pitch);
@@ -135,15 +143,19 @@ impl Links {
                     self.is_border[i] |= k % 2 == 0 && around.is_at_open_border(texel);
                     continue;
                 }
+                let mut motion = None;
                 if around.is_glued_between(texel, other) {
-                    // Lines are measured by places, so they end there.
-                    self.is_border[i] |= k % 2 == 0;
-                    continue;
+                    motion = around.motion_between(&motions, texel, other);
+                    if motion.is_none() {
+                        // No edge, nor two of them, leads from one to the other.
+                        self.is_border[i] |= k % 2 == 0;
+                        continue;
+                    }
                 }
                 match number[other as usize] {
                     // A corner does not make a border: bare texels are not connected by corners.
                     NONE => self.is_border[i] |= k % 2 == 0,
-                    other => self.link(i as u32, other),
+                    other => self.link_over(i as u32, other, motion),
                 }
             }
         }
@@ -173,17 +185,30 @@ impl Links {
             if !is_at_seam {
                 continue;
             }
-            let two_away = beside
-                .iter()
-                .flat_map(|&other| &self.beside[other as usize]);
-            for &other in two_away {
-                if other > i && !beside.contains(&other) && self.touch(i, other) {
-                    found.push((i, other));
+            let two_away = beside.iter().flat_map(|&between| {
+                let all = self.beside[between as usize].iter();
+                all.map(move |&other| (between, other))
+            });
+            for (between, other) in two_away {
+                if other <= i || beside.contains(&other) {
+                    continue;
+                }
+                let over = [(i, between), (between, other)].map(|pair| self.glued.get(&pair));
+                let motion = match over {
+                    [None, None] => None,
+                    [one, two] => {
+                        let [one, two] =
+                            [one, two].map(|motion| motion.copied().unwrap_or(DAffine3::IDENTITY));
+                        Some(one * two)
+                    }
+                };
+                if self.touch_over(i, other, motion) {
+                    found.push((i, other, motion));
                 }
             }
         }
-        for (i, other) in found {
-            self.link(i, other);
+        for (i, other, motion) in found {
+            self.link_over(i, other, motion);
         }
     }
 
@@ -229,9 +254,64 @@ impl Links {
     }
 
     fn touch(&self, a: u32, b: u32) -> bool {
+        self.touch_over(a, b, None)
+    }
+
+    /// Do they touch if this motion carries the second?
+    fn touch_over(&self, a: u32, b: u32, motion: Option<DAffine3>) -> bool {
         let [a, b] = [a, b].map(|i| i as usize);
         let side = 0.5 * (self.sides[a] + self.sides[b]);
-        self.places[a].distance(self.places[b]) <= TOUCH * side
+        let there = motion.map_or(self.places[b], |motion| {
+            motion.transform_point3(self.places[b])
+        });
+        self.places[a].distance(there) <= TOUCH * side
+    }
+
+    /// Links two of them, over a glued edge if there is a motion.
+    fn link_over(&mut self, a: u32, b: u32, motion: Option<DAffine3>) {
+        self.link(a, b);
+        if let Some(motion) = motion
+            && a != b
+        {
+            self.glued.entry((a, b)).or_insert(motion);
+            self.glued.entry((b, a)).or_insert(motion.inverse());
+        }
+    }
+
+    /// The motion that carries `to` to where a walk from `from` over few texels comes to it.
+    pub fn motion(&self, from: u32, to: u32) -> DAffine3 {
+        if self.glued.is_empty() || from == to {
+            return DAffine3::IDENTITY;
+        }
+        let mut motions = HashMap::from([(from, DAffine3::IDENTITY)]);
+        let mut found = vec![from];
+        let mut done = 0;
+        while let Some(&at) = found.get(done).filter(|_| done < MOST_STEPS) {
+            done += 1;
+            let motion = motions[&at];
+            for &other in &self.beside[at as usize] {
+                if motions.contains_key(&other) {
+                    continue;
+                }
+                let step = self.glued.get(&(at, other)).copied();
+                let motion = motion * step.unwrap_or(DAffine3::IDENTITY);
+                if other == to {
+                    return motion;
+                }
+                motions.insert(other, motion);
+                found.push(other);
+            }
+        }
+        DAffine3::IDENTITY
+    }
+
+    /// How far apart two of them are that touch.
+    fn apart(&self, a: u32, b: u32) -> f64 {
+        let [at, there] = [a, b].map(|i| self.places[i as usize]);
+        match self.glued.get(&(a, b)) {
+            Some(motion) => at.distance(motion.transform_point3(there)),
+            None => at.distance(there),
+        }
     }
 
     fn link(&mut self, a: u32, b: u32) {
@@ -261,8 +341,7 @@ impl Links {
                     continue;
                 }
                 for &other in &self.beside[at as usize] {
-                    let [a, b] = [at, other].map(|i| self.places[i as usize]);
-                    let beyond = depth + a.distance(b);
+                    let beyond = depth + self.apart(at, other);
                     if beyond < depths[other as usize] {
                         depths[other as usize] = beyond;
                         queue.push(Reverse((beyond.to_bits(), other)));

@@ -1,5 +1,6 @@
 //! What a network's graph is made of.
 
+use glam::DVec3;
 use serde::Serialize;
 
 /// The network as a graph.
@@ -59,4 +60,28 @@ pub struct Edge {
     pub trail: f64,
     /// Points along it, from node to node, as [`Node::place`].
     pub points: Vec<[f64; 3]>,
+    /// Numbers of the points before which it goes over a glued edge, whose two sides lie apart.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub breaks: Vec<usize>,
+}
+
+impl Edge {
+    /// Its points, in pieces between which it goes over a glued edge.
+    pub fn pieces(&self) -> impl Iterator<Item = &[[f64; 3]]> {
+        let mut first = 0;
+        let ends = self.breaks.iter().copied().chain([self.points.len()]);
+        ends.map(move |end| {
+            let piece = &self.points[first..end];
+            first = end;
+            piece
+        })
+    }
+
+    /// The length of its points, without the steps over glued edges.
+    pub(super) fn length_of_points(&self) -> f64 {
+        let steps = self.pieces().flat_map(|piece| piece.windows(2));
+        let lengths =
+            steps.map(|step| DVec3::from_array(step[0]).distance(DVec3::from_array(step[1])));
+        lengths.sum()
+    }
 }

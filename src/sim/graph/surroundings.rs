@@ -1,6 +1,8 @@
 //! The surface under a network.
 
-use glam::{Affine3A, DVec3, Vec3};
+use std::collections::HashSet;
+
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
 
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::{NONE, Surface};
@@ -8,6 +10,18 @@ use crate::sim::setup::Setup;
 
 /// Texels that are neighbours over a seam, in texel sides: no farther apart than this.
 const APART: f64 = 4.0;
+
+/// Motions over glued edges that differ by less than this, in scene radii, count as one.
+const SAME: f64 = 1e-4;
+/// If there are no more motions than this, those over two glued edges, one after the other, are looked at, too.
+const FEW: usize = 16;
+
+/// What an object's glued edges do: the motion carries what lies beyond one of them to where a walk over the edge comes to it.
+#[derive(Clone, Copy, Debug)]
+pub struct Over {
+    object: u32,
+    motion: DAffine3,
+}
 
 /// The surface under a trail.
 #[derive(Clone, Copy)]
@@ -70,12 +84,81 @@ impl<'a> Surroundings<'a> {
         place + self.origin / self.radius
     }
 
+    /// The place of a corner of a triangle, as [`Self::place`].
+    fn corner(&self, triangle: u32, corner: u32) -> DVec3 {
+        let [u, v] = [f32::from(corner == 1), f32::from(corner == 2)];
+        self.place_of(triangle, u, v)
+    }
+
+    /// The motions over all glued edges, each once; also over two of them, because four texels may meet where the corners of a plane do.
+    pub(super) fn motions(&self) -> Vec<Over> {
+        let mut found = Vec::new();
+        let mut known = HashSet::new();
+        let mut add = |found: &mut Vec<Over>, over: Over| {
+            let numbers = over.motion.to_cols_array();
+            let key = numbers.map(|number| (number / SAME).round() as i64);
+            if known.insert((over.object, key)) {
+                found.push(over);
+            }
+        };
+        for &halfedge in &self.surface.glued {
+            let object = self.surface.triangles[(halfedge / 3) as usize].object;
+            let motion = self.motion_over(halfedge);
+            add(&mut found, Over { object, motion });
+        }
+        let single = found.clone();
+        if single.len() <= FEW {
+            for a in &single {
+                for b in single.iter().filter(|b| b.object == a.object) {
+                    let motion = a.motion * b.motion;
+                    add(&mut found, Over { motion, ..*a });
+                }
+            }
+        }
+        found
+    }
+
+    /// Carries the triangle behind a glued half-edge to this side, into the plane of this triangle.
+    fn motion_over(&self, halfedge: u32) -> DAffine3 {
+        // Along the edge, into this triangle, and its normal.
+        let frame = |halfedge: u32| {
+            let (triangle, k) = (halfedge / 3, halfedge % 3);
+            let [start, end, third] =
+                [k, (k + 1) % 3, (k + 2) % 3].map(|k| self.corner(triangle, k));
+            let along = (end - start).normalize_or(DVec3::X);
+            let normal = along.cross(third - start);
+            let normal = normal.normalize_or(along.any_orthonormal_vector());
+            (start, end, along, normal)
+        };
+        let (here, _, along, normal) = frame(halfedge);
+        let (_, there, against, other) = frame(self.surface.halfedges[halfedge as usize].twin);
+        let matrix =
+            |along: DVec3, normal: DVec3| DMat3::from_cols(along, normal.cross(along), normal);
+        // The twin runs the other way, so that its end is here.
+        let turn = matrix(along, normal) * matrix(-against, other).transpose();
+        DAffine3::from_mat3_translation(turn, here - turn * there)
+    }
+
     /// Does a glued edge lie between two texels that the texture has side by side? Its two sides lie apart.
     pub(super) fn is_glued_between(&self, a: u32, b: u32) -> bool {
         !self.surface.glued.is_empty() && {
             let apart = self.place(a).distance(self.place(b));
             apart > APART * 0.5 * (self.side(a) + self.side(b))
         }
+    }
+
+    /// Of the motions, the one that carries texel `b` to beside texel `a`, if any does.
+    pub(super) fn motion_between(&self, motions: &[Over], a: u32, b: u32) -> Option<DAffine3> {
+        let (at, from) = (self.place(a), self.place(b));
+        let object = self.object(a);
+        let near = APART * 0.5 * (self.side(a) + self.side(b));
+        let of_object = motions.iter().filter(|over| over.object == object);
+        let apart = of_object.map(|over| {
+            let there = over.motion.transform_point3(from);
+            (at.distance(there), over.motion)
+        });
+        let nearest = apart.min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.and_then(|(apart, motion)| (apart <= near).then_some(motion))
     }
 
     /// Does the mesh end at the triangle of this texel?

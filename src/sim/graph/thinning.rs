@@ -88,6 +88,8 @@ fn is_contractible(links: &Links, texels: &[u32]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashMap;
+
     use glam::DVec3;
 
     use super::*;
@@ -124,6 +126,7 @@ mod tests {
                 .collect(),
             sides: vec![1.0; places.len()],
             objects: vec![0; places.len()],
+            glued: HashMap::new(),
         }
     }
 
