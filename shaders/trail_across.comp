@@ -1,6 +1,6 @@
 // trail_across: where the trail crosses contacts, texels that another object covers take the trail of their place on that object, so that
 // beside the line in which two surfaces meet each one spreads into the other.
-// Reads   samples, distances and trail (gutters filled), across.
+// Reads   samples, distances, across, density, trail of owned texels.
 // Writes  trail, at covered texels. It uses the trail of texels that nothing covers alone, so no invocation uses what another one writes.
 // One invocation per sample; those of texels that nothing covers return at once.
 // Overflow: cannot happen; nothing is appended.
@@ -26,21 +26,22 @@ READS(uint, 2) across;
 READS(float, 3) trail_texels;
 WRITES(float, 4) trail_low;
 WRITES(float, 5) trail_high;
+READS(float, 6) density_texels;
 
 #include "texels.glsl"
 #include "bilinear.glsl"
 #include "across.glsl"
 
-// 1 if nothing covers a texel.
+// 1 if a texel is owned, and nothing covers it. Gutters need not be filled between passes, and may be filled from covered texels.
 float open_at(uint texel) {
-    return fetch1(distances, texel) >= params.threshold ? 1.0 : 0.0;
+    return texel_of(density, texel) > 0.0 && fetch1(distances, texel) >= params.threshold ? 1.0 : 0.0;
 }
 
 float trail_of(uint texel, float open) {
     return open > 0.0 ? texel_of(trail, texel) : 0.0;
 }
 
-// Takes the trail between the four texels round a place, as far as they are open; where all are covered, the texel keeps its own.
+// Takes the trail between the four texels round a place, as far as they are open; where none is, the texel keeps its own.
 void take(uint texel, uint place) {
     Blend blend = blend_at(unpacked_position(place, params.pitch), params.pitch);
     uint first = blend.texel;

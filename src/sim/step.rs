@@ -287,10 +287,6 @@ fn feed(s: &mut Step, plan: &Plan<'_>) {
 fn spread(s: &mut Step, plan: &Plan<'_>) {
     for _ in 1..passes(plan.settings, plan.setup) {
         diffuse(s, plan, Pass::Spreading);
-        if plan.trail_crosses() {
-            // What crosses is read between texels, gutters among them.
-            s.run(plan.seams(), plan.exchange_seams(Field::Trail));
-        }
         s.swap(Pair::Trail);
     }
     diffuse(s, plan, Pass::Last);

@@ -139,8 +139,8 @@ fn a_spot_beside_the_line_spreads_as_on_one_plane() {
     assert!(gained < -0.5 * share_beyond(1.0), "{gained}");
 }
 
-/// Would alone catch: a trail that the blend at the line makes larger or smaller, texels of the gutter or covered ones that it reads, taps
-/// behind the line that get nothing, as those that are texels apart, and passes that read gutters of the pass before.
+/// Would alone catch: a trail that the blend at the line makes larger or smaller, texels of the gutter or covered ones that it reads, and
+/// taps behind the line that get nothing, as those that are texels apart, and those of the second pass.
 #[test]
 fn a_constant_stays_constant_beside_the_line() {
     const CONSTANT: f32 = 0.7;

@@ -38,47 +38,61 @@ impl StepKernel for TrailAcross {
             distances: &s.near.distances.texels,
             across: &s.across.places.texels,
             trail: &s.trail.front,
+            density: &s.atlas.spread.density,
         }
     }
 
     fn twin(call: &Call<Self>, a: &mut Arrays) {
-        let samples = &a.setup.distance.samples;
-        trail_across(&call.params, samples, &a.distances, &a.across, &mut a.trail);
+        let inputs = TrailAcrossInputs {
+            samples: &a.setup.distance.samples,
+            distances: &a.distances,
+            across: &a.across,
+            density: &a.setup.atlas.density,
+        };
+        trail_across(&call.params, &inputs, &mut a.trail);
     }
 }
 
+/// Inputs of `trail_across`.
+#[derive(Clone, Copy)]
+pub struct TrailAcrossInputs<'a> {
+    /// Surface points under texels.
+    pub samples: &'a [SurfaceSample],
+    /// Signed distance to other objects.
+    pub distances: &'a [f32],
+    /// The place on another object where walks continue.
+    pub across: &'a [u32],
+    /// Mean texel area by each texel's own; 0 where no triangle owns it.
+    pub density: &'a [f32],
+}
+
 /// Gives covered texels the trail of their places on the other object.
-pub fn trail_across(
-    params: &TrailAcrossParams,
-    samples: &[SurfaceSample],
-    distances: &[f32],
-    across: &[u32],
-    trail: &mut [f32],
-) {
-    for sample in &samples[..params.sample_count as usize] {
+pub fn trail_across(params: &TrailAcrossParams, inputs: &TrailAcrossInputs<'_>, trail: &mut [f32]) {
+    for sample in &inputs.samples[..params.sample_count as usize] {
         let texel = sample.texel as usize;
-        let distance = distances[texel];
+        let (distance, place) = (inputs.distances[texel], inputs.across[texel]);
         let is_covered = params.deepest < distance && distance < params.threshold;
-        if !is_covered || across[texel] == NONE {
+        if !is_covered || place == NONE {
             continue;
         }
-        if let Some(value) = trail_at_open(params, distances, trail, across[texel]) {
+        if let Some(value) = trail_at_open(params, inputs, trail, place) {
             trail[texel] = value;
         }
     }
 }
 
-/// The trail between the four texels round a place, as far as they are open; none where all are covered.
+/// The trail between the four texels round a place, as far as they are owned and nothing covers them; none where no texel is so.
 fn trail_at_open(
     params: &TrailAcrossParams,
-    distances: &[f32],
+    inputs: &TrailAcrossInputs<'_>,
     trail: &[f32],
     place: u32,
 ) -> Option<f32> {
     let (first, way) = blend_at(unpacked_position(place, params.pitch), params.pitch);
     let below = first + params.pitch as usize;
     let texels = [first, first + 1, below, below + 1];
-    let open = texels.map(|texel| distances[texel] >= params.threshold);
+    let open = texels
+        .map(|texel| inputs.density[texel] > 0.0 && inputs.distances[texel] >= params.threshold);
     let rest = way.map(|way| 1.0 - way);
     let weights = [
         rest[0] * rest[1],
