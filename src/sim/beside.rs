@@ -180,7 +180,7 @@ struct Growth {
     occupants: Vec<u32>,
     nursery: Vec<u32>,
     births: Vec<u32>,
-    cradles: Vec<u32>,
+    parents: Vec<u32>,
     id_marks: Vec<u32>,
     ids_before: Vec<u32>,
 }
@@ -223,7 +223,7 @@ impl Everything {
                 occupants: ctx.download(&growth.occupants)?,
                 nursery: ctx.download(&growth.nursery)?,
                 births: ctx.download(&growth.births)?,
-                cradles: ctx.download(&growth.cradles)?,
+                parents: ctx.download(&growth.parents)?,
                 id_marks: ctx.download(&growth.id_marks)?,
                 ids_before: ctx.download(&growth.ids_before)?,
             },
@@ -286,7 +286,7 @@ impl Everything {
                 occupants: a.occupants.clone(),
                 nursery: a.nursery.clone(),
                 births: a.births.clone(),
-                cradles: a.cradles.clone(),
+                parents: a.parents.clone(),
                 id_marks: a.id_marks.clone(),
                 ids_before: a.ids_before.clone(),
             },
@@ -372,8 +372,12 @@ impl Everything {
         // Each birth has its place in this list by an id. What lies behind the last one is of earlier steps.
         if runs(&["divide_list", "divide_begin"]) {
             let born = growth.population[0].born as usize;
-            let born = born.min(growth.cradles.len());
-            add("cradles", CELLS, growth.cradles[..born].to_vec());
+            let born = born.min(growth.parents.len());
+            // They are slots, whose order differs from engine to engine.
+            let ids = growth.parents[..born]
+                .iter()
+                .map(|&slot| self.particles[slot as usize].id);
+            add("parents", CELLS, ids.collect());
         }
         // `divide` writes one a slot; later the slots hold other particles.
         if runs(&["divide", "divide_settle", "divide_list", "divide_begin"]) {
@@ -556,7 +560,7 @@ mod tests {
             ("divide_settle", "id marks"),
             ("divide_number", "ids before"),
             ("divide_number", "population"),
-            ("divide_list", "cradles"),
+            ("divide_list", "parents"),
             ("divide_begin", "particles"),
             ("wish", "wishes"),
             ("wish", "claims"),
