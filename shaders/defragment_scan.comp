@@ -59,7 +59,7 @@ void main() {
     bool whole = params.whole != 0u;
     uint leaving = whole ? 0u : flow[0].leaving;
     uint all = whole ? params.particle_count : flow[0].gained + leaving;
-    if (i >= all) return;
+    if (whole ? i >= params.particle_count : i >= all) return;
     uint end = min(i + params.count, all);
     // The parts of the lists are then as long as the windows.
     uint object = window_of(max(i, leaving) - leaving, whole);

@@ -120,11 +120,11 @@ fn particles_enter_a_ball_over_a_glued_side() {
         let mut settings = straight(mesh, [1.0, 0.0, 0.0]).settings;
         settings.objects.push(ObjectSettings {
             mesh: "builtin:icosphere?subdivisions=3".to_owned(),
-            position: [-1.0, 0.0, 0.0],
+            position: [-1.22, 0.0, 0.0],
             scale: 0.3,
             ..ObjectSettings::default()
         });
-        settings.particles.count = 20_000;
+        settings.particles.count = 40_000;
         settings.atlas.size = 256;
         let scene = Scene::from_settings("both".to_owned(), settings, ".".into()).unwrap();
         let mut twin = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings.clone());
@@ -139,9 +139,9 @@ fn particles_enter_a_ball_over_a_glued_side() {
         let after = objects(&twin);
         let mut count = 0;
         for (id, (from, _)) in places.iter().enumerate() {
-            // A step from here ends at least 0.05 inside the ball, and two texels beyond the side: nearer to it, distances that are read
-            // between texels are mixed with those at the other side.
-            if before[id] == 0 && from.x > 0.97 && from.z.abs() < 0.2 {
+            // A step from here ends inside the ball, 0.03 to 0.1 deep, where places on it are found, and two texels beyond the side: nearer
+            // to it, distances that are read between texels are mixed with those at the other side.
+            if before[id] == 0 && from.x > 0.97 && from.z.abs() < 0.1 {
                 assert_eq!(after[id], u32::from(is_periodic), "{from}");
                 count += 1;
             }
