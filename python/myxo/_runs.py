@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 Run = Callable[..., Mapping[str, Any]]
+# A row, fields as the bytes of an NPZ file, and a picture as the bytes of a PNG, or why there is none.
+Result = tuple[dict[str, Any], bytes | None, bytes | str | None]
 
 
 def begin_worker(threads: int | None) -> None:
@@ -18,13 +20,13 @@ def begin_worker(threads: int | None) -> None:
         os.environ.setdefault("RAYON_NUM_THREADS", str(threads))
 
 
-def do(job: Mapping[str, Any]) -> tuple[dict[str, Any], bytes | None, bytes | None]:
-    """Does a run: its row, its fields as an NPZ file, and its picture as a PNG. What fails is a row with its error."""
+def do(job: Mapping[str, Any]) -> Result:
+    """Does a run. What fails is a row with its error; if only the picture fails, the row and the fields have none."""
     row: dict[str, Any] = {}
     begun = time.perf_counter()
     fields: dict[str, Any] = {}
     file: bytes | None = None
-    picture: bytes | None = None
+    picture: bytes | str | None = None
     try:
         from ._myxo import encode_png
         from ._simulation import Simulation
@@ -53,15 +55,22 @@ def do(job: Mapping[str, Any]) -> tuple[dict[str, Any], bytes | None, bytes | No
                     row[name] = value.item() if hasattr(value, "item") else value
             if job["picture"] is not None:
                 width, height = job["picture"]
-                picture = encode_png(sim.render(width, height))
+                try:
+                    picture = encode_png(sim.render(width, height))
+                except Exception as error:  # The picture alone is missing.
+                    picture = _text(error)
         file = packed(fields)
         row["error"] = None
     except Exception as error:  # A row says what went wrong, and the sweep goes on.
-        text = error.args[0] if isinstance(error, KeyError) and error.args else error
-        row["error"] = f"{type(error).__name__}: {text}"
+        row["error"] = _text(error)
         picture = None
     row["seconds"] = round(time.perf_counter() - begun, 3)
     return row, file, picture
+
+
+def _text(error: Exception) -> str:
+    text = error.args[0] if isinstance(error, KeyError) and error.args else error
+    return f"{type(error).__name__}: {text}"
 
 
 def packed(fields: Mapping[str, Any]) -> bytes | None:

@@ -9,6 +9,7 @@ import io
 import json
 import math
 import multiprocessing
+import operator
 import os
 import shutil
 import sys
@@ -33,10 +34,6 @@ class Row(Protocol):
     def __getitem__(self, key: str, /) -> Any: ...
 
 
-# A row, and fields and a picture as the bytes of files.
-_Result = tuple[dict[str, Any], bytes | None, bytes | None]
-# The longest side of a picture, pixels.
-LONGEST_SIDE = 16384
 # A run whose process dies is begun again alone so often.
 ATTEMPTS = 3
 # An executor without futures of the standard library is asked this often, seconds.
@@ -58,7 +55,7 @@ def sweep(
     settings: Mapping[str, Any] | None = None,
     fields: Sequence[str] = (),
     store: str = "npz",
-    picture: Sequence[int] | None = None,
+    picture: str | Sequence[int] | None = None,
     executor: Any = None,
     workers: int | None = None,
     device: str | int | None = None,
@@ -96,8 +93,9 @@ def sweep(
         How they are kept: `npz`, a file for each run, or `zarr`, a folder for each run with arrays in chunks, of which parts can be
         read; `particles` become an array for each member, such as `particles.position`.
     picture
-        Width and height: each run writes a picture, `pictures/KEY.png`, in the view of the scene; in place of the size in a study file. A
-        run without it is done again; if only the picture fails then, the row stays, and a warning says why.
+        Width and height, `(240, 240)` or `"240x240"`: each run writes a picture, `pictures/KEY.png`, in the view of the scene; in place of
+        the size in a study file. A run without it is done again. If only the picture fails, row and fields stay, a warning says why, and
+        so does `pictures/KEY.json`; it is tried again by `retry`.
         The program's `myxo sweep` draws a sheet of those of a study file with a grid.
     executor
         Anything with the `submit` of `concurrent.futures.Executor`, such as Dask's `client.get_executor()`, mpi4py's `MPIPoolExecutor` or
@@ -110,7 +108,7 @@ def sweep(
     shard
         `(i, n)`: only each n-th run from the i-th on, counted from 0, for job arrays that share the folder.
     retry
-        Runs failed runs again.
+        Runs failed runs again, and those whose picture could not be drawn.
     progress
         Shows how far it is.
 
@@ -147,24 +145,27 @@ def sweep(
     try:
         own = jobs[number::of]
         missing = [job for job in own if not folder.is_done(job["key"], retry, job["picture"])]
+        if missing and missing[0]["picture"] is not None:
+            _check_pictures(missing, executor)
         results = _results(missing, executor, workers, progress)
         bar = _Progress(len(own), len(own) - len(missing)) if progress and missing else None
         try:
             for job, (row, packed, drawn) in results:
-                if row["error"] is not None and folder.is_done(job["key"], True, None):
-                    # A run with a good row is done again for its picture alone.
-                    said = f"run {job['number']} has no picture, and its row stays: {row['error']}"
-                    warnings.warn(said, RuntimeWarning, stacklevel=2)
-                    if bar:
-                        bar.step(row["error"])
-                    continue
-                whole = {"run": job["number"], "seed": job["seed"], **job["point"], **row, "key": job["key"]}
-                if packed is not None and store == "zarr":
-                    _write_zarr(Path(out), job["key"], packed)
-                    packed = None
-                if drawn is not None:
+                # A good row stays if its run, done again for the picture, fails.
+                stays = row["error"] is not None and folder.is_done(job["key"], True, None)
+                if stays:
+                    drawn = row["error"]
+                if isinstance(drawn, str):
+                    warnings.warn(f"run {job['number']} has no picture: {drawn}", RuntimeWarning, stacklevel=2)
+                    folder.keep_undrawn(job["key"], job["picture"], drawn)
+                elif drawn is not None:
                     folder.keep_picture(job["key"], drawn)
-                folder.keep(job["key"], _plain(whole), packed)
+                if not stays:
+                    whole = {"run": job["number"], "seed": job["seed"], **job["point"], **row, "key": job["key"]}
+                    if packed is not None and store == "zarr":
+                        _write_zarr(Path(out), job["key"], packed)
+                        packed = None
+                    folder.keep(job["key"], _plain(whole), packed)
                 if bar:
                     bar.step(row["error"])
         finally:
@@ -264,13 +265,16 @@ def _jobs(
     return jobs
 
 
-def _size(picture: Sequence[int] | None) -> list[int] | None:
-    """Width and height of pictures."""
-    if picture is None:
-        return None
-    size = [int(side) for side in picture]
-    if len(size) != 2 or min(size) < 1 or max(size) > LONGEST_SIDE:
-        raise ValueError(f"picture is (width, height), each from 1 to {LONGEST_SIDE} pixels, not {picture}")
+def _size(picture: str | Sequence[int]) -> list[int]:
+    """Width and height of pictures, of numbers or of a text as in study files."""
+    try:
+        text = picture if isinstance(picture, str) else "x".join(str(operator.index(side)) for side in picture)
+        size = _myxo.picture_size(text)
+    except TypeError:
+        size = None
+    if size is None:
+        sides = f"whole numbers from 1 to {_myxo.LONGEST_SIDE}"
+        raise ValueError(f'picture is (width, height) or a text such as "240x240", in pixels: {sides}, not {picture!r}')
     return size
 
 
@@ -333,7 +337,7 @@ class _Died(Exception):
 
 def _results(
     jobs: list[dict[str, Any]], executor: Any, workers: int | None, says: bool
-) -> Generator[tuple[dict[str, Any], _Result], None, None]:
+) -> Generator[tuple[dict[str, Any], _runs.Result], None, None]:
     waiting = deque(jobs)
     if executor is not None:
         try:
@@ -372,6 +376,19 @@ def _processes(jobs: list[dict[str, Any]]) -> tuple[int, bool]:
     return _myxo.processes(path, table, meshes, folder, preset, settings, device, jobs[0].get("picture"))
 
 
+def _check_pictures(jobs: list[dict[str, Any]], executor: Any) -> None:
+    """Refuses pictures that no run could draw. Executors of other machines have devices of their own, which are not asked."""
+    job = jobs[0]
+    pools = (concurrent.futures.ThreadPoolExecutor, concurrent.futures.ProcessPoolExecutor)
+    here = executor is None or isinstance(executor, pools)
+    # Functions may choose a view, and do other steps.
+    one_view = job["run"] is None and not any("picture.show" in other["point"] for other in jobs)
+    device = None if job["device"] is None else str(job["device"])
+    path, table, meshes, folder, preset = source(job["scene"], job["preset"])
+    settings = with_files(job["settings"])
+    _myxo.check_pictures(path, table, meshes, folder, preset, settings, device, job["steps"], job["picture"], one_view, here)
+
+
 def _pool(count: int, threads: int | None) -> concurrent.futures.ProcessPoolExecutor:
     # A process that has a device open cannot be forked.
     context = multiprocessing.get_context("spawn")
@@ -380,7 +397,7 @@ def _pool(count: int, threads: int | None) -> concurrent.futures.ProcessPoolExec
     )
 
 
-def _alone(job: dict[str, Any], threads: int | None) -> _Result:
+def _alone(job: dict[str, Any], threads: int | None) -> _runs.Result:
     for _ in range(ATTEMPTS):
         with _pool(1, threads) as pool:
             try:
@@ -392,7 +409,7 @@ def _alone(job: dict[str, Any], threads: int | None) -> _Result:
 
 def _from(
     executor: Any, waiting: deque[dict[str, Any]], most: int | None
-) -> Iterator[tuple[dict[str, Any], _Result]]:
+) -> Iterator[tuple[dict[str, Any], _runs.Result]]:
     """The results of jobs in the order in which they end; at most so many are under way."""
     pending: dict[Any, dict[str, Any]] = {}
     try:

@@ -6,7 +6,7 @@ use clap::Args;
 use glam::UVec2;
 use myxo::export::{NetworkFile, NetworkFormat};
 use myxo::plain_text::{Shown as _, escaped};
-use myxo::render::offscreen::{self, Offscreen};
+use myxo::render::offscreen::{self, Offscreen, too_large};
 use myxo::render::output::write_png;
 use myxo::render::{Renderer, View, draw_network};
 use myxo::sim::Snapshot;
@@ -16,7 +16,6 @@ use serde_json::json;
 
 use super::files::{Sink, check_distinct};
 use super::options::{CommonOptions, Size};
-use super::render::too_large;
 use super::report::hash_text;
 use super::session::Session;
 use super::{Command, Outcome, interrupt};

@@ -5,19 +5,17 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use image::RgbaImage;
-use myxo::gpu::GpuError;
 use myxo::plain_text::{Shown as _, escaped};
 use myxo::render::exposure::Exposure;
 use myxo::render::lens;
 use myxo::render::mean::{self, Mean};
-use myxo::render::offscreen::{self, Offscreen};
+use myxo::render::offscreen::{self, Offscreen, too_large};
 use myxo::render::pick;
 use myxo::render::view::{self, View};
 use myxo::render::{draw_network, renderer::Renderer};
 use myxo::scene::Scene;
 use myxo::scene::settings::{Part, Show};
 use myxo::sim::graph::network_of;
-use myxo::sim::memory;
 use myxo::{Error, Result};
 
 use super::files::{Sink, check_distinct};
@@ -469,18 +467,4 @@ fn side_by_side(left: &RgbaImage, right: &RgbaImage) -> RgbaImage {
     image::imageops::replace(&mut both, left, 0, 0);
     image::imageops::replace(&mut both, right, i64::from(left.width()), 0);
     both
-}
-
-/// The error for a picture that the device cannot hold, with advice: `option` is what says its size.
-pub(super) fn too_large([width, height]: [u32; 2], option: &str, error: GpuError) -> Error {
-    match error {
-        GpuError::OutOfMemory { object, size, .. } => Error::Invalid(format!(
-            "the device has no room for a picture of {width} x {height} ({object} alone takes {}): use a smaller {option}",
-            memory::human(size)
-        )),
-        error @ GpuError::TooLarge { .. } => Error::Invalid(format!(
-            "a picture of {width} x {height} is too large: {error}: use a smaller {option}"
-        )),
-        error => Error::Gpu(error),
-    }
 }

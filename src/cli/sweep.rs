@@ -4,7 +4,7 @@
 
 mod sheet;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command as Process, Stdio};
@@ -17,22 +17,21 @@ use std::{thread, vec};
 use clap::Args;
 use myxo::gpu::{Context, ContextOptions, DeviceKind, default_cache_folder};
 use myxo::plain_text::{Shown as _, escaped};
-use myxo::render::Offscreen;
 use myxo::sweep::{
-    Finished, Folder, Job, Row, Shard, Study, check_keys, largest, processes, threads,
+    Finished, Folder, Job, Picture, Row, Shard, Study, check_keys, check_pictures, largest,
+    processes, threads,
 };
 use myxo::{Error, Result};
 use serde::{Deserialize, Serialize};
 
 use super::progress::Progress;
-use super::render::too_large;
 use super::{Command, Outcome, interrupt};
 use crate::console;
 use sheet::Sheet;
 
 /// A run whose process dies is begun again until it was tried so often.
 const ATTEMPTS: usize = 3;
-/// So many errors of runs are printed; all are in the table.
+/// So many errors of runs are printed; all are in the folder.
 const PRINTED: usize = 5;
 
 /// Run a scene at many points of its parameters, and write a table of them
@@ -44,7 +43,9 @@ const PRINTED: usize = 5;
 /// With `picture` in the study each run also writes a picture, pictures/KEY.png, and a grid a sheet of them, sheet.png: its first parameter
 /// changes from row to row, its last one from column to column.
 ///
-/// Exits 1 if a run has failed, or if only its picture could not be drawn.
+/// A picture that cannot be drawn leaves its run's row as it is, and is not tried again, unless by --retry.
+///
+/// Exits 1 if a run has failed, or has no picture.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -84,7 +85,7 @@ pub struct Sweep {
     /// Only each N-th run from the I-th on, counted from 0: all shards share a folder
     #[arg(long, value_name = "I/N")]
     shard: Option<Part>,
-    /// Runs failed runs again
+    /// Runs failed runs again, and those whose picture could not be drawn
     #[arg(long)]
     retry: bool,
     /// Computes on this device: its number or a part of its name, as `myxo info` lists them
@@ -125,8 +126,6 @@ impl Command for Sweep {
             .map_err(|error| Error::Invalid(format!("{}: {error}", self.study.shown())))?;
         let (fixed, jobs) = study.jobs()?;
         let sheet = Sheet::of(&study, &jobs);
-        let why_none = sheet.as_ref().and_then(Sheet::too_large);
-        let sheet = sheet.filter(|_| why_none.is_none());
         let runs = jobs
             .iter()
             .map(|job| (job.key.clone(), job.number))
@@ -140,7 +139,10 @@ impl Command for Sweep {
                 missing.push(job.clone());
             }
         }
-        let mut done = Done::default();
+        if let Some(problem) = sheet.as_ref().and_then(Sheet::too_large) {
+            console::message(&problem);
+        }
+        let mut problems = Problems::default();
         if !missing.is_empty() {
             interrupt::install_with("waiting for the runs under way", || {})?;
             let workers = self.workers(&missing)?;
@@ -153,25 +155,11 @@ impl Command for Sweep {
                 workers.count,
                 if workers.count == 1 { "" } else { "es" }
             ));
-            if let Some(why) = &why_none {
-                console::message(why);
-            }
-            let result = workers.run(missing, |Finished { row, picture }| {
+            let result = workers.run(missing, |finished| {
                 progress.step();
-                let key = row
-                    .get("key")
-                    .and_then(|key| key.as_str())
-                    .unwrap_or_default();
-                // A run with a good row is done again for its picture alone.
-                if row.failed() && folder.has(key, true)? {
-                    done.count_without_picture(key, &row, &progress);
-                    return Ok(());
-                }
-                done.count(&row, &progress);
-                if let Some(picture) = &picture {
-                    folder.keep_picture(key, picture)?;
-                }
-                folder.keep(key, &row, None)
+                keep(&folder, finished, study.picture, |run, problem| {
+                    problems.print(run, problem, &progress);
+                })
             });
             progress.finish();
             // What is done is in the table, whatever ended the sweep.
@@ -179,7 +167,10 @@ impl Command for Sweep {
             result?;
             written?;
         }
-        self.end(&folder, &jobs, &runs, &done, sheet.as_ref())
+        if problems.count > PRINTED {
+            console::message(&format!("and {} more errors", problems.count - PRINTED));
+        }
+        self.end(&folder, &jobs, &runs, study.picture, sheet.as_ref())
     }
 }
 
@@ -188,18 +179,22 @@ impl Sweep {
     fn workers(&self, jobs: &[Job]) -> Result<Workers> {
         let ctx = open(self.device.clone())?;
         let info = ctx.info();
-        if let Some(size) = jobs[0].picture {
+        let largest = Job {
+            point: largest(jobs.iter().map(|job| &job.point)),
+            ..jobs[0].clone()
+        };
+        // A scene that cannot be loaded is a row with its error.
+        let is_needed = self.workers.is_none() || largest.picture.is_some();
+        let scene = is_needed.then(|| largest.scene().ok()).flatten();
+        if let Some(size) = largest.picture {
+            let has_one_view = |job: &Job| job.point.get("picture.show").is_none();
+            let seen = scene.as_ref().filter(|_| jobs.iter().all(has_one_view));
             let option = format!("`picture` in {}", self.study.shown());
-            Offscreen::new(&ctx, size).map_err(|error| too_large(size, &option, error))?;
+            check_pictures(Some(&ctx), seen, largest.steps, size, &option)?;
         }
         let fitting = || {
-            let largest = Job {
-                point: largest(jobs.iter().map(|job| &job.point)),
-                ..jobs[0].clone()
-            };
-            // A scene that cannot be loaded is a row with its error.
-            let scene = largest.scene();
-            scene.map_or(1, |scene| processes(info, &scene, largest.picture))
+            let scene = scene.as_ref();
+            scene.map_or(1, |scene| processes(info, scene, largest.picture))
         };
         let count = self.workers.map_or_else(fitting, usize::from);
         let count = count.min(jobs.len());
@@ -216,23 +211,24 @@ impl Sweep {
         folder: &Folder,
         jobs: &[Job],
         runs: &HashMap<String, usize>,
-        done: &Done,
+        picture: Option<[u32; 2]>,
         sheet: Option<&Sheet>,
     ) -> Result<Outcome> {
-        let (mut there, mut failed) = (0, 0);
+        let (mut done, mut failed, mut without) = (0, 0, 0);
         for job in jobs {
-            let is_without = done.without_picture.contains(&job.key);
-            if is_without || folder.is_done(&job.key, job.picture, false)? {
-                there += 1;
-                failed += usize::from(!folder.has(&job.key, true)?);
+            if !folder.is_done(&job.key, job.picture, false)? {
+                continue;
+            }
+            done += 1;
+            if !folder.has(&job.key, true)? {
+                failed += 1;
+            } else if picture.is_some_and(|size| !folder.has_picture(&job.key, size)) {
+                without += 1;
             }
         }
-        if done.failed > PRINTED {
-            console::message(&format!("and {} more errors", done.failed - PRINTED));
-        }
-        if there < jobs.len() {
+        if done < jobs.len() {
             console::message(&format!(
-                "{there} of {} runs are done: the same command goes on",
+                "{done} of {} runs done: the same command goes on",
                 jobs.len()
             ));
             return Ok(Outcome::Interrupted);
@@ -241,21 +237,21 @@ impl Sweep {
         let files = folder.write_table(runs)?;
         let failures = match failed {
             0 => String::new(),
-            failed => format!(", {failed} of which have an error (--retry runs them again)"),
+            failed => format!(", {failed} failed (--retry)"),
         };
-        let without = match done.without_picture.len() {
+        let lacking = match without {
             0 => String::new(),
-            without => format!(", {without} of which have no picture"),
+            without => format!(", {without} without a picture (--retry)"),
         };
         let files = files.each_ref().map(|file| file.shown());
         console::message(&format!(
-            "{there} runs are done{failures}{without}: {} and {}",
+            "{done} runs done{failures}{lacking}: {} and {}",
             files[0], files[1]
         ));
         if let Some(sheet) = sheet {
             draw(sheet, folder, runs)?;
         }
-        Ok(if failed + done.without_picture.len() > 0 {
+        Ok(if failed + without > 0 {
             Outcome::Failed
         } else {
             Outcome::Done
@@ -263,54 +259,81 @@ impl Sweep {
     }
 }
 
-/// Draws the sheet, once all runs of the study are there; other shards may still do theirs.
-fn draw(sheet: &Sheet, folder: &Folder, runs: &HashMap<String, usize>) -> Result<()> {
-    for key in runs.keys() {
-        if !folder.has(key, false)? {
-            return Ok(());
+/// Keeps what a run leaves, and says by `print` what is wrong with it: the number of the run, and the problem.
+fn keep(
+    folder: &Folder,
+    Finished { row, picture }: Finished,
+    size: Option<[u32; 2]>,
+    mut print: impl FnMut(u64, &str),
+) -> Result<()> {
+    let text = |name| row.get(name).and_then(|value| value.as_str());
+    let key = text("key").unwrap_or_default();
+    let run = row.get("run").and_then(|run| run.as_u64());
+    let mut print = |problem: &str| print(run.unwrap_or_default(), problem);
+    // A good row stays if its run, done again for the picture, fails.
+    let stays = row.failed() && folder.has(key, true)?;
+    let error = text("error").unwrap_or_default();
+    let picture = match picture {
+        _ if stays => Some(Err(error.to_owned())),
+        picture => picture,
+    };
+    match (picture, size) {
+        (Some(Ok(png)), _) => folder.keep_picture(key, &png)?,
+        (Some(Err(why)), Some(size)) => {
+            print(&format!("no picture: {why}"));
+            folder.keep_undrawn(key, size, &why)?;
         }
+        _ => {}
+    }
+    if stays {
+        return Ok(());
+    }
+    if row.failed() {
+        print(error);
+    }
+    folder.keep(key, &row, None)
+}
+
+/// Draws the sheet, or says why there is none; of one that is too large that was said at the beginning.
+fn draw(sheet: &Sheet, folder: &Folder, runs: &HashMap<String, usize>) -> Result<()> {
+    let mut rows = 0;
+    for key in runs.keys() {
+        rows += usize::from(folder.has(key, false)?);
+    }
+    if sheet.too_large().is_some() {
+        // One that is there is of other runs, or of pictures of another size.
+        return folder.remove_sheet();
+    }
+    if rows < runs.len() {
+        console::message(&format!(
+            "no sheet.png yet: {rows} of the study's {} runs are done; the last shard draws it",
+            runs.len()
+        ));
+        return folder.remove_sheet();
     }
     // Runs of another shard may be from a time when the study had no pictures.
-    if sheet.is_ready(folder)? {
-        let file = folder.keep_sheet(&sheet.png(folder)?)?;
-        console::message(&format!("a sheet of their pictures: {}", file.shown()));
+    if !sheet.is_ready(folder)? {
+        console::message(
+            "no sheet.png: runs of other shards have no pictures yet: the same command for those shards draws them",
+        );
+        return folder.remove_sheet();
     }
+    let file = folder.keep_sheet(&sheet.png(folder)?)?;
+    console::message(&format!("a sheet of their pictures: {}", file.shown()));
     Ok(())
 }
 
-/// What has come of the runs.
+/// What is wrong with runs; the first few are printed.
 #[derive(Default)]
-struct Done {
-    failed: usize,
-    /// The keys of runs whose rows were good, and whose pictures could not be drawn.
-    without_picture: HashSet<String>,
+struct Problems {
+    count: usize,
 }
 
-impl Done {
-    fn count(&mut self, row: &Row, progress: &Progress) {
-        if row.failed() {
-            self.say("", row, progress);
-        }
-    }
-
-    /// A run that was done again for its picture, in vain.
-    fn count_without_picture(&mut self, key: &str, row: &Row, progress: &Progress) {
-        self.without_picture.insert(key.to_owned());
-        self.say("there is no picture, and its row stays: ", row, progress);
-    }
-
-    fn say(&mut self, what: &str, row: &Row, progress: &Progress) {
-        self.failed += 1;
-        if self.failed <= PRINTED {
-            let run = row
-                .get("run")
-                .and_then(|run| run.as_u64())
-                .unwrap_or_default();
-            let error = row
-                .get("error")
-                .and_then(|error| error.as_str())
-                .unwrap_or_default();
-            progress.say(&format!("run {run}: {what}{}", escaped(error)));
+impl Problems {
+    fn print(&mut self, run: u64, problem: &str, progress: &Progress) {
+        self.count += 1;
+        if self.count <= PRINTED {
+            progress.say(&format!("run {run}: {}", escaped(problem)));
         }
     }
 }
@@ -336,7 +359,7 @@ impl Workers {
     fn run(&self, jobs: Vec<Job>, mut keep: impl FnMut(Finished) -> Result<()>) -> Result<()> {
         let program = std::env::current_exe().map_err(Error::io("find", "myxo"))?;
         let jobs = Mutex::new(jobs.into_iter());
-        let (send, finished) = channel();
+        let (send, results) = channel();
         let stop = Mutex::new(None);
         thread::scope(|scope| {
             for _ in 0..self.count {
@@ -345,8 +368,8 @@ impl Workers {
                 scope.spawn(move || self.work(program, jobs, stop, &send));
             }
             drop(send);
-            for run in finished {
-                let kept = run.and_then(&mut keep);
+            for result in results {
+                let kept = result.and_then(&mut keep);
                 if let Err(error) = kept {
                     stop.lock()
                         .unwrap_or_else(PoisonError::into_inner)
@@ -374,20 +397,20 @@ impl Workers {
             }
             let next = jobs.lock().unwrap_or_else(PoisonError::into_inner).next();
             let Some(job) = next else { break };
-            let run = match self.finished(program, &mut worker, &job) {
+            let result = match self.attempt(program, &mut worker, &job) {
                 Ok(None) => break,
                 Ok(Some(finished)) => Ok(finished),
                 Err(error) => Err(error),
             };
-            let is_error = run.is_err();
-            if send.send(run).is_err() || is_error {
+            let is_error = result.is_err();
+            if send.send(result).is_err() || is_error {
                 break;
             }
         }
     }
 
     /// What a job leaves; none if its process has died and the sweep is to end. Fails only if no process can be begun.
-    fn finished(
+    fn attempt(
         &self,
         program: &Path,
         worker: &mut Option<Worker>,
@@ -449,8 +472,8 @@ impl Workers {
 #[derive(Debug, Serialize, Deserialize)]
 struct Answer {
     row: Row,
-    /// How many bytes.
-    picture: Option<usize>,
+    /// How many bytes, or why there is none.
+    picture: Option<Result<usize, String>>,
 }
 
 /// A process that does one run after the other.
@@ -482,14 +505,16 @@ impl Worker {
         let mut line = String::new();
         self.from.read_line(&mut line)?;
         let Answer { row, picture } = serde_json::from_str(&line)?;
-        let picture = picture.map(|length| {
+        let mut read = |length| {
             let mut bytes = vec![0; length];
             self.from.read_exact(&mut bytes).map(|()| bytes)
-        });
-        Ok(Finished {
-            row,
-            picture: picture.transpose()?,
-        })
+        };
+        let picture = match picture {
+            Some(Ok(length)) => Some(Ok(read(length)?)),
+            Some(Err(why)) => Some(Err(why)),
+            None => None,
+        };
+        Ok(Finished { row, picture })
     }
 }
 
@@ -535,16 +560,17 @@ impl Command for SweepWorker {
                 },
             };
             // After an error the device may be lost: the next run opens it again.
-            if row.failed() {
+            if row.failed() || matches!(picture, Some(Err(_))) {
                 ctx = None;
             }
+            let length = |picture: &Picture| picture.as_ref().map(Vec::len).map_err(Clone::clone);
             let answer = Answer {
                 row,
-                picture: picture.as_ref().map(Vec::len),
+                picture: picture.as_ref().map(length),
             };
             let answer = serde_json::to_string(&answer).expect("it is plain");
             console::print(format!("{answer}\n"))?;
-            if let Some(picture) = &picture {
+            if let Some(Ok(picture)) = &picture {
                 console::write(picture)?;
             }
         }

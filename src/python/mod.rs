@@ -24,6 +24,7 @@ fn extension(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("DeviceError", module.py().get_type::<errors::DeviceError>())?;
     module.add("NO_GO", crate::sim::areas::NO_GO)?;
     module.add("version", env!("CARGO_PKG_VERSION"))?;
+    module.add("LONGEST_SIDE", crate::sweep::LONGEST_SIDE)?;
     module.add_function(wrap_pyfunction!(scenes, module)?)?;
     module.add_function(wrap_pyfunction!(presets, module)?)?;
     module.add_function(wrap_pyfunction!(parameters, module)?)?;
@@ -36,6 +37,8 @@ fn extension(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(sweep::largest, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::processes, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::threads, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::picture_size, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::check_pictures, module)?)?;
     Ok(())
 }
 

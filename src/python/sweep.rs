@@ -103,6 +103,46 @@ pub fn processes(
     .map_err(exception)
 }
 
+/// Width and height of pictures from a text such as `240x240`; none if it is not such a text.
+#[pyfunction]
+pub fn picture_size(text: &str) -> Option<[u32; 2]> {
+    sweep::picture_size(text)
+}
+
+/// Refuses pictures that cannot be drawn, before any run: of a view that the scene cannot show after so many steps, if all runs have one
+/// view, or too large for the device, if runs are done on this machine. The other arguments are those of an engine.
+#[pyfunction]
+#[pyo3(signature = (scene, text, meshes, folder, preset, settings, device, steps, picture, one_view, here))]
+#[expect(clippy::too_many_arguments, reason = "as for an engine")]
+pub fn check_pictures(
+    py: Python<'_>,
+    scene: Option<PathBuf>,
+    text: Option<&Bound<'_, PyDict>>,
+    meshes: Vec<Option<(String, Arrays<'_>)>>,
+    folder: PathBuf,
+    preset: Option<String>,
+    settings: &Bound<'_, PyDict>,
+    device: Option<String>,
+    steps: u64,
+    picture: [u32; 2],
+    one_view: bool,
+    here: bool,
+) -> PyResult<()> {
+    let overrides = Overrides {
+        preset,
+        set: assignments(settings)?,
+        seed: None,
+    };
+    let load = scene_from(scene, text, meshes, folder, overrides)?;
+    py.detach(|| {
+        let ctx = here.then(|| open_device(device)).transpose()?;
+        // A scene that cannot be loaded is a row with its error.
+        let scene = one_view.then(|| load().ok()).flatten();
+        sweep::check_pictures(ctx.as_ref(), scene.as_ref(), steps, picture, "`picture`")
+    })
+    .map_err(exception)
+}
+
 /// The folder of a sweep, until it is closed.
 #[pyclass(module = "myxo._myxo", frozen)]
 pub struct Folder {
@@ -139,7 +179,8 @@ impl Folder {
         })
     }
 
-    /// Is there a row of this run, and if `picture`, a size, is given, its picture? With `retry`, a row without an error?
+    /// Is there a row of this run, and if `picture`, a size, is given, its picture or a note that it could not be drawn? With `retry`, a
+    /// row without an error, and a picture?
     #[pyo3(signature = (key, retry, picture))]
     fn is_done(
         &self,
@@ -154,6 +195,11 @@ impl Folder {
     /// Writes the picture of a run, a PNG, before its row.
     fn keep_picture(&self, py: Python<'_>, key: &str, png: &[u8]) -> PyResult<()> {
         self.with(py, |folder| folder.keep_picture(key, png))
+    }
+
+    /// Writes why the picture of a run could not be drawn in this size, before its row.
+    fn keep_undrawn(&self, py: Python<'_>, key: &str, size: [u32; 2], error: &str) -> PyResult<()> {
+        self.with(py, |folder| folder.keep_undrawn(key, size, error))
     }
 
     /// Writes the row of a run, as JSON, after its fields, which are an NPZ file.

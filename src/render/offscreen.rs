@@ -6,7 +6,9 @@ use image::RgbaImage;
 
 use super::colormap::{linear_from_srgb, srgb_from_linear};
 use super::renderer::{Canvas, Quality};
+use crate::error::Error;
 use crate::gpu::{Buffer, Context, Domain, Format, GpuError, Recorder};
+use crate::sim::memory;
 
 /// The format of offscreen pictures: red first, as files have it, and sRGB.
 pub const FORMAT: Format = Format::Rgba8Srgb;
@@ -23,6 +25,21 @@ pub fn unmultiply(picture: &mut RgbaImage) {
             let light = linear_from_srgb(f32::from(*channel) / 255.0) / alpha;
             *channel = (255.0 * srgb_from_linear(light)).round() as u8;
         }
+    }
+}
+
+/// The error for a picture that the device cannot hold, with advice: `option` is what says its size.
+#[must_use]
+pub fn too_large([width, height]: [u32; 2], option: &str, error: GpuError) -> Error {
+    match error {
+        GpuError::OutOfMemory { object, size, .. } => Error::Invalid(format!(
+            "the device has no room for a picture of {width} x {height} ({object} alone takes {}): use a smaller {option}",
+            memory::human(size)
+        )),
+        error @ GpuError::TooLarge { .. } => Error::Invalid(format!(
+            "a picture of {width} x {height} is too large: {error}: use a smaller {option}"
+        )),
+        error => Error::Gpu(error),
     }
 }
 

@@ -2,9 +2,12 @@
 
 use std::collections::HashMap;
 use std::fs::{self, File, TryLockError};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use image::{ImageFormat, RgbImage};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::row::Row;
@@ -57,6 +60,14 @@ impl Shard {
             .step_by(self.of)
             .collect()
     }
+}
+
+/// What stands in a folder in place of a picture that could not be drawn.
+#[derive(Debug, Serialize, Deserialize)]
+struct Undrawn {
+    /// Of the picture, pixels.
+    size: [u32; 2],
+    error: String,
 }
 
 /// The folder of a sweep. As long as this is kept, no other process can claim it for the same shard, or, if this is a whole sweep, at all.
@@ -126,17 +137,32 @@ impl Folder {
         Ok(file.exists() && !(retry && read_row(&file)?.failed()))
     }
 
-    /// As [`has`](Self::has), and if runs have pictures of this size: is there that of this run, too? A run with an error needs none. A
-    /// run without its picture is not done: it is run again, and its row is written again, unless it fails then.
+    /// As [`has`](Self::has), and if runs have pictures of this size: is there that of this run, too, or, without `retry`, a note that it
+    /// could not be drawn? A run with an error needs none. A run without its picture is not done: it is run again, and its row is written
+    /// again, unless it fails then.
     ///
     /// # Errors
-    /// When a row cannot be read.
+    /// When a row or a note cannot be read.
     pub fn is_done(&self, key: &str, picture: Option<[u32; 2]>, retry: bool) -> Result<bool> {
         if !self.has(key, retry)? {
             return Ok(false);
         }
         let Some(size) = picture else { return Ok(true) };
-        Ok(self.has_picture(key, size) || read_row(&self.row_file(key))?.failed())
+        Ok(self.has_picture(key, size)
+            || (!retry && self.undrawn(key, size)?)
+            || read_row(&self.row_file(key))?.failed())
+    }
+
+    /// Is there a note that the picture of a run could not be drawn in this size?
+    ///
+    /// # Errors
+    /// When the note cannot be read.
+    pub fn undrawn(&self, key: &str, size: [u32; 2]) -> Result<bool> {
+        let file = self.note_file(key);
+        if !file.exists() {
+            return Ok(false);
+        }
+        Ok(read_json::<Undrawn>(&file)?.size == size)
     }
 
     /// Is there a picture of this run, of this size?
@@ -172,7 +198,19 @@ impl Folder {
     /// When the file cannot be written; then the run counts as not done.
     pub fn keep_picture(&self, key: &str, png: &[u8]) -> Result<()> {
         let file = self.picture_file(key);
-        write_whole(&file, png).map_err(Error::io("write", &file))
+        write_whole(&file, png).map_err(Error::io("write", &file))?;
+        remove(&self.note_file(key))
+    }
+
+    /// Writes that the picture of a run could not be drawn in this size, and why; before its row, as a picture.
+    ///
+    /// # Errors
+    /// When the file cannot be written; then the run counts as not done.
+    pub fn keep_undrawn(&self, key: &str, size: [u32; 2], error: &str) -> Result<()> {
+        let file = self.note_file(key);
+        let error = error.to_owned();
+        let text = serde_json::to_string(&Undrawn { size, error }).expect("it is plain");
+        write_whole(&file, text).map_err(Error::io("write", &file))
     }
 
     /// Writes the sheet of pictures, a PNG, unless it is there as it would be written; its path.
@@ -185,6 +223,14 @@ impl Folder {
             write_whole(&file, png).map_err(Error::io("write", &file))?;
         }
         Ok(file)
+    }
+
+    /// Removes a sheet of pictures that would not be drawn as it is.
+    ///
+    /// # Errors
+    /// When it cannot be removed.
+    pub fn remove_sheet(&self) -> Result<()> {
+        remove(&self.path.join(SHEET))
     }
 
     /// Writes the row of a run, after its fields, which are a file of arrays.
@@ -248,6 +294,10 @@ impl Folder {
         self.path.join(PICTURES).join(format!("{key}.png"))
     }
 
+    fn note_file(&self, key: &str) -> PathBuf {
+        self.path.join(PICTURES).join(format!("{key}.json"))
+    }
+
     fn row_files(&self) -> Result<impl Iterator<Item = PathBuf> + use<>> {
         let runs = self.path.join(RUNS);
         let entries = fs::read_dir(&runs).map_err(Error::io("read", &runs))?;
@@ -262,6 +312,10 @@ impl Folder {
 }
 
 fn read_row(file: &Path) -> Result<Row> {
+    read_json(file)
+}
+
+fn read_json<T: DeserializeOwned>(file: &Path) -> Result<T> {
     let text = fs::read(file).map_err(Error::io("read", file))?;
     serde_json::from_slice(&text).map_err(|error| {
         Error::Invalid(format!(
@@ -269,6 +323,14 @@ fn read_row(file: &Path) -> Result<Row> {
             file.shown()
         ))
     })
+}
+
+/// Removes a file, if it is there.
+fn remove(file: &Path) -> Result<()> {
+    match fs::remove_file(file) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(Error::io("remove", file)(error)),
+        _ => Ok(()),
+    }
 }
 
 /// The first difference between two studies: what it is in, and its values; the scene last, which the others are a part of.
@@ -360,7 +422,8 @@ mod tests {
         assert!(error.contains("b.json is damaged"), "{error}");
     }
 
-    /// Catches runs that count as done without their picture, or with one of another size, and failed runs that are done for ever.
+    /// Catches runs that count as done without their picture, or with one of another size, failed runs that are done for ever, and runs
+    /// that are done again and again for a picture that cannot be drawn.
     #[test]
     fn a_run_is_done_with_its_picture_or_an_error() {
         let place = tempfile::tempdir().expect("there is room");
@@ -379,6 +442,11 @@ mod tests {
         let size = Some([30, 20]);
         assert!(is_done("a", None, false) && !is_done("a", size, false));
         assert!(is_done("b", size, false) && !is_done("b", size, true));
+        folder
+            .keep_undrawn("a", [30, 20], "no room")
+            .expect("there is room");
+        assert!(is_done("a", size, false) && !is_done("a", size, true));
+        assert!(!is_done("a", Some([20, 30]), false));
         let noise = |x: u32, y: u32| {
             (x * 7919 + y * 104_729)
                 .wrapping_mul(2_654_435_761)
@@ -393,7 +461,8 @@ mod tests {
         folder
             .keep_picture("a", png.get_ref())
             .expect("there is room");
-        assert!(is_done("a", size, false) && !is_done("a", Some([20, 30]), false));
+        assert!(is_done("a", size, true) && !is_done("a", Some([20, 30]), false));
+        assert!(!folder.undrawn("a", [30, 20]).expect("it is read"));
         let read = |key, size| folder.picture(key, size).expect("it is read");
         assert_eq!(read("a", [30, 20]), Some(picture));
         assert_eq!((read("a", [20, 30]), read("b", [30, 20])), (None, None));

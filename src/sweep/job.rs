@@ -3,20 +3,16 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use glam::UVec2;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
+use super::picture::{Picture, drawn};
 use super::row::Row;
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Frames, default_cache_folder};
 use crate::mesh::atlas::Control;
 use crate::plain_text::escaped;
-use crate::render::offscreen::FORMAT;
-use crate::render::output::write_png;
-use crate::render::{Offscreen, Renderer, View};
 use crate::scene::parameters::{self, PARAMETERS};
-use crate::scene::settings::Part;
 use crate::scene::suggest::nearest;
 use crate::scene::{Overrides, Scene};
 use crate::sim::network::Network;
@@ -53,8 +49,8 @@ pub struct Job {
 pub struct Finished {
     /// Its row.
     pub row: Row,
-    /// Its picture, a PNG, if it has one.
-    pub picture: Option<Vec<u8>>,
+    /// Its picture, if it is to have one and did not fail.
+    pub picture: Option<Picture>,
 }
 
 impl Job {
@@ -75,17 +71,13 @@ impl Job {
         Ok(Scene::load(self.scene.as_ref(), &overrides)?)
     }
 
-    /// Does the run on a device, and returns its whole row, and its picture. An error is a row, too.
+    /// Does the run on a device, and returns its whole row, and its picture. An error is a row, too; one of the picture alone is none.
     #[must_use]
     pub fn run(&self, ctx: &Arc<Context>) -> Finished {
         let begun = Instant::now();
-        let (mut found, mut picture) = (Row::default(), None);
-        let error = match self.measured(ctx) {
-            Ok((measured, drawn)) => {
-                (found, picture) = (measured, drawn);
-                Value::Null
-            }
-            Err(error) => error.to_string().into(),
+        let (mut found, error, picture) = match self.measured(ctx) {
+            Ok((measures, picture)) => (measures, Value::Null, picture),
+            Err(error) => (Row::default(), error.to_string().into(), None),
         };
         found.set("error", error);
         let milliseconds = begun.elapsed().as_millis() as f64;
@@ -117,11 +109,8 @@ impl Job {
     }
 
     /// The measures of the run, and its picture.
-    fn measured(&self, ctx: &Arc<Context>) -> Result<(Row, Option<Vec<u8>>)> {
+    fn measured(&self, ctx: &Arc<Context>) -> Result<(Row, Option<Picture>)> {
         let scene = self.scene()?;
-        if self.picture.is_some() {
-            self.check_view(&scene)?;
-        }
         memory::check(ctx.info(), &scene)?;
         let cache = default_cache_folder().map(|folder| folder.join("atlases"));
         let control = Control {
@@ -154,47 +143,12 @@ impl Job {
         let info = ctx.info();
         let device = format!("{}, {} {}", info.name, info.driver, info.driver_version);
         row.set("device", device);
-        let picture = self
-            .picture
-            .map(|size| drawn(ctx, &scene, &simulation, size))
-            .transpose()?;
+        let picture = self.picture.map(|size| {
+            let drawn = drawn(ctx, &scene, &simulation, size);
+            drawn.map_err(|error| error.to_string())
+        });
         Ok((row, picture))
     }
-
-    /// Can the scene be shown in its view?
-    fn check_view(&self, scene: &Scene) -> Result<()> {
-        let show = scene.settings.picture.show;
-        let why = show.why_not(&scene.settings).or_else(|| {
-            let lacks_step = self.steps == 0 && show.has(Part::Distances);
-            lacks_step.then_some("distances are taken by a step, and there is none")
-        });
-        match why {
-            Some(why) => Err(Error::Invalid(format!(
-                "the view {} cannot be shown: {why}: choose another `picture.show`",
-                show.word()
-            ))),
-            None => Ok(()),
-        }
-    }
-}
-
-/// The picture of a state in the view of its scene, as a PNG.
-fn drawn(
-    ctx: &Arc<Context>,
-    scene: &Scene,
-    simulation: &Simulation,
-    size: [u32; 2],
-) -> Result<Vec<u8>> {
-    let mut renderer = Renderer::new(ctx, simulation.setup(), FORMAT)?;
-    let canvas = Offscreen::new(ctx, size)?;
-    let view = View::of(scene, UVec2::from_array(size).as_vec2());
-    Frames::new(ctx, 1)?.run(|rec| {
-        renderer.draw(rec, simulation.state(), &view, canvas.canvas());
-        canvas.record_readback(rec);
-    })?;
-    let mut png = Vec::new();
-    write_png(&mut png, &canvas.image()).map_err(|error| Error::Invalid(error.to_string()))?;
-    Ok(png)
 }
 
 /// Refuses parameters that do not exist; those of objects, foods and pulses are checked when a scene is read. `list` says what lists all.

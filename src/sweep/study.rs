@@ -11,6 +11,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::identity::{identity, key_of};
 use super::job::Job;
+use super::picture::{LONGEST_SIDE, picture_size};
 use super::row::Row;
 use super::sample::{Method, sample};
 use crate::error::{Error, Result};
@@ -23,9 +24,6 @@ use crate::scene::suggest::nearest;
 const MOST_RUNS: usize = 10_000_000;
 /// Steps of a run, if the study has none.
 const STEPS: u64 = 400;
-
-/// The longest side of a picture, as for `myxo render`; a device may have a lower limit.
-const LONGEST_SIDE: u32 = 16_384;
 
 const KEYS: &[&str] = &[
     "scene", "steps", "seeds", "preset", "picture", "set", "grid", "sample", "point",
@@ -382,13 +380,7 @@ impl Text<'_> {
 
     /// Width and height of pictures.
     fn size(self, text: &str, at: &Range<usize>) -> Result<[u32; 2]> {
-        let side = |text: &str| {
-            let side = text.trim().parse::<u32>().ok();
-            side.filter(|side| (1..=LONGEST_SIDE).contains(side))
-        };
-        let sides = text.split_once(['x', 'X', '×']);
-        let size = sides.and_then(|(width, height)| Some([side(width)?, side(height)?]));
-        size.ok_or_else(|| {
+        picture_size(text).ok_or_else(|| {
             let problem = format!(
                 "`picture` is WIDTHxHEIGHT, such as \"240x240\", each side from 1 to {LONGEST_SIDE} pixels, not \"{}\"",
                 escaped(text)

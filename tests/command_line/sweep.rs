@@ -1,4 +1,4 @@
-//! `myxo sweep`: the same table however its runs are done, and whatever ends it on the way.
+//! `myxo sweep`: the same table however its runs done, and whatever ends it on the way.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -61,7 +61,7 @@ fn a_study_is_one_table_by_processes_and_by_shards() {
     let [all, parts] = ["all", "parts"].map(|name| folder.file(name));
     let said = done(&["sweep", path(&study), "--out", path(&all), "--workers", "2"]);
     assert!(said.contains("8 of 8 runs to do, by 2 processes"), "{said}");
-    assert!(said.contains("8 runs are done: "), "{said}");
+    assert!(said.contains("8 runs done: "), "{said}");
     let rows = table(&all);
     assert_eq!(rows.len(), 8);
     let row = &rows[&("2".to_owned(), "1".to_owned())];
@@ -100,7 +100,7 @@ fn a_study_is_one_table_by_processes_and_by_shards() {
     // Again: nothing is run.
     let said = done(&["sweep", path(&study), "--out", path(&all)]);
     assert!(
-        !said.contains("to do") && said.contains("8 runs are done"),
+        !said.contains("to do") && said.contains("8 runs done"),
         "{said}"
     );
     for shard in ["1/3", "0/3", "2/3"] {
@@ -170,10 +170,7 @@ fn a_run_that_fails_is_a_row() {
         said.contains("run 1: ") && said.contains("trail.decay"),
         "{said}"
     );
-    assert!(
-        said.contains("4 runs are done, 2 of which have an error"),
-        "{said}"
-    );
+    assert!(said.contains("4 runs done, 2 failed (--retry)"), "{said}");
     let rows = table(&out);
     let errors: Vec<_> = rows.values().map(|row| !row["error"].is_empty()).collect();
     assert_eq!(errors, [false, true, false, true]);
@@ -246,8 +243,8 @@ fn places_of(picture: &RgbImage, sheet: &RgbImage) -> Vec<[u32; 2]> {
     places
 }
 
-/// Catches runs that count as done without their picture, a sheet whose cells are other runs, one that is drawn again and again, and
-/// results that are lost where only a picture cannot be drawn.
+/// Catches runs that count as done without their picture, a sheet whose cells are other runs, one that is drawn again and again, and one
+/// that stays when its study has another.
 #[test]
 fn a_grid_has_a_sheet_of_its_pictures() {
     if no_device() {
@@ -262,7 +259,7 @@ fn a_grid_has_a_sheet_of_its_pictures() {
     done(&["sweep", path(&plain), "--out", path(&out)]);
     let before = table(&out);
     assert!(!out.join("pictures").exists() && !out.join("sheet.png").exists());
-    // With pictures it is the same study; its runs are done again, with the same results.
+    // With pictures it is the same study; its runs done again, with the same results.
     let study = folder.with("study.toml", format!("picture = \"40x30\"\n{study}"));
     let arguments = ["sweep", path(&study), "--out", path(&out), "--workers", "2"];
     let said = done(&arguments);
@@ -304,7 +301,7 @@ fn a_grid_has_a_sheet_of_its_pictures() {
     let time = written();
     let said = done(&arguments);
     assert!(
-        !said.contains("to do") && said.contains("4 runs are done"),
+        !said.contains("to do") && said.contains("4 runs done"),
         "{said}"
     );
     assert_eq!(written(), time);
@@ -326,58 +323,75 @@ fn a_grid_has_a_sheet_of_its_pictures() {
     assert_eq!(read(&lost).dimensions(), (50, 30));
     assert_ne!(read(&file).dimensions(), sheet.dimensions());
 
-    // Finished runs of a view that cannot be shown get no pictures, and stay as they are.
-    let out = folder.file("blind");
-    let study = STUDY
-        .replace("seeds = 2", "seeds = 1")
-        .replace("[grid]", "set.\"picture.show\" = \"distance\"\n[grid]");
-    let plain = folder.with("plain.toml", &study);
-    done(&["sweep", path(&plain), "--out", path(&out)]);
-    let before = table(&out);
-    assert!(before.values().all(|row| row["error"].is_empty()));
-    let study = folder.with("blind.toml", format!("picture = \"40x30\"\n{study}"));
-    let output = myxo(&["sweep", path(&study), "--out", path(&out)]);
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{said}");
-    let why = "run 1: there is no picture, and its row stays: the view distance cannot be shown";
-    assert!(
-        said.contains(why) && said.contains("4 runs are done, 4 of which have no picture"),
-        "{said}"
-    );
-    assert_eq!(table(&out), before);
+    // One that would be too large is not drawn, and the last one does not stay.
+    let content = fs::read_to_string(&study).expect("it is there");
+    fs::write(&study, content.replace("50x30", "5000x4")).expect("there is room");
+    for to_do in [true, false] {
+        let said = done(&arguments);
+        assert_eq!(said.contains("to do"), to_do, "{said}");
+        assert!(said.contains("no sheet.png will be drawn"), "{said}");
+        assert!(!file.exists());
+    }
 }
 
-/// Catches a view that a scene cannot show and that ends the sweep, or its worker, instead of its runs.
+/// Catches a view that a scene cannot show and that ends the sweep or its worker, costs runs their results, or has them done again and
+/// again; and an outcome that depends on whether runs were done before.
 #[test]
-fn a_view_that_cannot_be_shown_is_an_error_of_its_runs() {
+fn a_view_that_cannot_be_shown_costs_no_more_than_the_picture() {
     if no_device() {
         return;
     }
     let folder = Folder::new();
-    let out = folder.file("out");
-    let study = STUDY.replace("seeds = 2", "seeds = 1").replace(
+    let study = STUDY.replace("seeds = 2", "seeds = 1");
+    let varied = study.replace("[0.9, 0.95]", "[0.9]").replace(
         "[grid]",
         "[grid]\n\"picture.show\" = [\"atlas\", \"distance\"]",
     );
-    let study = folder.with("study.toml", format!("picture = \"40x30\"\n{study}"));
-    let output = myxo(&["sweep", path(&study), "--out", path(&out)]);
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(
-        said.contains("the view distance cannot be shown: it needs a second object"),
-        "{said}"
-    );
-    assert!(
-        said.contains("8 runs are done, 4 of which have an error"),
-        "{said}"
-    );
-    assert!(out.join("sheet.png").exists(), "with grey cells");
-    assert_eq!(
-        fs::read_dir(out.join("pictures"))
-            .expect("there are some")
-            .count(),
-        4
-    );
+    let plain = folder.with("plain.toml", &varied);
+    let seen = folder.with("seen.toml", format!("picture = \"40x30\"\n{varied}"));
+    let [at_once, later] = ["at once", "later"].map(|name| folder.file(name));
+    done(&["sweep", path(&plain), "--out", path(&later)]);
+    let rows = table(&later);
+    assert!(rows.values().all(|row| row["error"].is_empty()));
+    for out in [&at_once, &later] {
+        let sweep = |more: &[&str]| {
+            let arguments = ["sweep", path(&seen), "--out", path(out)];
+            let output = myxo(&[&arguments[..], more].concat());
+            let said = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(1), "{said}");
+            assert!(
+                said.contains("4 runs done, 2 without a picture (--retry)"),
+                "{said}"
+            );
+            assert_eq!(table(out), rows);
+            said
+        };
+        let said = sweep(&[]);
+        assert!(
+            said.contains(
+                "no picture: the view distance cannot be shown: it needs a second object"
+            ),
+            "{said}"
+        );
+        assert!(out.join("sheet.png").exists(), "with grey cells");
+        let pictures = fs::read_dir(out.join("pictures")).expect("there are some");
+        let is_picture = |name: &str| name.ends_with(".png");
+        let count = pictures
+            .filter(|file| is_picture(&file.as_ref().unwrap().file_name().to_string_lossy()))
+            .count();
+        assert_eq!(count, 2);
+        let said = sweep(&[]);
+        assert!(!said.contains("to do"), "{said}");
+        let said = sweep(&["--retry"]);
+        assert!(said.contains("2 of 4 runs to do"), "{said}");
+    }
+    // Where no run could have a picture, none is begun.
+    let blind = study.replace("[grid]", "set.\"picture.show\" = \"distance\"\n[grid]");
+    let blind = folder.with("blind.toml", format!("picture = \"40x30\"\n{blind}"));
+    let out = folder.file("blind");
+    let said = failed(&["sweep", path(&blind), "--out", path(&out)]);
+    assert!(said.contains("the view distance cannot be shown"), "{said}");
+    assert_eq!(runs(&out), 0);
 }
 
 #[test]

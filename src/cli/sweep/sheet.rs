@@ -90,7 +90,7 @@ impl Sheet {
         })
     }
 
-    /// Are all of its runs done?
+    /// Are all of its runs done, each with its picture, an error, or a note that it could not be drawn?
     pub fn is_ready(&self, folder: &Folder) -> Result<bool> {
         for run in &self.runs {
             if !folder.is_done(run, Some(self.size), false)? {
@@ -100,16 +100,23 @@ impl Sheet {
         Ok(true)
     }
 
-    /// As a PNG. Runs without a picture, which have an error, are grey.
+    /// As a PNG. Runs without a picture are grey, and say whether they have an error.
     pub fn png(&self, folder: &Folder) -> Result<Vec<u8>> {
         let failure = |error: &dyn std::fmt::Display| {
             Error::Invalid(format!("cannot draw the sheet of pictures: {error}"))
         };
         let layout = self.layout();
+        let mut empty = Vec::new();
+        for (number, run) in self.runs.iter().enumerate() {
+            if !folder.has_picture(run, self.size) {
+                let is_good = folder.has(run, true)?;
+                empty.push((number, if is_good { "no picture" } else { "error" }));
+            }
+        }
         let mut sheet = RgbImage::new(layout.width as u32, layout.height as u32);
         let area = Pixels::new(&mut sheet).into_drawing_area();
         self.draw_labels(&area, &layout)
-            .and_then(|()| self.draw_empty(&area, &layout, folder))
+            .and_then(|()| self.draw_empty(&area, &layout, &empty))
             .map_err(|error| failure(&error))?;
         drop(area);
         for (number, run) in self.runs.iter().enumerate() {
@@ -206,26 +213,23 @@ impl Sheet {
         Ok(())
     }
 
-    /// What stands in place of pictures that there are not.
+    /// Words in place of pictures that there are not.
     fn draw_empty<DB: DrawingBackend>(
         &self,
         area: &DrawingArea<DB, Shift>,
         layout: &Layout,
-        folder: &Folder,
+        empty: &[(usize, &str)],
     ) -> Drawn<DB> {
-        const WORD: &str = "error";
         let [width, height] = self.size.map(|side| side as i32);
-        let has_room = u64::from(self.size[0]) >= width_of(WORD) && u64::from(self.size[1]) >= LINE;
-        for (number, run) in self.runs.iter().enumerate() {
-            if folder.has_picture(run, self.size) {
-                continue;
-            }
+        for &(number, word) in empty {
+            let has_room =
+                u64::from(self.size[0]) >= width_of(word) && u64::from(self.size[1]) >= LINE;
             let (x, y) = self.place(layout, number);
             let corners = [(x, y), (x + width - 1, y + height - 1)];
             area.draw(&Rectangle::new(corners, EMPTY.filled()))?;
             if has_room {
                 let place = (x + width / 2, y + height / 2);
-                area.draw(&Text::new(WORD, place, style(HPos::Center)))?;
+                area.draw(&Text::new(word, place, style(HPos::Center)))?;
             }
         }
         Ok(())

@@ -1,0 +1,89 @@
+//! The picture of a run: whether it can be drawn, and how.
+
+use std::sync::Arc;
+
+use glam::UVec2;
+
+use crate::error::{Error, Result};
+use crate::gpu::{Context, Frames};
+use crate::render::offscreen::{FORMAT, too_large};
+use crate::render::output::write_png;
+use crate::render::{Offscreen, Renderer, View};
+use crate::scene::Scene;
+use crate::scene::settings::Part;
+use crate::sim::Simulation;
+
+/// The longest side of a picture, as for `myxo render`; a device may have a lower limit.
+pub const LONGEST_SIDE: u32 = 16_384;
+
+/// Width and height of pictures from a text such as `240x240`; none if it has another form, or a side that no picture may have.
+#[must_use]
+pub fn picture_size(text: &str) -> Option<[u32; 2]> {
+    let side = |text: &str| {
+        let side = text.trim().parse::<u32>().ok();
+        side.filter(|side| (1..=LONGEST_SIDE).contains(side))
+    };
+    let (width, height) = text.split_once(['x', 'X', '×'])?;
+    Some([side(width)?, side(height)?])
+}
+
+/// The picture of a run, a PNG; or why there is none.
+pub type Picture = Result<Vec<u8>, String>;
+
+/// Checks before any run that pictures can be drawn: that the device has room for this size, and that the scene has what its view shows
+/// after so many steps. Without a device, because others do the runs, or without a scene, because each run has another view or the scene
+/// cannot be loaded, the rest is checked. `option` names what says the size.
+///
+/// # Errors
+/// When no picture can be drawn.
+pub fn check_pictures(
+    ctx: Option<&Arc<Context>>,
+    scene: Option<&Scene>,
+    steps: u64,
+    size: [u32; 2],
+    option: &str,
+) -> Result<()> {
+    if let Some(scene) = scene {
+        check_view(scene, steps)?;
+    }
+    if let Some(ctx) = ctx {
+        Offscreen::new(ctx, size).map_err(|error| too_large(size, option, error))?;
+    }
+    Ok(())
+}
+
+/// Can the scene be shown in its view after so many steps?
+fn check_view(scene: &Scene, steps: u64) -> Result<()> {
+    let show = scene.settings.picture.show;
+    let why = show.why_not(&scene.settings).or_else(|| {
+        let lacks_step = steps == 0 && show.has(Part::Distances);
+        lacks_step.then_some("distances are taken by a step, and there is none")
+    });
+    match why {
+        Some(why) => Err(Error::Invalid(format!(
+            "the view {} cannot be shown: {why}: choose another `picture.show`",
+            show.word()
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// The picture of a state in the view of its scene, as a PNG.
+pub(super) fn drawn(
+    ctx: &Arc<Context>,
+    scene: &Scene,
+    simulation: &Simulation,
+    size: [u32; 2],
+) -> Result<Vec<u8>> {
+    check_view(scene, simulation.step())?;
+    let mut renderer = Renderer::new(ctx, simulation.setup(), FORMAT)?;
+    let canvas = Offscreen::new(ctx, size)?;
+    let view = View::of(scene, UVec2::from_array(size).as_vec2());
+    Frames::new(ctx, 1)?.run(|rec| {
+        renderer.draw(rec, simulation.state(), &view, canvas.canvas());
+        canvas.record_readback(rec);
+    })?;
+    let mut png = Vec::new();
+    write_png(&mut png, &canvas.image()).map_err(|error| Error::Invalid(error.to_string()))?;
+    Ok(png)
+}
