@@ -187,7 +187,8 @@ mod tests {
             change(&mut settings);
             check_rules(&settings).err().map(|error| error.to_string())
         };
-        let refused: [(fn(&mut Settings), &str); 3] = [
+        type Change = fn(&mut Settings);
+        let refused: [(Change, &str); 3] = [
             (
                 |s| s.population.survival_least = 25,
                 "population.survival_least = 25: it is more than population.survival_most = 24, so every",

@@ -435,7 +435,7 @@ impl Traced {
         let Some(node) = &self.nodes[edge.ends[end]] else {
             return 0.0;
         };
-        let points = course.from_end(end);
+        let points = course.begun_at(end);
         let (half, side) = (node.half_width, node.side(links));
         let long = (2.0 * half).max(STEPS * side);
         let back = points.iter().find(|at| at.distance(points[0]) >= long);
@@ -471,7 +471,7 @@ impl Traced {
 
 impl Course {
     /// Its points from an end on, as that end's node has them.
-    fn from_end(&self, end: usize) -> Vec<DVec3> {
+    fn begun_at(&self, end: usize) -> Vec<DVec3> {
         if end == 0 {
             return self.points.clone();
         }
