@@ -228,7 +228,19 @@ fn every_parameter_can_be_changed_in_the_panel() {
     lab.find("atlas.method");
     lab.click("atlas.method=charts");
     expected.atlas.method = AtlasMethod::Charts;
+    // These take the place of others, which have no effect then. They are lifted on the object until it is their turn.
+    let instead = ["trail.diffusion_length", "trail.half_life"];
+    for key in instead {
+        let name = format!("{prefix}{key}");
+        lab.find(key);
+        lab.click(&format!("{name}:own"));
+        lab.type_until(&name, 0.9, "0", &name, "0");
+    }
     for parameter in OBJECT_PARAMETERS.iter().filter(|p| !is_word(p)) {
+        if instead.contains(&parameter.key) {
+            lab.find(parameter.key);
+            lab.click(&format!("{prefix}{}:own", parameter.key));
+        }
         if parameter.key == "start.mask" {
             lab.find("start.place");
             lab.click(&format!("{prefix}start.place=mask"));
