@@ -28,7 +28,7 @@ const INK: RGBColor = RGBColor(40, 44, 52);
 const EMPTY: RGBColor = RGBColor(222, 224, 228);
 
 /// Which pictures there are, and where. Of a grid of more than two parameters with several values, those between the first and the last
-/// have their first value; and all runs have the first seed.
+/// have their first value; and all runs have the first seed. A line below says so.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sheet {
     /// Of a picture, pixels.
@@ -37,6 +37,8 @@ pub struct Sheet {
     rows: Option<Labels>,
     /// The last parameter, from column to column.
     columns: Labels,
+    /// What all pictures have in common of what the study varies: `trail.decay = 0.9, seed 0`; empty if there is nothing.
+    slice: String,
     /// The keys of the runs, row by row.
     runs: Vec<String>,
 }
@@ -71,8 +73,16 @@ impl Sheet {
                 runs.push(jobs[point * study.seeds.len()].key.clone());
             }
         }
+        let between = several.iter().filter(|&&i| i != column && Some(i) != row);
+        let mut slice: Vec<String> = between
+            .map(|&i| format!("{} = {}", axes[i].key, text_of(&axes[i].values[0])))
+            .collect();
+        if study.seeds.len() > 1 {
+            slice.push(format!("seed {}", study.seeds[0]));
+        }
         Some(Self {
             size,
+            slice: slice.join(", "),
             rows: row.map(|row| Labels::of(&axes[row])),
             columns: Labels::of(&axes[column]),
             runs,
@@ -158,6 +168,7 @@ impl Sheet {
             None => GAP,
         };
         let top = 2 * LINE + GAP;
+        let below = if self.slice.is_empty() { GAP } else { LINE };
         Layout {
             first: [
                 left + (room[0] - pictures[0]) / 2,
@@ -165,8 +176,8 @@ impl Sheet {
             ],
             apart: [across, down],
             middle: [left + room[0] / 2, top + room[1] / 2],
-            width: left + room[0] + GAP,
-            height: top + room[1] + GAP,
+            width: (left + room[0]).max(GAP + width_of(&self.slice)) + GAP,
+            height: top + room[1] + below,
         }
     }
 
@@ -197,6 +208,10 @@ impl Sheet {
             let x = x + (layout.apart[0] - GAP) / 2;
             let place = (x as i32, above);
             area.draw(&Text::new(value.clone(), place, centred.clone()))?;
+        }
+        if !self.slice.is_empty() {
+            let place = (GAP as i32, layout.height as i32 - line / 2);
+            area.draw(&Text::new(self.slice.clone(), place, style(HPos::Left)))?;
         }
         let Some(rows) = &self.rows else {
             return Ok(());
@@ -333,7 +348,7 @@ mod tests {
         &jobs.iter().find(is_meant).expect("there is one").key
     }
 
-    /// Catches rows and columns that change places, and values between them that are not the first.
+    /// Catches rows and columns that change places, values between them that are not the first, and a line that names others.
     #[test]
     fn rows_are_the_first_parameter_and_columns_the_last() {
         let (study, jobs) =
@@ -360,10 +375,12 @@ mod tests {
         );
         assert_eq!(sheet.columns.name, "c");
         assert_eq!(sheet.columns.values, ["6", "0.25", "7"]);
+        assert_eq!(sheet.slice, "b = 3, seed 0");
         // A parameter with one value is no side.
         let (study, jobs) = read("[grid]\n\"a\" = [1]\n\"b\" = [3, 4, 5]\n\"c\" = [6]\n");
         let sheet = Sheet::of(&study, &jobs).expect("it is a grid");
         assert_eq!((sheet.rows.is_none(), &*sheet.columns.name), (true, "b"));
+        assert_eq!(sheet.slice, "seed 0");
         let expected = [3.0, 4.0, 5.0].map(|b| key(&jobs, [1.0, b, 6.0]));
         assert!(sheet.runs.iter().eq(expected));
         let (study, jobs) = read("[grid]\n\"a\" = [1]\n\"b\" = [2]\n\"c\" = [3]\n");
@@ -438,7 +455,7 @@ mod tests {
         let names = [11 * 9, 14 * 9];
         assert_eq!(
             drawn.dimensions(),
-            (left + names[0] + 4, top + names[1] + 4)
+            (left + names[0] + 4, top + names[1] + 24)
         );
         let first = [left + (names[0] - 84) / 2, top + (names[1] - 64) / 2];
         for number in 0..4 {
@@ -466,6 +483,7 @@ mod tests {
             assert!(ink(x, first[1] - 24, 40, 24) > 10, "column {column}");
         }
         assert!(ink(0, top, 24, names[1]) > 40, "the name of the rows");
+        assert!(ink(0, top + names[1], 100, 24) > 20, "the seed");
         for row in 0..2 {
             let y = first[1] + 34 * row;
             assert!(ink(24, y, first[0] - 24, 30) > 3, "row {row}");
