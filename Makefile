@@ -111,7 +111,7 @@ pictures: ## draw the pictures and films of docs/gallery.md, by the commands in 
 	cargo build --release
 	@grep '^myxo ' docs/gallery.md | PATH="$(CURDIR)/target/release:$$PATH" sh -ex
 
-experiments: ## redo the experiments of docs/experiments.md, by the commands in it, and draw its figures (a quarter of an hour)
+experiments: ## redo the experiments of docs/experiments.md, by the commands in it, and draw its figures (ten minutes)
 	@.ci/setup demo
 	cargo build --release
 	@rm -rf target/experiments && mkdir -p target/experiments assets/experiments
