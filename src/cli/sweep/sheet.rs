@@ -6,9 +6,10 @@ use myxo::sweep::{Axis, Folder, Job, Study};
 use myxo::{Error, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::text_anchor::{HPos, VPos};
 use serde_json::Value;
 
+use crate::cli::letters::{PALE, style};
 use crate::cli::pixels::Pixels;
 
 /// The longest side of a sheet, pixels.
@@ -21,11 +22,6 @@ const LETTERS: i32 = 16;
 const LETTER: u64 = 9;
 /// Longer labels end in dots.
 const LONGEST_LABEL: usize = 32;
-
-const FONT: &str = "sans-serif";
-const INK: RGBColor = RGBColor(40, 44, 52);
-/// In place of a picture.
-const EMPTY: RGBColor = RGBColor(222, 224, 228);
 
 /// Which pictures there are, and where. Of a grid of more than two parameters with several values, those between the first and the last
 /// have their first value; and all runs have the first seed. A line below says so.
@@ -197,7 +193,7 @@ impl Sheet {
         layout: &Layout,
     ) -> Drawn<DB> {
         area.fill(&WHITE)?;
-        let centred = style(HPos::Center);
+        let centred = style(LETTERS, HPos::Center, VPos::Center);
         let line = LINE as i32;
         let [middle, half_way] = layout.middle.map(|pixels| pixels as i32);
         let name = self.columns.name.clone();
@@ -211,7 +207,11 @@ impl Sheet {
         }
         if !self.slice.is_empty() {
             let place = (GAP as i32, layout.height as i32 - line / 2);
-            area.draw(&Text::new(self.slice.clone(), place, style(HPos::Left)))?;
+            area.draw(&Text::new(
+                self.slice.clone(),
+                place,
+                style(LETTERS, HPos::Left, VPos::Center),
+            ))?;
         }
         let Some(rows) = &self.rows else {
             return Ok(());
@@ -223,7 +223,11 @@ impl Sheet {
             let [_, y] = layout.cell(0, row);
             let y = y + (layout.apart[1] - GAP) / 2;
             let place = (beside as i32, y as i32);
-            area.draw(&Text::new(value.clone(), place, style(HPos::Right)))?;
+            area.draw(&Text::new(
+                value.clone(),
+                place,
+                style(LETTERS, HPos::Right, VPos::Center),
+            ))?;
         }
         Ok(())
     }
@@ -241,10 +245,14 @@ impl Sheet {
                 u64::from(self.size[0]) >= width_of(word) && u64::from(self.size[1]) >= LINE;
             let (x, y) = self.place(layout, number);
             let corners = [(x, y), (x + width - 1, y + height - 1)];
-            area.draw(&Rectangle::new(corners, EMPTY.filled()))?;
+            area.draw(&Rectangle::new(corners, PALE.filled()))?;
             if has_room {
                 let place = (x + width / 2, y + height / 2);
-                area.draw(&Text::new(word, place, style(HPos::Center)))?;
+                area.draw(&Text::new(
+                    word,
+                    place,
+                    style(LETTERS, HPos::Center, VPos::Center),
+                ))?;
             }
         }
         Ok(())
@@ -316,12 +324,6 @@ fn shortened(text: &str) -> String {
     }
     let begin: String = text.chars().take(LONGEST_LABEL - 3).collect();
     format!("{begin}...")
-}
-
-fn style(across: HPos) -> TextStyle<'static> {
-    TextStyle::from((FONT, LETTERS).into_font())
-        .color(&INK)
-        .pos(Pos::new(across, VPos::Center))
 }
 
 #[cfg(test)]
