@@ -111,11 +111,12 @@ pictures: ## draw the pictures and films of docs/gallery.md, by the commands in 
 	cargo build --release
 	@grep '^myxo ' docs/gallery.md | PATH="$(CURDIR)/target/release:$$PATH" sh -ex
 
-experiments: ## redo the experiments of docs/experiments.md, by the commands in it, and draw its figures (ten minutes)
+experiments: ## redo the experiments of docs/experiments.md, by the commands in it, draw its figures and compare its numbers (ten minutes)
 	@.ci/setup demo
 	cargo build --release
 	@rm -rf target/experiments && mkdir -p target/experiments assets/experiments
 	@grep -E '^(myxo|cp) ' docs/experiments.md | PATH="$(CURDIR)/target/release:$$PATH" sh -ex
+	@.ci/experiments
 
 guide: ## draw the strips of pictures in docs/guide.md, as docs/guide.toml says (half an hour)
 	@.ci/setup demo

@@ -310,6 +310,15 @@ def test_jobs_of_a_batch_system_give_the_same_table(whole, tmp_path):
     assert hashes(found) == hashes(first)
 
 
+def sweep_of_program(study, out):
+    """What `myxo sweep` says."""
+    program = os.environ.get("MYXO_PROGRAM")
+    if program is None:
+        pytest.skip("MYXO_PROGRAM names no program")
+    command = [program, "sweep", str(study), "--out", str(out)]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stderr
+
+
 def test_the_program_goes_on_with_a_folder(tmp_path):
     """Catches two formats of one folder: names of runs, rows, and the study that all have in common."""
     study = tmp_path / "study.toml"
@@ -317,12 +326,7 @@ def test_the_program_goes_on_with_a_folder(tmp_path):
     with concurrent.futures.ThreadPoolExecutor(1) as threads:
         myxo.sweep(study, out=tmp_path / "out", executor=threads, progress=False)
     study.write_text(LONG)
-    program = os.environ.get("MYXO_PROGRAM")
-    if program is None:
-        pytest.skip("MYXO_PROGRAM names no program")
-    command = [program, "sweep", str(study), "--out", str(tmp_path / "out")]
-    done = subprocess.run(command, check=True, capture_output=True, text=True)
-    assert "4 of 8 runs to do" in done.stderr
+    assert "4 of 8 runs to do" in sweep_of_program(study, tmp_path / "out")
     found = myxo.read_sweep(tmp_path / "out")
     table = myxo.sweep(study, out=tmp_path / "alone", workers=1, progress=False)
     assert hashes(found) == hashes(table)
@@ -387,12 +391,7 @@ def test_runs_have_pictures(whole, tmp_path):
         myxo.sweep(file, out=tmp_path / "c", executor=threads, picture="20x10", progress=False)
         sizes = {picture.read_bytes()[16:24] for picture in (tmp_path / "c" / "pictures").iterdir()}
         assert sizes == {(20).to_bytes(4, "big") + (10).to_bytes(4, "big")}
-    program = os.environ.get("MYXO_PROGRAM")
-    if program is None:
-        pytest.skip("MYXO_PROGRAM names no program")
-    command = [program, "sweep", str(file), "--out", str(out)]
-    done = subprocess.run(command, check=True, capture_output=True, text=True)
-    assert "to do" not in done.stderr
+    assert "to do" not in sweep_of_program(file, out)
     assert (out / "sheet.png").exists()
 
 

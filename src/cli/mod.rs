@@ -11,6 +11,7 @@ mod files;
 mod info;
 mod interrupt;
 mod lab;
+mod letters;
 mod network;
 mod options;
 mod outputs;

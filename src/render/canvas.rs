@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::develop::Darkroom;
+use super::develop::{Darkroom, Shape};
 use crate::gpu::{Context, Format, GpuError, Image};
 
 /// Samples a pixel, where the device has them.
@@ -54,6 +54,14 @@ impl Canvas {
             depth: Image::new(ctx, "picture.depth", size, Format::Depth32, samples)?,
             resolved,
         })
+    }
+
+    /// Bytes that a smooth canvas of this size takes on the device.
+    pub(super) fn smooth_bytes(size: [u32; 2]) -> u64 {
+        let pixels = u64::from(size[0]) * u64::from(size[1]);
+        // Four a sample, of colour and of depth; and four a pixel, resolved and developed.
+        let images = pixels * (2 * 4 * u64::from(SAMPLES) + 2 * 4);
+        images + Shape::of(size).map_or(0, |shape| Darkroom::buffer_bytes(&shape))
     }
 
     /// Width and height, pixels.

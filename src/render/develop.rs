@@ -182,6 +182,11 @@ impl Darkroom {
             shape,
         })
     }
+
+    /// Bytes of its buffers for a picture with smooth edges: a word a pixel, drawn and developed, and four a cell of the bloom.
+    pub fn buffer_bytes(shape: &Shape) -> u64 {
+        4 * (2 * shape.pixel_count() + 4 * shape.cell_count()) as u64
+    }
 }
 
 /// The pipelines that develop pictures.

@@ -58,6 +58,12 @@ impl Offscreen {
         Self::with_quality(ctx, size, Quality::Smooth)
     }
 
+    /// About how many bytes a smooth one of this size takes on the device.
+    #[must_use]
+    pub fn bytes(size: [u32; 2]) -> u64 {
+        Canvas::smooth_bytes(size) + 4 * u64::from(size[0]) * u64::from(size[1])
+    }
+
     /// As [`new`](Self::new), with a given quality.
     ///
     /// # Errors

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 
 use super::row::Row;
 use crate::gpu::{DeviceInfo, DeviceKind, Free};
+use crate::render::Offscreen;
 use crate::scene::Scene;
 use crate::sim::memory;
 
@@ -31,22 +32,12 @@ pub fn largest<'a>(points: impl IntoIterator<Item = &'a Row>) -> Row {
     largest
 }
 
-/// Bytes a pixel of a picture on the device: four samples of colour and of depth.
-const PIXEL: u64 = 32;
-
 /// How many processes a sweep takes, whose largest run is this scene, and whose runs have pictures of this size, if any: on a driver that
 /// computes on the processor one for each of its cores, if their memory suffices; on a graphics card, which runs one kernel at a time, one.
 #[must_use]
 pub fn processes(info: &DeviceInfo, scene: &Scene, picture: Option<[u32; 2]>) -> usize {
-    let needed = memory::needed(scene) + needed_for(picture);
+    let needed = memory::needed(scene) + picture.map_or(0, Offscreen::bytes);
     number(info.kind, cores(), needed, Free::on(info))
-}
-
-/// About how many bytes a picture takes on the device.
-fn needed_for(picture: Option<[u32; 2]>) -> u64 {
-    picture.map_or(0, |[width, height]| {
-        PIXEL * u64::from(width) * u64::from(height)
-    })
 }
 
 /// How many threads each of so many processes takes, so that all cores are busy.
@@ -84,11 +75,12 @@ mod tests {
         assert_eq!(number(DeviceKind::Cpu, 8, gib, free(gib)), 1);
         assert_eq!(number(DeviceKind::Cpu, 8, gib, None), 8);
         assert_eq!(number(DeviceKind::Discrete, 8, gib, free(64 * gib)), 1);
-        // Pictures count, too.
-        let drawn = gib + needed_for(Some([16_384; 2]));
-        assert!(number(DeviceKind::Cpu, 8, drawn, free(64 * gib)) < 5);
-        let plain = gib + needed_for(None);
-        assert_eq!(number(DeviceKind::Cpu, 8, plain, free(64 * gib)), 8);
+        // A pixel has 36 bytes in images of four samples and their resolved one, 4 in the developed one, 8 in words, 4 that are read, and
+        // between 1 and 2 in cells of the bloom. All is counted twice, and of 64 GiB a tenth stays free.
+        let drawn = Offscreen::bytes([8192; 2]);
+        let pixels = 8192 * 8192;
+        assert!((53 * pixels..54 * pixels).contains(&drawn), "{drawn}");
+        assert_eq!(number(DeviceKind::Cpu, 8, gib + drawn, free(64 * gib)), 6);
         assert_eq!(threads(usize::MAX), 1);
         assert_eq!(threads(1), cores());
     }

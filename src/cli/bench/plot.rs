@@ -5,8 +5,9 @@ use myxo::scene::parameters::grouped;
 use myxo::{Error, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::text_anchor::{HPos, VPos};
 
+use crate::cli::letters::{INK, PALE, style};
 use crate::cli::pixels::Pixels;
 
 /// Pixels.
@@ -17,9 +18,6 @@ const RIGHT: i32 = 232;
 const TOP: i32 = 52;
 const BOTTOM: i32 = 64;
 
-const FONT: &str = "sans-serif";
-const INK: RGBColor = RGBColor(40, 44, 52);
-const GRID: RGBColor = RGBColor(222, 224, 228);
 /// Colours that stay apart for the colour-blind (Okabe and Ito, "Color Universal Design", 2008), darkest first.
 const COLORS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
@@ -229,24 +227,18 @@ fn draw_axes<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, x: &Scale, y: &S
     let (bottom, top) = y.pixels;
     for &value in &x.ticks {
         let place = x.place(value);
-        area.draw(&PathElement::new([(place, bottom), (place, top)], GRID))?;
+        area.draw(&PathElement::new([(place, bottom), (place, top)], PALE))?;
         let number = style(14, HPos::Center, VPos::Top);
         area.draw(&Text::new(tick_text(value), (place, bottom + 8), number))?;
     }
     for &value in &y.ticks {
         let place = y.place(value);
-        area.draw(&PathElement::new([(left, place), (right, place)], GRID))?;
+        area.draw(&PathElement::new([(left, place), (right, place)], PALE))?;
         let number = style(14, HPos::Right, VPos::Center);
         area.draw(&Text::new(tick_text(value), (left - 8, place), number))?;
     }
     let frame = [(left, top), (left, bottom), (right, bottom)];
     area.draw(&PathElement::new(frame, INK.stroke_width(1)))
-}
-
-fn style(size: i32, across: HPos, up: VPos) -> TextStyle<'static> {
-    TextStyle::from((FONT, size).into_font())
-        .color(&INK)
-        .pos(Pos::new(across, up))
 }
 
 /// Maps values to pixels; has the labelled values.

@@ -6,9 +6,10 @@ use myxo::sweep::{Axis, Folder, Job, Study};
 use myxo::{Error, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::text_anchor::{HPos, VPos};
 use serde_json::Value;
 
+use crate::cli::letters::{PALE, style};
 use crate::cli::pixels::Pixels;
 
 /// The longest side of a sheet, pixels.
@@ -22,13 +23,8 @@ const LETTER: u64 = 9;
 /// Longer labels end in dots.
 const LONGEST_LABEL: usize = 32;
 
-const FONT: &str = "sans-serif";
-const INK: RGBColor = RGBColor(40, 44, 52);
-/// In place of a picture.
-const EMPTY: RGBColor = RGBColor(222, 224, 228);
-
 /// Which pictures there are, and where. Of a grid of more than two parameters with several values, those between the first and the last
-/// have their first value; and all runs have the first seed.
+/// have their first value; and all runs have the first seed. A line below says so.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sheet {
     /// Of a picture, pixels.
@@ -37,6 +33,8 @@ pub struct Sheet {
     rows: Option<Labels>,
     /// The last parameter, from column to column.
     columns: Labels,
+    /// What all pictures have in common of what the study varies: `trail.decay = 0.9, seed 0`; empty if there is nothing.
+    slice: String,
     /// The keys of the runs, row by row.
     runs: Vec<String>,
 }
@@ -71,8 +69,16 @@ impl Sheet {
                 runs.push(jobs[point * study.seeds.len()].key.clone());
             }
         }
+        let between = several.iter().filter(|&&i| i != column && Some(i) != row);
+        let mut slice: Vec<String> = between
+            .map(|&i| format!("{} = {}", axes[i].key, text_of(&axes[i].values[0])))
+            .collect();
+        if study.seeds.len() > 1 {
+            slice.push(format!("seed {}", study.seeds[0]));
+        }
         Some(Self {
             size,
+            slice: slice.join(", "),
             rows: row.map(|row| Labels::of(&axes[row])),
             columns: Labels::of(&axes[column]),
             runs,
@@ -158,6 +164,7 @@ impl Sheet {
             None => GAP,
         };
         let top = 2 * LINE + GAP;
+        let below = if self.slice.is_empty() { GAP } else { LINE };
         Layout {
             first: [
                 left + (room[0] - pictures[0]) / 2,
@@ -165,8 +172,8 @@ impl Sheet {
             ],
             apart: [across, down],
             middle: [left + room[0] / 2, top + room[1] / 2],
-            width: left + room[0] + GAP,
-            height: top + room[1] + GAP,
+            width: (left + room[0]).max(GAP + width_of(&self.slice)) + GAP,
+            height: top + room[1] + below,
         }
     }
 
@@ -186,7 +193,7 @@ impl Sheet {
         layout: &Layout,
     ) -> Drawn<DB> {
         area.fill(&WHITE)?;
-        let centred = style(HPos::Center);
+        let centred = style(LETTERS, HPos::Center, VPos::Center);
         let line = LINE as i32;
         let [middle, half_way] = layout.middle.map(|pixels| pixels as i32);
         let name = self.columns.name.clone();
@@ -198,6 +205,14 @@ impl Sheet {
             let place = (x as i32, above);
             area.draw(&Text::new(value.clone(), place, centred.clone()))?;
         }
+        if !self.slice.is_empty() {
+            let place = (GAP as i32, layout.height as i32 - line / 2);
+            area.draw(&Text::new(
+                self.slice.clone(),
+                place,
+                style(LETTERS, HPos::Left, VPos::Center),
+            ))?;
+        }
         let Some(rows) = &self.rows else {
             return Ok(());
         };
@@ -208,7 +223,11 @@ impl Sheet {
             let [_, y] = layout.cell(0, row);
             let y = y + (layout.apart[1] - GAP) / 2;
             let place = (beside as i32, y as i32);
-            area.draw(&Text::new(value.clone(), place, style(HPos::Right)))?;
+            area.draw(&Text::new(
+                value.clone(),
+                place,
+                style(LETTERS, HPos::Right, VPos::Center),
+            ))?;
         }
         Ok(())
     }
@@ -226,10 +245,14 @@ impl Sheet {
                 u64::from(self.size[0]) >= width_of(word) && u64::from(self.size[1]) >= LINE;
             let (x, y) = self.place(layout, number);
             let corners = [(x, y), (x + width - 1, y + height - 1)];
-            area.draw(&Rectangle::new(corners, EMPTY.filled()))?;
+            area.draw(&Rectangle::new(corners, PALE.filled()))?;
             if has_room {
                 let place = (x + width / 2, y + height / 2);
-                area.draw(&Text::new(word, place, style(HPos::Center)))?;
+                area.draw(&Text::new(
+                    word,
+                    place,
+                    style(LETTERS, HPos::Center, VPos::Center),
+                ))?;
             }
         }
         Ok(())
@@ -303,12 +326,6 @@ fn shortened(text: &str) -> String {
     format!("{begin}...")
 }
 
-fn style(across: HPos) -> TextStyle<'static> {
-    TextStyle::from((FONT, LETTERS).into_font())
-        .color(&INK)
-        .pos(Pos::new(across, VPos::Center))
-}
-
 #[cfg(test)]
 mod tests {
     use myxo::sweep::{Row, Shard};
@@ -333,7 +350,7 @@ mod tests {
         &jobs.iter().find(is_meant).expect("there is one").key
     }
 
-    /// Catches rows and columns that change places, and values between them that are not the first.
+    /// Catches rows and columns that change places, values between them that are not the first, and a line that names others.
     #[test]
     fn rows_are_the_first_parameter_and_columns_the_last() {
         let (study, jobs) =
@@ -360,10 +377,12 @@ mod tests {
         );
         assert_eq!(sheet.columns.name, "c");
         assert_eq!(sheet.columns.values, ["6", "0.25", "7"]);
+        assert_eq!(sheet.slice, "b = 3, seed 0");
         // A parameter with one value is no side.
         let (study, jobs) = read("[grid]\n\"a\" = [1]\n\"b\" = [3, 4, 5]\n\"c\" = [6]\n");
         let sheet = Sheet::of(&study, &jobs).expect("it is a grid");
         assert_eq!((sheet.rows.is_none(), &*sheet.columns.name), (true, "b"));
+        assert_eq!(sheet.slice, "seed 0");
         let expected = [3.0, 4.0, 5.0].map(|b| key(&jobs, [1.0, b, 6.0]));
         assert!(sheet.runs.iter().eq(expected));
         let (study, jobs) = read("[grid]\n\"a\" = [1]\n\"b\" = [2]\n\"c\" = [3]\n");
@@ -438,7 +457,7 @@ mod tests {
         let names = [11 * 9, 14 * 9];
         assert_eq!(
             drawn.dimensions(),
-            (left + names[0] + 4, top + names[1] + 4)
+            (left + names[0] + 4, top + names[1] + 24)
         );
         let first = [left + (names[0] - 84) / 2, top + (names[1] - 64) / 2];
         for number in 0..4 {
@@ -466,6 +485,7 @@ mod tests {
             assert!(ink(x, first[1] - 24, 40, 24) > 10, "column {column}");
         }
         assert!(ink(0, top, 24, names[1]) > 40, "the name of the rows");
+        assert!(ink(0, top + names[1], 100, 24) > 20, "the seed");
         for row in 0..2 {
             let y = first[1] + 34 * row;
             assert!(ink(24, y, first[0] - 24, 30) > 3, "row {row}");
