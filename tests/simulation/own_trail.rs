@@ -237,7 +237,10 @@ fn own_trails_change_while_it_runs() {
 #[test]
 fn a_length_of_an_object_that_is_too_long_is_refused() {
     let far = scene(|s| s.objects[1].trail.diffusion_length = Some(0.9));
-    let problem = Setup::new(&far).err().expect("it is too long").to_string();
+    let problem = Setup::new(&far)
+        .map(|_| ())
+        .expect_err("it is too long")
+        .to_string();
     assert!(
         problem.starts_with("object.1.trail.diffusion_length = 0.9: that is "),
         "{problem}"
