@@ -1,8 +1,8 @@
-// arrive: particles that have won cells move there; they eat, deposit, and are selected where they enter another object. The others stay where
-// they are, with a random heading and without a deposit; they eat, if they are on food.
-// Reads   claims, wishes, wish_motions, cells, strips, distances, plates.
+// arrive: particles that have won cells stay there; they eat, deposit, and are selected where they enter another object. The others go back to
+// where they were, with a random heading and without a deposit; they eat, if they are on food.
+// Reads   claims, origins, cells, goals, bids, strips, distances, plates.
 // Writes  particles and motions in place; deposits, by atomic adds; particle_indices (appended, guarded); what was eaten of meals, by atomic
-//         adds; the count of particles that stay although their cell was left in the last round.
+//         adds; the count of particles that would have won their cells in one more round.
 // One invocation per particle.
 // Overflow: a texel counts each particle at most once, fed ones fed_deposit times; the limits of scenes keep this below 2^32. If
 //         particle_indices is full, flow.wanted still counts, and limit_list makes a new list of the selected particles that leave.
@@ -34,6 +34,7 @@ layout(push_constant) uniform Params {
     uint seed;
     uint time_step;
     uint pitch;               // texels from one atlas row to the next
+    uint rounds;              // in which cells are won
     uint transfer_capacity;   // of particle_indices
     float transfer_threshold; // world length of signed distance below which a place is covered
     uint fed_steps;           // how long a meal lasts
@@ -42,11 +43,12 @@ layout(push_constant) uniform Params {
 
 PAGED_CHANGES(uvec4, 0) particles;  // one an invocation
 PAGED_CHANGES(uvec4, 1) motions;  // one an invocation
-PAGED_READS(uvec4, 2) wishes;  // one an invocation
-PAGED_READS(uvec4, 3) wish_motions;  // one an invocation
-PAGED_READS(uvec4, 4) claims;  // one an invocation
-READS(uvec4, 5) strips;
-READS(uint, 6) cells_texels;
+PAGED_READS(uvec4, 2) origins;  // one an invocation
+PAGED_READS(uvec4, 3) claims;  // one an invocation
+READS(uvec4, 4) strips;
+READS(uint, 5) cells_texels;
+READS(uint, 6) goals_texels;
+READS(uint, 7) bids_texels;
 layout(std430, set = 0, binding = 8) buffer Deposits { uint deposits_block[]; };
 CHANGES(uint, 9) deposits_low;
 CHANGES(uint, 10) deposits_high;
@@ -58,7 +60,6 @@ layout(std430, set = 0, binding = 15) buffer Meals { Meal meals[]; };  // may be
 
 #include "strip_table.glsl"
 #include "atlas.glsl"
-#include "claims.glsl"
 
 Particle particle;
 
@@ -72,31 +73,40 @@ vec2 previous_position() {
 
 #include "arriving.glsl"
 
+uint bid_of(uint cell) {
+    return texel_of(bids, cell);
+}
+
+#include "rows.glsl"
+
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
-    // The cell, the present cell, the rank, the texel.
+    // The cell that it would come to, the present cell, the rank, the texel there.
     uvec4 claim = fetch_paged(claims, i);
     if (MORTAL && claim.z == NO_RANK) return;
-    Particle moved = particle_of(fetch_paged(wishes, i));
     // In two lines, because || of constants alone is not understood by every reader of SPIR-V.
-    bool asks = SELECTS;
-    asks = asks || FOOD;
-    if (asks) particle = particle_of(load_paged(particles, i));
-    uint before = FOOD ? load_paged(motions, i).w : 0u;
-    uint word = texel_of(cells, claim.x);
+    bool has_flags = SELECTS;
+    has_flags = has_flags || FOOD;
+    uvec4 motion = uvec4(0u);
+    if (has_flags) motion = load_paged(motions, i);
+    uint round = won_in(claim.x, claim.z, params.rounds + 1u);
     // A step within its own cell needs no claim.
-    if (claim.x == claim.y || is_won(word, claim.z)) {
-        Motion motion = motion_of(fetch_paged(wish_motions, i));
-        uint flags = arrived_flags(claim.w, before);
-        if (SELECTS) flags |= selected_flag(position_of(moved), i);
-        store_paged(particles, i, words_of(moved));
-        store_paged(motions, i, words_of(Motion(motion.heading_p, motion.heading_h, motion.pending, flags)));
+    if (claim.x == claim.y || (round != 0u && round <= params.rounds)) {
+        motion.w = arrived_flags(claim.w, motion.w);
+        if (SELECTS) {
+            particle = particle_of(fetch_paged(origins, i));
+            motion.w |= selected_flag(position_of(particle_of(load_paged(particles, i))), i);
+        }
+        if (has_flags) store_paged(motions, i, motion);
     } else {
-        if (word == FREE && claim.z != REFUSED) count_one(flow[0].left_over)
+        if (round != 0u) count_one(flow[0].left_over)
+        uvec4 origin = fetch_paged(origins, i);
+        particle = particle_of(origin);
         uint flags = STAYED;
-        if (FOOD) flags |= fed_flags(texel_at(previous_position(), params.pitch), before);
-        vec2 heading = turn_of(random_words(params.seed, moved.id, params.time_step, PURPOSE_REFUSED).x);
+        if (FOOD) flags |= fed_flags(texel_at(previous_position(), params.pitch), motion.w);
+        vec2 heading = turn_of(random_words(params.seed, particle.id, params.time_step, PURPOSE_REFUSED).x);
+        store_paged(particles, i, origin);
         store_paged(motions, i, words_of(Motion(heading.x, heading.y, 0.0, flags)));
     }
 }

@@ -1,8 +1,6 @@
-// claim: every particle claims the cell that it would come to; of those that claim one, the lowest rank remains. What is taken, or was won in an
-// earlier round, stays as it is: so winners claim their cell again for nothing. Particles that would move before the one that is in their cell
-// are marked in the first round, in which no cell has been left, and claim nothing.
-// Reads   claims.
-// Writes  cells, by atomic minima, so that no order shows; claims, the mark in place of the rank.
+// claim: every particle claims the cell that it would come to, if it may come there once that is empty; the lowest rank remains.
+// Reads   claims, cells.
+// Writes  bids, by atomic minima, so that no order shows.
 // One invocation per particle.
 // Overflow: cannot happen; nothing is appended.
 
@@ -21,29 +19,24 @@ layout(constant_id = 22) const bool MORTAL = false;
 
 layout(push_constant) uniform Params {
     uint particle_count;
-    uint round;  // from 0
 } params;
 
-PAGED_CHANGES(uvec4, 0) claims;  // one an invocation
-layout(std430, set = 0, binding = 1) buffer Cells { uint cells_block[]; };
-CHANGES(uint, 2) cells_low;
-CHANGES(uint, 3) cells_high;
+PAGED_READS(uvec4, 0) claims;  // one an invocation
+READS(uint, 1) cells_texels;
+layout(std430, set = 0, binding = 2) buffer Bids { uint bids_block[]; };
+CHANGES(uint, 3) bids_low;
+CHANGES(uint, 4) bids_high;
 
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
-    // The cell, the present cell, the rank, the texel.
-    uvec4 claim = load_paged(claims, i);
+    // The cell that it would come to, the present cell, the rank, the texel there.
+    uvec4 claim = fetch_paged(claims, i);
     if (MORTAL && claim.z == NO_RANK) return;
-    if (claim.z == REFUSED) return;
-    uint mine = claim_of(claim.z, params.round);
-    // Words only become less meanwhile. A look first, because an atomic minimum takes much longer where it is not needed.
-    read_texel(cells, claim.x, word)
-    if (params.round == 0u && comes_too_early(claim.z, word)) {
-        store_paged(claims, i, uvec4(claim.x, claim.y, REFUSED, claim.w));
-        return;
-    }
-    if (word > mine) {
-        lower_texel(cells, claim.x, mine, before)
+    if (!may_come(claim.z, texel_of(cells, claim.x))) return;
+    // Bids only become less meanwhile. A look first, because an atomic minimum takes much longer where it is not needed.
+    read_texel(bids, claim.x, bid)
+    if (bid > claim.z) {
+        lower_texel(bids, claim.x, claim.z, before)
     }
 }

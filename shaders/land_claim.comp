@@ -1,6 +1,7 @@
 // land_claim: particles that come over from another object claim the cells that they would land on.
-// Reads   flow, particles, strips, homes, triangles, corners, vertices, poses.
-// Writes  transfers: the cell of each; cells, by atomic minima, so that no order shows.
+// Reads   flow, particles, strips, homes, cells, goals, triangles, corners, vertices, poses.
+// Writes  transfers: the cell of each; bids, by atomic minima, so that no order shows. A cell is free if it was empty or has been left, and if no
+//         particle of its object claims it.
 // One invocation per transfer.
 // Overflow: cannot happen; nothing is appended.
 
@@ -11,7 +12,6 @@
 #include "index.glsl"
 #include "tables.glsl"
 #include "texels.glsl"
-#include "claims.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -19,6 +19,7 @@ layout(push_constant) uniform Params {
     uint capacity;  // of the lists of transfers
     uint salt;      // of the step
     uint pitch;     // texels from one atlas row to the next
+    uint rounds;    // in which cells are won
 } params;
 
 layout(std430, set = 0, binding = 0) buffer Transfers { Transfer transfers[]; };
@@ -26,17 +27,35 @@ layout(std430, set = 0, binding = 1) readonly buffer FlowBlock { Flow flow[]; };
 PAGED_READS(uvec4, 2) particles;
 READS(uvec4, 3) strips;
 READS(uint, 4) homes_texels;
-layout(std430, set = 0, binding = 5) buffer Cells { uint cells_block[]; };
-CHANGES(uint, 6) cells_low;
-CHANGES(uint, 7) cells_high;
-READS(uvec4, 8) triangles;
-READS(uint, 9) corners;
-READS(uvec4, 10) vertices;
-READS(vec4, 11) poses;
+READS(uint, 5) cells_texels;
+READS(uint, 6) goals_texels;
+layout(std430, set = 0, binding = 7) buffer Bids { uint bids_block[]; };
+CHANGES(uint, 8) bids_low;
+CHANGES(uint, 9) bids_high;
+READS(uvec4, 10) triangles;
+READS(uint, 11) corners;
+READS(uvec4, 12) vertices;
+READS(vec4, 13) poses;
 
 #include "strip_table.glsl"
 #include "atlas.glsl"
 #include "transfer.glsl"
+
+// Others may claim the cell meanwhile; what they change is above any rank.
+uint bid_of(uint cell) {
+    read_texel(bids, cell, bid)
+    return bid;
+}
+
+#include "rows.glsl"
+
+// Can what comes over have a cell?
+bool is_open(uint cell) {
+    if (bid_of(cell) < LANDING) return false;
+    uint word = texel_of(cells, cell);
+    if (word == FREE) return true;
+    return word != SHARED_CELL && won_in(texel_of(goals, cell), word - 1u, params.rounds) != 0u;
+}
 
 void main() {
     uint i = invocation_index();
@@ -48,6 +67,7 @@ void main() {
     vec2 position = atlas_position(atlas_map_of(transfer.triangle), landing.u, landing.v);
     uint cell = texel_of(homes, texel_at(position, params.pitch));
     transfers[i].cell = cell;
+    if (!is_open(cell)) return;
     uint rank = rank_of(fetch_paged(particles, transfer.particle).w, params.salt);
-    lower_texel(cells, cell, claim_of(rank, LANDING), before)
+    lower_texel(bids, cell, LANDING + rank, before)
 }

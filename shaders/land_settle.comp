@@ -1,6 +1,6 @@
 // land_settle: particles whose cell on the other object is taken, or was won by another one, stay on their object, with a random heading;
 // so do those that transfer_out has sent back.
-// Reads   flow, particles, cells.
+// Reads   flow, particles, bids.
 // Writes  transfers and motions of those that stay; flux, by atomic adds.
 // One invocation per transfer.
 // Overflow: cannot happen; counters stop at the largest number.
@@ -32,7 +32,7 @@ layout(std430, set = 0, binding = 0) buffer Transfers { Transfer transfers[]; };
 layout(std430, set = 0, binding = 1) readonly buffer FlowBlock { Flow flow[]; };
 PAGED_READS(uvec4, 2) particles;
 PAGED_CHANGES(uvec4, 3) motions;
-READS(uint, 4) cells_texels;
+READS(uint, 4) bids_texels;
 layout(std430, set = 0, binding = 5) buffer Flux { uint flux[]; };
 
 void main() {
@@ -42,7 +42,7 @@ void main() {
     uint slot = transfer.particle;
     uint id = fetch_paged(particles, slot).w;
     bool comes = transfer.source != transfer.target;
-    if (comes && texel_of(cells, transfer.cell) == claim_of(rank_of(id, params.salt), LANDING)) return;
+    if (comes && texel_of(bids, transfer.cell) == LANDING + rank_of(id, params.salt)) return;
     transfers[i].stays = 1u;
     if (comes) {
         transfers[i].target = transfer.source;

@@ -76,13 +76,12 @@ const KERNELS: &[(&str, &str)] = &[
     ("walk", "Particles walk, where they sense separately"),
     (
         "wish",
-        "Where particles would come to, with one particle a cell",
+        "Particles walk to where they would come to, with one particle a cell",
     ),
     ("claim", "Particles claim cells"),
-    ("settle", "Particles that have won their cells take them"),
     (
         "arrive",
-        "Particles that have won cells move there, and the others stay",
+        "Particles that have won their cells stay there, and the others go back",
     ),
     (
         "land_claim",

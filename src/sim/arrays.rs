@@ -135,13 +135,15 @@ pub struct Arrays {
     pub bias: Vec<f32>,
     /// One per texel: the weight of the second look; empty if nothing was painted.
     pub weights: Vec<f32>,
-    /// With one particle a cell, one per texel: what is known of the cell; otherwise empty.
+    /// With one particle a cell, one per texel: which rank is in the cell; otherwise empty, as those that follow.
     pub cells: Vec<u32>,
-    /// With one particle a cell, one per particle: itself where it would come to.
-    pub wishes: Vec<Particle>,
-    /// With one particle a cell, one per particle: its motion there.
-    pub wish_motions: Vec<Motion>,
-    /// With one particle a cell, one per particle: the cell there; the cell that it is in; its rank; the texel there.
+    /// One per texel, for taken cells: the cell that the particle in it would come to.
+    pub goals: Vec<u32>,
+    /// One per texel: the lowest rank of those that would come to the cell and may.
+    pub bids: Vec<u32>,
+    /// One per particle: itself before it walked.
+    pub origins: Vec<Particle>,
+    /// One per particle: the cell that it would come to; the cell that it is in; its rank; the texel that it would come to.
     pub claims: Vec<UVec4>,
     /// With a population that grows and shrinks, one per texel: the particles in the cell; otherwise empty, as those that follow.
     pub occupants: Vec<u32>,
@@ -226,10 +228,11 @@ impl Arrays {
             previous_deposits: vec![0; texels],
             bias: start.bias,
             weights: start.looks,
-            cells: vec![0; counts.wishes.1 as usize],
-            wishes: vec![Particle::zeroed(); counts.wishes.0 as usize],
-            wish_motions: vec![Motion::zeroed(); counts.wishes.0 as usize],
-            claims: vec![UVec4::ZERO; counts.wishes.0 as usize],
+            cells: vec![0; counts.crowd.1 as usize],
+            goals: vec![0; counts.crowd.1 as usize],
+            bids: vec![0; counts.crowd.1 as usize],
+            origins: vec![Particle::zeroed(); counts.crowd.0 as usize],
+            claims: vec![UVec4::ZERO; counts.crowd.0 as usize],
             occupants: vec![0; counts.population.1 as usize],
             nursery: vec![0; counts.population.1 as usize],
             births: vec![NONE; counts.population.0 as usize],

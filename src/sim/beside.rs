@@ -8,6 +8,7 @@ use bytemuck::Pod;
 use glam::UVec4;
 
 use super::arrays::Arrays;
+use super::claims::{FREE, SHARED_CELL};
 use super::paint::{Brush, Dab};
 use super::setup::Setup;
 use super::simulation::Simulation;
@@ -96,6 +97,8 @@ const PARTICLES: &[(&str, As)] = &[
     ("pending", As::Float),
     ("flags", As::Number),
 ];
+// Particles without their motions.
+const ORIGINS: &[(&str, As)] = PARTICLES.split_at(4).0;
 const MEALS: &[(&str, As)] = &[
     ("remaining", As::Number),
     ("eaten", As::Number),
@@ -168,8 +171,9 @@ struct Near {
 #[derive(Default)]
 struct Crowd {
     cells: Vec<u32>,
-    wishes: Vec<Particle>,
-    wish_motions: Vec<Motion>,
+    goals: Vec<u32>,
+    bids: Vec<u32>,
+    origins: Vec<Particle>,
     claims: Vec<UVec4>,
 }
 
@@ -211,8 +215,9 @@ impl Everything {
             None => Crowd::default(),
             Some(crowd) => Crowd {
                 cells: ctx.download(&crowd.cells)?,
-                wishes: ctx.download(&crowd.wishes)?,
-                wish_motions: ctx.download(&crowd.motions)?,
+                goals: ctx.download(&crowd.goals)?,
+                bids: ctx.download(&crowd.bids)?,
+                origins: ctx.download(&crowd.origins)?,
                 claims: ctx.download(&crowd.claims)?,
             },
         };
@@ -277,8 +282,9 @@ impl Everything {
             leaving: transfers.transfers[..leaving].to_vec(),
             crowd: Crowd {
                 cells: a.cells.clone(),
-                wishes: a.wishes.clone(),
-                wish_motions: a.wish_motions.clone(),
+                goals: a.goals.clone(),
+                bids: a.bids.clone(),
+                origins: a.origins.clone(),
                 claims: a.claims.clone(),
             },
             growth: Growth {
@@ -350,21 +356,24 @@ impl Everything {
         add("looks", FLOATS, words(&self.looks));
         let Crowd {
             cells,
-            wishes,
-            wish_motions,
+            goals,
+            bids,
+            origins,
             claims,
         } = self.crowd;
+        // Of a shared cell it does not matter which goal remains, and that of an empty one is old.
+        let has_goal = |cell: u32| cell != SHARED_CELL && cell != FREE;
+        let goals = cells.iter().zip(goals);
+        let goals = goals.map(|(&cell, goal)| if has_goal(cell) { goal } else { 0 });
+        add("goals", CELLS, goals.collect());
         add("cells", WORDS, cells);
+        add("bids", WORDS, bids);
         // Only `wish` writes these, one a slot; later the slots hold other particles.
         if runs(&["wish"]) {
-            let mut wished = Vec::with_capacity(8 * slots.len());
-            // Dead particles wish nothing: what is there was another one's.
+            // Dead particles do not walk: what is there was another one's.
             let living = slots.iter().filter(|&&slot| !self.motions[slot].is_dead());
-            for &slot in living {
-                wished.extend(words(&[wishes[slot]]));
-                wished.extend(words(&[wish_motions[slot]]));
-            }
-            add("wishes", PARTICLES, wished);
+            let origins: Vec<Particle> = living.map(|&slot| origins[slot]).collect();
+            add("origins", ORIGINS, words(&origins));
             let claims: Vec<UVec4> = slots.iter().map(|&slot| claims[slot]).collect();
             add("claims", CLAIMS, words(&claims));
         }
@@ -562,11 +571,12 @@ mod tests {
             ("divide_number", "population"),
             ("divide_list", "parents"),
             ("divide_begin", "particles"),
-            ("wish", "wishes"),
+            ("wish", "particles"),
+            ("wish", "origins"),
             ("wish", "claims"),
             ("wish", "cells"),
-            ("claim", "cells"),
-            ("settle", "cells"),
+            ("wish", "goals"),
+            ("claim", "bids"),
             ("arrive", "particles"),
         ] {
             let pair = (kernel.to_owned(), field);

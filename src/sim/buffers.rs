@@ -66,7 +66,7 @@ pub struct Counts {
     /// Texels of which the object is known; 0 where objects do not differ in what happens to their trails.
     pub trail_objects: u64,
     /// With one particle a cell: particles, and texels; otherwise 0 and 0.
-    pub wishes: (u64, u64),
+    pub crowd: (u64, u64),
     /// With a population that grows and shrinks: particles, dead ones among them, and texels; otherwise 0 and 0.
     pub population: (u64, u64),
     /// Foods and markers.
@@ -300,10 +300,11 @@ table! {
     LOOKS: f32 = "looks", LARGE 0, |n| n.looks;
     TRAIL_OBJECTS: u32 = "trail_objects", LARGE 0, |n| n.trail_objects;
     HOMES: u32 = "homes", LARGE 0, |n| n.homes;
-    CELLS: u32 = "cells", LARGE 0, |n| n.wishes.1;
-    WISHES: Particle = "wishes", PAGED 4, |n| n.wishes.0;
-    WISH_MOTIONS: Motion = "wish_motions", PAGED 4, |n| n.wishes.0;
-    CLAIMS: UVec4 = "claims", PAGED 4, |n| n.wishes.0;
+    CELLS: u32 = "cells", LARGE 0, |n| n.crowd.1;
+    GOALS: u32 = "goals", LARGE 0, |n| n.crowd.1;
+    BIDS: u32 = "bids", LARGE 0, |n| n.crowd.1;
+    ORIGINS: Particle = "origins", PAGED 4, |n| n.crowd.0;
+    CLAIMS: UVec4 = "claims", PAGED 4, |n| n.crowd.0;
     OCCUPANTS: u32 = "occupants", LARGE 0, |n| n.population.1;
     NURSERY: u32 = "nursery", LARGE 0, |n| n.population.1;
     NESTS: u32 = "nests", LARGE 0, |n| n.population.1;

@@ -1,8 +1,9 @@
-//! What is known of a cell, an owned texel, while particles claim cells. Twin of `shaders/include/claims.glsl`.
+//! What is known of a cell, an owned texel, while particles claim cells. Twin of `shaders/include/claims.glsl`, which says what its three words
+//! mean.
 
 /// Several particles are in it: then it stays taken to the end of the step.
 pub const SHARED_CELL: u32 = 0;
-/// No particle is in it, and none has claimed it.
+/// No particle is in it; of a bid: nothing claims it.
 pub const FREE: u32 = u32::MAX;
 
 /// Ids have fewer bits than these: scenes of more particles are refused.
@@ -10,10 +11,8 @@ pub const RANK_BITS: u32 = 28;
 const RANKS: u32 = (1 << RANK_BITS) - 1;
 /// In place of the rank of particles that are dead.
 pub const NO_RANK: u32 = u32::MAX;
-/// In place of the rank of particles that cannot win their cell any more.
-pub const REFUSED: u32 = u32::MAX - 1;
-/// The round in which particles that come over from other objects claim cells, after all others.
-pub const LANDING: u32 = 14;
+/// Added to the ranks of particles that come over from other objects: they come after all others.
+pub const LANDING: u32 = 1 << RANK_BITS;
 
 /// The rank of a particle in a step: a bijection of 28 bits, so that no two ranks are equal, made as the finalizer of MurmurHash3 (Appleby).
 #[must_use]
@@ -27,35 +26,59 @@ pub fn rank_of(id: u32, salt: u32) -> u32 {
     h
 }
 
-/// A cell with one particle, of this rank. Ranks 0 and 1 have one word, but only one of them can be in the cell, and the other one compares
-/// right.
+/// What says of a cell that a particle of this rank is in it.
 #[must_use]
 pub fn taken_by(rank: u32) -> u32 {
-    rank.max(1)
+    rank + 1
 }
 
-/// Would a particle of this rank move before that in the cell with this word?
+/// May a particle of this rank come to the cell with this word, once it is empty?
 #[must_use]
-pub fn comes_too_early(rank: u32, word: u32) -> bool {
-    word <= RANKS && rank < word
+pub fn may_come(rank: u32, word: u32) -> bool {
+    word == FREE || (word != SHARED_CELL && taken_by(rank) > word)
 }
 
-/// Does the word say that one particle or several are in the cell?
-#[must_use]
-pub fn is_taken(word: u32) -> bool {
-    word <= RANKS
+/// All cells while particles claim them; each has one element per texel, for owned ones.
+#[derive(Clone, Copy)]
+pub struct Claimed<'a> {
+    /// Which rank is in a cell.
+    pub cells: &'a [u32],
+    /// For a taken cell: to which one the particle in it would come.
+    pub goals: &'a [u32],
+    /// The lowest rank of the particles that would come to a cell and may.
+    pub bids: &'a [u32],
 }
 
-/// The claim of a rank in a round, counted from 0: above [`taken_by`] any rank, not above [`FREE`], and above all claims of earlier rounds.
-#[must_use]
-pub fn claim_of(rank: u32, round: u32) -> u32 {
-    (round + 1) << RANK_BITS | rank
-}
+impl Claimed<'_> {
+    /// The round, from 1 on, in which a particle of this rank wins a cell; `None` if it does not win it in so many rounds.
+    /// Twin of `shaders/include/rows.glsl`.
+    #[must_use]
+    pub fn won_in(&self, cell: u32, rank: u32, rounds: u32) -> Option<u32> {
+        let (mut cell, mut rank) = (cell as usize, rank);
+        for round in 1..=rounds {
+            if self.bids[cell] != rank {
+                return None;
+            }
+            let word = self.cells[cell];
+            if word == FREE {
+                return Some(round);
+            }
+            rank = word - 1;
+            cell = self.goals[cell] as usize;
+        }
+        None
+    }
 
-/// Has a particle of this rank won the cell with this word, in whichever round?
-#[must_use]
-pub fn is_won(word: u32, rank: u32) -> bool {
-    word > RANKS && word != FREE && word & RANKS == rank
+    /// Can a particle that comes over from another object have a cell?
+    #[must_use]
+    pub fn is_open(&self, cell: u32, rounds: u32) -> bool {
+        let word = self.cells[cell as usize];
+        let is_left = || {
+            let goal = self.goals[cell as usize];
+            word != SHARED_CELL && self.won_in(goal, word - 1, rounds).is_some()
+        };
+        self.bids[cell as usize] >= LANDING && (word == FREE || is_left())
+    }
 }
 
 #[cfg(test)]
@@ -80,39 +103,63 @@ mod tests {
         assert_ne!(first(1), first(2));
     }
 
-    /// Would catch: a claim that says of a cell that it is taken or free, one that takes what was won in an earlier round, and a winner that
-    /// does not know.
-    #[test]
-    fn claims_of_later_rounds_leave_what_was_won() {
-        for rank in [0, 1, 77, RANKS - 1, RANKS] {
-            for round in 0..LANDING {
-                let claim = claim_of(rank, round);
-                assert!(claim > taken_by(RANKS) && claim < FREE);
-                assert!(claim < claim_of(0, round + 1));
-                assert!(is_won(claim, rank) && !is_won(claim, rank ^ 1));
-            }
-            assert!(claim_of(rank, LANDING) > claim_of(RANKS, LANDING - 1));
-            for word in [SHARED_CELL, taken_by(rank), FREE] {
-                assert!(!is_won(word, rank));
-            }
-            assert!(!is_won(claim_of(rank, 0), REFUSED) && !is_won(FREE, REFUSED));
-        }
-    }
-
-    /// Would catch: a particle that gets a cell before the one in it has moved, and ranks 0 and 1, which have one word, that compare wrong.
+    /// Would catch: a particle that gets a cell before the one in it has moved, one that comes to a shared cell, and a landing before others.
     #[test]
     fn only_later_ranks_come_to_a_taken_cell() {
         let ranks = [0, 1, 2, 77, RANKS - 1, RANKS];
         for holder in ranks {
             let word = taken_by(holder);
-            assert!(is_taken(word) && word != SHARED_CELL);
-            for rank in ranks.into_iter().filter(|rank| *rank != holder) {
-                assert_eq!(comes_too_early(rank, word), rank < holder);
+            assert!(word != SHARED_CELL && word != FREE);
+            for rank in ranks {
+                assert_eq!(may_come(rank, word), rank > holder);
+                assert!(LANDING + rank > holder && LANDING + rank < FREE);
+            }
+            assert!(may_come(holder, FREE) && !may_come(holder, SHARED_CELL));
+        }
+    }
+
+    /// A row of five particles, each in the cell that the next one would come to, on a line of seven cells of which the last is empty.
+    ///
+    /// Would catch: a round too many or too few, a winner over a lower bid, and cells that are left or taken for those that come over.
+    #[test]
+    fn a_row_moves_by_one_particle_a_round() {
+        let ranks = [50, 40, 30, 20, 10];
+        let mut cells = [FREE; 7];
+        let mut goals = [0; 7];
+        let mut bids = [FREE; 7];
+        for (k, rank) in ranks.into_iter().enumerate() {
+            cells[k + 1] = taken_by(rank);
+            goals[k + 1] = k as u32 + 2;
+            bids[k + 2] = rank;
+        }
+        let claimed = |bids| Claimed {
+            cells: &cells,
+            goals: &goals,
+            bids,
+        };
+        for (k, rank) in (0..).zip(ranks) {
+            let cell = k + 2;
+            for rounds in 0..7 {
+                let round = 5 - k;
+                let expected = (round <= rounds).then_some(round);
+                assert_eq!(claimed(&bids).won_in(cell, rank, rounds), expected);
+                assert_eq!(claimed(&bids).won_in(cell, rank + 1, rounds), None);
             }
         }
-        // A shared cell stays taken anyway.
-        assert!(is_taken(SHARED_CELL) && !comes_too_early(0, SHARED_CELL));
-        assert!(!is_taken(FREE) && !comes_too_early(0, FREE));
-        assert!(!comes_too_early(0, claim_of(1, 0)));
+        // Where a lower rank comes to the empty cell, all of them stay.
+        let mut lower = bids;
+        lower[6] = 3;
+        for (k, rank) in (0..).zip(ranks) {
+            assert_eq!(claimed(&lower).won_in(k + 2, rank, 14), None);
+        }
+        // The first cell is left once all have moved, and the others are claimed.
+        let open = |rounds| (0..7).filter(move |&cell| claimed(&bids).is_open(cell, rounds));
+        assert!(open(5).eq([0, 1]) && open(4).eq([0]));
+        lower[6] = LANDING + 3;
+        assert!(
+            (0..7)
+                .filter(|&cell| claimed(&lower).is_open(cell, 5))
+                .eq([0, 6])
+        );
     }
 }

@@ -50,7 +50,7 @@ impl Counts {
             } else {
                 0
             },
-            wishes: if settings.physarum.rules().is_crowded() {
+            crowd: if settings.physarum.rules().is_crowded() {
                 (count(setup.particles.len()), count(atlas.texel_count()))
             } else {
                 (0, 0)
@@ -119,7 +119,7 @@ impl Counts {
                 0
             },
             trail_objects: if settings.has_own_rates() { texels } else { 0 },
-            wishes: if rules.is_crowded() {
+            crowd: if rules.is_crowded() {
                 (settings.slots().into(), texels)
             } else {
                 (0, 0)

@@ -279,13 +279,15 @@ pub struct Across {
 
 /// What particles claim, with one particle a cell.
 pub struct Crowd {
-    /// One per texel, for owned ones: what is known of the cell in the present step.
+    /// One per texel, for owned ones: which rank is in the cell.
     pub cells: Texture<u32>,
-    /// One per particle: itself where it would come to.
-    pub wishes: Store<Particle>,
-    /// One per particle: its heading and pending length there.
-    pub motions: Store<Motion>,
-    /// One per particle: the cell there; the cell that it is in; its rank; the texel there.
+    /// One per texel, for taken cells: the cell that the particle in it would come to.
+    pub goals: Texture<u32>,
+    /// One per texel, for owned ones: the lowest rank of those that would come to the cell and may.
+    pub bids: Texture<u32>,
+    /// One per particle: itself before it walked.
+    pub origins: Store<Particle>,
+    /// One per particle: the cell that it would come to; the cell that it is in; its rank; the texel that it would come to.
     pub claims: Store<UVec4>,
 }
 
@@ -456,7 +458,7 @@ impl State {
             homes: (counts.homes > 0)
                 .then(|| Texture::new(ctx, make.of(&buffers::HOMES, &setup.homes)?))
                 .transpose()?,
-            crowd: (counts.wishes.0 > 0).then(|| crowd(make)).transpose()?,
+            crowd: (counts.crowd.0 > 0).then(|| crowd(make)).transpose()?,
             growth: (setup.population)
                 .map(|start| growth(make, setup, start))
                 .transpose()?,
@@ -567,8 +569,9 @@ fn atlas_tables(make: &Maker<'_>, setup: &Setup) -> Result<AtlasTables, GpuError
 fn crowd(make: &Maker<'_>) -> Result<Crowd, GpuError> {
     Ok(Crowd {
         cells: Texture::new(make.ctx, make.zeros(&buffers::CELLS)?)?,
-        wishes: make.store_of_zeros(&buffers::WISHES)?,
-        motions: make.store_of_zeros(&buffers::WISH_MOTIONS)?,
+        goals: Texture::new(make.ctx, make.zeros(&buffers::GOALS)?)?,
+        bids: Texture::new(make.ctx, make.zeros(&buffers::BIDS)?)?,
+        origins: make.store_of_zeros(&buffers::ORIGINS)?,
         claims: make.store_of_zeros(&buffers::CLAIMS)?,
     })
 }

@@ -191,15 +191,13 @@ fn act(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Particles walk, one a cell: they claim cells, round by round, and stay where they are if they have won none.
+/// Particles walk, one a cell: they claim the cells that they would come to, and go back if they have won none.
 fn crowd(s: &mut Step, plan: &Plan<'_>) {
     let particles = Threads(plan.particle_count());
     s.fill(FREE, |s| &s.crowd().cells, |a| &mut a.cells);
+    s.fill(FREE, |s| &s.crowd().bids, |a| &mut a.bids);
     s.run(particles, plan.wish());
-    for round in 0..plan.rules.rounds {
-        s.run(particles, plan.claim(round));
-        s.run(particles, plan.settle(round));
-    }
+    s.run(particles, plan.claim());
     s.run(particles, plan.arrive());
 }
 

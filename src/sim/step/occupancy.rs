@@ -1,9 +1,9 @@
 //! The kernels by which particles walk, one a cell: their parameters, bindings and twins.
 //!
-//! Every particle takes its cell, and wishes to come to another one. In each round they claim these cells, and the lowest rank wins each
-//! that is free: what winners leave is free in the next round, for particles of higher ranks than theirs. So it ends as if particles moved one
-//! after the other by their ranks, but for rows of particles that are longer than there are rounds. Then winners move, and those that have won
-//! nothing stay. Particles that come over from other objects claim the cells that are free after that.
+//! Every particle walks, takes the cell that it was in, and claims the one that it has come to. Of those that claim a cell the lowest rank wins,
+//! once the cell is empty: a particle in it must win its own cell first, and have a lower rank. So it ends as if particles moved one after the
+//! other by their ranks, but for rows of particles that are longer than there are rounds. Those that have won nothing go back. Particles that
+//! come over from other objects claim the cells that are free after that.
 
 use glam::UVec4;
 
@@ -11,16 +11,15 @@ use crate::rng::{Purpose, random, seed_word};
 use crate::scene::settings::Strategy;
 use crate::sim::arrays::Arrays;
 use crate::sim::claims::{
-    FREE, LANDING, NO_RANK, REFUSED, SHARED_CELL, claim_of, comes_too_early, is_taken, is_won,
-    rank_of, taken_by,
+    Claimed, FREE, LANDING, NO_RANK, SHARED_CELL, may_come, rank_of, taken_by,
 };
 use crate::sim::field::{atlas_position, texel_at};
 use crate::sim::ground::{Flight, Ground};
 use crate::sim::kernels::{
     Arrive, ArriveArgs, ArriveConstants, ArriveParams, Claim, ClaimArgs, ClaimConstants,
     ClaimParams, LandClaim, LandClaimArgs, LandClaimConstants, LandClaimParams, LandSettle,
-    LandSettleArgs, LandSettleConstants, LandSettleParams, Settle, SettleArgs, SettleConstants,
-    SettleParams, Wish, WishArgs, WishConstants, WishParams,
+    LandSettleArgs, LandSettleConstants, LandSettleParams, Wish, WishArgs, WishConstants,
+    WishParams,
 };
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
@@ -30,7 +29,7 @@ use crate::sim::work::{Call, StepKernel};
 use crate::strict::{settled, turn_of};
 
 impl Plan<'_> {
-    /// Where particles would come to.
+    /// Particles walk to where they would come to.
     #[must_use]
     pub fn wish(&self) -> Call<Wish> {
         Call {
@@ -39,6 +38,7 @@ impl Plan<'_> {
                 border_reflects: self.border_reflects(),
                 own_physarum: self.own_physarum,
                 painted: self.means.painted,
+                food: self.has_food(),
                 pulses: !self.shells.is_empty(),
                 looks: self.has_looks(),
                 mortal: self.is_mortal(),
@@ -57,7 +57,7 @@ impl Plan<'_> {
 
     /// Particles claim cells.
     #[must_use]
-    pub fn claim(&self, round: u32) -> Call<Claim> {
+    pub fn claim(&self) -> Call<Claim> {
         Call {
             on: (),
             constants: ClaimConstants {
@@ -66,28 +66,11 @@ impl Plan<'_> {
             },
             params: ClaimParams {
                 particle_count: self.particle_count(),
-                round,
             },
         }
     }
 
-    /// What winners leave is free.
-    #[must_use]
-    pub fn settle(&self, round: u32) -> Call<Settle> {
-        Call {
-            on: (),
-            constants: SettleConstants {
-                mortal: self.is_mortal(),
-                paths: self.means.paths,
-            },
-            params: SettleParams {
-                particle_count: self.particle_count(),
-                round,
-            },
-        }
-    }
-
-    /// Winners move, and the others stay.
+    /// Winners stay where they have come to, and the others go back.
     #[must_use]
     pub fn arrive(&self) -> Call<Arrive> {
         Call {
@@ -104,6 +87,7 @@ impl Plan<'_> {
                 seed: seed_word(self.settings.seed),
                 time_step: self.time_step(),
                 pitch: self.setup.atlas.pitch,
+                rounds: self.rules.rounds,
                 transfer_capacity: self.means.capacity,
                 transfer_threshold: self.lengths.threshold,
                 fed_steps: self.settings.feeding.fed_steps,
@@ -124,6 +108,7 @@ impl Plan<'_> {
                 capacity: self.means.capacity,
                 salt: self.claim_salt(),
                 pitch: self.setup.atlas.pitch,
+                rounds: self.rules.rounds,
             },
         }
     }
@@ -161,13 +146,15 @@ impl StepKernel for Wish {
         WishArgs {
             particles: &s.particles.texels,
             motions: &s.motions.texels,
-            wishes: &crowd.wishes.texels,
-            wish_motions: &crowd.motions.texels,
+            particles_before: &s.particles.texels,
+            motions_before: &s.motions.texels,
+            origins: &crowd.origins.texels,
             claims: &crowd.claims.texels,
             strips: &s.surface.strips,
             physarums: &s.objects.physarums,
             homes: s.homes(),
             cells: &crowd.cells,
+            goals: &crowd.goals,
             bias: s.bias.as_ref(),
             looks: s.looks.as_ref(),
             shells: &s.objects.shells,
@@ -190,10 +177,9 @@ impl StepKernel for Wish {
                 homes: &setup.homes,
                 ..AdvanceInputs::of_surface(setup, &a.physarums)
             },
-            (&a.particles, &a.motions),
-            (&mut a.wishes, &mut a.wish_motions),
-            &mut a.claims,
-            &mut a.cells,
+            (&mut a.particles, &mut a.motions),
+            (&mut a.origins, &mut a.claims),
+            (&mut a.cells, &mut a.goals),
         );
     }
 }
@@ -206,27 +192,18 @@ impl StepKernel for Claim {
         ClaimArgs {
             claims: &crowd.claims.texels,
             cells: &crowd.cells,
+            bids: &crowd.bids,
         }
     }
 
     fn twin(call: &Call<Self>, a: &mut Arrays) {
-        claim(&call.constants, &call.params, &mut a.claims, &mut a.cells);
-    }
-}
-
-impl StepKernel for Settle {
-    type On = ();
-
-    fn args<'s>(_call: &Call<Self>, s: &'s State) -> SettleArgs<'s> {
-        let crowd = s.crowd();
-        SettleArgs {
-            claims: &crowd.claims.texels,
-            cells: &crowd.cells,
-        }
-    }
-
-    fn twin(call: &Call<Self>, a: &mut Arrays) {
-        settle(&call.constants, &call.params, &a.claims, &mut a.cells);
+        claim(
+            &call.constants,
+            &call.params,
+            &a.claims,
+            &a.cells,
+            &mut a.bids,
+        );
     }
 }
 
@@ -238,11 +215,12 @@ impl StepKernel for Arrive {
         ArriveArgs {
             particles: &s.particles.texels,
             motions: &s.motions.texels,
-            wishes: &crowd.wishes.texels,
-            wish_motions: &crowd.motions.texels,
+            origins: &crowd.origins.texels,
             claims: &crowd.claims.texels,
             strips: &s.surface.strips,
             cells: &crowd.cells,
+            goals: &crowd.goals,
+            bids: &crowd.bids,
             deposits: &s.deposits.front,
             distances: &s.near.distances.texels,
             flow: &s.transfers.flow,
@@ -264,8 +242,12 @@ impl StepKernel for Arrive {
                 ..AdvanceInputs::of_surface(setup, &a.physarums)
             },
             (&mut a.particles, &mut a.motions),
-            (&a.wishes, &a.wish_motions),
-            (&a.claims, &a.cells),
+            (&a.origins, &a.claims),
+            Claimed {
+                cells: &a.cells,
+                goals: &a.goals,
+                bids: &a.bids,
+            },
             (&mut t.flow[0], &mut t.particle_indices),
             &mut a.meals,
             &mut a.deposits,
@@ -277,13 +259,16 @@ impl StepKernel for LandClaim {
     type On = ();
 
     fn args<'s>(_call: &Call<Self>, s: &'s State) -> LandClaimArgs<'s> {
+        let crowd = s.crowd();
         LandClaimArgs {
             transfers: &s.transfers.transfers,
             flow: &s.transfers.flow,
             particles: &s.particles.texels,
             strips: &s.surface.strips,
             homes: s.homes(),
-            cells: &s.crowd().cells,
+            cells: &crowd.cells,
+            goals: &crowd.goals,
+            bids: &crowd.bids,
             triangles: &s.surface.triangles,
             corners: &s.surface.corners,
             vertices: &s.surface.vertices,
@@ -302,7 +287,7 @@ impl StepKernel for LandClaim {
             &a.transfers.flow[0],
             &a.particles,
             &mut a.transfers.transfers,
-            &mut a.cells,
+            (&a.cells, &a.goals, &mut a.bids),
         );
     }
 }
@@ -316,7 +301,7 @@ impl StepKernel for LandSettle {
             flow: &s.transfers.flow,
             particles: &s.particles.texels,
             motions: &s.motions.texels,
-            cells: &s.crowd().cells,
+            bids: &s.crowd().bids,
             flux: &s.transfers.flux,
         }
     }
@@ -327,7 +312,7 @@ impl StepKernel for LandSettle {
             &call.params,
             &t.flow[0],
             (&a.particles, &mut a.motions),
-            &a.cells,
+            &a.bids,
             &mut t.transfers,
             &mut t.flux,
         );
@@ -339,10 +324,9 @@ pub fn wish(
     constants: &WishConstants,
     params: &WishParams,
     inputs: &AdvanceInputs,
-    (particles, motions): (&[Particle], &[Motion]),
-    (wishes, wish_motions): (&mut [Particle], &mut [Motion]),
-    claims: &mut [UVec4],
-    cells: &mut [u32],
+    (particles, motions): (&mut [Particle], &mut [Motion]),
+    (origins, claims): (&mut [Particle], &mut [UVec4]),
+    (cells, goals): (&mut [u32], &mut [u32]),
 ) {
     let walking = Walking {
         attempts: params.attempts,
@@ -360,41 +344,44 @@ pub fn wish(
         texel_at(inputs.position_of(triangle, [u, v]), params.pitch)
     };
     for slot in 0..params.particle_count as usize {
-        let (particle, motion) = (&particles[slot], &motions[slot]);
+        let (particle, motion) = (particles[slot], motions[slot]);
         if constants.mortal && motion.is_dead() {
             claims[slot] = UVec4::new(0, 0, NO_RANK, 0);
             continue;
         }
-        let texel = texel_of(particle.triangle, particle.u, particle.v);
-        let own_cell = inputs.homes[texel as usize];
-        let cell = &mut cells[own_cell as usize];
-        let rank = rank_of(particle.id, params.salt);
-        *cell = match is_taken(*cell) {
-            true => SHARED_CELL,
-            false => taken_by(rank),
-        };
         let own = own_parameters(
             constants.own_physarum,
             constants.looks.then_some(params.second_look),
             inputs,
-            particle,
+            &particle,
             params.pitch,
         );
-        let (w, pending) = walking.whole(inputs, &own, (particle, motion));
-        wishes[slot] = Particle {
+        let (w, pending) = walking.whole(inputs, &own, (&particle, &motion));
+        particles[slot] = Particle {
             triangle: w.triangle,
             u: w.u,
             v: w.v,
             id: particle.id,
         };
-        wish_motions[slot] = Motion {
+        motions[slot] = Motion {
             heading_p: settled(w.heading[0]),
             heading_h: settled(w.heading[1]),
             pending,
-            flags: 0,
+            flags: if constants.food { motion.flags } else { 0 },
         };
+        origins[slot] = particle;
+
         let texel = texel_of(w.triangle, w.u, w.v);
-        claims[slot] = UVec4::new(inputs.homes[texel as usize], own_cell, rank, texel);
+        let goal = inputs.homes[texel as usize];
+        let own_cell = inputs.homes[texel_of(particle.triangle, particle.u, particle.v) as usize];
+        let rank = rank_of(particle.id, params.salt);
+        claims[slot] = UVec4::new(goal, own_cell, rank, texel);
+        goals[own_cell as usize] = goal;
+        let cell = &mut cells[own_cell as usize];
+        *cell = match *cell {
+            FREE => taken_by(rank),
+            _ => SHARED_CELL,
+        };
     }
 }
 
@@ -402,41 +389,17 @@ pub fn wish(
 pub fn claim(
     constants: &ClaimConstants,
     params: &ClaimParams,
-    claims: &mut [UVec4],
-    cells: &mut [u32],
-) {
-    for claim in &mut claims[..params.particle_count as usize] {
-        if constants.mortal && claim.z == NO_RANK {
-            continue;
-        }
-        if claim.z == REFUSED {
-            continue;
-        }
-        let cell = &mut cells[claim.x as usize];
-        if params.round == 0 && comes_too_early(claim.z, *cell) {
-            claim.z = REFUSED;
-            continue;
-        }
-        *cell = (*cell).min(claim_of(claim.z, params.round));
-    }
-}
-
-/// Twin of `shaders/settle.comp`.
-pub fn settle(
-    constants: &SettleConstants,
-    params: &SettleParams,
     claims: &[UVec4],
-    cells: &mut [u32],
+    cells: &[u32],
+    bids: &mut [u32],
 ) {
     for claim in &claims[..params.particle_count as usize] {
         if constants.mortal && claim.z == NO_RANK {
             continue;
         }
-        let left = claim.y as usize;
-        if cells[claim.x as usize] == claim_of(claim.z, params.round)
-            && cells[left] == taken_by(claim.z)
-        {
-            cells[left] = FREE;
+        if may_come(claim.z, cells[claim.x as usize]) {
+            let bid = &mut bids[claim.x as usize];
+            *bid = (*bid).min(claim.z);
         }
     }
 }
@@ -448,8 +411,8 @@ pub fn arrive(
     params: &ArriveParams,
     inputs: &AdvanceInputs,
     (particles, motions): (&mut [Particle], &mut [Motion]),
-    (wishes, wish_motions): (&[Particle], &[Motion]),
-    (claims, cells): (&[UVec4], &[u32]),
+    (origins, claims): (&[Particle], &[UVec4]),
+    claimed: Claimed<'_>,
     (flow, particle_indices): (&mut Flow, &mut [u32]),
     meals: &mut [Meal],
     deposits: &mut [u32],
@@ -467,26 +430,23 @@ pub fn arrive(
             threshold: params.transfer_threshold,
             pitch: params.pitch,
         };
-        let (particle, claim) = (particles[slot], claims[slot]);
+        let claim = claims[slot];
         if constants.mortal && claim.z == NO_RANK {
             continue;
         }
-        let word = cells[claim.x as usize];
+        let origin = origins[slot];
         let before = motions[slot].flags;
-        let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-        if claim.x == claim.y || is_won(word, claim.z) {
-            let moved = wishes[slot];
+        let previous = inputs.position_of(origin.triangle, [origin.u, origin.v]);
+        let round = claimed.won_in(claim.x, claim.z, params.rounds + 1);
+        if claim.x == claim.y || round.is_some_and(|round| round <= params.rounds) {
+            let moved = particles[slot];
             let position = inputs.position_of(moved.triangle, [moved.u, moved.v]);
             let arrival = arriving.at(previous, position, before, constants.selects);
-            particles[slot] = moved;
-            motions[slot] = Motion {
-                flags: arrival.flags(),
-                ..wish_motions[slot]
-            };
+            motions[slot].flags = arrival.flags();
             arrival.note(slot, flow, particle_indices, meals, deposits);
             continue;
         }
-        if word == FREE && claim.z != REFUSED {
+        if round.is_some() {
             flow.left_over = flow.left_over.saturating_add(1);
         }
         let mut flags = Motion::STAYED;
@@ -498,8 +458,9 @@ pub fn arrive(
                 meals[meal].eaten += 1;
             }
         }
-        let words = random(params.seed, particle.id, params.time_step, Purpose::Refused);
+        let words = random(params.seed, origin.id, params.time_step, Purpose::Refused);
         let heading = turn_of(words[0]);
+        particles[slot] = origin;
         motions[slot] = Motion {
             heading_p: heading.x,
             heading_h: heading.y,
@@ -517,7 +478,7 @@ pub fn land_claim(
     flow: &Flow,
     particles: &[Particle],
     transfers: &mut [Transfer],
-    cells: &mut [u32],
+    (cells, goals, bids): (&[u32], &[u32], &mut [u32]),
 ) {
     for transfer in &mut transfers[..flow.leaving.min(params.capacity) as usize] {
         if transfer.source == transfer.target {
@@ -532,9 +493,13 @@ pub fn land_claim(
         let map = &inputs.strips[transfer.triangle as usize].map;
         let position = atlas_position(map, u, v);
         transfer.cell = inputs.homes[texel_at(position, params.pitch) as usize];
-        let id = particles[transfer.particle as usize].id;
-        let cell = &mut cells[transfer.cell as usize];
-        *cell = (*cell).min(claim_of(rank_of(id, params.salt), LANDING));
+        let claimed = Claimed { cells, goals, bids };
+        if !claimed.is_open(transfer.cell, params.rounds) {
+            continue;
+        }
+        let rank = rank_of(particles[transfer.particle as usize].id, params.salt);
+        let bid = &mut bids[transfer.cell as usize];
+        *bid = (*bid).min(LANDING + rank);
     }
 }
 
@@ -543,7 +508,7 @@ pub fn land_settle(
     params: &LandSettleParams,
     flow: &Flow,
     (particles, motions): (&[Particle], &mut [Motion]),
-    cells: &[u32],
+    bids: &[u32],
     transfers: &mut [Transfer],
     flux: &mut [u32],
 ) {
@@ -552,8 +517,7 @@ pub fn land_settle(
         let id = particles[slot].id;
         let (source, target) = (transfer.source, transfer.target);
         let comes = source != target;
-        let claim = claim_of(rank_of(id, params.salt), LANDING);
-        if comes && cells[transfer.cell as usize] == claim {
+        if comes && bids[transfer.cell as usize] == LANDING + rank_of(id, params.salt) {
             continue;
         }
         transfer.stays = 1;
