@@ -1,6 +1,6 @@
-// arrive: particles that have won cells stay there; they eat, deposit, and are selected where they enter another object. The others go back to
-// where they were, with a random heading and without a deposit; they eat, if they are on food.
-// Reads   claims, origins, cells, goals, bids, strips, distances, plates.
+// arrive: particles that have won cells move there; they eat, deposit, and are selected where they enter another object. The others stay where
+// they are, with a random heading and without a deposit; they eat, if they are on food.
+// Reads   claims, wishes, cells, goals, bids, strips, distances, plates.
 // Writes  particles and motions in place; deposits, by atomic adds; particle_indices (appended, guarded); what was eaten of meals, by atomic
 //         adds; the count of particles that would have won their cells in one more round.
 // One invocation per particle.
@@ -43,7 +43,7 @@ layout(push_constant) uniform Params {
 
 PAGED_CHANGES(uvec4, 0) particles;  // one an invocation
 PAGED_CHANGES(uvec4, 1) motions;  // one an invocation
-PAGED_READS(uvec4, 2) origins;  // one an invocation
+PAGED_READS(uvec4, 2) wishes;  // one an invocation
 PAGED_READS(uvec4, 3) claims;  // one an invocation
 READS(uvec4, 4) strips;
 READS(uint, 5) cells_texels;
@@ -91,22 +91,19 @@ void main() {
     uvec4 motion = uvec4(0u);
     if (has_flags) motion = load_paged(motions, i);
     uint round = won_in(claim.x, claim.z, params.rounds + 1u);
+    uvec4 moved = fetch_paged(wishes, i);
+    if (has_flags) particle = particle_of(load_paged(particles, i));
     // A step within its own cell needs no claim.
     if (claim.x == claim.y || (round != 0u && round <= params.rounds)) {
         motion.w = arrived_flags(claim.w, motion.w);
-        if (SELECTS) {
-            particle = particle_of(fetch_paged(origins, i));
-            motion.w |= selected_flag(position_of(particle_of(load_paged(particles, i))), i);
-        }
+        if (SELECTS) motion.w |= selected_flag(position_of(particle_of(moved)), i);
+        store_paged(particles, i, moved);
         if (has_flags) store_paged(motions, i, motion);
     } else {
         if (round != 0u) count_one(flow[0].left_over)
-        uvec4 origin = fetch_paged(origins, i);
-        particle = particle_of(origin);
         uint flags = STAYED;
         if (FOOD) flags |= fed_flags(texel_at(previous_position(), params.pitch), motion.w);
-        vec2 heading = turn_of(random_words(params.seed, particle.id, params.time_step, PURPOSE_REFUSED).x);
-        store_paged(particles, i, origin);
+        vec2 heading = turn_of(random_words(params.seed, moved.w, params.time_step, PURPOSE_REFUSED).x);
         store_paged(motions, i, words_of(Motion(heading.x, heading.y, 0.0, flags)));
     }
 }

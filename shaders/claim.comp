@@ -34,9 +34,5 @@ void main() {
     uvec4 claim = fetch_paged(claims, i);
     if (MORTAL && claim.z == NO_RANK) return;
     if (!may_come(claim.z, texel_of(cells, claim.x))) return;
-    // Bids only become less meanwhile. A look first, because an atomic minimum takes much longer where it is not needed.
-    read_texel(bids, claim.x, bid)
-    if (bid > claim.z) {
-        lower_texel(bids, claim.x, claim.z, before)
-    }
+    lower_texel(bids, claim.x, claim.z, before)
 }

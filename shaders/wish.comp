@@ -1,7 +1,7 @@
 // wish: the motor stage with one particle a cell: every particle walks to where it would come to, and takes its present cell.
-// Reads   strips, physarums, homes, bias and looks (gutters filled); for pulses shells, corners, vertices and poses.
-// Writes  particles and motions in place; origins: the particle before; claims: the cell that it would come to, the present cell, the rank, and
-//         the texel that it would come to; cells, by atomic minima; goals, of which it does not matter which one remains in a shared cell.
+// Reads   particles, strips, physarums, homes, bias and looks (gutters filled); for pulses shells, corners, vertices and poses.
+// Writes  wishes: the particle where it would come to; motions in place: as it would be there; claims: the cell there, the present cell, the
+//         rank, and the texel there; cells, by atomic minima; goals, of which it does not matter which one remains in a shared cell.
 //         Dead particles have no rank.
 // One invocation per particle.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending, and the next step is so much longer.
@@ -41,26 +41,25 @@ layout(push_constant) uniform Params {
 } params;
 
 // Each invocation writes where it alone has read before.
-PAGED_WRITES(uvec4, 0) particles;  // one an invocation
+PAGED_READS(uvec4, 0) particles;  // one an invocation
 PAGED_WRITES(uvec4, 1) motions;  // one an invocation
-PAGED_READS(uvec4, 2) particles_before;  // one an invocation
-PAGED_READS(uvec4, 3) motions_before;  // one an invocation
-PAGED_WRITES(uvec4, 4) origins;  // one an invocation
-PAGED_WRITES(uvec4, 5) claims;  // one an invocation
-READS(uvec4, 6) strips;
-layout(std430, set = 0, binding = 7) readonly buffer Physarums { Physarum physarums[]; };
-READS(uint, 8) homes_texels;
-layout(std430, set = 0, binding = 9) buffer Cells { uint cells_block[]; };
-CHANGES(uint, 10) cells_low;
-CHANGES(uint, 11) cells_high;
-WRITES(uint, 12) goals_low;
-WRITES(uint, 13) goals_high;
-READS(float, 14) bias_texels;  // may be absent
-READS(float, 15) looks_texels;  // may be absent
-layout(std430, set = 0, binding = 16) readonly buffer Shells { Shell shells[]; };
-READS(uint, 17) corners;
-READS(uvec4, 18) vertices;
-READS(vec4, 19) poses;
+PAGED_READS(uvec4, 2) motions_before;  // one an invocation
+PAGED_WRITES(uvec4, 3) wishes;  // one an invocation
+PAGED_WRITES(uvec4, 4) claims;  // one an invocation
+READS(uvec4, 5) strips;
+layout(std430, set = 0, binding = 6) readonly buffer Physarums { Physarum physarums[]; };
+READS(uint, 7) homes_texels;
+layout(std430, set = 0, binding = 8) buffer Cells { uint cells_block[]; };
+CHANGES(uint, 9) cells_low;
+CHANGES(uint, 10) cells_high;
+WRITES(uint, 11) goals_low;
+WRITES(uint, 12) goals_high;
+READS(float, 13) bias_texels;  // may be absent
+READS(float, 14) looks_texels;  // may be absent
+layout(std430, set = 0, binding = 15) readonly buffer Shells { Shell shells[]; };
+READS(uint, 16) corners;
+READS(uvec4, 17) vertices;
+READS(vec4, 18) poses;
 
 #include "motor.glsl"
 #include "claims.glsl"
@@ -69,8 +68,7 @@ READS(vec4, 19) poses;
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
-    uvec4 origin = fetch_paged(particles_before, i);
-    particle = particle_of(origin);
+    particle = particle_of(fetch_paged(particles, i));
     motion = motion_of(fetch_paged(motions_before, i));
     if (MORTAL && (motion.flags & DEAD) != 0u) {
         store_paged(claims, i, uvec4(0u, 0u, NO_RANK, 0u));
@@ -85,10 +83,8 @@ void main() {
     vec2 heading = settled(w.heading);
     // Where particles may be fed, `arrive` needs to see what they were.
     uint flags = FOOD ? motion.flags : 0u;
-    store_paged(particles, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
+    store_paged(wishes, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
     store_paged(motions, i, words_of(Motion(heading.x, heading.y, settled(min(pending, own.speed)), flags)));
-    store_paged(origins, i, origin);
-
     uint texel = texel_at(walked_position(w), params.pitch);
     uint goal = texel_of(homes, texel);
     uint cell = texel_of(homes, texel_at(previous_position(), params.pitch));

@@ -76,12 +76,12 @@ const KERNELS: &[(&str, &str)] = &[
     ("walk", "Particles walk, where they sense separately"),
     (
         "wish",
-        "Particles walk to where they would come to, with one particle a cell",
+        "Where particles would come to, with one particle a cell",
     ),
     ("claim", "Particles claim cells"),
     (
         "arrive",
-        "Particles that have won their cells stay there, and the others go back",
+        "Particles that have won cells move there, and the others stay",
     ),
     (
         "land_claim",

@@ -141,8 +141,8 @@ pub struct Arrays {
     pub goals: Vec<u32>,
     /// One per texel: the lowest rank of those that would come to the cell and may.
     pub bids: Vec<u32>,
-    /// One per particle: itself before it walked.
-    pub origins: Vec<Particle>,
+    /// One per particle: itself where it would come to.
+    pub wishes: Vec<Particle>,
     /// One per particle: the cell that it would come to; the cell that it is in; its rank; the texel that it would come to.
     pub claims: Vec<UVec4>,
     /// With a population that grows and shrinks, one per texel: the particles in the cell; otherwise empty, as those that follow.
@@ -231,7 +231,7 @@ impl Arrays {
             cells: vec![0; counts.crowd.1 as usize],
             goals: vec![0; counts.crowd.1 as usize],
             bids: vec![0; counts.crowd.1 as usize],
-            origins: vec![Particle::zeroed(); counts.crowd.0 as usize],
+            wishes: vec![Particle::zeroed(); counts.crowd.0 as usize],
             claims: vec![UVec4::ZERO; counts.crowd.0 as usize],
             occupants: vec![0; counts.population.1 as usize],
             nursery: vec![0; counts.population.1 as usize],

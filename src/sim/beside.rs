@@ -98,7 +98,7 @@ const PARTICLES: &[(&str, As)] = &[
     ("flags", As::Number),
 ];
 // Particles without their motions.
-const ORIGINS: &[(&str, As)] = PARTICLES.split_at(4).0;
+const WISHES: &[(&str, As)] = PARTICLES.split_at(4).0;
 const MEALS: &[(&str, As)] = &[
     ("remaining", As::Number),
     ("eaten", As::Number),
@@ -173,7 +173,7 @@ struct Crowd {
     cells: Vec<u32>,
     goals: Vec<u32>,
     bids: Vec<u32>,
-    origins: Vec<Particle>,
+    wishes: Vec<Particle>,
     claims: Vec<UVec4>,
 }
 
@@ -217,7 +217,7 @@ impl Everything {
                 cells: ctx.download(&crowd.cells)?,
                 goals: ctx.download(&crowd.goals)?,
                 bids: ctx.download(&crowd.bids)?,
-                origins: ctx.download(&crowd.origins)?,
+                wishes: ctx.download(&crowd.wishes)?,
                 claims: ctx.download(&crowd.claims)?,
             },
         };
@@ -284,7 +284,7 @@ impl Everything {
                 cells: a.cells.clone(),
                 goals: a.goals.clone(),
                 bids: a.bids.clone(),
-                origins: a.origins.clone(),
+                wishes: a.wishes.clone(),
                 claims: a.claims.clone(),
             },
             growth: Growth {
@@ -358,7 +358,7 @@ impl Everything {
             cells,
             goals,
             bids,
-            origins,
+            wishes,
             claims,
         } = self.crowd;
         // Of a shared cell it does not matter which goal remains, and that of an empty one is old.
@@ -370,10 +370,10 @@ impl Everything {
         add("bids", WORDS, bids);
         // Only `wish` writes these, one a slot; later the slots hold other particles.
         if runs(&["wish"]) {
-            // Dead particles do not walk: what is there was another one's.
+            // Dead particles wish nothing: what is there was another one's.
             let living = slots.iter().filter(|&&slot| !self.motions[slot].is_dead());
-            let origins: Vec<Particle> = living.map(|&slot| origins[slot]).collect();
-            add("origins", ORIGINS, words(&origins));
+            let wishes: Vec<Particle> = living.map(|&slot| wishes[slot]).collect();
+            add("wishes", WISHES, words(&wishes));
             let claims: Vec<UVec4> = slots.iter().map(|&slot| claims[slot]).collect();
             add("claims", CLAIMS, words(&claims));
         }
@@ -571,8 +571,7 @@ mod tests {
             ("divide_number", "population"),
             ("divide_list", "parents"),
             ("divide_begin", "particles"),
-            ("wish", "particles"),
-            ("wish", "origins"),
+            ("wish", "wishes"),
             ("wish", "claims"),
             ("wish", "cells"),
             ("wish", "goals"),

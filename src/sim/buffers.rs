@@ -303,7 +303,7 @@ table! {
     CELLS: u32 = "cells", LARGE 0, |n| n.crowd.1;
     GOALS: u32 = "goals", LARGE 0, |n| n.crowd.1;
     BIDS: u32 = "bids", LARGE 0, |n| n.crowd.1;
-    ORIGINS: Particle = "origins", PAGED 4, |n| n.crowd.0;
+    WISHES: Particle = "wishes", PAGED 4, |n| n.crowd.0;
     CLAIMS: UVec4 = "claims", PAGED 4, |n| n.crowd.0;
     OCCUPANTS: u32 = "occupants", LARGE 0, |n| n.population.1;
     NURSERY: u32 = "nursery", LARGE 0, |n| n.population.1;

@@ -285,8 +285,8 @@ pub struct Crowd {
     pub goals: Texture<u32>,
     /// One per texel, for owned ones: the lowest rank of those that would come to the cell and may.
     pub bids: Texture<u32>,
-    /// One per particle: itself before it walked.
-    pub origins: Store<Particle>,
+    /// One per particle: itself where it would come to.
+    pub wishes: Store<Particle>,
     /// One per particle: the cell that it would come to; the cell that it is in; its rank; the texel that it would come to.
     pub claims: Store<UVec4>,
 }
@@ -571,7 +571,7 @@ fn crowd(make: &Maker<'_>) -> Result<Crowd, GpuError> {
         cells: Texture::new(make.ctx, make.zeros(&buffers::CELLS)?)?,
         goals: Texture::new(make.ctx, make.zeros(&buffers::GOALS)?)?,
         bids: Texture::new(make.ctx, make.zeros(&buffers::BIDS)?)?,
-        origins: make.store_of_zeros(&buffers::ORIGINS)?,
+        wishes: make.store_of_zeros(&buffers::WISHES)?,
         claims: make.store_of_zeros(&buffers::CLAIMS)?,
     })
 }

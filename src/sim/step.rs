@@ -191,7 +191,7 @@ fn act(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Particles walk, one a cell: they claim the cells that they would come to, and go back if they have won none.
+/// Particles walk, one a cell: they claim the cells that they would come to, and stay if they have won none.
 fn crowd(s: &mut Step, plan: &Plan<'_>) {
     let particles = Threads(plan.particle_count());
     s.fill(FREE, |s| &s.crowd().cells, |a| &mut a.cells);

@@ -1,8 +1,8 @@
 //! The kernels by which particles walk, one a cell: their parameters, bindings and twins.
 //!
-//! Every particle walks, takes the cell that it was in, and claims the one that it has come to. Of those that claim a cell the lowest rank wins,
+//! Every particle takes its cell, and claims the one that it would come to. Of those that claim a cell the lowest rank wins,
 //! once the cell is empty: a particle in it must win its own cell first, and have a lower rank. So it ends as if particles moved one after the
-//! other by their ranks, but for rows of particles that are longer than there are rounds. Those that have won nothing go back. Particles that
+//! other by their ranks, but for rows of particles that are longer than there are rounds. Those that have won nothing stay. Particles that
 //! come over from other objects claim the cells that are free after that.
 
 use glam::UVec4;
@@ -29,7 +29,7 @@ use crate::sim::work::{Call, StepKernel};
 use crate::strict::{settled, turn_of};
 
 impl Plan<'_> {
-    /// Particles walk to where they would come to.
+    /// Where particles would come to.
     #[must_use]
     pub fn wish(&self) -> Call<Wish> {
         Call {
@@ -70,7 +70,7 @@ impl Plan<'_> {
         }
     }
 
-    /// Winners stay where they have come to, and the others go back.
+    /// Winners move, and the others stay.
     #[must_use]
     pub fn arrive(&self) -> Call<Arrive> {
         Call {
@@ -146,9 +146,8 @@ impl StepKernel for Wish {
         WishArgs {
             particles: &s.particles.texels,
             motions: &s.motions.texels,
-            particles_before: &s.particles.texels,
             motions_before: &s.motions.texels,
-            origins: &crowd.origins.texels,
+            wishes: &crowd.wishes.texels,
             claims: &crowd.claims.texels,
             strips: &s.surface.strips,
             physarums: &s.objects.physarums,
@@ -177,8 +176,8 @@ impl StepKernel for Wish {
                 homes: &setup.homes,
                 ..AdvanceInputs::of_surface(setup, &a.physarums)
             },
-            (&mut a.particles, &mut a.motions),
-            (&mut a.origins, &mut a.claims),
+            (&a.particles, &mut a.motions),
+            (&mut a.wishes, &mut a.claims),
             (&mut a.cells, &mut a.goals),
         );
     }
@@ -215,7 +214,7 @@ impl StepKernel for Arrive {
         ArriveArgs {
             particles: &s.particles.texels,
             motions: &s.motions.texels,
-            origins: &crowd.origins.texels,
+            wishes: &crowd.wishes.texels,
             claims: &crowd.claims.texels,
             strips: &s.surface.strips,
             cells: &crowd.cells,
@@ -242,7 +241,7 @@ impl StepKernel for Arrive {
                 ..AdvanceInputs::of_surface(setup, &a.physarums)
             },
             (&mut a.particles, &mut a.motions),
-            (&a.origins, &a.claims),
+            (&a.wishes, &a.claims),
             Claimed {
                 cells: &a.cells,
                 goals: &a.goals,
@@ -324,8 +323,8 @@ pub fn wish(
     constants: &WishConstants,
     params: &WishParams,
     inputs: &AdvanceInputs,
-    (particles, motions): (&mut [Particle], &mut [Motion]),
-    (origins, claims): (&mut [Particle], &mut [UVec4]),
+    (particles, motions): (&[Particle], &mut [Motion]),
+    (wishes, claims): (&mut [Particle], &mut [UVec4]),
     (cells, goals): (&mut [u32], &mut [u32]),
 ) {
     let walking = Walking {
@@ -357,7 +356,7 @@ pub fn wish(
             params.pitch,
         );
         let (w, pending) = walking.whole(inputs, &own, (&particle, &motion));
-        particles[slot] = Particle {
+        wishes[slot] = Particle {
             triangle: w.triangle,
             u: w.u,
             v: w.v,
@@ -369,7 +368,6 @@ pub fn wish(
             pending,
             flags: if constants.food { motion.flags } else { 0 },
         };
-        origins[slot] = particle;
 
         let texel = texel_of(w.triangle, w.u, w.v);
         let goal = inputs.homes[texel as usize];
@@ -411,7 +409,7 @@ pub fn arrive(
     params: &ArriveParams,
     inputs: &AdvanceInputs,
     (particles, motions): (&mut [Particle], &mut [Motion]),
-    (origins, claims): (&[Particle], &[UVec4]),
+    (wishes, claims): (&[Particle], &[UVec4]),
     claimed: Claimed<'_>,
     (flow, particle_indices): (&mut Flow, &mut [u32]),
     meals: &mut [Meal],
@@ -434,14 +432,14 @@ pub fn arrive(
         if constants.mortal && claim.z == NO_RANK {
             continue;
         }
-        let origin = origins[slot];
+        let (particle, moved) = (particles[slot], wishes[slot]);
         let before = motions[slot].flags;
-        let previous = inputs.position_of(origin.triangle, [origin.u, origin.v]);
+        let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
         let round = claimed.won_in(claim.x, claim.z, params.rounds + 1);
         if claim.x == claim.y || round.is_some_and(|round| round <= params.rounds) {
-            let moved = particles[slot];
             let position = inputs.position_of(moved.triangle, [moved.u, moved.v]);
             let arrival = arriving.at(previous, position, before, constants.selects);
+            particles[slot] = moved;
             motions[slot].flags = arrival.flags();
             arrival.note(slot, flow, particle_indices, meals, deposits);
             continue;
@@ -458,9 +456,8 @@ pub fn arrive(
                 meals[meal].eaten += 1;
             }
         }
-        let words = random(params.seed, origin.id, params.time_step, Purpose::Refused);
+        let words = random(params.seed, particle.id, params.time_step, Purpose::Refused);
         let heading = turn_of(words[0]);
-        particles[slot] = origin;
         motions[slot] = Motion {
             heading_p: heading.x,
             heading_h: heading.y,
