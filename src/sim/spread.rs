@@ -58,6 +58,26 @@ pub fn trail_rates(settings: &Settings, setup: &Setup) -> Vec<TrailRates> {
     row(Pass::Spreading).chain(row(Pass::Last)).collect()
 }
 
+/// The rates of texels in a pass. Twin of `shaders/include/rates.glsl`.
+#[derive(Clone, Copy, Debug)]
+pub struct RatesOfTexels<'a> {
+    /// Those of all texels, unless objects differ.
+    pub shared: TrailRates,
+    /// If they do: the object of each texel, and the rates of each object in the pass.
+    pub own: Option<(&'a [u32], &'a [TrailRates])>,
+}
+
+impl RatesOfTexels<'_> {
+    /// The rates of a texel.
+    #[must_use]
+    pub fn at(&self, texel: usize) -> TrailRates {
+        match self.own {
+            Some((objects, rates)) => rates[objects[texel] as usize],
+            None => self.shared,
+        }
+    }
+}
+
 /// The object of each texel; 0 for texels that no triangle owns.
 #[must_use]
 pub fn texel_objects(setup: &Setup) -> Vec<u32> {
