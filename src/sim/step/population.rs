@@ -383,14 +383,14 @@ impl Surroundings<'_> {
                 .is_none_or(|(distances, threshold)| distances[cell] >= threshold)
     }
 
-    /// The first free cell of the eight round a cell, from one of them on.
-    fn free_beside(&self, cell: u32, first: u32) -> Option<u32> {
-        let places = (0..8).map(|k| (first + k) % 8);
+    /// One of the free cells of the eight round a cell, each as likely as the others.
+    fn free_beside(&self, cell: u32, chance: u32) -> Option<u32> {
         // The middle one of nine is the cell itself.
-        let places = places.map(|place| if place < 4 { place } else { place + 1 });
-        let mut cells =
-            places.map(|place| self.beside(cell, (place % 3) as i32 - 1, (place / 3) as i32 - 1));
-        cells.find(|&beside| self.is_free(beside))
+        let places = (0..9).filter(|&place| place != 4);
+        let cells = places.map(|place| self.beside(cell, place % 3 - 1, place / 3 - 1));
+        let free: Vec<u32> = cells.filter(|&beside| self.is_free(beside)).collect();
+        let place = chance.checked_rem(free.len() as u32)?;
+        Some(free[place as usize])
     }
 }
 
@@ -453,7 +453,7 @@ pub fn divide(
             } else if !motion.has_stayed() && unit(words[1]) < params.division_probability {
                 let crowd = surroundings.count(cell, params.division_reach);
                 if (params.division_least..=params.division_most).contains(&crowd) {
-                    let free = surroundings.free_beside(cell, words[2] % 8);
+                    let free = surroundings.free_beside(cell, words[2]);
                     births[slot] = free.unwrap_or(NONE);
                 }
             }
