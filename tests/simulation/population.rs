@@ -330,13 +330,14 @@ fn particles_are_born_where_the_table_has_a_triangle() {
     gpu.finish();
 }
 
-/// A population that stands, without a step taken: the first particles are far from each other, each with the three cells above its own taken
-/// by two others. Only the first ones divide. With it the cells of these, and `spare` ids are free.
+/// A population that stands: its first particles are far from each other, and in each of the three cells above the cell of one are two
+/// others. Only the first ones divide. With it the cells of these; `spare` ids are free.
 fn dividing_apart(spare: u32) -> (twin::Simulation, Vec<u32>) {
     let of = |count: u32, capacity: u32| {
         scene(|settings| {
             settings.physarum.model = Model::Thesis;
             settings.physarum.speed = 0.0;
+            settings.atlas.size = 192;
             settings.particles.count = count;
             let population = &mut settings.population;
             population.capacity = capacity;
@@ -385,8 +386,8 @@ fn dividing_apart(spare: u32) -> (twin::Simulation, Vec<u32>) {
     (twin, parents)
 }
 
-/// The births of the step with this number: the number of each one's parent, the place of its cell among the nine round the parent's, and its
-/// id.
+/// The births of the step with this number: of each the number of its parent, the place of its cell among the nine round the parent's, and
+/// its id.
 fn births_of(twin: &mut twin::Simulation, parents: &[u32], step: u64) -> Vec<(usize, u32, u32)> {
     let before = Snapshot {
         step,
@@ -419,12 +420,12 @@ fn every_free_cell_beside_a_parent_is_as_likely() {
     let (mut twin, parents) = dividing_apart(4000);
     assert!(parents.len() > 50, "{}", parents.len());
     let mut counts = [0_usize; 9];
-    for round in 1..=16 {
+    for round in 1..=8 {
         for (_, place, _) in births_of(&mut twin, &parents, 2 * round) {
             counts[place as usize] += 1;
         }
     }
-    let all = 16 * parents.len();
+    let all = 8 * parents.len();
     assert_eq!(counts.iter().sum::<usize>(), all);
     assert_eq!([0, 1, 2, 4].map(|place| counts[place]), [0; 4]);
     // A fifth each, within five deviations.
@@ -434,6 +435,43 @@ fn every_free_cell_beside_a_parent_is_as_likely() {
         assert!(off.abs() < most, "{counts:?}");
         // The rule by which the place after the taken ones had four of eight chances would be found.
         assert!((0.5 - 0.2) * all as f64 > 2.0 * most);
+    }
+}
+
+/// Would catch: low ids that always divide first where ids are left for some only; two births of one parent, or fewer than there are ids;
+/// and parents that are not in the order of ids where there are enough.
+#[test]
+fn no_id_comes_first_where_a_population_is_full() {
+    const LEFT: u32 = 20;
+    const STEPS: u64 = 40;
+    let (mut twin, parents) = dividing_apart(LEFT);
+    assert!(parents.len() > 50, "{}", parents.len());
+    let (mut sum, mut with_lowest) = (0, 0);
+    for k in 1..=STEPS {
+        let births = births_of(&mut twin, &parents, 2 * k);
+        let numbers: HashSet<usize> = births.iter().map(|(number, ..)| *number).collect();
+        let ids: HashSet<u32> = births.iter().map(|(.., id)| *id).collect();
+        assert_eq!([numbers.len(), ids.len()], [LEFT as usize; 2], "step {k}");
+        sum += numbers.iter().sum::<usize>();
+        with_lowest += u64::from(numbers.contains(&0));
+    }
+    // The middle one in the mean; no number is farther from it than the first, which bounds the deviation.
+    let mean = sum as f64 / (STEPS * u64::from(LEFT)) as f64;
+    let middle = (parents.len() - 1) as f64 / 2.0;
+    let deviation = middle / (STEPS as f64).sqrt();
+    assert!(
+        (mean - middle).abs() < 4.0 * deviation,
+        "{mean} of {middle}"
+    );
+    assert!(middle - f64::from(LEFT - 1) / 2.0 > 4.0 * deviation);
+    assert!(with_lowest < STEPS, "in each step");
+
+    let (mut twin, parents) = dividing_apart(parents.len() as u32);
+    let begun = 7 * parents.len();
+    let births = births_of(&mut twin, &parents, 2);
+    assert_eq!(births.len(), parents.len());
+    for (number, _, id) in births {
+        assert_eq!(begun + number, id as usize, "number by number");
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! A slot and an id stay together for good, and a particle that is dead is a slot that waits. Those that divide claim cells; those that
 //! have won are numbered by their ids, as are the dead, and number by number a dead particle's id goes to a particle that is born. So ids
-//! never collide, and neither the order of slots nor that of invocations shows.
+//! never collide, and neither the order of slots nor that of invocations shows. If fewer are dead than divide, numbers begin at another
+//! particle in each step.
 //!
 //! Where objects have windows of the particle buffer, a dead particle lies in the window of the object on which it died, so deaths change
 //! no window. A birth on another object changes two, and [`windows`](super::windows) puts the buffer in order at the end of the step.
@@ -115,6 +116,7 @@ impl Plan<'_> {
             constants: (),
             params: DivideListParams {
                 particle_count: self.particle_count(),
+                turn: self.division_words()[1],
             },
         }
     }
@@ -140,8 +142,13 @@ impl Plan<'_> {
 
     /// Makes ranks differ from step to step, and from those of particles that walk.
     fn division_salt(&self) -> u32 {
+        self.division_words()[0]
+    }
+
+    /// Random numbers of the step.
+    fn division_words(&self) -> [u32; 4] {
         let seed = seed_word(self.settings.seed);
-        random(seed, 1, self.time_step(), Purpose::Claim)[0]
+        random(seed, 1, self.time_step(), Purpose::Claim)
     }
 }
 
@@ -528,13 +535,18 @@ pub fn divide_list(
     population: &Population,
     parents: &mut [u32],
 ) {
+    let last = IdMarks::words(params.particle_count) - 1;
+    let dividing = ids_before[last] + id_marks[last].count_ones();
     let claims = particles.iter().zip(births);
     for (slot, (particle, &cell)) in (0..params.particle_count).zip(claims) {
         if cell == NONE {
             continue;
         }
         let word = IdMarks::word(particle.id);
-        let number = ids_before[word] + IdMarks::below(id_marks[word], particle.id);
+        let mut number = ids_before[word] + IdMarks::below(id_marks[word], particle.id);
+        if dividing > population.born {
+            number = (number + (dividing - params.turn % dividing)) % dividing;
+        }
         if number < population.born {
             parents[number as usize] = slot;
         }
