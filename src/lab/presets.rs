@@ -153,8 +153,8 @@ const OFTEN: f64 = 0.75;
 /// Particles per texel that such looks are meant for.
 const REFERENCE_DENSITY: f64 = 0.54;
 
-/// A random look; equal seeds give equal looks. As with presets, a diffusion length and a half-life stay where they are set, and the diffusion
-/// and the decay of the look have no effect meanwhile.
+/// A random look; equal seeds give equal looks. As with presets, a diffusion length and a half-life stay where they are set, and the
+/// diffusion and the decay of the look have no effect meanwhile.
 pub fn by_chance(settings: &Settings, seed: u64) -> Settings {
     let mut state = seed;
     let mut chance = || {

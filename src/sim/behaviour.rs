@@ -96,7 +96,6 @@ fn factor_of(physarum: &PhysarumSettings, setup: &Setup) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::settings::ObjectSettings;
     use crate::scene::{Overrides, Scene};
     use crate::sim::plan::{Means, Plan};
     use crate::sim::spread::Pass;

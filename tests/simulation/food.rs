@@ -1015,8 +1015,8 @@ fn step_crosses(twin: &mut twin::Simulation) -> bool {
     crosses
 }
 
-/// Would catch: scents that cross contacts and are summed up in each step although nothing has changed, and scents that stay where something
-/// has: a pose, distances, the food, or the whole state.
+/// Would catch: scents that cross contacts and are summed up in each step although nothing has changed, and scents that stay where
+/// something has: a pose, distances, the food, or the whole state.
 #[test]
 fn crossing_scents_are_summed_up_again_where_something_has_changed() {
     let scene = two_balls(-0.05, 0.5, |_| ());

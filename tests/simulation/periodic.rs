@@ -298,8 +298,8 @@ fn read(text: &str) -> Settings {
     reader.finish().unwrap()
 }
 
-/// Catches a list of edges that is read in another order, gets lost when a scene is saved, is glued only in the built-in mesh, or is missing
-/// from the mesh's report.
+/// Catches a list of edges that is read in another order, gets lost when a scene is saved, is glued only in the built-in mesh, or is
+/// missing from the mesh's report.
 #[test]
 fn a_list_of_edges_makes_the_same_of_a_plane_with_borders() {
     let built_in = scene("builtin:plane?columns=2&rows=2&periodic=true", |_| ());
