@@ -44,6 +44,8 @@ WRITES(uvec4, 7) previous_deposits_quads;
 READS(uvec4, 8) objects_quads;  // may be absent
 layout(std430, set = 0, binding = 9) readonly buffer Rates { TrailRates rates[]; };  // may be absent
 
+#include "rates.glsl"
+
 // Four texels, moved by `DISTANCE` to the left and to the right, from the four before and after.
 vec4 from_left(vec4 before, vec4 here) {
     if (DISTANCE == 1) return vec4(before.w, here.xyz);
@@ -72,19 +74,16 @@ vec4 row_sum(uint quad, vec4 middle) {
 struct QuadRates { vec4 diffusion; vec4 deposit; vec4 decay; };
 
 QuadRates rates_of(uint quad) {
-    QuadRates found = QuadRates(vec4(params.diffusion), vec4(params.deposit), vec4(params.decay));
-    if (OWN_RATES) {
-        // Texels without an owner have object 0, and stay empty.
-        uvec4 row = params.first_rates + quad_of(objects, quad);
-        TrailRates a = rates[row.x];
-        TrailRates b = rates[row.y];
-        TrailRates c = rates[row.z];
-        TrailRates d = rates[row.w];
-        found.diffusion = vec4(a.diffusion, b.diffusion, c.diffusion, d.diffusion);
-        found.deposit = vec4(a.deposit, b.deposit, c.deposit, d.deposit);
-        found.decay = vec4(a.decay, b.decay, c.decay, d.decay);
-    }
-    return found;
+    uvec4 object = uvec4(0u);
+    if (OWN_RATES) object = quad_of(objects, quad);
+    TrailRates a = rates_on(object.x);
+    TrailRates b = rates_on(object.y);
+    TrailRates c = rates_on(object.z);
+    TrailRates d = rates_on(object.w);
+    return QuadRates(
+        vec4(a.diffusion, b.diffusion, c.diffusion, d.diffusion),
+        vec4(a.deposit, b.deposit, c.deposit, d.deposit),
+        vec4(a.decay, b.decay, c.decay, d.decay));
 }
 
 void write(uint quad, vec4 here, vec4 above, vec4 beside, vec4 below) {

@@ -38,6 +38,7 @@ READS(uint, 6) objects_texels;  // may be absent
 layout(std430, set = 0, binding = 7) readonly buffer Rates { TrailRates rates[]; };  // may be absent
 
 #include "texels.glsl"
+#include "rates.glsl"
 
 float trail_at(uint texel) {
     return texel_of(trail, texel);
@@ -49,8 +50,9 @@ float deposits_at(uint texel) {
 
 // The rates of a texel's object. Rows never cross from object to object.
 TrailRates rates_of(uint texel) {
-    if (OWN_RATES) return rates[params.first_rates + texel_of(objects, texel)];
-    return TrailRates(params.diffusion, params.deposit, params.decay, 0.0);
+    uint object = 0u;
+    if (OWN_RATES) object = texel_of(objects, texel);
+    return rates_on(object);
 }
 
 // How much more a neighbour has, if the texel exchanges with it.

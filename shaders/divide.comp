@@ -1,5 +1,5 @@
 // divide: particles die where it is too crowded, or too lonely, round them, or of hunger; others that have just moved forward divide, by
-// how crowded it is: they claim a free cell beside theirs. Of several that claim one, the lowest rank remains.
+// how crowded it is: they claim one of the free cells beside theirs. Of several that claim one, the lowest rank remains.
 // Reads   particles, strips, homes, occupants, nests, bias, distances.
 // Writes  motions of particles that die; births: the cell that each particle claims; nursery, by atomic minima; id_marks: the ids of dead
 //         particles, by atomic ors: both are empty before.
@@ -92,16 +92,22 @@ bool is_free(uint cell) {
     return true;
 }
 
-// The first free cell of the eight round a cell, from one of them on; NONE if none is free.
-uint free_beside(uint cell, uint first) {
+// One of the eight cells round a cell. The middle one of nine is the cell itself.
+uint cell_beside(uint cell, uint k) {
+    uint place = k < 4u ? k : k + 1u;
+    return texel_of(homes, texel_beside(cell, int(place % 3u) - 1, int(place / 3u) - 1));
+}
+
+// One of the free cells of the eight round a cell, each as likely as the others; NONE if none is free.
+uint free_beside(uint cell, uint chance) {
+    uint free = 0u;
     for (uint k = 0u; k < 8u; k += 1u) {
-        uint place = (first + k) % 8u;
-        // The middle one of nine is the cell itself.
-        if (place >= 4u) place += 1u;
-        uint beside = texel_of(homes, texel_beside(cell, int(place % 3u) - 1, int(place / 3u) - 1));
-        if (is_free(beside)) return beside;
+        if (is_free(cell_beside(cell, k))) free |= 1u << k;
     }
-    return NONE;
+    if (free == 0u) return NONE;
+    // As many go as chance has it, the first ones first.
+    for (uint left = chance % uint(bitCount(free)); left > 0u; left -= 1u) free &= free - 1u;
+    return cell_beside(cell, uint(findLSB(free)));
 }
 
 void main() {
@@ -123,7 +129,7 @@ void main() {
             store_paged(motions, i, words_of(Motion(motion.heading_p, motion.heading_h, 0.0, DEAD)));
         } else if ((motion.flags & STAYED) == 0u && unit_float(words.y) < params.division_probability) {
             crowd = count_round(cell, params.division_reach);
-            if (crowd >= params.division_least && crowd <= params.division_most) claimed = free_beside(cell, words.z % 8u);
+            if (crowd >= params.division_least && crowd <= params.division_most) claimed = free_beside(cell, words.z);
         }
     }
     if (is_dead) atomicOr(id_marks[words_of_ids(params.particle_count) + word_of_id(particle.id)], bit_of_id(particle.id));

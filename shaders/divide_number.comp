@@ -3,7 +3,7 @@
 // Reads   id_marks.
 // Writes  ids_before: the number of marked ids in the words before each word, of either set; population.
 // One group: each invocation adds up a run of words, then all add up the runs before theirs.
-// Overflow: if fewer ids are left than particles divide, the last of these do not divide, and population.refused is increased.
+// Overflow: if fewer ids are left than particles divide, population.refused is increased; divide_list chooses those that divide.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require

@@ -12,7 +12,6 @@
 
 layout(local_size_x = 64) in;
 
-
 layout(push_constant) uniform Params {
     uint scented_count;
 } params;

@@ -77,6 +77,7 @@ pub struct Atlas {
 struct Row {
     name: String,
     objects: usize,
+    glued_pairs: usize,
     options: AtlasOptions,
     statistics: AtlasStatistics,
     seconds: f64,
@@ -210,6 +211,8 @@ impl Atlas {
         let row = Row {
             name: scene.name.clone(),
             objects: scene.settings.objects.len(),
+            // Both half-edges of a pair are listed.
+            glued_pairs: scene.surface.glued.len() / 2,
             statistics: atlas.statistics(&scene.surface),
             seconds,
             phases,
@@ -274,6 +277,10 @@ fn as_text(row: &Row) -> String {
             grouped(n as f64)
         ),
     };
+    let glued = match row.glued_pairs {
+        0 => String::new(),
+        n => format!("; {} of edges glued", counted(n as u64, "pair")),
+    };
     let phases: String = row
         .phases
         .iter()
@@ -286,7 +293,10 @@ fn as_text(row: &Row) -> String {
             format!("{0} x {0} texels, gutter {1}", options.size, options.gutter),
         ),
         ("charts", grouped(f64::from(s.charts))),
-        ("seam edges", grouped(s.seam_edges as f64)),
+        (
+            "seam edges",
+            format!("{}{glued}", grouped(s.seam_edges as f64)),
+        ),
         ("utilisation", percent(s.utilisation, 1.0)),
         ("owned", share(s.owned_texels)),
         ("gutter", share(s.gutter_texels)),
@@ -435,6 +445,7 @@ fn row_as_json(row: &Row) -> Value {
         "gutter": row.options.gutter,
         "charts": s.charts,
         "seam_edges": s.seam_edges,
+        "glued_pairs": row.glued_pairs,
         "utilisation": s.utilisation,
         "owned_texels": s.owned_texels,
         "gutter_texels": s.gutter_texels,
@@ -457,6 +468,7 @@ mod tests {
         Row {
             name: name.to_owned(),
             objects: 1,
+            glued_pairs: 0,
             options: AtlasOptions {
                 size: 64,
                 gutter: 1,
@@ -486,6 +498,7 @@ mod tests {
         let text = as_text(&row("torus"));
         for part in [
             "torus: 27,648 triangles of one object\n",
+            "seam edges         120\n",
             "utilisation        71.2 %\n",
             "gutter             96 texels, 2.3 %\n",
             "0.900  1.000  1.100   times the mean",
@@ -500,6 +513,7 @@ mod tests {
     #[test]
     fn none_and_one_have_words_of_their_own() {
         let mut row = row("sliver");
+        row.glued_pairs = 1;
         row.statistics = AtlasStatistics {
             triangles: 1,
             owned_texels: 1,
@@ -511,6 +525,7 @@ mod tests {
         let text = as_text(&row);
         for part in [
             "sliver: 1 triangle of one object\n",
+            "seam edges         120; 1 pair of edges glued\n",
             "owned              1 texel, 0.0 %\n",
             "texels per area    -  -  -   times",
             "stretch            -  -  -   longest",

@@ -200,7 +200,7 @@ pub struct PointerFacts {
     pub foods: Vec<(Vec3, f32)>,
     /// Seconds of the objects' motion.
     pub time: f64,
-    /// The mean of the trail where particles deposit as they do and it decays as it does: what brushes measure by.
+    /// The mean of the trail where particles deposit as they do on each object, and it decays as it does there: what brushes measure by.
     pub mean_trail: f32,
     /// Scene radius, world units.
     pub radius: f32,

@@ -153,7 +153,8 @@ const OFTEN: f64 = 0.75;
 /// Particles per texel that such looks are meant for.
 const REFERENCE_DENSITY: f64 = 0.54;
 
-/// A random look; equal seeds give equal looks.
+/// A random look; equal seeds give equal looks. As with presets, a diffusion length and a half-life stay where they are set, and the
+/// diffusion and the decay of the look have no effect meanwhile.
 pub fn by_chance(settings: &Settings, seed: u64) -> Settings {
     let mut state = seed;
     let mut chance = || {
@@ -315,5 +316,34 @@ mod tests {
             .collect();
         assert_eq!(colours.len(), ColorMap::ALL.len());
         assert_ne!(by_chance(&settings, 1), by_chance(&settings, 2));
+    }
+
+    /// Would catch: a random look that changes what presets leave, such as a diffusion length or a half-life, which take the place of its
+    /// diffusion and its decay; and a favourite density for a decay that has no effect.
+    #[test]
+    fn chance_changes_no_more_than_presets_do() {
+        let with_half_life = |steps: f32| {
+            let mut settings = Settings::default();
+            settings.trail.diffusion_length = 0.01;
+            settings.trail.half_life = steps;
+            settings
+        };
+        let (short, long) = (with_half_life(40.0), with_half_life(80.0));
+        let mut seeking = 0;
+        for seed in 0..40 {
+            let made = by_chance(&short, seed);
+            for parameter in PARAMETERS.iter().filter(|parameter| !is_look(parameter)) {
+                assert!(!parameter.differs(&short, &made), "{}", parameter.key);
+            }
+            assert_eq!(made.objects, short.objects);
+            // With twice the half-life nearly twice as much trail remains.
+            let favourites = [made, by_chance(&long, seed)].map(|m| m.physarum.favourite_density);
+            if favourites[0] > 0.0 {
+                seeking += 1;
+                let ratio = favourites[1] / favourites[0];
+                assert!((1.95..2.05).contains(&ratio), "{ratio}");
+            }
+        }
+        assert!(seeking > 10, "{seeking}");
     }
 }

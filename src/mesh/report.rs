@@ -216,6 +216,11 @@ impl MeshReport {
                 if are_partial { "at least " } else { "" },
                 counted(pairs, "pair", "pairs"),
             ));
+        } else if are_partial {
+            list.push(
+                "triangles crowd so that not all were compared: those that were do not go through each other, and others may"
+                    .to_owned(),
+            );
         }
         for name in self.unapplied_extensions.iter().take(MOST_NAMES) {
             list.push(format!("the extension {name} is not applied"));

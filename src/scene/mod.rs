@@ -202,7 +202,7 @@ impl Scene {
     fn from_meshes_and_tracks(
         name: String,
         mut settings: Settings,
-        meshes: Vec<Mesh>,
+        mut meshes: Vec<Mesh>,
         tracks: Vec<Option<RigidTrack>>,
         folder: PathBuf,
     ) -> Result<Self, SceneError> {
@@ -214,6 +214,10 @@ impl Scene {
         starts::check(&name, &settings)?;
         starts::from_everywhere(&mut settings, &folder);
         let surface = pooled(&meshes, &settings.objects)?;
+        for (mesh, object) in meshes.iter_mut().zip(&settings.objects) {
+            // Set even if there are none: the mesh may come from a scene with another list.
+            mesh.report.glued_pairs = mesh.glue.len() + object.glue.len();
+        }
         check_thinness(&settings.objects, &surface)?;
         let origins = origins(&settings, &meshes, &tracks, &surface)?;
         let poses = poses(&settings.objects, &tracks, &origins, 0.0);

@@ -29,7 +29,7 @@ pub use population::{MOST_POPULATION, PopulationSettings};
 pub use pulse::{MOST_PULSE_ENTRIES, PulseSettings};
 pub use shown::{Legend, Part, Show};
 pub use start::{OwnStart, StartSettings};
-pub use trail::{OwnTrail, TrailSettings};
+pub use trail::{MOST_HALF_LIFE, OwnTrail, TrailSettings};
 
 use super::motion::{self, MotionSettings};
 

@@ -163,7 +163,7 @@ pub struct Arrays {
     pub meals: Vec<Meal>,
     /// One per texel; empty without food and markers.
     pub scent: Vec<f32>,
-    /// The same with what crosses from other objects; empty if no scents do.
+    /// That scent and what crosses from other objects; empty if no scents do.
     pub around: Vec<f32>,
     /// Has the scent of any food changed in this step?
     pub scent_is_due: bool,

@@ -2,7 +2,7 @@
 
 use super::physarum::Physarum;
 use super::setup::Setup;
-use crate::scene::settings::{PhysarumSettings, Settings, TrailSettings};
+use crate::scene::settings::{ObjectSettings, PhysarumSettings, Settings, TrailSettings};
 
 /// The largest parameter in trail units, as scene files allow.
 const MOST_TRAIL_UNITS: f32 = 1e6;
@@ -64,6 +64,26 @@ pub fn deposit_factor(settings: &Settings, setup: &Setup) -> f32 {
     factor_of(&settings.physarum, setup)
 }
 
+/// The mean of the trail once it grows no more, with so many particles spread evenly over all objects: on each by what is left there and by
+/// how that decays.
+#[must_use]
+pub fn mean_trail(settings: &Settings, setup: &Setup, particles: u32) -> f64 {
+    let on = |object: &ObjectSettings| {
+        let decay = f64::from(settings.trail_on(object).remaining()).clamp(0.0, 0.999);
+        f64::from(settings.deposit_on(object)) * (decay / (1.0 - decay)).max(1.0)
+    };
+    // A single object has no samples.
+    let texels = (setup.distance.ranges.iter()).map(|&(first, end)| f64::from(end - first));
+    let texels = texels.chain([f64::from(setup.atlas.owned_count)]);
+    let (mut sum, mut all) = (0.0, 0.0);
+    for (object, texels) in settings.objects.iter().zip(texels) {
+        sum += texels * on(object);
+        all += texels;
+    }
+    let density = f64::from(particles) / f64::from(setup.atlas.owned_count.max(1));
+    f64::from(deposit_factor(settings, setup)) * density * sum / f64::max(all, 1.0)
+}
+
 fn factor_of(physarum: &PhysarumSettings, setup: &Setup) -> f32 {
     let reference = physarum.reference_density;
     let count = setup.particles.len();
@@ -76,7 +96,6 @@ fn factor_of(physarum: &PhysarumSettings, setup: &Setup) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::settings::ObjectSettings;
     use crate::scene::{Overrides, Scene};
     use crate::sim::plan::{Means, Plan};
     use crate::sim::spread::Pass;
@@ -114,6 +133,49 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// Would catch: the scene's rates on an object that has others, an object that counts for another one's texels, and particles that do
+    /// not count.
+    #[test]
+    fn the_mean_of_the_trail_is_by_the_rates_of_each_object() {
+        let scene = |objects: &[(f32, Option<f32>)]| {
+            let mut settings = Settings::default();
+            settings.atlas.size = 128;
+            settings.particles.count = 1000;
+            settings.physarum.deposit = 2.0;
+            settings.trail.decay = 0.75;
+            let objects = objects.iter().zip([0.0, 8.0]);
+            let objects = objects.map(|(&(scale, half_life), x)| {
+                let mut object = ObjectSettings {
+                    mesh: "builtin:cube".to_owned(),
+                    position: [x, 0.0, 0.0],
+                    scale,
+                    ..ObjectSettings::default()
+                };
+                object.trail.half_life = half_life;
+                object
+            });
+            settings.objects = objects.collect();
+            Scene::from_settings("cubes".to_owned(), settings, "".into()).unwrap()
+        };
+        let mean = |scene: &Scene, particles: u32| {
+            let setup = Setup::new(scene).unwrap();
+            let density = f64::from(particles) / f64::from(setup.atlas.owned_count);
+            mean_trail(&scene.settings, &setup, particles) / density
+        };
+        // Three steps of deposits remain with a decay of 0.75, one with a half-life of one step.
+        let alone = scene(&[(1.0, None)]);
+        for particles in [1, 1000] {
+            assert!((mean(&alone, particles) - 6.0).abs() < 1e-5);
+        }
+        let same = scene(&[(1.0, None), (2.0, None)]);
+        assert!((mean(&same, 1000) - 6.0).abs() < 1e-5);
+        // Four fifths of the area have the shorter one.
+        let other = scene(&[(1.0, None), (2.0, Some(1.0))]);
+        let expected = 0.2 * 6.0 + 0.8 * 2.0;
+        let found = mean(&other, 1000);
+        assert!((found / expected - 1.0).abs() < 0.1, "{found}");
     }
 
     /// Each of the object's own values has the effect of the scene's on that object, and none elsewhere.

@@ -7,6 +7,7 @@ use glam::{Affine3A, DAffine3, Vec3};
 
 use super::behaviour::physarums;
 use super::distance::{DistancePlanner, DistanceUpdate};
+use super::food::FoodSet;
 use super::movement::Movement;
 use super::plan::{Changes, Means, Plan};
 use super::pulse::{LivePulse, MOST_PULSES, Pulse};
@@ -21,6 +22,16 @@ use crate::scene::settings::Settings;
 
 /// The number of a step with distances and a sort: both are due in steps whose numbers are multiples of some number.
 const DUE: u64 = 0;
+
+/// What scents that cross contacts depend on, besides distances and the scents themselves.
+#[derive(Clone, Debug, PartialEq)]
+struct CrossedWith {
+    poses: Vec<Pose>,
+    /// The share that crosses.
+    share: f32,
+    /// The reach of distances, world units.
+    reach: f32,
+}
 
 /// A simulation without its buffers.
 #[derive(Clone, Debug)]
@@ -41,6 +52,8 @@ pub struct Course {
     /// What passes do to the trail, as the engine has it after the steps so far.
     rates: Vec<TrailRates>,
     planner: DistancePlanner,
+    /// What the scents on the engine have crossed contacts with; none if that is unknown.
+    crossed_with: Option<CrossedWith>,
     /// The pulses that have begun and not ended, the oldest first.
     pulses: Vec<LivePulse>,
     /// The number of particles that a fed one counted as in the last step.
@@ -60,6 +73,7 @@ impl Course {
             physarums: physarums(&settings, &setup),
             rates: trail_rates(&settings, &setup),
             planner: DistancePlanner::default(),
+            crossed_with: None,
             pulses: Vec::new(),
             fed_deposit: 1,
             step: 0,
@@ -88,13 +102,29 @@ impl Course {
         plan.add_pulses(&self.pulses);
         plan.changes = changes;
         plan.update_distances(&mut self.planner, self.step, &self.poses);
+        let crossed_with = (plan.scent_crosses()).then(|| CrossedWith {
+            poses: self.poses.clone(),
+            share: self.settings.feeding.scent_across,
+            reach: plan.lengths.reach,
+        });
+        // The host does not see what is eaten.
+        plan.scents_stay = crossed_with == self.crossed_with
+            && plan.distances.jobs.is_empty()
+            && !self.setup.food_set.may_fall();
         plan.sort_as_in(self.step);
         plan.breeds = self.settings.population.is_due(self.step);
         let step = step(&plan);
+        self.crossed_with = crossed_with;
         self.step += 1;
         self.pulses.retain(|pulse| !pulse.has_ended(self.step));
         self.fed_deposit = self.settings.feeding.fed_deposit;
         step
+    }
+
+    /// Replaces the food from the next step on. Other owners of the setup keep theirs.
+    pub fn serve(&mut self, food_set: FoodSet) {
+        Arc::make_mut(&mut self.setup).food_set = food_set;
+        self.crossed_with = None;
     }
 
     /// Begins a pulse with the next step. If [`MOST_PULSES`] are live, the oldest ends.
@@ -320,6 +350,7 @@ impl Course {
         if !are_known {
             self.planner = DistancePlanner::resumed(&snapshot.distance_poses, &snapshot.kept_pairs);
         }
+        self.crossed_with = None;
         self.pulses.clone_from(&snapshot.pulses);
         self.fed_deposit = snapshot.food.fed_deposit;
         self.step = snapshot.step;

@@ -244,6 +244,13 @@ impl FoodSet {
         Self { crosses, ..self }
     }
 
+    /// May a scent fall, because food is eaten that ends?
+    #[must_use]
+    pub fn may_fall(&self) -> bool {
+        let mut places = self.places.iter();
+        places.any(|place| place.amount > 0 && place.size > 0.0)
+    }
+
     /// Is there neither food nor marker?
     #[must_use]
     pub fn is_empty(&self) -> bool {

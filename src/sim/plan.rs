@@ -164,6 +164,8 @@ pub struct Plan<'a> {
     pub segment: Option<Segment>,
     /// Is it time for births and deaths?
     pub breeds: bool,
+    /// Are the scents that cross contacts those of the step before, because nothing has changed that they depend on?
+    pub scents_stay: bool,
 }
 
 impl<'a> Plan<'a> {
@@ -186,6 +188,7 @@ impl<'a> Plan<'a> {
             distances: DistanceUpdate::default(),
             segment: None,
             breeds: false,
+            scents_stay: false,
         }
     }
 

@@ -25,24 +25,34 @@ pub enum Pass {
 /// The number of passes of a step: as many as the object takes whose trail spreads the most.
 #[must_use]
 pub fn passes(settings: &Settings, setup: &Setup) -> u32 {
+    passes_for(&spreads(settings, setup))
+}
+
+/// How much the trail on each object spreads in a step.
+fn spreads(settings: &Settings, setup: &Setup) -> Vec<f64> {
     let objects = settings.objects.iter();
     let spreads = objects.map(|object| {
         let trail = settings.trail_on(object);
         spread_of(&trail, setup.radius, &setup.atlas)
     });
-    let most = spreads.fold(0.0, f64::max);
+    spreads.collect()
+}
+
+fn passes_for(spreads: &[f64]) -> u32 {
+    let most = spreads.iter().copied().fold(0.0, f64::max);
     (most / f64::from(GREATEST_DIFFUSION)).ceil().max(1.0) as u32
 }
 
 /// The table of rates: those of each object in a pass that only spreads, then those of each in the last pass.
 #[must_use]
 pub fn trail_rates(settings: &Settings, setup: &Setup) -> Vec<TrailRates> {
-    let passes = f64::from(passes(settings, setup));
+    let spreads = spreads(settings, setup);
+    let passes = f64::from(passes_for(&spreads));
     let factor = deposit_factor(settings, setup);
     let row = |pass: Pass| {
-        settings.objects.iter().map(move |object| {
+        let objects = settings.objects.iter().zip(&spreads);
+        objects.map(move |(object, spread)| {
             let trail = settings.trail_on(object);
-            let spread = spread_of(&trail, setup.radius, &setup.atlas);
             let (deposit, decay) = match pass {
                 Pass::Spreading => (0.0, 1.0),
                 Pass::Last => (factor * settings.deposit_on(object), trail.remaining()),
@@ -56,6 +66,26 @@ pub fn trail_rates(settings: &Settings, setup: &Setup) -> Vec<TrailRates> {
         })
     };
     row(Pass::Spreading).chain(row(Pass::Last)).collect()
+}
+
+/// The rates of texels in a pass. Twin of `shaders/include/rates.glsl`.
+#[derive(Clone, Copy, Debug)]
+pub struct RatesOfTexels<'a> {
+    /// Those of all texels, unless objects differ.
+    pub shared: TrailRates,
+    /// If they do: the object of each texel, and the rates of each object in the pass.
+    pub own: Option<(&'a [u32], &'a [TrailRates])>,
+}
+
+impl RatesOfTexels<'_> {
+    /// The rates of a texel.
+    #[must_use]
+    pub fn at(&self, texel: usize) -> TrailRates {
+        match self.own {
+            Some((objects, rates)) => rates[objects[texel] as usize],
+            None => self.shared,
+        }
+    }
 }
 
 /// The object of each texel; 0 for texels that no triangle owns.
@@ -103,6 +133,7 @@ mod tests {
     use crate::scene::Scene;
     use crate::scene::settings::{ObjectSettings, OwnPhysarum, OwnTrail};
     use crate::sim::plan::{Means, Plan};
+    use crate::sim::spread_length::check_lengths;
 
     /// Would catch: objects that agree and run other kernels than a scene without own values, or with other numbers; and objects that
     /// differ of which one gives the parameters for all.
@@ -160,5 +191,42 @@ mod tests {
         assert_eq!(diffusions.collect::<Vec<_>>(), [half, few, half, few]);
         let objects = texel_objects(&setup);
         assert!(objects.contains(&0) && objects.contains(&1));
+    }
+
+    /// Would catch: one pass more than forty for the greatest length, for lengths that rounding brings a little beyond it, and passes that
+    /// spread more than the exchange tables take.
+    #[test]
+    fn the_greatest_length_takes_forty_passes() {
+        let mut settings = Settings::default();
+        settings.atlas.size = 128;
+        settings.particles.count = 10;
+        settings.objects = vec![ObjectSettings {
+            mesh: "builtin:cube".to_owned(),
+            ..ObjectSettings::default()
+        }];
+        let scene = Scene::from_settings("cube".to_owned(), settings, "".into()).unwrap();
+        let setup = Setup::new(&scene).unwrap();
+        let mut settings = scene.settings;
+        let greatest = 4.0 * setup.atlas.mean_texel_area.sqrt() / f64::from(setup.radius);
+        let mut length = greatest as f32;
+        for _ in 0..4 {
+            length = length.next_down();
+        }
+        let mut beyond = 0;
+        for _ in 0..8 {
+            settings.trail.diffusion_length = length;
+            beyond += u32::from(f64::from(length) > greatest);
+            check_lengths(&settings, setup.radius, &setup.atlas).unwrap();
+            assert_eq!(passes(&settings, &setup), 40, "{length}");
+            let rows = trail_rates(&settings, &setup);
+            assert!(rows.iter().all(|row| row.diffusion <= GREATEST_DIFFUSION));
+            length = length.next_up();
+        }
+        assert!((2..7).contains(&beyond), "lengths on both sides: {beyond}");
+        // A hundredth shorter is less than forty times what a pass spreads, and more than thirty-nine times.
+        settings.trail.diffusion_length = 0.99 * greatest as f32;
+        assert_eq!(passes(&settings, &setup), 40);
+        settings.trail.diffusion_length = 0.98 * greatest as f32;
+        assert_eq!(passes(&settings, &setup), 39);
     }
 }

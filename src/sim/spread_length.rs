@@ -5,7 +5,7 @@ use crate::mesh::atlas::Atlas;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{Settings, TrailSettings};
 
-/// The greatest diffusion length, texels of mean area: it takes forty passes.
+/// The greatest diffusion length, texels of mean area: it takes forty passes with taps one texel apart.
 const GREATEST_LENGTH: f64 = 4.0;
 /// The variance of the mean of nine taps along either axis, squares of their distance.
 const VARIANCE: f64 = 2.0 / 3.0;
@@ -18,8 +18,10 @@ pub fn spread_of(trail: &TrailSettings, radius: f32, atlas: &Atlas) -> f64 {
     if trail.diffusion_length <= 0.0 {
         return f64::from(trail.diffusion);
     }
-    let taps = f64::from(trail.diffusion_distance);
-    length_squared(trail, radius, atlas) / (VARIANCE * taps * taps)
+    let taps = f64::from(atlas.taps);
+    // Rounding may bring the greatest length a little beyond itself, which would take a pass more.
+    let squared = length_squared(trail, radius, atlas).min(GREATEST_LENGTH * GREATEST_LENGTH);
+    squared / (VARIANCE * taps * taps)
 }
 
 /// The square of the diffusion length, texels of mean area.

@@ -132,9 +132,10 @@ fn take_distances(s: &mut Step, plan: &Plan<'_>) {
     }
 }
 
-/// Sums up the scents that sensors read where they cross contacts, because objects move and food is eaten. It comes before they read.
+/// Sums up the scents that sensors read where they cross contacts, if objects have moved or food may have been eaten. It comes before they
+/// read.
 fn cross_contacts(s: &mut Step, plan: &Plan<'_>) {
-    if plan.scent_crosses() {
+    if plan.scent_crosses() && !plan.scents_stay {
         s.run(plan.samples(), plan.scent_across());
         s.run(plan.seams(), plan.exchange_seams(Field::Scent));
     }

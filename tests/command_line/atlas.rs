@@ -106,6 +106,23 @@ fn several_scenes_make_a_table() {
     assert_eq!(list.as_array().map(Vec::len), Some(3));
 }
 
+/// Would catch: edges that a scene glues, or a built-in mesh, and the numbers leave out.
+#[test]
+fn glued_edges_are_counted() {
+    let folder = Folder::new();
+    let object = "[[object]]\nmesh = \"builtin:plane?columns=2&rows=1\"\n";
+    let plain = folder.with("plain.toml", object);
+    let band = folder.with("band.toml", format!("{object}glue = [[0, 0, 3, 1]]\n"));
+    let periodic = "builtin:plane?columns=2&rows=2&periodic=true";
+    for (scene, pairs) in [(path(&plain), 0), (path(&band), 1), (periodic, 4)] {
+        let options = ["atlas", scene, "--size", "64"];
+        let numbers = json(&[&options[..], &["--json"]].concat());
+        assert_eq!(count(&numbers, "glued_pairs"), pairs, "{scene}");
+        let table = text(&myxo(&options).stdout);
+        assert_eq!(table.contains(" of edges glued\n"), pairs > 0, "{table}");
+    }
+}
+
 #[test]
 fn settings_of_the_scene_count() {
     let set = [

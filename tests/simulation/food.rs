@@ -5,7 +5,7 @@ use crate::advance;
 use std::sync::Arc;
 
 use crate::common::{Gpu, TRIO, awkward_sizes, gpu, scene, scene_of_several};
-use glam::{DAffine3, DVec2, UVec2, Vec3};
+use glam::{DAffine3, DVec2, DVec3, UVec2, Vec3};
 use myxo::gpu::{Buffer, Context, DispatchGroups, Domain, Pipeline, Threads};
 use myxo::mesh::atlas::Control;
 use myxo::mesh::surface_distance::SurfaceDistance;
@@ -1001,6 +1001,78 @@ fn scents_cross_contacts() {
         simulation.snapshot().unwrap().hash()
     });
     assert_eq!(whole, resumed);
+    gpu.finish();
+}
+
+/// Executes a step. Did it sum up the scents that cross contacts?
+fn step_crosses(twin: &mut twin::Simulation) -> bool {
+    let step = twin.next_step();
+    let mut crosses = false;
+    for work in step.works() {
+        crosses |= work.kernels().contains(&"scent_across");
+        twin.run_work(work.as_ref());
+    }
+    crosses
+}
+
+/// Would catch: scents that cross contacts and are summed up in each step although nothing has changed, and scents that stay where
+/// something has: a pose, distances, the food, or the whole state.
+#[test]
+fn crossing_scents_are_summed_up_again_where_something_has_changed() {
+    let scene = two_balls(-0.05, 0.5, |_| ());
+    let setup = Setup::new(&scene).unwrap();
+    let mut twin = twin::Simulation::new(setup.clone(), scene.settings.clone());
+    let check = |twin: &mut twin::Simulation, expected: &[bool]| {
+        for (step, &crosses) in expected.iter().enumerate() {
+            assert_eq!(step_crosses(twin), crosses, "step {step} of {expected:?}");
+            let (arrays, setup) = (twin.arrays(), twin.setup());
+            let inputs = ScentAcrossInputs {
+                samples: &setup.distance.samples,
+                owners: &setup.distance.owners,
+                distances: &arrays.distances,
+                nearest: &arrays.nearest,
+                ground: Ground::of(setup, &arrays.poses),
+                atlas_maps: &setup.atlas.maps,
+                scent: &arrays.scent,
+            };
+            let plan = Plan::new(twin.settings(), setup, 0, Means::of_host(false, 1));
+            let mut around = vec![0.0; arrays.scent.len()];
+            twin::scent_across(&plan.scent_across().params, &inputs, &mut around);
+            let mut texels = (setup.distance.samples.iter()).map(|s| s.texel as usize);
+            assert!(
+                texels.all(|texel| around[texel] == arrays.around[texel]),
+                "step {step} of {expected:?}"
+            );
+        }
+    };
+    let once = [true, false, false];
+    check(&mut twin, &once);
+    let before = twin.snapshot();
+    let aside = DAffine3::from_translation(DVec3::new(1.95, 0.1, 0.0));
+    twin.set_pose(1, Some(aside)).unwrap();
+    check(&mut twin, &once);
+    let mut settings = twin.settings().clone();
+    settings.foods[0].strength = 20.0;
+    settings.feeding.scent_across = 0.25;
+    twin.put_food(&settings).unwrap();
+    check(&mut twin, &once);
+    twin.restore(&before);
+    check(&mut twin, &once);
+
+    // What is eaten, or moves, is seen in each step.
+    let changes: [fn(&mut Settings); 2] = [
+        |s| (s.foods[0].size, s.foods[0].amount) = (0.3, 1000),
+        |s| (s.time.dt, s.objects[1].motion.spin) = (0.02, [40.0, 0.0, 90.0]),
+    ];
+    for change in changes {
+        let other = two_balls(-0.05, 0.5, change);
+        let mut twin = twin::Simulation::new(Setup::new(&other).unwrap(), other.settings);
+        assert!((0..5).all(|_| step_crosses(&mut twin)));
+    }
+
+    let Some(gpu) = gpu() else { return };
+    let found = first_difference(&gpu.ctx, &scene, &setup, 3, 2, &[]).unwrap();
+    assert!(found.is_none(), "{}", found.unwrap());
     gpu.finish();
 }
 

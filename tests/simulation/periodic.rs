@@ -298,7 +298,8 @@ fn read(text: &str) -> Settings {
     reader.finish().unwrap()
 }
 
-/// Catches a list of edges that is read in another order, gets lost when a scene is saved, or is glued only in the built-in mesh.
+/// Catches a list of edges that is read in another order, gets lost when a scene is saved, is glued only in the built-in mesh, or is
+/// missing from the mesh's report.
 #[test]
 fn a_list_of_edges_makes_the_same_of_a_plane_with_borders() {
     let built_in = scene("builtin:plane?columns=2&rows=2&periodic=true", |_| ());
@@ -307,10 +308,18 @@ fn a_list_of_edges_makes_the_same_of_a_plane_with_borders() {
     let listed = Scene::from_settings("listed".to_owned(), settings, ".".into()).unwrap();
     assert_eq!(listed.surface.halfedges, built_in.surface.halfedges);
     assert_eq!(listed.surface.glued, built_in.surface.glued);
+    let pairs = |scene: &Scene| scene.meshes[0].report.glued_pairs;
+    assert_eq!((pairs(&listed), pairs(&built_in)), (4, 4));
     let again = read(&listed.to_toml());
     assert_eq!(again.objects[0].glue, listed.settings.objects[0].glue);
     let plain = scene("builtin:plane?columns=2&rows=2", |_| ());
     assert!(!plain.to_toml().contains("glue"));
+    assert_eq!(pairs(&plain), 0);
+    // The meshes of a scene may go on in one that glues nothing.
+    let mut unglued = listed.settings;
+    unglued.objects[0].glue.clear();
+    let unglued = Scene::from_meshes("unglued".to_owned(), unglued, listed.meshes, ".".into());
+    assert_eq!(pairs(&unglued.unwrap()), 0);
 }
 
 /// Catches a plane whose places can be inside of it because every edge has a neighbour: what lies below it would count as covered.

@@ -14,7 +14,7 @@ use myxo::scene::settings::{
 };
 use myxo::sim::beside::first_difference;
 use myxo::sim::carry::carried;
-use myxo::sim::cells::{cell_of, check_room, homes, sharing_count};
+use myxo::sim::cells::{birthplace, cell_of, check_room, homes, sharing_count};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::paint::{Brush, Dab};
 use myxo::sim::types::{Motion, Particle, Population};
@@ -328,6 +328,151 @@ fn particles_are_born_where_the_table_has_a_triangle() {
     let found = first_difference(&gpu.ctx, &torus, &setup, 5, 3, &[]).unwrap();
     assert!(found.is_none(), "{}", found.unwrap());
     gpu.finish();
+}
+
+/// A population that stands: its first particles are far from each other, and in each of the three cells above the cell of one are two
+/// others. Only the first ones divide. With it the cells of these; `spare` ids are free.
+fn dividing_apart(spare: u32) -> (twin::Simulation, Vec<u32>) {
+    let of = |count: u32, capacity: u32| {
+        scene(|settings| {
+            settings.physarum.model = Model::Thesis;
+            settings.physarum.speed = 0.0;
+            settings.atlas.size = 192;
+            settings.particles.count = count;
+            let population = &mut settings.population;
+            population.capacity = capacity;
+            (population.division_window, population.survival_window) = (1, 1);
+            population.division_most = 1;
+            population.survival_most = 1_000_000;
+        })
+    };
+    let setup = Setup::new(&of(1, 1)).unwrap();
+    let (atlas, pitch) = (&setup.atlas, setup.atlas.pitch);
+    let plain = Plain::of(&[], atlas);
+    let mut parents: Vec<u32> = Vec::new();
+    let inner = 4..atlas.size - 4;
+    for cell in 0..atlas.owner.len() as u32 {
+        let is_inner = inner.contains(&(cell % pitch)) && inner.contains(&(cell / pitch));
+        if !is_inner || !plain.is_inside(cell) {
+            continue;
+        }
+        let is_far = |&other: &u32| {
+            (cell % pitch).abs_diff(other % pitch) > 5 || (cell / pitch).abs_diff(other / pitch) > 5
+        };
+        let mut window = plain.window(cell, 3).into_iter();
+        let has_nests = window.all(|beside| setup.nests[beside as usize] != NONE);
+        if has_nests && parents.iter().all(is_far) {
+            parents.push(cell);
+        }
+    }
+    let dividing = parents.len() as u32;
+    let scene = of(7 * dividing, 7 * dividing + spare);
+    let mut twin = twin_of(&scene);
+    let mut state = twin.snapshot();
+    for particle in &mut state.particles {
+        let id = particle.id;
+        let cell = if id < dividing {
+            parents[id as usize]
+        } else {
+            let other = id - dividing;
+            let parent = parents[(other / 6 % dividing) as usize];
+            parent - pitch - 1 + other % 3
+        };
+        particle.triangle = setup.nests[cell as usize];
+        let map = &setup.atlas.maps[particle.triangle as usize];
+        [particle.u, particle.v] = birthplace(map, cell, pitch);
+    }
+    twin.restore(&state);
+    (twin, parents)
+}
+
+/// The births of the step with this number: of each the number of its parent, the place of its cell among the nine round the parent's, and
+/// its id.
+fn births_of(twin: &mut twin::Simulation, parents: &[u32], step: u64) -> Vec<(usize, u32, u32)> {
+    let before = Snapshot {
+        step,
+        ..twin.snapshot()
+    };
+    twin.restore(&before);
+    twin.step();
+    let (state, setup) = (twin.snapshot(), twin.setup());
+    let pitch = setup.atlas.pitch;
+    let begun = 7 * parents.len() as u32;
+    let born = (living(&state).into_iter()).filter(|particle| particle.id >= begun);
+    let of = born.map(|particle| {
+        let cell = cell_of(&particle, &setup.atlas, &setup.homes);
+        let found = parents.iter().enumerate().find_map(|(number, &parent)| {
+            let column = (cell % pitch + 1).checked_sub(parent % pitch)?;
+            let row = (cell / pitch + 1).checked_sub(parent / pitch)?;
+            (column < 3 && row < 3).then_some((number, 3 * row + column))
+        });
+        let (number, place) = found.expect("it is beside one that divides");
+        (number, place, particle.id)
+    });
+    let births = of.collect();
+    twin.restore(&before);
+    births
+}
+
+/// Would catch: the first free cell after a taken one that is chosen more often than others, so that populations grow along crowds.
+#[test]
+fn every_free_cell_beside_a_parent_is_as_likely() {
+    let (mut twin, parents) = dividing_apart(4000);
+    assert!(parents.len() > 50, "{}", parents.len());
+    let mut counts = [0_usize; 9];
+    for round in 1..=8 {
+        for (_, place, _) in births_of(&mut twin, &parents, 2 * round) {
+            counts[place as usize] += 1;
+        }
+    }
+    let all = 8 * parents.len();
+    assert_eq!(counts.iter().sum::<usize>(), all);
+    assert_eq!([0, 1, 2, 4].map(|place| counts[place]), [0; 4]);
+    // A fifth each, within five deviations.
+    let most = 5.0 * (0.16 * all as f64).sqrt();
+    for place in [3, 5, 6, 7, 8] {
+        let off = counts[place] as f64 - 0.2 * all as f64;
+        assert!(off.abs() < most, "{counts:?}");
+        // The rule by which the place after the taken ones had four of eight chances would be found.
+        assert!((0.5 - 0.2) * all as f64 > 2.0 * most);
+    }
+}
+
+/// Would catch: low ids that always divide first where ids are left for some only; two births of one parent, or fewer than there are ids;
+/// and parents that are not in the order of ids where there are enough.
+#[test]
+fn no_id_comes_first_where_a_population_is_full() {
+    const LEFT: u32 = 20;
+    const STEPS: u64 = 40;
+    let (mut twin, parents) = dividing_apart(LEFT);
+    assert!(parents.len() > 50, "{}", parents.len());
+    let (mut sum, mut with_lowest) = (0, 0);
+    for k in 1..=STEPS {
+        let births = births_of(&mut twin, &parents, 2 * k);
+        let numbers: HashSet<usize> = births.iter().map(|(number, ..)| *number).collect();
+        let ids: HashSet<u32> = births.iter().map(|(.., id)| *id).collect();
+        assert_eq!([numbers.len(), ids.len()], [LEFT as usize; 2], "step {k}");
+        sum += numbers.iter().sum::<usize>();
+        with_lowest += u64::from(numbers.contains(&0));
+    }
+    // The middle one in the mean; no number is farther from it than the first, which bounds the deviation.
+    let mean = sum as f64 / (STEPS * u64::from(LEFT)) as f64;
+    let middle = (parents.len() - 1) as f64 / 2.0;
+    let deviation = middle / (STEPS as f64).sqrt();
+    assert!(
+        (mean - middle).abs() < 4.0 * deviation,
+        "{mean} of {middle}"
+    );
+    assert!(middle - f64::from(LEFT - 1) / 2.0 > 4.0 * deviation);
+    assert!(with_lowest < STEPS, "in each step");
+
+    let (mut twin, parents) = dividing_apart(parents.len() as u32);
+    let begun = 7 * parents.len();
+    let births = births_of(&mut twin, &parents, 2);
+    assert_eq!(births.len(), parents.len());
+    for (number, _, id) in births {
+        assert_eq!(begun + number, id as usize, "number by number");
+    }
 }
 
 /// Would catch: a particle that divides in a step in which it was refused its cell.

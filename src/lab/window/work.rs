@@ -6,7 +6,7 @@ use myxo::plain_text::Shown as _;
 use myxo::render::camera::Ray;
 use myxo::scene::motion::Origins;
 use myxo::scene::settings::PulseSettings;
-use myxo::sim::deposit_factor;
+use myxo::sim::mean_trail;
 use myxo::sim::paint::{Brush, Dab};
 use myxo::sim::pulse::Pulse;
 use myxo::{Error, Result};
@@ -261,12 +261,8 @@ impl Lab {
         self.clocks.facts.pulses = simulation.pulses().len();
         let (settings, setup) = (simulation.settings(), simulation.setup());
         let begun = settings.particles.count;
-        let particles = f64::from(stage.population.map_or(begun, |now| now.living));
-        let decay = f64::from(settings.trail.remaining()).clamp(0.0, 0.999);
-        let mean = f64::from(deposit_factor(settings, setup) * settings.physarum.deposit)
-            * particles
-            / f64::from(setup.atlas.owned_count.max(1))
-            * (decay / (1.0 - decay)).max(1.0);
+        let particles = stage.population.map_or(begun, |now| now.living);
+        let mean = mean_trail(settings, setup, particles);
         let size = Vec2::new(size[0] as f32, size[1] as f32);
         let view = &self.interface.document.view;
         let (poses, drawn) = (simulation.world_from_object(), stage.drawn_poses());

@@ -208,7 +208,7 @@ mod tests {
     }
 
     /// Would catch: a fan in which every triangle looks at every other one, and a count that passes for the whole one where not all were
-    /// compared.
+    /// compared, also if none was found.
     #[test]
     fn fans_take_no_longer_than_their_bound() {
         const COUNT: u32 = 20_000;
@@ -226,12 +226,13 @@ mod tests {
             assert_eq!((found.visited, found.compared), (MOST_VISITED, 0));
             assert!(found.crossings.are_partial && found.crossings.pairs == 0);
         }
-        for (are_partial, beginning) in [(true, "at least 3 pairs of"), (false, "3 pairs of")] {
+        for (pairs, are_partial, beginning) in [
+            (3, true, "at least 3 pairs of"),
+            (3, false, "3 pairs of"),
+            (0, true, "triangles crowd so that not all were compared"),
+        ] {
             let report = MeshReport {
-                self_crossings: Crossings {
-                    pairs: 3,
-                    are_partial,
-                },
+                self_crossings: Crossings { pairs, are_partial },
                 ..MeshReport::default()
             };
             let said = report.oddities();
@@ -240,6 +241,7 @@ mod tests {
                 "{said:?}"
             );
         }
+        assert_eq!(MeshReport::default().oddities(), [""; 0]);
     }
 
     /// Would catch: a model that is read without the check.

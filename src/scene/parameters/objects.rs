@@ -3,7 +3,7 @@
 use super::{Effect, Kind, Number, Own, Parameter, Scale, one_table};
 use crate::scene::settings::physarum::{only_own, physarum};
 use crate::scene::settings::{
-    Easing, Heading, ModelAnimation, ObjectSettings, ObjectStart, Repeat,
+    Easing, Heading, MOST_HALF_LIFE, ModelAnimation, ObjectSettings, ObjectStart, Repeat,
 };
 
 /// The parameters of one `[[object]]`, beside its name and mesh. Poses change while a simulation runs; a scale does
@@ -67,7 +67,7 @@ const TRAIL: &[Parameter<ObjectSettings>] = &[
         unit: "steps",
         help: "For the trail on this object, over the scene's trail.half_life. 0: as its trail decay says.",
         effect: Effect::Live,
-        kind: own!(real trail.half_life: f32, (0.0, 1e6), (0.0, 200.0), Linear),
+        kind: own!(real trail.half_life: f32, (0.0, MOST_HALF_LIFE), (0.0, 200.0), Linear),
     },
 ];
 

@@ -4,9 +4,9 @@ use super::population::POPULATION;
 use super::{Effect, Kind, Number, Parameter, Scale, one_table};
 use crate::scene::settings::physarum::physarum;
 use crate::scene::settings::{
-    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, Model, Preference,
-    RestartPlace, SECOND_LOOKS, Sensing, Settings, Show, SignRule, Start, StepOrder, Strategy,
-    TrailAcross, Turning,
+    AtlasMethod, Border, ColorMap, DepthMapping, DistanceMethod, Drawn, Heading, MOST_HALF_LIFE,
+    Model, Preference, RestartPlace, SECOND_LOOKS, Sensing, Settings, Show, SignRule, Start,
+    StepOrder, Strategy, TrailAcross, Turning,
 };
 
 /// The largest scene radius: squares of lengths stay far within single precision.
@@ -256,7 +256,7 @@ const AFTER: &[Parameter] = &[
         unit: "steps",
         help: "Steps after which half of the trail remains. 0: as the trail decay says.",
         effect: Effect::Live,
-        kind: real!(trail.half_life, (0.0, 1e6), (0.0, 200.0), Linear),
+        kind: real!(trail.half_life, (0.0, MOST_HALF_LIFE), (0.0, 200.0), Linear),
     },
     Parameter {
         key: "atlas.method",

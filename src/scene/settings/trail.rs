@@ -5,6 +5,10 @@ use serde::Serialize;
 use super::{ObjectSettings, Settings, TrailAcross};
 use crate::portable;
 
+/// The longest half-life, steps. The share that remains after a step is so near 1 that single precision rounds what is lost: here by up to
+/// 0.43 %, and with a half-life of a million steps by up to 4.3 %.
+pub const MOST_HALF_LIFE: f64 = 1e5;
+
 /// `[trail]`
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TrailSettings {
@@ -18,7 +22,7 @@ pub struct TrailSettings {
     pub across: TrailAcross,
     /// Share of the trail that remains after a step, deposits included, 0 to 1.
     pub decay: f32,
-    /// Steps after which half of the trail remains; 0 as `decay` says.
+    /// Steps after which half of the trail remains, at most [`MOST_HALF_LIFE`]; 0 as `decay` says.
     pub half_life: f32,
 }
 
@@ -128,6 +132,38 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::parameters::out_of_range;
+
+    /// Would catch: a range that has half-lives of which a step's share of what is lost is rounded by more than half a percent.
+    #[test]
+    fn half_of_the_trail_remains_after_the_half_life() {
+        let off_by = |steps: f32| {
+            let trail = TrailSettings {
+                half_life: steps,
+                ..TrailSettings::default()
+            };
+            let found = -std::f64::consts::LN_2 / f64::from(trail.remaining()).ln();
+            (found / f64::from(steps) - 1.0).abs()
+        };
+        let longest = MOST_HALF_LIFE as f32;
+        for k in 1..=2000 {
+            let steps = longest * k as f32 / 2000.0;
+            // Half of the last bit below 1, as a part of what is lost.
+            let rounding = 0.5_f64.powi(25) * f64::from(steps) / std::f64::consts::LN_2;
+            let off = off_by(steps);
+            assert!(off <= 1.02 * rounding && off < 0.005, "{steps}: {off}");
+        }
+        let beyond = (1..=100).map(|k| off_by(longest * (9.0 + 0.01 * k as f32)));
+        assert!(beyond.fold(0.0, f64::max) > 0.02, "rounding matters there");
+        let mut settings = Settings::default();
+        let problems = |settings: &Settings| out_of_range(settings).len();
+        settings.trail.half_life = longest;
+        settings.objects[0].trail.half_life = Some(longest);
+        assert_eq!(problems(&settings), 0);
+        settings.trail.half_life = longest.next_up();
+        settings.objects[0].trail.half_life = Some(longest.next_up());
+        assert_eq!(problems(&settings), 2);
+    }
 
     /// Would catch: scenes that pay for rates of single objects although all agree, by whatever key, and objects that differ unnoticed.
     #[test]

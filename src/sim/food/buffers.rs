@@ -18,7 +18,7 @@ pub struct FoodBuffers {
     pub marks: Buffer<Mark>,
     /// One per texel, gutters filled: trail units that are added to sensor readings.
     pub scent: Texture<f32>,
-    /// One per texel, gutters filled: the same with what crosses from other objects, if scents do.
+    /// One per texel, gutters filled: that scent and what crosses from other objects, if scents do.
     pub around: Option<Texture<f32>>,
     /// One per texel, gutters filled: the food that is eaten there, counted from 1, or 0.
     pub plates: Texture<u32>,

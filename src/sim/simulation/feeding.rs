@@ -199,8 +199,7 @@ impl Simulation {
 
     /// Puts the food into effect from the next step on.
     pub(super) fn serve(&mut self, served: Served) {
-        // Other owners of the setup keep their food.
-        Arc::make_mut(&mut self.course.setup).food_set = served.food_set;
+        self.course.serve(served.food_set);
         self.state.food = served.buffers;
     }
 

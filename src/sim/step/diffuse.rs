@@ -6,7 +6,7 @@ use crate::mesh::atlas::BLOCK_ROWS;
 use crate::sim::arrays::Arrays;
 use crate::sim::kernels::{Diffuse, DiffuseArgs, DiffuseConstants, DiffuseParams};
 use crate::sim::plan::Plan;
-use crate::sim::spread::{Pass, spreading, texel_objects};
+use crate::sim::spread::{Pass, RatesOfTexels, spreading, texel_objects};
 use crate::sim::state::State;
 use crate::sim::types::TrailRates;
 use crate::sim::work::{Call, StepKernel};
@@ -103,14 +103,14 @@ pub fn diffuse(
         };
         ((left + trail[middle + lane]) + right) - thrice
     };
-    let rates_of = |texel: usize| match constants.own_rates {
-        true => rates[(params.first_rates + objects[texel]) as usize],
-        false => TrailRates {
+    let of_texels = RatesOfTexels {
+        shared: TrailRates {
             diffusion: params.diffusion,
             deposit: params.deposit,
             decay: params.decay,
             pad0: 0.0,
         },
+        own: (constants.own_rates).then(|| (objects, &rates[params.first_rates as usize..])),
     };
     // Four texels side by side.
     let quad_of = |quad: u32, reach: u32| {
@@ -119,7 +119,7 @@ pub fn diffuse(
         [0, 1, 2, 3].map(|lane| {
             let texel = 4 * quad as usize + lane;
             let (owned, here) = (density[texel], trail[texel]);
-            let own = rates_of(texel);
+            let own = of_texels.at(texel);
             let thrice = 3.0 * here;
             let more = (excess(up, lane, thrice) + excess(quad, lane, thrice))
                 + excess(down, lane, thrice);

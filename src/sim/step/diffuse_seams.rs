@@ -6,7 +6,7 @@ use crate::sim::kernels::{
     DiffuseSeams, DiffuseSeamsArgs, DiffuseSeamsConstants, DiffuseSeamsParams,
 };
 use crate::sim::plan::Plan;
-use crate::sim::spread::{Pass, spreading, texel_objects};
+use crate::sim::spread::{Pass, RatesOfTexels, spreading, texel_objects};
 use crate::sim::state::State;
 use crate::sim::types::TrailRates;
 use crate::sim::work::{Call, StepKernel};
@@ -83,6 +83,15 @@ pub fn diffuse_seams(
 ) {
     let offsets =
         ExchangeRow::neighbours(params.reach_down / params.reach_across, params.reach_across);
+    let of_texels = RatesOfTexels {
+        shared: TrailRates {
+            diffusion: params.diffusion,
+            deposit: params.deposit,
+            decay: params.decay,
+            pad0: 0.0,
+        },
+        own: (constants.own_rates).then(|| (objects, &rates[params.first_rates as usize..])),
+    };
     for row in &rows[..params.row_count as usize] {
         let texel = row.texel as usize;
         let here = trail[texel];
@@ -105,15 +114,7 @@ pub fn diffuse_seams(
             counted += part.weight * deposits[part.texel as usize] as f32;
         }
         let own = density[texel];
-        let of = match constants.own_rates {
-            true => rates[(params.first_rates + objects[texel]) as usize],
-            false => TrailRates {
-                diffusion: params.diffusion,
-                deposit: params.deposit,
-                decay: params.decay,
-                pad0: 0.0,
-            },
-        };
+        let of = of_texels.at(texel);
         let spread = here + (of.diffusion * own) * (row.conductance * inside + across);
         let value = (spread + (of.deposit * counted) * own) * of.decay;
         next_trail[texel] = if value >= params.tiny { value } else { 0.0 };

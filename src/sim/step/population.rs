@@ -2,7 +2,8 @@
 //!
 //! A slot and an id stay together for good, and a particle that is dead is a slot that waits. Those that divide claim cells; those that
 //! have won are numbered by their ids, as are the dead, and number by number a dead particle's id goes to a particle that is born. So ids
-//! never collide, and neither the order of slots nor that of invocations shows.
+//! never collide, and neither the order of slots nor that of invocations shows. If fewer are dead than divide, numbers begin at another
+//! particle in each step.
 //!
 //! Where objects have windows of the particle buffer, a dead particle lies in the window of the object on which it died, so deaths change
 //! no window. A birth on another object changes two, and [`windows`](super::windows) puts the buffer in order at the end of the step.
@@ -115,6 +116,7 @@ impl Plan<'_> {
             constants: (),
             params: DivideListParams {
                 particle_count: self.particle_count(),
+                turn: self.division_words()[1],
             },
         }
     }
@@ -140,8 +142,13 @@ impl Plan<'_> {
 
     /// Makes ranks differ from step to step, and from those of particles that walk.
     fn division_salt(&self) -> u32 {
+        self.division_words()[0]
+    }
+
+    /// Random numbers of the step.
+    fn division_words(&self) -> [u32; 4] {
         let seed = seed_word(self.settings.seed);
-        random(seed, 1, self.time_step(), Purpose::Claim)[0]
+        random(seed, 1, self.time_step(), Purpose::Claim)
     }
 }
 
@@ -383,14 +390,14 @@ impl Surroundings<'_> {
                 .is_none_or(|(distances, threshold)| distances[cell] >= threshold)
     }
 
-    /// The first free cell of the eight round a cell, from one of them on.
-    fn free_beside(&self, cell: u32, first: u32) -> Option<u32> {
-        let places = (0..8).map(|k| (first + k) % 8);
+    /// One of the free cells of the eight round a cell, each as likely as the others.
+    fn free_beside(&self, cell: u32, chance: u32) -> Option<u32> {
         // The middle one of nine is the cell itself.
-        let places = places.map(|place| if place < 4 { place } else { place + 1 });
-        let mut cells =
-            places.map(|place| self.beside(cell, (place % 3) as i32 - 1, (place / 3) as i32 - 1));
-        cells.find(|&beside| self.is_free(beside))
+        let places = (0..9).filter(|&place| place != 4);
+        let cells = places.map(|place| self.beside(cell, place % 3 - 1, place / 3 - 1));
+        let free: Vec<u32> = cells.filter(|&beside| self.is_free(beside)).collect();
+        let place = chance.checked_rem(free.len() as u32)?;
+        Some(free[place as usize])
     }
 }
 
@@ -453,7 +460,7 @@ pub fn divide(
             } else if !motion.has_stayed() && unit(words[1]) < params.division_probability {
                 let crowd = surroundings.count(cell, params.division_reach);
                 if (params.division_least..=params.division_most).contains(&crowd) {
-                    let free = surroundings.free_beside(cell, words[2] % 8);
+                    let free = surroundings.free_beside(cell, words[2]);
                     births[slot] = free.unwrap_or(NONE);
                 }
             }
@@ -528,13 +535,18 @@ pub fn divide_list(
     population: &Population,
     parents: &mut [u32],
 ) {
+    let last = IdMarks::words(params.particle_count) - 1;
+    let dividing = ids_before[last] + id_marks[last].count_ones();
     let claims = particles.iter().zip(births);
     for (slot, (particle, &cell)) in (0..params.particle_count).zip(claims) {
         if cell == NONE {
             continue;
         }
         let word = IdMarks::word(particle.id);
-        let number = ids_before[word] + IdMarks::below(id_marks[word], particle.id);
+        let mut number = ids_before[word] + IdMarks::below(id_marks[word], particle.id);
+        if dividing > population.born {
+            number = (number + (dividing - params.turn % dividing)) % dividing;
+        }
         if number < population.born {
             parents[number as usize] = slot;
         }

@@ -187,7 +187,7 @@ impl Simulation {
             .map(|meal| meal.remaining)
             .collect();
         let left = food_set.kept(&setup.food_set, &left);
-        Arc::make_mut(&mut self.course.setup).food_set = food_set;
+        self.course.serve(food_set);
         self.arrays.setup = Arc::clone(&self.course.setup);
         self.course.settings = settings.clone();
         self.arrays.serve(Some(&left));
