@@ -91,8 +91,7 @@ void main() {
     uint rank = rank_of(particle.id, params.salt);
     store_paged(claims, i, uvec4(goal, cell, rank, texel));
     store_texel(goals, cell, uvec4(goal))
-    lower_texel(cells, cell, taken_by(rank), before)
-    if (before != FREE) {
-        lower_texel(cells, cell, SHARED_CELL, also)
-    }
+    exchange_texel(cells, cell, taken_by(rank), before)
+    // Of several in one cell the last to exchange its word finds another one before it, and writes after that.
+    if (before != FREE) write_texel(cells, cell, SHARED_CELL)
 }
