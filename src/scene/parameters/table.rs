@@ -302,7 +302,7 @@ const AFTER: &[Parameter] = &[
         key: "distance.depth_near",
         name: "Near plane",
         unit: "scene radii",
-        help: "For the distance depth clip: how far before the near plane, where the smallest distance lies, the eye is. The smaller, the fewer depths are left for all but the smallest distances.",
+        help: "For the distance depth clip: how far the eye is before the near plane, which lies at minus the longest distance that counts; the far plane lies at plus that distance. The smaller, the fewer depths are left for the farther half, in which all distances lie that are drawn.",
         effect: Effect::Live,
         kind: real!(
             distance.depth_near,
