@@ -1,6 +1,6 @@
 # The commands of the project. `make` alone lists them.
 
-.PHONY: help demo test python hashes long fuzz mutants power-cut bench atlases gallery pictures experiments guide keys window window-times notices bundle advisories clean
+.PHONY: help demo test python hashes long fuzz mutants power-cut bench bench-plain atlases gallery pictures experiments guide keys window window-times notices bundle advisories clean
 .DEFAULT_GOAL := help
 
 help: ## list these commands
@@ -67,15 +67,17 @@ MEASURE := $(MYXO) profile --steps 100 --warmup 34 --repeat 3
 AGAINST := $(MYXO) profile --steps 40 --warmup 34 --repeat 2
 BALLS := benches/scenes
 
-bench: ## time every kernel on the reference scenes, and how times grow; the figures go to benches/results/ (minutes)
+bench-plain: ## time the reference scenes without a look, to compare with other programs; reports go to benches/results/ (a minute or two)
 	@.ci/setup demo
 	cargo build --release
+	@for scene in cube torus; do \
+		$(MEASURE) benches/scenes/plain_$$scene.toml --report benches/results/plain_$$scene.json || exit 1; \
+	done
+
+bench: bench-plain ## time every kernel on the reference scenes, and how times grow; the figures go to benches/results/ (minutes)
 	@mkdir -p benches/results/objects
 	@for scene in cube torus; do \
 		$(MEASURE) $$scene --report benches/results/$$scene.json || exit 1; \
-	done
-	@for scene in cube torus; do \
-		$(MEASURE) benches/scenes/plain_$$scene.toml --report benches/results/plain_$$scene.json || exit 1; \
 	done
 	$(MEASURE) torus --set physarum.sensing=walk --report benches/results/torus-walk.json
 	$(MEASURE) torus --set particles.count=1000000 --report benches/results/torus-1m.json

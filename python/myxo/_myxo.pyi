@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ._scene import SceneArguments
+
 version: str
 NO_GO: float
 LONGEST_SIDE: int
@@ -22,39 +24,13 @@ def parameters() -> list[dict[str, Any]]: ...
 def read_study(path: str | PathLike[str]) -> str: ...
 def run_key(text: str) -> str: ...
 def check_keys(keys: list[str]) -> None: ...
-def processes(
-    scene: str | PathLike[str] | None,
-    text: dict[str, Any] | None,
-    meshes: Sequence[tuple[str, tuple[NDArray[np.float64], NDArray[np.int64]]] | None],
-    folder: str | PathLike[str],
-    preset: str | None,
-    settings: dict[str, Any],
-    device: str | None,
-    picture: Sequence[int] | None,
-) -> tuple[int, bool]: ...
-def identity(
-    scene: str | PathLike[str] | None,
-    text: dict[str, Any] | None,
-    meshes: Sequence[tuple[str, tuple[NDArray[np.float64], NDArray[np.int64]]] | None],
-    folder: str | PathLike[str],
-    preset: str | None,
-    settings: dict[str, Any],
-) -> str: ...
+def processes(scene: SceneArguments, device: str | None, picture: Sequence[int] | None) -> tuple[int, bool]: ...
+def identity(scene: SceneArguments) -> str: ...
 def largest(points: str) -> str: ...
 def threads(processes: int) -> int: ...
 def picture_size(text: str) -> list[int] | None: ...
 def check_pictures(
-    scene: str | PathLike[str] | None,
-    text: dict[str, Any] | None,
-    meshes: Sequence[tuple[str, tuple[NDArray[np.float64], NDArray[np.int64]]] | None],
-    folder: str | PathLike[str],
-    preset: str | None,
-    settings: dict[str, Any],
-    device: str | None,
-    steps: int,
-    picture: Sequence[int],
-    one_view: bool,
-    here: bool,
+    scene: SceneArguments, device: str | None, steps: int, picture: Sequence[int], one_view: bool, here: bool
 ) -> None: ...
 
 class Folder:

@@ -6,7 +6,7 @@ import hashlib
 import os
 import tempfile
 from collections.abc import Mapping
-from typing import Any, Optional, Union
+from typing import Any, NamedTuple, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -159,6 +159,17 @@ def _picture(key: str, array: NDArray[Any]) -> str:
 Source = tuple[
     Union[str, "os.PathLike[str]", None], Optional[dict[str, Any]], list[Optional[tuple[str, Arrays]]], str, Optional[str]
 ]
+
+
+class SceneArguments(NamedTuple):
+    """What scene a sweep has, as `source` returns it, and what it sets there."""
+
+    scene: str | os.PathLike[str] | None
+    text: dict[str, Any] | None
+    meshes: list[tuple[str, Arrays] | None]
+    folder: str
+    preset: str | None
+    settings: dict[str, Any]
 
 
 def source(scene: str | os.PathLike[str] | Mapping[str, Any] | Scene, preset: str | None) -> Source:

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from . import _myxo, _runs
 from ._points import Point, grid, sample
-from ._scene import Scene, is_picture, source, with_files
+from ._scene import Scene, SceneArguments, is_picture, source, with_files
 
 if TYPE_CHECKING:
     import pandas
@@ -280,11 +280,10 @@ def _size(picture: str | Sequence[int]) -> list[int]:
 
 def _fixed(study: Mapping[str, Any], run: _runs.Run | None) -> dict[str, Any]:
     """What all runs of a study share, in a form that can be compared."""
-    path, table, meshes, folder, preset = source(study["scene"], study["preset"])
     # Pictures of maps have names by their content.
     settings = with_files(study["settings"])
     return {
-        "scene": _myxo.identity(path, table, meshes, folder, preset, settings),
+        "scene": _myxo.identity(SceneArguments(*source(study["scene"], study["preset"]), settings)),
         "steps": None if run else study["steps"],
         "preset": study["preset"],
         "settings": {key: _content(value) for key, value in settings.items()},
@@ -370,10 +369,10 @@ def _results(
 def _processes(jobs: list[dict[str, Any]]) -> tuple[int, bool]:
     """As many as there are cores and memory for; and do they compute on the processor?"""
     device = None if jobs[0]["device"] is None else str(jobs[0]["device"])
-    path, table, meshes, folder, preset = source(jobs[0]["scene"], jobs[0]["preset"])
     sizes = json.loads(_myxo.largest(_plain([job["point"] for job in jobs])))
     settings = {**with_files(jobs[0]["settings"]), **sizes}
-    return _myxo.processes(path, table, meshes, folder, preset, settings, device, jobs[0].get("picture"))
+    scene = SceneArguments(*source(jobs[0]["scene"], jobs[0]["preset"]), settings)
+    return _myxo.processes(scene, device, jobs[0].get("picture"))
 
 
 def _check_pictures(jobs: list[dict[str, Any]], executor: Any) -> None:
@@ -384,9 +383,8 @@ def _check_pictures(jobs: list[dict[str, Any]], executor: Any) -> None:
     # Functions may choose a view, and do other steps.
     one_view = job["run"] is None and not any("picture.show" in other["point"] for other in jobs)
     device = None if job["device"] is None else str(job["device"])
-    path, table, meshes, folder, preset = source(job["scene"], job["preset"])
-    settings = with_files(job["settings"])
-    _myxo.check_pictures(path, table, meshes, folder, preset, settings, device, job["steps"], job["picture"], one_view, here)
+    scene = SceneArguments(*source(job["scene"], job["preset"]), with_files(job["settings"]))
+    _myxo.check_pictures(scene, device, job["steps"], job["picture"], one_view, here)
 
 
 def _pool(count: int, threads: int | None) -> concurrent.futures.ProcessPoolExecutor:

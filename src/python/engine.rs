@@ -699,7 +699,7 @@ fn mesh_of(name: &str, (vertices, faces): &Arrays<'_>) -> PyResult<Mesh> {
 }
 
 /// Loads a scene.
-type Load = Box<dyn FnOnce() -> Result<Scene> + Send>;
+pub type Load = Box<dyn FnOnce() -> Result<Scene> + Send>;
 
 /// Takes a scene from Python, a name or a path, or a text with meshes; loading it needs Python no more.
 pub fn scene_from(

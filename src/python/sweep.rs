@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::Value;
 
-use super::engine::{Arrays, assignments, open_device, scene_from};
+use super::engine::{Arrays, Load, assignments, open_device, scene_from};
 use super::errors::exception;
 use crate::gpu::DeviceKind;
 use crate::scene::Overrides;
@@ -36,24 +36,35 @@ pub fn check_keys(keys: Vec<String>) -> PyResult<()> {
         .map_err(|error| PyKeyError::new_err(error.to_string()))
 }
 
-/// What a scene is: its name and a digest of all that it has. The arguments are those of an engine.
-#[pyfunction]
-#[pyo3(signature = (scene, text, meshes, folder, preset, settings))]
-pub fn identity(
-    py: Python<'_>,
+/// What scene a sweep has, and what it sets there: the attributes of `SceneArguments` in `python/myxo/_scene.py`. They are as for an
+/// engine.
+#[derive(FromPyObject)]
+pub struct SceneArguments<'py> {
     scene: Option<PathBuf>,
-    text: Option<&Bound<'_, PyDict>>,
-    meshes: Vec<Option<(String, Arrays<'_>)>>,
+    text: Option<Bound<'py, PyDict>>,
+    meshes: Vec<Option<(String, Arrays<'py>)>>,
     folder: PathBuf,
     preset: Option<String>,
-    settings: &Bound<'_, PyDict>,
-) -> PyResult<String> {
-    let overrides = Overrides {
-        preset,
-        set: assignments(settings)?,
-        seed: None,
-    };
-    let load = scene_from(scene, text, meshes, folder, overrides)?;
+    settings: Bound<'py, PyDict>,
+}
+
+impl SceneArguments<'_> {
+    /// Takes the scene from Python; loading it needs Python no more.
+    fn taken(self) -> PyResult<Load> {
+        let overrides = Overrides {
+            preset: self.preset,
+            set: assignments(&self.settings)?,
+            seed: None,
+        };
+        let text = self.text.as_ref();
+        scene_from(self.scene, text, self.meshes, self.folder, overrides)
+    }
+}
+
+/// What a scene is: its name and a digest of all that it has.
+#[pyfunction]
+pub fn identity(py: Python<'_>, scene: SceneArguments<'_>) -> PyResult<String> {
+    let load = scene.taken()?;
     py.detach(|| sweep::identity(&load()?)).map_err(exception)
 }
 
@@ -72,27 +83,16 @@ pub fn largest(points: &str) -> PyResult<String> {
 }
 
 /// How many processes a sweep takes on this device, whose largest run is this scene, and whose runs have pictures of this size, if any; and
-/// whether they compute on the processor. The other arguments are those of an engine.
+/// whether they compute on the processor.
 #[pyfunction]
-#[pyo3(signature = (scene, text, meshes, folder, preset, settings, device, picture))]
-#[expect(clippy::too_many_arguments, reason = "as for an engine")]
+#[pyo3(signature = (scene, device, picture))]
 pub fn processes(
     py: Python<'_>,
-    scene: Option<PathBuf>,
-    text: Option<&Bound<'_, PyDict>>,
-    meshes: Vec<Option<(String, Arrays<'_>)>>,
-    folder: PathBuf,
-    preset: Option<String>,
-    settings: &Bound<'_, PyDict>,
+    scene: SceneArguments<'_>,
     device: Option<String>,
     picture: Option<[u32; 2]>,
 ) -> PyResult<(usize, bool)> {
-    let overrides = Overrides {
-        preset,
-        set: assignments(settings)?,
-        seed: None,
-    };
-    let load = scene_from(scene, text, meshes, folder, overrides)?;
+    let load = scene.taken()?;
     py.detach(|| {
         let ctx = open_device(device)?;
         let info = ctx.info();
@@ -110,30 +110,19 @@ pub fn picture_size(text: &str) -> Option<[u32; 2]> {
 }
 
 /// Refuses pictures that cannot be drawn, before any run: of a view that the scene cannot show after so many steps, if all runs have one
-/// view, or too large for the device, if runs are done on this machine. The other arguments are those of an engine.
+/// view, or too large for the device, if runs are done on this machine.
 #[pyfunction]
-#[pyo3(signature = (scene, text, meshes, folder, preset, settings, device, steps, picture, one_view, here))]
-#[expect(clippy::too_many_arguments, reason = "as for an engine")]
+#[pyo3(signature = (scene, device, steps, picture, one_view, here))]
 pub fn check_pictures(
     py: Python<'_>,
-    scene: Option<PathBuf>,
-    text: Option<&Bound<'_, PyDict>>,
-    meshes: Vec<Option<(String, Arrays<'_>)>>,
-    folder: PathBuf,
-    preset: Option<String>,
-    settings: &Bound<'_, PyDict>,
+    scene: SceneArguments<'_>,
     device: Option<String>,
     steps: u64,
     picture: [u32; 2],
     one_view: bool,
     here: bool,
 ) -> PyResult<()> {
-    let overrides = Overrides {
-        preset,
-        set: assignments(settings)?,
-        seed: None,
-    };
-    let load = scene_from(scene, text, meshes, folder, overrides)?;
+    let load = scene.taken()?;
     py.detach(|| {
         let ctx = here.then(|| open_device(device)).transpose()?;
         // A scene that cannot be loaded is a row with its error.

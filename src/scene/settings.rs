@@ -232,7 +232,7 @@ pub struct DistanceSettings {
     pub method: DistanceMethod,
     /// For `raster`: how distances become depths.
     pub depth: DepthMapping,
-    /// For `clip`: how far before the near plane the eye is, in scene radii.
+    /// For `clip`: how far the eye is before the near plane, in scene radii.
     pub depth_near: f32,
     /// For `logistic` and `arctangent`: the distance that the curve takes as 1, in scene radii; 0 for a quarter of the reach.
     pub depth_scale: f32,

@@ -58,7 +58,7 @@ pub struct FoodPlace {
     pub size: f64,
     /// Its number of meals; 0 for an endless food.
     pub amount: u32,
-    /// Trail units that each of its texels adds to the trail in a step; 0 for none.
+    /// Trail units that it adds to the trail in a step, at each of its texels in [`FoodSet::projected`]; 0 for none.
     pub projection: f32,
 }
 

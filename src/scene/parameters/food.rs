@@ -57,7 +57,7 @@ pub static FOOD_PARAMETERS: &[Parameter<FoodSettings>] = &[
         key: "projection",
         name: "Projection",
         unit: "trail units",
-        help: "Added in each step to the trail on every texel where it is eaten, before the trail spreads, and less as its amount falls. A marker has one texel. 0 is off.",
+        help: "Added in each step to the trail, before it spreads, on the texel that holds its place and on every texel that is nearer to it along the surface than its size; of several that are projected there, the nearest counts. Less as its amount falls. 0 is off.",
         effect: Effect::Live,
         kind: real!(projection, (0.0, 1e6), (0.0, 20.0), Logarithmic),
     },

@@ -302,7 +302,7 @@ const AFTER: &[Parameter] = &[
         key: "distance.depth_near",
         name: "Near plane",
         unit: "scene radii",
-        help: "For the distance depth clip: how far before the near plane, where the smallest distance lies, the eye is. The smaller, the fewer depths are left for all but the smallest distances.",
+        help: "For the distance depth clip: how far the eye is before the near plane, which lies at minus the longest distance that counts; the far plane lies at plus that distance. The smaller, the fewer depths are left for the farther half, in which all distances lie that are drawn.",
         effect: Effect::Live,
         kind: real!(
             distance.depth_near,
@@ -419,7 +419,7 @@ const AFTER: &[Parameter] = &[
         key: "feeding.projection",
         name: "Food projection",
         unit: "trail units",
-        help: "Added in each step to the trail on every texel where scattered food is eaten, before the trail spreads, and less as its amount falls. A marker has one texel. 0 is off.",
+        help: "For scattered food: added in each step to the trail, before it spreads, on the texel that holds its place and on every texel that is nearer to it along the surface than its size; of several that are projected there, the nearest counts. Less as its amount falls. 0 is off.",
         effect: Effect::Live,
         kind: real!(feeding.projection, (0.0, 1e6), (0.0, 20.0), Logarithmic),
     },

@@ -8,6 +8,7 @@ use super::*;
 use crate::mesh::Mesh;
 use crate::mesh::atlas::{Atlas, AtlasMethod, AtlasOptions};
 use crate::mesh::surface::{NONE, Surface};
+use crate::rng::{Purpose, random, unit};
 use crate::sim::food::{FoodPlace, nearest_on_object};
 
 /// Half of the width of drawn lines.
@@ -263,6 +264,56 @@ fn straight_lines_have_their_lengths_at_any_angle_and_width() {
                 (found - width).abs() < canvas.texel(),
                 "{half}: {found} and not {width}"
             );
+        }
+    }
+}
+
+/// The graph of a line of a length of 1.4 through the middle, straight across at its ends, with this trail on its texels.
+fn flat_ended(canvas: &Canvas, half: f32, degrees: u8, trail: impl Fn(u32) -> f32) -> Graph {
+    let along = Vec2::from_angle(f32::from(degrees).to_radians());
+    let around = canvas.around();
+    let value = |texel: u32| {
+        if canvas.atlas.owner[texel as usize] == NONE {
+            return 0.0;
+        }
+        let place = around.place(texel).as_vec3();
+        let at = Vec2::new(place.x, place.z);
+        let is_on_line = at.dot(along).abs() < 0.7 && at.perp_dot(along).abs() < half;
+        if is_on_line { trail(texel) } else { 0.0 }
+    };
+    let trail: Vec<f32> = (0..canvas.atlas.owner.len() as u32).map(value).collect();
+    let covered: Vec<bool> = trail.iter().map(|&value| value > 0.0).collect();
+    Graph::of_covered(&covered, &trail, &around)
+}
+
+/// Would alone catch: the corners of flat ends that stay branches, at any angle and width; branches that thinning leaves on slanting lines
+/// of uneven trail, where several begin at one junction that is as long as the line is wide, so that they look longer from its middle; and
+/// ends that are shortened with them.
+#[test]
+fn flat_ends_and_uneven_trail_leave_no_branches() {
+    let canvas = plane("plane");
+    let check = |half: f32, degrees: u8, seed: u32, line: &Graph| {
+        let (kinds, lengths) = shape(line);
+        // A texel at each end is covered or not as a whole.
+        let bound = 0.01 + canvas.texel() / 1.4;
+        assert!(
+            kinds == [0, 2, 0, 0] && (lengths[0] / 1.4 - 1.0).abs() < bound,
+            "{half}, {degrees} degrees, {seed}: {kinds:?}, {lengths:?}"
+        );
+    };
+    for half in [0.01, 0.02, 0.04, 0.08, 0.12] {
+        for degrees in (0..50).step_by(5) {
+            let line = flat_ended(&canvas, half, degrees, |_| 1.0);
+            check(half, degrees, 0, &line);
+        }
+    }
+    for half in [0.02, 0.03, 0.06] {
+        for degrees in [20, 25, 30] {
+            for seed in 1..6 {
+                let uneven = |texel| 1.0 + unit(random(seed, texel, 0, Purpose::Sample)[0]);
+                let line = flat_ended(&canvas, half, degrees, uneven);
+                check(half, degrees, seed, &line);
+            }
         }
     }
 }

@@ -275,20 +275,21 @@ impl Traced {
             let [last, node] = [end, other].map(|node| self.nodes[node].as_ref());
             let (last, node) = (last?, node?);
             // How far the branch reaches, and how far what it leaves reaches anyway.
-            let (reaches, anyway) = if degrees[other] == 1 {
+            let both = if degrees[other] == 1 {
                 let on_edge = edge.texels.iter().map(|&i| depths[i as usize]);
                 let widest = on_edge.fold(node.half_width.max(last.half_width), f64::max);
-                (
-                    edge.length + last.half_width + node.half_width,
-                    2.0 * widest,
-                )
+                [(edge.length + node.half_width, 2.0 * widest); 2]
             } else {
-                (edge.length + last.half_width, node.half_width)
+                let begun = self.begun_at_texel(links, edge, usize::from(edge.ends[1] == other))?;
+                [(edge.length, node.half_width), begun]
             };
             let side = node.side(links);
             let is_corner = degrees[other] == 3 && tips[other] > 1;
             let within = WITHIN * if is_corner { OF_CORNERS } else { 1.0 };
-            (reaches < within * anyway + SPUR * side).then_some((edge.length, number, end, other))
+            let is_spur = both
+                .into_iter()
+                .any(|(length, anyway)| length + last.half_width < within * anyway + SPUR * side);
+            is_spur.then_some((edge.length, number, end, other))
         });
         let mut spurs: Vec<_> = spurs.collect();
         spurs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -303,6 +304,19 @@ impl Traced {
             branches
         });
         before > 0 && !spurs.is_empty()
+    }
+
+    /// The length of a branch from the texel of its junction at which it begins, and how far that texel is from the border of the network.
+    /// A junction may be as many texels long as a line is wide, and from its middle the branch would look that much longer.
+    fn begun_at_texel(&self, links: &Links, edge: &Edge, end: usize) -> Option<(f64, f64)> {
+        let node = self.nodes[edge.ends[end]].as_ref()?;
+        let points = unfolded(&self.nodes, links, edge).begun_at(end);
+        let next = *points.get(1)?;
+        let away = node.places(links).into_iter().map(|at| at.distance(next));
+        let nearest = away.zip(&node.texels).min_by(|a, b| a.0.total_cmp(&b.0));
+        let (away, &texel) = nearest?;
+        let length = edge.length - node.place.distance(next) + away;
+        Some((length, self.depths[texel as usize]))
     }
 
     /// Joins junctions that are one, the closest first: a crossing of wide lines is two forks at first.
