@@ -225,6 +225,7 @@ mod tests {
             width: 0.1,
             trail: 1.0,
             points: Vec::new(),
+            objects: Vec::new(),
             breaks: Vec::new(),
         };
         Graph {
