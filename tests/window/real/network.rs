@@ -4,7 +4,8 @@ use image::{Rgb, RgbImage};
 use myxo::render::network_lines::LINES;
 
 use super::can_open_a_window;
-use crate::{Lab, SMALL};
+use crate::Lab;
+use crate::network::GROWN;
 
 /// The display, once nothing moves any more.
 #[track_caller]
@@ -31,7 +32,7 @@ fn lines_are_drawn_over_the_picture_while_they_are_asked_for() {
     if !can_open_a_window() {
         return;
     }
-    let lab = Lab::open_on_display(&SMALL);
+    let lab = Lab::open_on_display(&GROWN);
     lab.grows_beyond(60);
     lab.hold();
     let before = like_lines(&shown(&lab));

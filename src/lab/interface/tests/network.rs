@@ -99,18 +99,19 @@ impl Harness {
     }
 }
 
-/// Would catch: lines that are drawn though nobody asks for them, beside their places, on an object that was moved or hidden, on the flat
+/// Would catch: lines that are drawn without being asked for, beside their places, on an object that was moved or hidden, on the flat
 /// atlas, or in a scene that has gone.
 #[test]
 fn lines_are_where_their_object_is_while_they_are_asked_for() {
     let mut harness = Harness::new();
     let places = harness.has_a_network();
     harness.frame(vec![]);
-    assert!(harness.lines().is_empty(), "nobody asks for them");
+    assert!(harness.lines().is_empty(), "they are not asked for");
     harness.press(Key::N);
     harness.frame(vec![]);
-    let [line] = &harness.lines()[..] else {
-        panic!("{:?}", harness.lines())
+    let lines = harness.lines();
+    let [line] = &lines[..] else {
+        panic!("{lines:?}")
     };
     assert_eq!(line.len(), POINTS);
     for (at, place) in line.iter().zip(&places) {
