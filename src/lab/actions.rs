@@ -8,6 +8,9 @@ use crate::lab::document::Document;
 /// Why tools rest in a view that is flat.
 pub const FLAT: &str =
     "Tools work on the surface, and the atlas is flat: choose another view first";
+/// Why a view that is flat has no lines of the network.
+pub const NO_LINES: &str =
+    "The network's lines lie on the surface, and the atlas is flat: choose another view first";
 /// Why nothing can be done with an object.
 pub const PICK_FIRST: &str = "Pick an object first: click on it";
 
@@ -24,6 +27,8 @@ pub enum Action {
     Show(Show),
     /// Shows the atlas beside the picture, or no longer.
     Split,
+    /// Shows the network's lines over the picture, or no longer.
+    Network,
     /// Flies, or turns about the scene.
     Fly,
     /// The atlas's charts: none, under the trail, alone.
@@ -119,6 +124,7 @@ impl Action {
             Self::Undo if !document.undo.can_undo() => "Nothing was changed",
             Self::Redo if !document.undo.can_redo() => "Nothing was undone",
             Self::Split if view.is_flat() => "The picture is the atlas already",
+            Self::Network if view.is_flat() => NO_LINES,
             Self::Brush | Self::Food | Self::Pulse | Self::Probe if view.is_flat() => FLAT,
             Self::Duplicate | Self::Remove | Self::Hide if !has_picked => PICK_FIRST,
             Self::ShowAll if !document.marks.any_is_hidden() => "No object is hidden",
@@ -231,6 +237,7 @@ const ROWS: &[Row] = rows! {
     SingleStep,     Run,    NONE,       [S, Period],    "S  .",         "take one step";
     Restart,        Run,    NONE,       [R],            "R",            "reset: restart from step 0";
     Split,          View,   NONE,       [U],            "U",            "show the atlas beside the picture";
+    Network,        View,   NONE,       [N],            "N",            "show the network's lines over the picture";
     Fly,            Camera, NONE,       [V],            "V",            "fly: W A S D, E up, Q down";
     NextCharts,     View,   NONE,       [X],            "X",            "show charts: none, under the trail, alone";
     NextColors,     Looks,  NONE,       [C],            "C",            "next colour map";

@@ -5,8 +5,11 @@ use std::time::{Duration, Instant};
 
 use egui::ColorImage;
 use glam::{Affine3A, Vec2, Vec3};
+use myxo::plain_text::with_commas;
+use myxo::render::network_lines::{NetworkLines, Sight, Viewpoint};
 use myxo::scene::motion::Origins;
 use myxo::scene::settings::ColorMap;
+use myxo::sim::graph::Measures;
 use myxo::sim::types::{Flow, Population};
 
 use crate::lab::history::History;
@@ -79,6 +82,58 @@ pub struct KeptFacts {
     pub picture: Arc<ColorImage>,
 }
 
+/// The network of a state, for its lines over the picture.
+#[derive(Clone, Debug)]
+pub struct NetworkFacts {
+    /// The steps that the state had taken.
+    pub step: u64,
+    /// How often another state had come in the place of the running one until then.
+    pub replaced: u64,
+    /// Measures of the graph, without those between foods.
+    pub measures: Measures,
+    /// Its lines and nodes.
+    pub lines: NetworkLines,
+    /// Finds what the scene's objects hide of them.
+    pub sight: Arc<Sight>,
+    /// From where they were looked at first.
+    pub from: Viewpoint,
+    /// Which of their points were seen from there.
+    pub seen: Vec<bool>,
+}
+
+impl NetworkFacts {
+    /// The measures as a line of text.
+    pub fn text(&self) -> String {
+        let count = |count: usize| with_commas(count as f64);
+        let Measures {
+            nodes,
+            edges,
+            length,
+            cycles,
+            ..
+        } = self.measures;
+        format!(
+            "step {}: {} nodes, {} edges of {length:.2} radii, {} cycles",
+            with_commas(self.step as f64),
+            count(nodes),
+            count(edges),
+            count(cycles)
+        )
+    }
+
+    /// The same as numbers, for tests.
+    pub fn numbers(&self) -> String {
+        let Measures {
+            nodes,
+            edges,
+            length,
+            cycles,
+            ..
+        } = self.measures;
+        format!("{} {nodes} {edges} {length:.4} {cycles}", self.step)
+    }
+}
+
 /// Facts that the interface shows and cannot change.
 #[derive(Clone, Debug, Default)]
 pub struct Facts {
@@ -140,6 +195,8 @@ pub struct Facts {
     pub loading: Option<LoadingFacts>,
     /// Facts for the tools.
     pub pointer: PointerFacts,
+    /// The network, while its lines are shown and once it is found.
+    pub network: Option<Arc<NetworkFacts>>,
     /// Recordings and exports under way.
     pub exports: ExportFacts,
     /// The colours of the picture, if there is one; for tests.

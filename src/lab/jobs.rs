@@ -4,6 +4,7 @@ use crate::lab::ahead::Ahead;
 use crate::lab::export::Exports;
 use crate::lab::feeding::Feeder;
 use crate::lab::loading::{Loading, Ready};
+use crate::lab::networks::Networks;
 use myxo::Result;
 
 /// Jobs under way. `window/jobs.rs` polls all of them once a frame.
@@ -16,6 +17,8 @@ pub struct Jobs {
     pub food: Feeder,
     /// Kernels of looks that are about to be previewed.
     pub ahead: Ahead,
+    /// The network, while its lines are shown.
+    pub network: Networks,
     /// Pictures, films, recordings and files of the state.
     pub exports: Exports,
 }
@@ -28,6 +31,7 @@ impl Jobs {
             replaced: Vec::new(),
             food: Feeder::default(),
             ahead: Ahead::default(),
+            network: Networks::default(),
             exports,
         }
     }
@@ -51,6 +55,7 @@ impl Jobs {
         for loading in self.loading.iter_mut().chain(&mut self.replaced) {
             loading.leave_device();
         }
+        self.network.rest();
     }
 
     /// The scene that has loaded, or why it has not.

@@ -55,6 +55,8 @@ pub struct Layout {
     pub split: bool,
     /// The pointer over that.
     pub beside: Navigation,
+    /// The network's lines over the picture.
+    pub network: bool,
     /// The gallery beside the picture.
     pub gallery: bool,
     /// The strip of kept states is unfolded.
@@ -73,6 +75,7 @@ impl Default for Layout {
             alone: false,
             split: false,
             beside: Navigation::default(),
+            network: false,
             gallery: false,
             timeline: false,
             glides: true,

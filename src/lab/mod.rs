@@ -39,6 +39,8 @@ mod lost;
 mod marks;
 mod names;
 mod navigation;
+mod network_overlay;
+mod networks;
 mod notices;
 mod objects;
 mod observed;

@@ -40,6 +40,7 @@ pub struct Observed<'a> {
     morphing: bool,
     show: &'a str,
     split: bool,
+    network: bool,
     flying: bool,
     color_map: &'a str,
     /// The colours that the picture has, which follow a moment later.
@@ -90,6 +91,7 @@ impl Interface {
             morphing: self.document.morph.is_some(),
             show: self.document.view.show.word(),
             split: self.layout.split,
+            network: self.layout.network,
             flying: self.navigation.is_flying(),
             color_map: self.document.view.color_map.word(),
             drawn_colors: facts.drawn_colors.map(ColorMap::word),

@@ -34,7 +34,7 @@ static PICTURE_WORDS: LazyLock<String> = LazyLock::new(|| {
         .map(|show| show.title().to_lowercase())
         .collect();
     let titles = titles.join(" ");
-    format!("picture view seams {titles} beside fit colours color map exposure show")
+    format!("picture view seams {titles} beside network lines fit colours color map exposure show")
 });
 const DETAIL_WORDS: &str = "points point size seams markers";
 const CAMERA_WORDS: &str = "camera home front back left right top bottom fly flight fov orbit";

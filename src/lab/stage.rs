@@ -106,6 +106,8 @@ pub struct Stage {
     not_refined: Option<[u32; 2]>,
     /// How often the contents of pictures have changed between steps.
     pub changes: u64,
+    /// How often another state has taken the place of the one that ran.
+    pub replaced: u64,
     /// Was the last picture one of moving things?
     pub drew_moving: bool,
     drawn_at: Instant,
@@ -173,6 +175,7 @@ impl Stage {
             refined: None,
             not_refined: None,
             changes: 0,
+            replaced: 0,
             drew_moving: false,
             drawn_at: Instant::now(),
             marks: RunningMarks::default(),
@@ -449,6 +452,12 @@ impl Stage {
         self.coming = None;
         // It may have become brighter or darker.
         (self.exposed, self.settled) = (None, None);
+    }
+
+    /// Another state has taken the place of the one that ran.
+    pub fn state_is_replaced(&mut self) {
+        self.replaced += 1;
+        self.forget_picture();
     }
 
     /// Does the canvas show what this camera and view last saw?

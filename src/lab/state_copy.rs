@@ -32,7 +32,7 @@ impl StateCopy {
             stage.simulation.apply(&before)?;
             return Err(error);
         }
-        stage.forget_picture();
+        stage.state_is_replaced();
         Ok(())
     }
 

@@ -6,20 +6,24 @@ use myxo::render::camera::Side;
 use myxo::render::colormap::{above, srgb_from_linear};
 use myxo::render::exposure::tone;
 use myxo::render::hues::{hue_light, object_light};
+use myxo::render::network_lines::{AT_FOOD, LINES, NODES};
 use myxo::render::view::Light;
 use myxo::scene::settings::{Legend, Show};
 
-use crate::lab::actions::Action;
+use crate::lab::actions::{Action, NO_LINES};
 use crate::lab::desk::Desk;
 use crate::lab::document::Document;
 use crate::lab::facts::Facts;
 use crate::lab::navigation::Navigation;
+use crate::lab::network_overlay::color_of;
 use crate::lab::places::{Marked as _, note_value};
 use crate::lab::theme;
 use crate::lab::view_rows::{CAMERA_ROWS, LIGHT_ROWS, view_rows};
 
 /// Size of the ball that moves the light, points.
 const BALL: f32 = 72.0;
+/// What the network's lines are.
+const LINES_HINT: &str = "The graph of the network over the picture: its lines, and where they meet or end, found once a second";
 /// Objects that are named in the legend.
 const NAMED: usize = 8;
 
@@ -34,7 +38,7 @@ pub(super) fn choose_view(ctx: &egui::Context, show: Show, desk: &mut Desk<'_>) 
     }
 }
 
-/// The list of views, the atlas beside the picture, and the legend of colours.
+/// The list of views, the atlas beside the picture, the network's lines over it, and the legend of colours.
 pub(super) fn views_list(ui: &mut Ui, desk: &mut Desk<'_>) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing = vec2(3.0, 3.0);
@@ -67,6 +71,15 @@ pub(super) fn views_list(ui: &mut Ui, desk: &mut Desk<'_>) {
         if split.clicked() {
             desk.layout.split = !desk.layout.split;
         }
+        let lines = egui::Button::selectable(desk.layout.network, "Network lines");
+        let lines = ui
+            .add_enabled(can_split, lines)
+            .on_hover_text(Action::Network.hint(LINES_HINT))
+            .on_disabled_hover_text(NO_LINES)
+            .marked("network");
+        if lines.clicked() {
+            desk.layout.network = !desk.layout.network;
+        }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if ui
                 .button("Fit")
@@ -81,23 +94,51 @@ pub(super) fn views_list(ui: &mut Ui, desk: &mut Desk<'_>) {
         });
     });
     legend(ui, desk.document, desk.facts);
+    if desk.layout.network && !desk.document.view.show.is_flat() {
+        network_key(ui, desk.facts);
+    }
+}
+
+/// Squares in these colours, and what they mean.
+fn key_line(ui: &mut Ui, colors: impl IntoIterator<Item = Color32>, text: &str) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        for color in colors {
+            let (rect, _) = ui.allocate_exact_size(vec2(12.0, 10.0), Sense::hover());
+            ui.painter().rect_filled(rect, 2.0, color);
+            // Pale colours are seen on a pale ground.
+            let line = Stroke::new(1.0, theme::weak(ui));
+            (ui.painter()).rect_stroke(rect, 2.0, line, egui::StrokeKind::Inside);
+        }
+        ui.add_space(3.0);
+        ui.label(RichText::new(text).small().color(theme::weak(ui)));
+    });
+}
+
+/// The key of the network's lines, and the measures of their graph.
+fn network_key(ui: &mut Ui, facts: &Facts) {
+    let at_food = (AT_FOOD, "at food");
+    let has_food = !facts.pointer.foods.is_empty();
+    let key = [(LINES, "edges"), (NODES, "nodes")];
+    ui.horizontal(|ui| {
+        for (color, text) in key.into_iter().chain(has_food.then_some(at_food)) {
+            key_line(ui, [color_of(color)], text);
+        }
+    });
+    let text = match &facts.network {
+        Some(found) => found.text(),
+        None => "the network is being found".to_owned(),
+    };
+    ui.label(RichText::new(text).small().color(theme::weak(ui)))
+        .on_hover_text(
+            "Of the state at that step, as `myxo network` measures it. Lengths are in scene radii.",
+        );
 }
 
 /// The legend of colours.
 fn legend(ui: &mut Ui, document: &Document, facts: &Facts) {
     let line = |ui: &mut Ui, colors: &[Vec3], text: &str| {
-        ui.horizontal(|ui| {
-            ui.spacing_mut().item_spacing.x = 2.0;
-            for color in colors {
-                let (rect, _) = ui.allocate_exact_size(vec2(12.0, 10.0), Sense::hover());
-                ui.painter().rect_filled(rect, 2.0, seen(*color));
-                // Pale colours are seen on a pale ground.
-                let line = Stroke::new(1.0, theme::weak(ui));
-                (ui.painter()).rect_stroke(rect, 2.0, line, egui::StrokeKind::Inside);
-            }
-            ui.add_space(3.0);
-            ui.label(RichText::new(text).small().color(theme::weak(ui)));
-        });
+        key_line(ui, colors.iter().map(|color| seen(*color)), text);
     };
     let map = document.view.color_map;
     match document.view.show.legend() {

@@ -13,7 +13,7 @@ pub mod gui;
 pub mod hues;
 pub mod lens;
 pub mod mean;
-mod network_lines;
+pub mod network_lines;
 pub mod normals;
 pub mod occlusion;
 pub mod offscreen;

@@ -1,16 +1,21 @@
 //! The network's graph, drawn over a picture of the scene: its edges as lines where they are seen, its nodes as discs.
+//!
+//! [`NetworkLines`] has a graph in the coordinates of the objects, so that it moves with them. [`Sight`] finds what objects hide of it.
+//! What is left comes out as [`Strokes`], in pixels, which [`draw_network`] draws into an image, and the window over its picture.
 
-use glam::{Affine3A, DVec3, Vec2, Vec3A};
+use std::fmt;
+use std::ops::Range;
+
+use glam::{Affine3A, DVec3, Vec2, Vec3, Vec3A};
 use image::RgbaImage;
 
 use super::camera::Camera;
 use super::rays::Rays;
-use crate::mesh::surface::Surface;
 use crate::sim::Setup;
-use crate::sim::graph::{Graph, NodeKind};
+use crate::sim::graph::{Edge, Graph, NodeKind};
 
 /// What is behind the lines keeps this share of its light.
-const DIMMED: f32 = 0.55;
+pub const DIMMED: f32 = 0.55;
 /// In small pictures lines are not finer than in one that is this high.
 const SMALL: f32 = 540.0;
 /// Half the width of a line, and the radii of nodes, in pixels of a picture that is 720 high.
@@ -23,10 +28,247 @@ const OUTLINE: f32 = 1.1;
 /// What is so much behind the surface is seen, as a share of the scene radius: points lie in the middles of texels.
 const BEHIND: f32 = 0.012;
 
-const DARK: [f32; 3] = [8.0, 14.0, 22.0];
-const EDGE: [f32; 3] = [120.0, 226.0, 255.0];
-const NODE: [f32; 3] = [255.0, 255.0, 255.0];
-const AT_FOOD: [f32; 3] = [255.0, 196.0, 60.0];
+/// The colour of the dark edge round lines and discs, sRGB.
+pub const DARK: [u8; 3] = [8, 14, 22];
+/// The colour of lines.
+pub const LINES: [u8; 3] = [120, 226, 255];
+/// The colour of the places where lines meet or end.
+pub const NODES: [u8; 3] = [255, 255, 255];
+/// The colour of the places where the network reaches food.
+pub const AT_FOOD: [u8; 3] = [255, 196, 60];
+
+/// A point of an object, in its coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Anchor {
+    object: u32,
+    place: Vec3,
+}
+
+/// A graph in the coordinates of the objects that it lies on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NetworkLines {
+    /// The points of all lines, one line after the other, and then the nodes.
+    points: Vec<Anchor>,
+    /// Which of them each line has.
+    lines: Vec<Range<usize>>,
+    /// The nodes that are drawn, with their radii and colours.
+    nodes: Vec<(usize, f32, [u8; 3])>,
+}
+
+impl NetworkLines {
+    /// The lines of a graph that was found on objects with these poses, which count from the origin of the set-up. Of the points of a line
+    /// every `stride`th is kept, and the last.
+    ///
+    /// # Panics
+    /// If there are fewer poses than objects.
+    #[must_use]
+    pub fn new(
+        graph: &Graph,
+        setup: &Setup,
+        world_from_object: &[Affine3A],
+        stride: usize,
+    ) -> Self {
+        let poses = world_from_object.iter();
+        let object_from_world: Vec<Affine3A> = poses.map(Affine3A::inverse).collect();
+        let (radius, origin) = (f64::from(setup.radius), setup.origin());
+        let anchor = |object: u32, place: [f64; 3]| {
+            let in_world = (radius * DVec3::from_array(place) - origin).as_vec3();
+            let place = object_from_world[object as usize].transform_point3(in_world);
+            Anchor { object, place }
+        };
+        let mut found = Self::default();
+        for (object, piece) in graph.edges.iter().flat_map(Edge::pieces_by_object) {
+            let first = found.points.len();
+            let last = piece.len().saturating_sub(1);
+            for (i, place) in piece.iter().enumerate() {
+                if i == last || i.is_multiple_of(stride.max(1)) {
+                    found.points.push(anchor(object, *place));
+                }
+            }
+            found.lines.push(first..found.points.len());
+        }
+        for node in &graph.nodes {
+            let (radius, color) = match (node.foods.is_empty(), node.kind) {
+                (false, _) => (FOOD, AT_FOOD),
+                (true, NodeKind::Junction) => (JUNCTION, NODES),
+                (true, NodeKind::End | NodeKind::Spot) => (END, NODES),
+                (true, NodeKind::Loop | NodeKind::Through) => continue,
+            };
+            found.nodes.push((found.points.len(), radius, color));
+            found.points.push(anchor(node.object, node.place));
+        }
+        found
+    }
+
+    /// How many points there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Finds which points of a range nothing hides.
+    ///
+    /// # Panics
+    /// If `seen` has no room for one of them, or there is no such point.
+    pub fn look(&self, sight: &Sight, from: &Viewpoint, range: Range<usize>, seen: &mut [bool]) {
+        let hiding = sight.hiding(from);
+        for i in range {
+            let place = from.place(&self.points[i]);
+            seen[i] = place.is_some_and(|place| sight.is_free(&hiding, from.eye, place));
+        }
+    }
+
+    /// What is drawn in a picture of this size: of the points that are `seen`. `camera` is at the eye of `from`.
+    #[must_use]
+    pub fn strokes(&self, seen: &[bool], from: &Viewpoint, camera: &Camera, size: Vec2) -> Strokes {
+        let unit = size.y.max(SMALL) / 720.0;
+        let pixel = |i: usize| -> Option<Vec2> {
+            let is_seen = seen.get(i).copied().unwrap_or_default();
+            let place = from.place(&self.points[i]).filter(|_| is_seen)?;
+            camera.pixel(place, size)
+        };
+        let mut lines: Vec<Vec<Vec2>> = Vec::new();
+        for line in &self.lines {
+            let pixels: Vec<Option<Vec2>> = line.clone().map(pixel).collect();
+            let stretches = pixels.split(Option::is_none);
+            let stretches = stretches.filter(|stretch| stretch.len() > 1);
+            lines.extend(stretches.map(|stretch| stretch.iter().flatten().copied().collect()));
+        }
+        let discs = self.nodes.iter().filter_map(|(i, radius, color)| {
+            Some(Disc {
+                middle: pixel(*i)?,
+                radius: unit * radius,
+                color: *color,
+            })
+        });
+        Strokes {
+            discs: discs.collect(),
+            lines,
+            half_width: unit * LINE,
+            outline: unit * OUTLINE,
+        }
+    }
+}
+
+/// From where a scene is seen, and how its objects lie then.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Viewpoint {
+    /// The eye. It counts from the origin of the set-up, as poses do.
+    pub eye: Vec3,
+    /// World from object, one an object. They may scale.
+    pub poses: Vec<Affine3A>,
+    /// Which objects are not drawn; those beyond the end are.
+    pub hidden: Vec<bool>,
+}
+
+impl Viewpoint {
+    /// Where a point is. None if its object is not drawn.
+    fn place(&self, anchor: &Anchor) -> Option<Vec3> {
+        let object = anchor.object as usize;
+        let pose = self.poses.get(object).filter(|_| self.draws(object))?;
+        Some(pose.transform_point3(anchor.place))
+    }
+
+    fn draws(&self, object: usize) -> bool {
+        !self.hidden.get(object).copied().unwrap_or_default()
+    }
+}
+
+/// Finds what the surfaces of a scene hide.
+pub struct Sight {
+    /// Rays through each object, in its coordinates; none if it has no size.
+    objects: Vec<Option<Rays>>,
+    /// Points so far behind a surface are seen.
+    behind: f32,
+}
+
+impl fmt::Debug for Sight {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Sight").finish_non_exhaustive()
+    }
+}
+
+/// An object that may hide something.
+struct Hiding<'a> {
+    rays: &'a Rays,
+    object_from_world: Affine3A,
+    /// In the object's coordinates.
+    eye: Vec3A,
+}
+
+impl Sight {
+    /// Takes a moment for many triangles. Poses do not matter, so that once is enough for a scene.
+    #[must_use]
+    pub fn new(setup: &Setup) -> Self {
+        let surface = &setup.surface;
+        let objects = surface.objects.iter().map(|range| {
+            let (first, end) = range.triangles;
+            let corners = &surface.corners[first as usize..end as usize];
+            Rays::new(&surface.positions, corners)
+        });
+        Self {
+            objects: objects.collect(),
+            behind: BEHIND * setup.radius,
+        }
+    }
+
+    /// The objects that may hide something from there.
+    fn hiding(&self, from: &Viewpoint) -> Vec<Hiding<'_>> {
+        let objects = self.objects.iter().zip(&from.poses).enumerate();
+        let drawn = objects.filter(|(object, _)| from.draws(*object));
+        drawn
+            .filter_map(|(_, (rays, pose))| {
+                let object_from_world = pose.inverse();
+                Some(Hiding {
+                    rays: rays.as_ref()?,
+                    object_from_world,
+                    eye: object_from_world.transform_point3a(Vec3A::from(from.eye)),
+                })
+            })
+            .collect()
+    }
+
+    /// Does none of them hide a place?
+    fn is_free(&self, hiding: &[Hiding<'_>], eye: Vec3, place: Vec3) -> bool {
+        let distance = place.distance(eye);
+        let end = distance - self.behind;
+        // What is too near the eye to be drawn hides nothing.
+        if end <= 0.0 {
+            return true;
+        }
+        let stop = Vec3A::from(eye.lerp(place, end / distance));
+        hiding.iter().all(|object| {
+            let way = object.object_from_world.transform_point3a(stop) - object.eye;
+            let length = way.length();
+            length <= 0.0 || object.rays.free(object.eye, way / length, 0.0, length) >= length
+        })
+    }
+}
+
+/// What is drawn of a network, in pixels of the picture. The dark edges of all lines come first, so that none cuts another line; discs come
+/// last, each with its own.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Strokes {
+    /// Stretches of lines that are seen, each of two points or more.
+    pub lines: Vec<Vec<Vec2>>,
+    /// Nodes that are seen.
+    pub discs: Vec<Disc>,
+    /// Half the width of lines.
+    pub half_width: f32,
+    /// The width of the dark edge round lines and discs.
+    pub outline: f32,
+}
+
+/// A node as it is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// Its middle.
+    pub middle: Vec2,
+    /// Its radius, without the dark edge.
+    pub radius: f32,
+    /// Its colour, sRGB.
+    pub color: [u8; 3],
+}
 
 /// Draws a graph over a picture that `camera` has taken of objects in these poses. What an object hides is left out. Camera and poses count
 /// from the origin of the set-up.
@@ -43,82 +285,26 @@ pub fn draw_network(
         }
     }
     let size = Vec2::new(picture.width() as f32, picture.height() as f32);
-    let eye = Eye {
-        camera,
-        size,
-        rays: rays(&setup.surface, world_from_object),
-        radius: setup.radius,
-        origin: setup.origin(),
+    let from = Viewpoint {
+        eye: camera.eye(),
+        poses: world_from_object.to_vec(),
+        hidden: Vec::new(),
     };
-    let unit = size.y.max(SMALL) / 720.0;
-    let lines: Vec<[Vec2; 2]> = (graph.edges.iter())
-        .flat_map(|edge| edge.pieces())
-        .flat_map(|piece| {
-            let seen: Vec<Option<Vec2>> = piece.iter().map(|at| eye.sees(*at)).collect();
-            let pair = |pair: &[Option<Vec2>]| Some([pair[0]?, pair[1]?]);
-            let pairs: Vec<[Vec2; 2]> = seen.windows(2).filter_map(pair).collect();
-            pairs
-        })
-        .collect();
-    let discs: Vec<(Vec2, f32, [f32; 3])> = (graph.nodes.iter())
-        .filter_map(|node| {
-            let (radius, color) = match (node.foods.is_empty(), node.kind) {
-                (false, _) => (FOOD, AT_FOOD),
-                (true, NodeKind::Junction) => (JUNCTION, NODE),
-                (true, NodeKind::End | NodeKind::Spot) => (END, NODE),
-                (true, NodeKind::Loop | NodeKind::Through) => return None,
-            };
-            Some((eye.sees(node.place)?, radius, color))
-        })
-        .collect();
-    // The edges of all come first, so that none cuts another line.
-    for (half, color) in [(LINE + OUTLINE, DARK), (LINE, EDGE)] {
-        for line in &lines {
-            draw_line(picture, *line, unit * half, color);
+    let lines = NetworkLines::new(graph, setup, world_from_object, 1);
+    let mut seen = vec![false; lines.count()];
+    lines.look(&Sight::new(setup), &from, 0..lines.count(), &mut seen);
+    let strokes = lines.strokes(&seen, &from, camera, size);
+    let wide = strokes.half_width + strokes.outline;
+    for (half, color) in [(wide, DARK), (strokes.half_width, LINES)] {
+        for pair in strokes.lines.iter().flat_map(|line| line.windows(2)) {
+            draw_line(picture, [pair[0], pair[1]], half, color.map(f32::from));
         }
     }
-    for (at, radius, color) in discs {
-        draw_line(picture, [at, at], unit * (radius + OUTLINE), DARK);
-        draw_line(picture, [at, at], unit * radius, color);
-    }
-}
-
-/// Rays through all triangles, where they are in the world. `None` if they have no size.
-fn rays(surface: &Surface, world_from_object: &[Affine3A]) -> Option<Rays> {
-    let mut positions = surface.positions.clone();
-    for (range, pose) in surface.objects.iter().zip(world_from_object) {
-        let (first, end) = range.vertices;
-        for position in &mut positions[first as usize..end as usize] {
-            *position = pose.transform_point3(*position);
-        }
-    }
-    Rays::new(&positions, &surface.corners)
-}
-
-struct Eye<'a> {
-    camera: &'a Camera,
-    size: Vec2,
-    rays: Option<Rays>,
-    /// The scene radius, world units.
-    radius: f32,
-    /// The origin of the camera's coordinates, world units.
-    origin: DVec3,
-}
-
-impl Eye<'_> {
-    /// Where a place, in scene radii, is in the picture, if nothing hides it.
-    fn sees(&self, place: [f64; 3]) -> Option<Vec2> {
-        let place = f64::from(self.radius) * DVec3::from_array(place);
-        let place = (place - self.origin).as_vec3();
-        let pixel = self.camera.pixel(place, self.size)?;
-        let eye = self.camera.eye();
-        let distance = place.distance(eye);
-        let end = distance - BEHIND * self.radius;
-        let way = (place - eye) / distance;
-        let free = |rays: &Rays| rays.free(Vec3A::from(eye), Vec3A::from(way), 0.0, end) >= end;
-        // What is too near the eye to be drawn hides nothing.
-        let is_seen = end <= 0.0 || self.rays.as_ref().is_none_or(free);
-        is_seen.then_some(pixel)
+    for disc in &strokes.discs {
+        let ends = [disc.middle; 2];
+        let wide = disc.radius + strokes.outline;
+        draw_line(picture, ends, wide, DARK.map(f32::from));
+        draw_line(picture, ends, disc.radius, disc.color.map(f32::from));
     }
 }
 
@@ -150,9 +336,11 @@ fn draw_line(picture: &mut RgbaImage, [from, to]: [Vec2; 2], half: f32, color: [
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::render::pick::pick;
+    use crate::scene::settings::{ObjectSettings, Settings};
     use crate::scene::{Overrides, Scene};
-    use crate::sim::graph::{Edge, Node};
-    use glam::{DAffine3, Vec3};
+    use crate::sim::graph::Node;
+    use glam::DAffine3;
     use image::Rgba;
     use std::path::Path;
 
@@ -183,15 +371,17 @@ mod tests {
             };
             let scene = Scene::load(Path::new("sphere"), &overrides).unwrap();
             let setup = Setup::new(&scene).unwrap();
-            let poses: Vec<Affine3A> = (setup.poses.iter())
-                .map(|pose| {
-                    let pose = DAffine3::from(pose);
-                    let matrix = pose.matrix3.as_mat3();
-                    Affine3A::from_mat3_translation(matrix, pose.translation.as_vec3())
-                })
-                .collect();
-            check(&setup, &poses);
+            check(&setup, &poses_of(&setup));
         }
+    }
+
+    fn poses_of(setup: &Setup) -> Vec<Affine3A> {
+        let poses = setup.poses.iter().map(|pose| {
+            let pose = DAffine3::from(pose);
+            let matrix = pose.matrix3.as_mat3();
+            Affine3A::from_mat3_translation(matrix, pose.translation.as_vec3())
+        });
+        poses.collect()
     }
 
     fn check(setup: &Setup, poses: &[Affine3A]) {
@@ -220,6 +410,7 @@ mod tests {
                     width: 0.1,
                     trail: 1.0,
                     points: points.clone(),
+                    objects: vec![0; points.len()],
                     breaks: Vec::new(),
                 }],
             };
@@ -240,5 +431,132 @@ mod tests {
             "a level line"
         );
         assert!(changed.len() > 100 && picture.pixels().all(|pixel| pixel.0[3] == 255));
+    }
+
+    /// A line on the first of two balls beside each other.
+    fn line_on_a_ball(setup: &Setup, poses: &[Affine3A], camera: &Camera, size: Vec2) -> Graph {
+        let points = (0..=20).map(|i| {
+            let pixel = Vec2::new(300.0 + 2.0 * i as f32, 240.0);
+            let hit = pick(&setup.surface, poses, &camera.ray(pixel, size));
+            let place = hit.expect("the ball is there").position.as_dvec3() + setup.origin();
+            (place / f64::from(setup.radius)).to_array()
+        });
+        let points: Vec<[f64; 3]> = points.collect();
+        Graph {
+            nodes: vec![
+                node(NodeKind::End, points[0]),
+                node(NodeKind::End, points[20]),
+            ],
+            edges: vec![Edge {
+                from: 0,
+                to: 1,
+                length: 0.1,
+                width: 0.1,
+                trail: 1.0,
+                objects: vec![0; points.len()],
+                points,
+                breaks: Vec::new(),
+            }],
+        }
+    }
+
+    /// Would catch: lines that stay where their object was, that lie within an object which is drawn larger, that show through an object in
+    /// front, and lines on an object that is not drawn or behind one.
+    #[test]
+    fn lines_move_and_hide_with_objects() {
+        let ball = |x: f64| ObjectSettings {
+            mesh: "builtin:icosphere?subdivisions=4".to_owned(),
+            position: [x, 0.0, 0.0],
+            ..ObjectSettings::default()
+        };
+        let mut settings = Settings::default();
+        settings.particles.count = 10;
+        settings.atlas.size = 128;
+        settings.objects = vec![ball(0.0), ball(3.0)];
+        let scene = Scene::from_settings("balls".to_owned(), settings, ".".into()).unwrap();
+        let setup = Setup::new(&scene).unwrap();
+        let poses = poses_of(&setup);
+        let size = Vec2::new(640.0, 480.0);
+        let camera = Camera {
+            distance: 9.0,
+            yaw: 0.0,
+            pitch: 0.0,
+            ..Camera::default()
+        };
+        let graph = line_on_a_ball(&setup, &poses, &camera, size);
+        let sight = Sight::new(&setup);
+        let drawn = |lines: &NetworkLines, poses: &[Affine3A], hidden: &[bool]| {
+            let from = Viewpoint {
+                eye: camera.eye(),
+                poses: poses.to_vec(),
+                hidden: hidden.to_vec(),
+            };
+            let mut seen = vec![false; lines.count()];
+            lines.look(&sight, &from, 0..lines.count(), &mut seen);
+            lines.strokes(&seen, &from, &camera, size)
+        };
+        let lines = NetworkLines::new(&graph, &setup, &poses, 1);
+        let at_first = drawn(&lines, &poses, &[]);
+        assert_eq!((at_first.lines.len(), at_first.discs.len()), (1, 2));
+        assert_eq!(at_first.lines[0].len(), 21);
+        for (i, at) in at_first.lines[0].iter().enumerate() {
+            let pixel = Vec2::new(300.0 + 2.0 * i as f32, 240.0);
+            assert!(at.distance(pixel) < 0.05, "{at}, not {pixel}");
+        }
+        // Of every fourth point, the first and the last are still there.
+        let fewer = NetworkLines::new(&graph, &setup, &poses, 4);
+        let few = drawn(&fewer, &poses, &[]);
+        let [first, .., last] = few.lines[0][..] else {
+            panic!("{few:?}")
+        };
+        assert_eq!(few.lines[0].len(), 6);
+        assert_eq!([first, last], [at_first.lines[0][0], at_first.lines[0][20]]);
+
+        // The other ball in front of it, and the same with that ball hidden; then the first one hidden.
+        let in_front = [poses[0], Affine3A::from_translation(3.0 * Vec3::Z)];
+        let nothing = drawn(&lines, &in_front, &[]);
+        assert!(nothing.lines.is_empty() && nothing.discs.is_empty());
+        assert_eq!(drawn(&lines, &in_front, &[false, true]), at_first);
+        let nothing = drawn(&lines, &poses, &[true, false]);
+        assert!(nothing.lines.is_empty() && nothing.discs.is_empty());
+        // An object that there is no more.
+        assert!(drawn(&lines, &[], &[]).lines.is_empty());
+
+        // Moved to the right, and larger: the line is on its surface, farther from the middle of the picture.
+        let moved = [
+            Affine3A::from_translation(0.5 * Vec3::X) * poses[0],
+            poses[1],
+        ];
+        let right = drawn(&lines, &moved, &[]);
+        let larger = [poses[0] * Affine3A::from_scale(Vec3::splat(1.3)), poses[1]];
+        let larger = drawn(&lines, &larger, &[]);
+        for other in [&right, &larger] {
+            assert_eq!((other.lines.len(), other.lines[0].len()), (1, 21));
+        }
+        assert!(right.lines[0][0].x > at_first.lines[0][0].x + 20.0);
+        let length = |strokes: &Strokes| strokes.lines[0][0].distance(strokes.lines[0][20]);
+        assert!(length(&larger) > 1.2 * length(&at_first));
+    }
+
+    /// Would catch: a panic without anything to draw.
+    #[test]
+    fn nothing_is_drawn_of_an_empty_graph() {
+        let set = ["atlas.size=128", "particles.count=10"];
+        let overrides = Overrides {
+            set: set.map(str::to_owned).to_vec(),
+            ..Overrides::default()
+        };
+        let scene = Scene::load(Path::new("sphere"), &overrides).unwrap();
+        let setup = Setup::new(&scene).unwrap();
+        let poses = poses_of(&setup);
+        let lines = NetworkLines::new(&Graph::default(), &setup, &poses, 3);
+        assert_eq!(lines.count(), 0);
+        let from = Viewpoint {
+            poses,
+            ..Viewpoint::default()
+        };
+        lines.look(&Sight::new(&setup), &from, 0..0, &mut []);
+        let strokes = lines.strokes(&[], &from, &Camera::default(), Vec2::ZERO);
+        assert!(strokes.lines.is_empty() && strokes.discs.is_empty());
     }
 }

@@ -23,5 +23,5 @@ mod trace;
 
 pub use measures::{Between, Measures};
 pub use parts::{Edge, Graph, Node, NodeKind};
-pub use state::network_of;
+pub use state::{graph_of, network_of};
 pub use surroundings::Surroundings;

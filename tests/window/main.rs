@@ -14,6 +14,7 @@ mod long_steps;
 mod lost;
 #[cfg(target_os = "linux")]
 mod many_scenes;
+mod network;
 mod objects;
 mod opening;
 mod out;

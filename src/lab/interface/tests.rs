@@ -3,6 +3,7 @@
 mod back;
 mod controls;
 mod gallery;
+mod network;
 mod performing;
 mod scale;
 mod tools;

@@ -39,6 +39,7 @@ impl Lab {
         if let Some((recording, written)) = self.jobs.exports.take_recording() {
             self.has_recorded(&recording, written);
         }
+        self.poll_network();
         let facts = &mut self.clocks.facts;
         facts.loading = (self.jobs.loading.as_ref()).map(|loading| loading.facts());
         facts.exports = self.jobs.exports.facts();

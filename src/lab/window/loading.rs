@@ -187,6 +187,7 @@ impl Lab {
             self.interface.restarted(scene);
         }
         self.runner.take_stage(stage, &mut self.clocks);
+        self.forget_network();
         if !carried_over.strokes {
             self.forget_strokes();
         }

@@ -12,6 +12,7 @@ mod kept_states;
 mod loading;
 mod looks;
 mod lost;
+mod networks;
 mod objects;
 mod pasting;
 mod previews;
@@ -307,6 +308,7 @@ impl Lab {
         let refines = (self.refines_at(seen)).is_some_and(|at| at <= self.host.now());
         self.record_tools(&mut rec)?;
         self.record_export(&mut rec);
+        self.record_network(&mut rec)?;
         // An export may wait for what this frame copies.
         let is_long = task.only_steps && self.runner.pacer.are_long(task.steps);
         let in_slices = is_long && !self.jobs.exports.is_busy();
@@ -369,6 +371,7 @@ impl Lab {
         let mut rec = self.runner.frames.begin()?;
         self.runner.divide(&mut rec);
         self.record_tools(&mut rec)?;
+        self.record_network(&mut rec)?;
         if let Some(stage) = &mut self.runner.stage {
             stage.draw_in_slices(&mut rec, view, seen.sizes(), is_moving)?;
         }
@@ -414,7 +417,8 @@ impl Lab {
         let waits = self.jobs.are_waited_for() || !self.waiting.is_empty();
         let loading = waits.then(|| now + LOADING_INTERVAL);
         let repaint = repaint.and_then(|delay| now.checked_add(delay));
-        [settles, loading, repaint].into_iter().flatten().min()
+        let due = [settles, loading, repaint, self.network_due()];
+        due.into_iter().flatten().min()
     }
 
     /// When the picture is drawn once more to be smoother, if it still is to be. Until then the window rests.

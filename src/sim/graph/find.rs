@@ -4,7 +4,7 @@ use super::links::{Links, cover_holes};
 use super::parts::{Edge, Graph, Node, NodeKind};
 use super::surroundings::Surroundings;
 use super::thinning::thinned;
-use super::trace::{Traced, length_of};
+use super::trace::{self, Traced, length_of};
 use crate::mesh::surface::NONE;
 use crate::sim::network::THRESHOLD;
 
@@ -91,11 +91,23 @@ impl Graph {
                     .iter()
                     .map(|&point| around.in_world(point).to_array())
                     .collect(),
+                objects: objects_along(links, traced, edge),
                 breaks: course.breaks(),
             });
         }
         graph
     }
+}
+
+/// The object of each point of an edge's course, its nodes included.
+fn objects_along(links: &Links, traced: &Traced, edge: &trace::Edge) -> Vec<u32> {
+    let object = |texel: u32| links.objects[texel as usize];
+    let [first, last] = edge.ends.map(|node| {
+        let node = traced.nodes[node].as_ref();
+        node.map(|node| object(node.texels[0]))
+    });
+    let between = edge.texels.iter().map(|&texel| object(texel));
+    first.into_iter().chain(between).chain(last).collect()
 }
 
 /// Uncovers parts of few texels; were there any?

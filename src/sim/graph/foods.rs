@@ -67,11 +67,13 @@ impl Graph {
         let mut second = Edge {
             from: node,
             points: edge.points[point..].to_vec(),
+            objects: edge.objects[point..].to_vec(),
             breaks: Vec::new(),
             ..*edge
         };
         edge.to = node;
         edge.points.truncate(point + 1);
+        edge.objects.truncate(point + 1);
         for place in std::mem::take(&mut edge.breaks) {
             match place > point {
                 true => second.breaks.push(place - point),

@@ -60,6 +60,17 @@ impl Graph {
     /// Measures of the graph. `surface` is the distance along the surface from one food to another, in scene radii, where there is one.
     #[must_use]
     pub fn measures(&self, surface: impl Fn(usize, usize) -> Option<f64>) -> Measures {
+        let measures = self.measures_of_lines();
+        let (graph, bridges) = (self.as_petgraph(), self.bridges());
+        Measures {
+            foods: self.between(&graph, &bridges, measures.length, surface),
+            ..measures
+        }
+    }
+
+    /// As [`Self::measures`], without those between foods, which take the longest.
+    #[must_use]
+    pub fn measures_of_lines(&self) -> Measures {
         let graph = self.as_petgraph();
         let parts = connected_components(&graph);
         let length: f64 = self.edges.iter().map(|edge| edge.length).sum();
@@ -80,7 +91,7 @@ impl Graph {
             length,
             width: share(area, length),
             tolerance: share(length - at_risk, length),
-            foods: self.between(&graph, &bridges, length, surface),
+            foods: None,
         }
     }
 
@@ -225,6 +236,7 @@ mod tests {
             width: 0.1,
             trail: 1.0,
             points: Vec::new(),
+            objects: Vec::new(),
             breaks: Vec::new(),
         };
         Graph {

@@ -60,6 +60,9 @@ pub struct Edge {
     pub trail: f64,
     /// Points along it, from node to node, as [`Node::place`].
     pub points: Vec<[f64; 3]>,
+    /// The object that each of them lies on.
+    #[serde(skip)]
+    pub objects: Vec<u32>,
     /// Numbers of the points before which it goes over a glued edge, whose two sides lie apart.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub breaks: Vec<usize>,
@@ -77,11 +80,63 @@ impl Edge {
         })
     }
 
+    /// Its points, in pieces that each lie on one object, with that object, and between which it goes over a glued edge or to another
+    /// object. A step to another object is the end of the piece that it leaves.
+    ///
+    /// # Panics
+    /// If not every point has its object.
+    #[must_use]
+    pub fn pieces_by_object(&self) -> Vec<(u32, &[[f64; 3]])> {
+        let mut pieces = Vec::new();
+        let mut first = 0;
+        for end in self.breaks.iter().copied().chain([self.points.len()]) {
+            while first < end {
+                let object = self.objects[first];
+                let others = (first..end).find(|&point| self.objects[point] != object);
+                let next = others.unwrap_or(end);
+                pieces.push((object, &self.points[first..end.min(next + 1)]));
+                first = next;
+            }
+        }
+        pieces
+    }
+
     /// The length of its points, without the steps over glued edges.
     pub(super) fn length_of_points(&self) -> f64 {
         let steps = self.pieces().flat_map(|piece| piece.windows(2));
         let lengths =
             steps.map(|step| DVec3::from_array(step[0]).distance(DVec3::from_array(step[1])));
         lengths.sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Would catch: a step to another object that is drawn twice or not at all, and a piece over a glued edge.
+    #[test]
+    fn pieces_end_where_objects_and_sides_do() {
+        let points: Vec<[f64; 3]> = (0..7).map(|x| [f64::from(x), 0.0, 0.0]).collect();
+        let edge = Edge {
+            from: 0,
+            to: 0,
+            length: 6.0,
+            width: 0.1,
+            trail: 1.0,
+            points,
+            objects: vec![2, 2, 0, 0, 0, 0, 1],
+            breaks: vec![4],
+        };
+        let pieces = edge.pieces_by_object();
+        let ends = pieces.iter().map(|(object, piece)| {
+            let [first, .., last] = piece else {
+                return (*object, piece[0][0], piece[0][0]);
+            };
+            (*object, first[0], last[0])
+        });
+        let ends: Vec<(u32, f64, f64)> = ends.collect();
+        let wanted = [(2, 0.0, 2.0), (0, 2.0, 3.0), (0, 4.0, 6.0), (1, 6.0, 6.0)];
+        assert_eq!(ends, wanted);
     }
 }

@@ -10,14 +10,22 @@ use crate::sim::setup::Setup;
 /// The network counts as reaching a food from so many texels beyond its plate.
 const NEAR: f64 = 3.0;
 
-/// The graph of a trail, gutters filled, on objects with these poses, world from object; and its measures.
+/// The graph of a trail, gutters filled, on objects with these poses, world from object; the foods that it reaches are nodes.
 #[must_use]
-pub fn network_of(trail: &[f32], setup: &Setup, poses: &[Affine3A]) -> (Graph, Measures) {
+pub fn graph_of(trail: &[f32], setup: &Setup, poses: &[Affine3A]) -> Graph {
     let around = Surroundings::new(setup, poses);
     let mut graph = Graph::of(trail, &around);
-    let foods = &setup.food_set.places;
     let side = setup.atlas.mean_texel_area.sqrt() / around.radius;
-    graph.mark_foods(foods, &around, NEAR * side);
-    let measures = graph.measures(graph.surface_distances(foods, &around));
+    graph.mark_foods(&setup.food_set.places, &around, NEAR * side);
+    graph
+}
+
+/// As [`graph_of`], and its measures. Those between foods take long where there are many foods or triangles.
+#[must_use]
+pub fn network_of(trail: &[f32], setup: &Setup, poses: &[Affine3A]) -> (Graph, Measures) {
+    let graph = graph_of(trail, setup, poses);
+    let around = Surroundings::new(setup, poses);
+    let surface = graph.surface_distances(&setup.food_set.places, &around);
+    let measures = graph.measures(surface);
     (graph, measures)
 }

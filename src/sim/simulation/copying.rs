@@ -1,5 +1,5 @@
-//! Copies of the whole state to the host without stopping the simulation: recorded in a frame, read by any thread when the frame has
-//! finished.
+//! Copies of the whole state, or of the trail, to the host without stopping the simulation: recorded in a frame, read by any thread when the
+//! frame has finished.
 
 use super::super::buffers;
 use super::super::kept::{BufferCopy, Copies};
@@ -37,6 +37,38 @@ impl Simulation {
                 None
             },
         })
+    }
+}
+
+/// A trail being copied to the host.
+pub struct TrailCopy(BufferCopy<f32>);
+
+impl Simulation {
+    /// Records a copy of the trail after everything recorded so far, gutters included, without waiting.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn record_trail(&self, rec: &mut Recorder) -> Result<TrailCopy> {
+        let trail = &self.state.trail.front;
+        let copy = BufferCopy::record(rec, &buffers::TRAIL_FRONT, trail)?;
+        Ok(TrailCopy(copy))
+    }
+}
+
+impl TrailCopy {
+    /// Has the frame finished? Does not wait.
+    pub fn is_there(&mut self) -> bool {
+        self.0.is_there()
+    }
+
+    /// The trail of each texel, once [`is_there`](Self::is_there) has returned true.
+    ///
+    /// # Panics
+    /// If it has not.
+    #[must_use]
+    pub fn take(mut self) -> Vec<f32> {
+        assert!(self.is_there(), "the trail is still on its way");
+        self.0.take()
     }
 }
 

@@ -7,6 +7,7 @@
 pub mod display;
 mod input;
 mod messages;
+mod network;
 mod opening;
 mod troubles;
 mod window_times;
