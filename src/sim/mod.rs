@@ -79,7 +79,7 @@ pub use behaviour::deposit_factor;
 pub use plan::{Means, Plan};
 pub use setup::{LOOKING, STARTING, Setup, atlas_options};
 pub use simulation::{
-    Areas, FoodOrder, KernelAlone, KernelOrder, PreparedFood, Simulation, SnapshotCopy,
+    Areas, FoodOrder, KernelAlone, KernelOrder, PreparedFood, Simulation, SnapshotCopy, StateAside,
 };
 pub use snapshot::{Census, Distances, Snapshot};
 pub use spread::TINY_TRAIL;
