@@ -235,6 +235,8 @@ fn a_preview_leaves_the_scene_as_it_is() {
     has_ended();
     // A paused one is only seen in other colours.
     lab.hold();
+    // Steps that had begun come to their end.
+    lab.look_at(4);
     let stood = lab.step();
     let seen = first_frame_of(&lab, "ribbons");
     assert_eq!(seen["state"]["drawn_colors"], "inferno");
