@@ -183,6 +183,8 @@ pub struct Facts {
     pub has_areas: bool,
     /// Why only the colours of looks are previewed; none if the scene runs with them.
     pub only_colors: Option<&'static str>,
+    /// The look that is previewed, once the picture has its steps.
+    pub steps_of: Option<String>,
     /// States that are kept, the first one first.
     pub kept: Vec<KeptFacts>,
     /// Has any place the second look?

@@ -306,7 +306,7 @@ impl Interface {
         }
         show_folded(&ctx, picture, &mut desk);
         show_help(&ctx, picture, bar, desk.layout);
-        show_previewed(&ctx, picture, self.preview.look(), facts.only_colors);
+        show_previewed(&ctx, picture, self.preview.look(), facts);
         self.exports.show(&ctx, picture, bar, &mut desk);
         if let Some(loading) = &facts.loading {
             show_loading(&ctx, picture, loading, desk.commands);

@@ -35,6 +35,8 @@ pub struct Observed<'a> {
     preset: Option<&'a str>,
     /// The look that the picture previews.
     previewed: Option<&'a str>,
+    /// Has the picture its steps, besides its colours?
+    previewed_steps: bool,
     /// Presets that the user has kept.
     own: Vec<&'a str>,
     morphing: bool,
@@ -81,6 +83,8 @@ impl Interface {
                 .map(|making| making.name.clone()),
             preset: self.document.preset.as_deref(),
             previewed: self.preview.look(),
+            previewed_steps: self.preview.look().is_some()
+                && facts.steps_of.as_deref() == self.preview.look(),
             own: self
                 .looks
                 .own

@@ -10,9 +10,9 @@ use crate::lab::pacing::Pacer;
 pub struct Asked {
     /// There was input.
     pub is_asked: bool,
-    /// The camera is being moved, or a look is about to be previewed.
+    /// The camera is being moved, or the next picture has to come soon.
     pub touched: bool,
-    /// The next picture has to come soon: no step begins before it.
+    /// A look is about to be previewed, or the picture has other colours than it should: no step begins before the next picture.
     pub soon: bool,
 }
 
@@ -25,6 +25,14 @@ pub struct Task {
     pub only_steps: bool,
     /// Answers at once, over the picture that is there.
     pub answers: bool,
+}
+
+impl Task {
+    /// Is it a picture alone, which can come in slices? While the camera is moved the picture is the answer, and comes whole. So does one
+    /// that has to come soon, because slices take longer together.
+    pub fn may_be_sliced(&self, asked: Asked) -> bool {
+        *self == Self::default() && !asked.touched
+    }
 }
 
 /// Work that earlier frames have left to later ones.
@@ -166,6 +174,42 @@ mod tests {
         assert_eq!(next(&mut order, false), Task::default(), "its picture");
         assert!(next(&mut order, true).only_steps, "the key comes here");
         assert!(next(&mut order, false).answers);
+    }
+
+    /// Would catch: steps or slices that come before the colours of a look that is previewed, whatever the frames before did.
+    #[test]
+    fn a_picture_that_has_to_come_soon_is_next_and_whole() {
+        let soon = Asked {
+            is_asked: true,
+            touched: true,
+            soon: true,
+        };
+        let quiet = Asked::default();
+        let frame = Duration::from_millis(100);
+        let (mut steps, mut slices) = (0, 0);
+        for before in 0..12 {
+            let (mut order, mut pacer) = (Order::default(), Pacer::default());
+            pacer.measured(Duration::from_secs_f64(STEP));
+            for i in 0..before {
+                let asked = Asked {
+                    is_asked: i % 5 == 2,
+                    ..quiet
+                };
+                let task = order.next(&mut pacer, true, frame, 0.0, asked);
+                if task.answers {
+                    order.owe_picture();
+                }
+            }
+            let otherwise = order
+                .clone()
+                .next(&mut pacer.clone(), true, frame, 0.0, quiet);
+            steps += otherwise.steps;
+            slices += u32::from(otherwise.may_be_sliced(quiet));
+            let task = order.next(&mut pacer, true, frame, 0.0, soon);
+            assert_eq!((task.steps, task.only_steps), (0, false), "{before}");
+            assert!(!task.may_be_sliced(soon), "{before}");
+        }
+        assert!(steps > 0 && slices > 0, "it makes no difference");
     }
 
     #[test]

@@ -198,12 +198,12 @@ pub(super) fn progress_bar(ui: &Ui, done: f32) -> egui::ProgressBar {
         .desired_height(4.0)
 }
 
-/// The name of the look that the picture previews, at its top.
+/// The name of the look that the picture previews, at its top, and whether it has the steps of the look.
 pub(super) fn show_previewed(
     ctx: &egui::Context,
     picture: Rect,
     look: Option<&str>,
-    only: Option<&str>,
+    facts: &Facts,
 ) {
     let Some(name) = look else { return };
     let area = egui::Area::new("previewed".into())
@@ -213,9 +213,10 @@ pub(super) fn show_previewed(
     area.show(ctx, |ui| {
         ui.set_max_width((picture.width() - 40.0).max(80.0));
         egui::Frame::popup(ui.style()).show(ui, |ui| {
-            let text = match only {
+            let text = match facts.only_colors {
                 Some(why) => format!("Colours of {name} ({why})"),
-                None => format!("Preview of {name}"),
+                None if facts.steps_of.as_deref() == Some(name) => format!("Preview of {name}"),
+                None => format!("Preview of {name}: its steps are being computed…"),
             };
             ui.label(RichText::new(text).color(theme::accent(ui)));
         });

@@ -1,22 +1,26 @@
-//! Previews of looks on the running scene: it runs with the look for a while and is then what it was before, to the bit.
+//! Previews of looks on the running scene: it runs with the look for a while and is then what it was before, to the bit. The state from
+//! before stays on the device meanwhile, so neither the beginning nor the end waits for a copy to the host.
 
 use myxo::Result;
+use myxo::gpu::Frames;
 use myxo::scene::parameters::PARAMETERS;
 use myxo::scene::presets::is_look;
 use myxo::scene::settings::Settings;
+use myxo::sim::StateAside;
 
 use crate::lab::stage::Stage;
-use crate::lab::state_copy::StateCopy;
 
-/// States of more bytes are not copied, because a copy takes time: of their looks only the colours are previewed.
+/// States of more bytes are not copied, because a copy takes memory and time: of their looks only the colours are previewed.
 pub const MOST_BYTES: u64 = 128 << 20;
 
 /// A preview under way.
 pub struct Previewing {
     /// The state from which it began, and to which it returns.
-    before: StateCopy,
-    /// Seconds of the objects' motion then, if any moves.
-    seconds: Option<f64>,
+    before: StateAside,
+    /// The settings that ran then.
+    settings: Settings,
+    /// Steps taken then, and seconds of the objects' motion, if any moves.
+    stands_at: (u64, Option<f64>),
     /// The look as it was asked for.
     look: Settings,
 }
@@ -24,34 +28,30 @@ pub struct Previewing {
 impl Previewing {
     /// Runs a stage with another look from now on. Food stays as it is, because other food has to be measured first. No step may be
     /// under way.
-    pub fn begin(stage: &mut Stage, look: &Settings) -> Result<Self> {
-        let previewing = Self {
-            before: StateCopy::of(stage)?,
-            seconds: stage.seconds(),
+    pub fn begin(stage: &mut Stage, frames: &mut Frames, look: &Settings) -> Result<Self> {
+        let stands_at = (stage.simulation.step(), stage.seconds());
+        let settings = stage.simulation.settings().clone();
+        let mut rec = frames.begin()?;
+        let before = stage.simulation.record_aside(&mut rec)?;
+        frames.submit(rec)?;
+        // The picture stays: so far nothing has changed but what steps do.
+        stage.simulation.apply(&with_look(&settings, look))?;
+        Ok(Self {
+            before,
+            settings,
+            stands_at,
             look: look.clone(),
-        };
-        run_with(stage, look)?;
-        Ok(previewing)
+        })
     }
 
-    /// Another look, which begins from the same state.
-    pub fn change(&mut self, stage: &mut Stage, look: &Settings) -> Result<()> {
-        if self.look == *look {
-            return Ok(());
-        }
-        self.before.put(stage)?;
-        self.look.clone_from(look);
-        run_with(stage, look)
-    }
-
-    /// Everything is as it was.
-    pub fn end(&self, stage: &mut Stage) -> Result<()> {
-        self.before.put(stage)
-    }
-
-    /// The settings to which it returns.
-    pub fn settings(&self) -> &Settings {
-        &self.before.settings
+    /// Everything is as it was. No step may be under way.
+    pub fn end(&self, stage: &mut Stage, frames: &mut Frames) -> Result<()> {
+        stage.simulation.apply(&self.settings)?;
+        let mut rec = frames.begin()?;
+        stage.simulation.record_back(&mut rec, &self.before)?;
+        frames.submit(rec)?;
+        stage.owe_picture();
+        Ok(())
     }
 
     /// Does it run with this look?
@@ -59,26 +59,25 @@ impl Previewing {
         self.look == *look
     }
 
+    /// Has it taken steps?
+    pub fn has_stepped(&self, stage: &Stage) -> bool {
+        stage.simulation.step() > self.stands_at.0
+    }
+
     /// The step at which the scene is without the preview, and the time of its objects.
     pub fn stands_at(&self) -> (u64, Option<f64>) {
-        (self.before.snapshot.step, self.seconds)
+        self.stands_at
     }
 }
 
-fn run_with(stage: &mut Stage, look: &Settings) -> Result<()> {
-    let live = with_look(stage.simulation.settings(), look);
-    stage.simulation.apply(&live)?;
-    stage.forget_picture();
-    Ok(())
-}
-
-/// The settings that run, with another look but for its food.
+/// The settings that run, with another look but for its colours, which no step needs, and its food.
 pub fn with_look(runs: &Settings, look: &Settings) -> Settings {
     let mut live = runs.clone();
     let parts = PARAMETERS.iter().filter(|parameter| is_look(parameter));
     for parameter in parts.filter(|parameter| !parameter.restarts(runs, look)) {
         parameter.copy(look, &mut live);
     }
+    live.picture.color_map = runs.picture.color_map;
     live.foods.clone_from(&runs.foods);
     live.feeding = runs.feeding.clone();
     live
@@ -99,13 +98,21 @@ mod tests {
     }
 
     /// Would catch: a preview that leaves anything behind: in the state, in the settings, or in what follows from them, also after a
-    /// second look, on objects that touch each other, and with food that is eaten.
+    /// second look, on objects that touch each other, with food that is eaten, and with particles that are born and die; and a look that
+    /// begins from the state in which the one before has ended.
     #[test]
     fn a_preview_leaves_the_state_and_what_becomes_of_it_as_they_were() {
         let Some(ctx) = context() else { return };
-        let food = "physarum.deposit=5";
-        for (name, set) in [("trio", "transfer.threshold=0.01"), ("oats", food)] {
-            let set = [&SMALL[..], &[set]].concat();
+        let contacts: &[&str] = &["transfer.threshold=0.01"];
+        let food: &[&str] = &["physarum.deposit=5"];
+        let births: &[&str] = &[
+            "physarum.model=jones",
+            "population.frequency=2",
+            "population.division_most=40",
+            "population.capacity=4000",
+        ];
+        for (name, set) in [("trio", contacts), ("oats", food), ("cube", births)] {
+            let set = [&SMALL[..], set].concat();
             let ends = [false, true].map(|previews| {
                 let mut stage = stage(&ctx, name, &set);
                 let mut frames = Frames::new(&ctx, 1).unwrap();
@@ -116,24 +123,25 @@ mod tests {
                 };
                 let before = hash(&stage);
                 let settings = stage.simulation.settings().clone();
-                if previews {
-                    let mut previewing = Previewing::begin(&mut stage, &look("cells")).unwrap();
-                    for name in ["cells", "waves"] {
-                        previewing.change(&mut stage, &look(name)).unwrap();
-                        assert_eq!(hash(&stage), before, "each begins from the same state");
-                        let angle = look(name).physarum.rotation_angle;
-                        assert_eq!(stage.simulation.settings().physarum.rotation_angle, angle);
-                        run(&mut frames, &mut stage.simulation, 4);
-                        // The same look does not begin again.
-                        previewing.change(&mut stage, &look(name)).unwrap();
-                        assert_eq!(hash(&stage).0, 11);
-                        assert_ne!(hash(&stage).1, before.1);
-                    }
+                for look in previews
+                    .then(|| [look("cells"), look("waves")])
+                    .iter()
+                    .flatten()
+                {
+                    let begun = Previewing::begin(&mut stage, &mut frames, look);
+                    let previewing = begun.unwrap();
+                    assert!(previewing.has(look) && !previewing.has_stepped(&stage));
+                    let angle = look.physarum.rotation_angle;
+                    assert_eq!(stage.simulation.settings().physarum.rotation_angle, angle);
+                    run(&mut frames, &mut stage.simulation, 4);
+                    assert!(previewing.has_stepped(&stage));
+                    assert_eq!(hash(&stage).0, 11);
+                    assert_ne!(hash(&stage).1, before.1);
                     assert_eq!(previewing.stands_at().0, 7);
-                    previewing.end(&mut stage).unwrap();
+                    previewing.end(&mut stage, &mut frames).unwrap();
+                    assert_eq!(*stage.simulation.settings(), settings);
+                    assert_eq!(hash(&stage), before, "{name}");
                 }
-                assert_eq!(*stage.simulation.settings(), settings);
-                assert_eq!(hash(&stage), before);
                 run(&mut frames, &mut stage.simulation, 9);
                 hash(&stage)
             });

@@ -291,22 +291,18 @@ impl Runner {
         (self.stage.as_ref()).is_some_and(|stage| StateCopy::bytes_of(stage) <= MOST_BYTES)
     }
 
-    /// The settings that run without a preview.
-    pub fn true_settings(&self) -> Option<&Settings> {
-        match &self.previewing {
-            Some(previewing) => Some(previewing.settings()),
-            None => Some(self.stage.as_ref()?.simulation.settings()),
-        }
-    }
-
-    /// Runs with another look, from the state before any preview, until [`Self::end_preview`].
+    /// Runs with another look until [`Self::end_preview`]. There is no preview yet.
     pub fn preview(&mut self, look: &Settings) -> Result<()> {
-        match (&mut self.stage, &mut self.previewing) {
-            (None, _) => {}
-            (Some(stage), Some(previewing)) => previewing.change(stage, look)?,
-            (Some(stage), none) => *none = Some(Previewing::begin(stage, look)?),
+        if let Some(stage) = &mut self.stage {
+            self.previewing = Some(Previewing::begin(stage, &mut self.frames, look)?);
         }
         Ok(())
+    }
+
+    /// Has a preview taken steps?
+    pub fn has_preview_stepped(&self) -> bool {
+        let both = self.previewing.as_ref().zip(self.stage.as_ref());
+        both.is_some_and(|(previewing, stage)| previewing.has_stepped(stage))
     }
 
     /// Ends the preview: everything is as before it. Returns false if there was none.
@@ -314,7 +310,7 @@ impl Runner {
         let (Some(previewing), Some(stage)) = (&self.previewing, &mut self.stage) else {
             return Ok(false);
         };
-        previewing.end(stage)?;
+        previewing.end(stage, &mut self.frames)?;
         self.previewing = None;
         Ok(true)
     }

@@ -100,6 +100,9 @@ pub struct Stage {
     drawn: Option<Drawn>,
     /// The inputs of the next picture.
     coming: Option<Drawn>,
+    /// The colours in which the canvases show the trail, also when their contents have changed since; none if other contents have to come
+    /// at once.
+    colors: Option<ColorMap>,
     /// The mean that the picture is, and the number of the picture that it was last.
     refined: Option<(Mean, u64)>,
     /// A size of pictures for whose mean there was no memory.
@@ -172,6 +175,7 @@ impl Stage {
             pictures: 0,
             drawn: None,
             coming: None,
+            colors: None,
             refined: None,
             not_refined: None,
             changes: 0,
@@ -200,7 +204,7 @@ impl Stage {
     pub fn take_canvases(&mut self, left: Option<Self>) {
         if let Some(left) = left {
             (self.shown, self.next) = (left.shown, left.next);
-            self.pictures = left.pictures;
+            (self.pictures, self.colors) = (left.pictures, left.colors);
         }
     }
 
@@ -221,6 +225,7 @@ impl Stage {
             self.forget_mean_of(&now);
             self.drew_moving = is_moving;
             self.record(rec, &now, 1);
+            self.colors = Some(now.view.color_map);
             self.drawn = Some(now);
             self.pictures += 1;
             self.drawn_at = Instant::now();
@@ -314,6 +319,9 @@ impl Stage {
     pub fn show_next(&mut self) {
         std::mem::swap(&mut self.shown, &mut self.next);
         self.drawn = self.coming.take();
+        if let Some(drawn) = &self.drawn {
+            self.colors = Some(drawn.view.color_map);
+        }
         self.pictures += 1;
         self.drawn_at = Instant::now();
     }
@@ -460,6 +468,13 @@ impl Stage {
         self.forget_picture();
     }
 
+    /// The state has gone back, as at the end of a preview, and its picture is to come before steps.
+    pub fn owe_picture(&mut self) {
+        self.replaced += 1;
+        self.forget_picture();
+        self.colors = None;
+    }
+
     /// Does the canvas show what this camera and view last saw?
     pub fn has_drawn(&self, view: &View, (size, beside): Sizes) -> bool {
         let fits = |(_, canvas): &(Quality, Canvas)| canvas.size() == size;
@@ -489,19 +504,19 @@ impl Stage {
         is_recent && self.has_drawn(view, sizes) && self.has_colors(view.color_map)
     }
 
-    /// Does the canvas show the trail in other colours than these?
+    /// Does the canvas show the trail in other colours than these, or a state that is no longer there?
     pub fn has_other_colors(&self, colors: ColorMap) -> bool {
-        self.drawn.is_some() && !self.has_colors(colors)
+        self.shown.picture.is_some() && !self.has_colors(colors)
     }
 
     /// Does the canvas show the trail in these colours?
     pub fn has_colors(&self, colors: ColorMap) -> bool {
-        self.colors() == Some(colors)
+        self.colors == Some(colors)
     }
 
     /// The colours in which the canvas shows the trail.
     pub fn colors(&self) -> Option<ColorMap> {
-        self.drawn.as_ref().map(|drawn| drawn.view.color_map)
+        self.colors
     }
 
     /// Do the canvases have these sizes?
@@ -674,7 +689,8 @@ mod tests {
         })
     }
 
-    /// Would catch: bands that miss a row, and a picture that is shown in parts.
+    /// Would catch: bands that miss a row, and a picture that is shown in parts; and one that does not go before steps though its state is no
+    /// longer there, or does though only its contents have changed.
     #[test]
     fn a_picture_in_slices_is_the_same_and_shown_when_it_is_whole() {
         let Some((ctx, mut stage)) = trio() else {
@@ -702,9 +718,16 @@ mod tests {
         stage.show_next();
         assert!(stage.has_picture(&view, SIZES, true));
         let shown = pixels(&ctx, &mut answers, &mut stage, |_, _| {});
+        let is_owed = |stage: &Stage| stage.has_other_colors(view.color_map);
+        assert!(!is_owed(&stage));
         stage.forget_picture();
+        assert!(!is_owed(&stage));
         let whole = drawn(&ctx, &mut stage, &mut frames);
         assert!(shown == whole && shown != before);
+        stage.owe_picture();
+        assert!(is_owed(&stage));
+        drawn(&ctx, &mut stage, &mut frames);
+        assert!(!is_owed(&stage) && stage.has_other_colors(ColorMap::Ice));
         assert_eq!(ctx.messages(), [""; 0]);
     }
 

@@ -132,34 +132,44 @@ mod tests {
             goals[k + 1] = k as u32 + 2;
             bids[k + 2] = rank;
         }
-        let claimed = |bids| Claimed {
+        let row = Claimed {
             cells: &cells,
             goals: &goals,
-            bids,
+            bids: &bids,
         };
         for (k, rank) in (0..).zip(ranks) {
             let cell = k + 2;
             for rounds in 0..7 {
                 let round = 5 - k;
                 let expected = (round <= rounds).then_some(round);
-                assert_eq!(claimed(&bids).won_in(cell, rank, rounds), expected);
-                assert_eq!(claimed(&bids).won_in(cell, rank + 1, rounds), None);
+                assert_eq!(row.won_in(cell, rank, rounds), expected);
+                assert_eq!(row.won_in(cell, rank + 1, rounds), None);
             }
         }
+        // The first cell is left once all have moved, and the others are claimed.
+        let open = |row: Claimed<'_>, rounds| -> Vec<u32> {
+            let cells = 0..7;
+            cells.filter(|&cell| row.is_open(cell, rounds)).collect()
+        };
+        assert_eq!(open(row, 5), [0, 1]);
+        assert_eq!(open(row, 4), [0]);
         // Where a lower rank comes to the empty cell, all of them stay.
         let mut lower = bids;
         lower[6] = 3;
+        let row = Claimed {
+            bids: &lower,
+            ..row
+        };
         for (k, rank) in (0..).zip(ranks) {
-            assert_eq!(claimed(&lower).won_in(k + 2, rank, 14), None);
+            assert_eq!(row.won_in(k + 2, rank, 14), None);
         }
-        // The first cell is left once all have moved, and the others are claimed.
-        let open = |rounds| (0..7).filter(move |&cell| claimed(&bids).is_open(cell, rounds));
-        assert!(open(5).eq([0, 1]) && open(4).eq([0]));
-        lower[6] = LANDING + 3;
-        assert!(
-            (0..7)
-                .filter(|&cell| claimed(&lower).is_open(cell, 5))
-                .eq([0, 6])
-        );
+        // Where only a particle that comes over claims it, another one still may.
+        let mut landing = bids;
+        landing[6] = LANDING + 3;
+        let row = Claimed {
+            bids: &landing,
+            ..row
+        };
+        assert_eq!(open(row, 5), [0, 6]);
     }
 }

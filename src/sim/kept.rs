@@ -1,9 +1,9 @@
 //! The parts of a simulation's state that checkpoints keep: one [list](KEPT), each part with its field in [`Snapshot`] and, if it is
 //! on the device, its [row](super::buffers::TABLE) and its buffer in [`State`].
 //!
-//! From the list come the copies to the host, with waiting and without, the sections of a checkpoint, the check of their
-//! lengths, and what is uploaded when a simulation is resumed. One more part takes a field in [`Snapshot`], a line here and a
-//! new version of checkpoints.
+//! From the list come the copies to the host, with waiting and without, those that stay on the device, the sections of a checkpoint, the
+//! check of their lengths, and what is uploaded when a simulation is resumed. One more part takes a field in [`Snapshot`], a line here and
+//! a new version of checkpoints.
 
 use std::collections::VecDeque;
 
@@ -15,7 +15,7 @@ use super::setup::Setup;
 use super::snapshot::Snapshot;
 use super::state::State;
 use super::types::Flow;
-use crate::gpu::{Buffer, Context, GpuError, Readback, Recorder};
+use crate::gpu::{AnyBuffer, Buffer, Context, GpuError, Readback, Recorder};
 
 macro_rules! kept {
     ($($($field:ident).+ [$(= $like:ident)? $($length:ident)?] $device:expr $(, $elements:literal)?;)*) => {
@@ -116,6 +116,16 @@ pub trait Part: Sync {
         state: &State,
     ) -> Result<Option<Box<dyn PartCopy>>, GpuError>;
 
+    /// Records a copy that stays on the device, if it is there.
+    ///
+    /// # Errors
+    /// No memory.
+    fn record_aside(
+        &'static self,
+        rec: &mut Recorder,
+        state: &State,
+    ) -> Result<Option<Box<dyn PartAside>>, GpuError>;
+
     /// Uploads it, if its buffer is [permanent].
     ///
     /// # Errors
@@ -130,6 +140,15 @@ pub trait PartCopy: Send {
 
     /// Puts it into a snapshot, once it is there.
     fn take(self: Box<Self>, snapshot: &mut Snapshot);
+}
+
+/// A part whose copy stays on the device.
+pub trait PartAside: Send {
+    /// Has its buffer the length that it had?
+    fn fits(&self, state: &State) -> bool;
+
+    /// Records the way back into its buffer, which [`fits`](Self::fits).
+    fn record_back(&self, rec: &mut Recorder, state: &State);
 }
 
 impl Lengths {
@@ -208,6 +227,46 @@ impl Copies {
             copy.take(snapshot);
         }
     }
+}
+
+/// Copies of all parts on the device, which stay there.
+pub struct Aside(Vec<Box<dyn PartAside>>);
+
+impl Aside {
+    /// Records copies of the state after everything recorded so far.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn record(rec: &mut Recorder, state: &State) -> Result<Self, GpuError> {
+        let parts = KEPT.iter();
+        let copies = parts.filter_map(|part| part.record_aside(rec, state).transpose());
+        Ok(Self(copies.collect::<Result<_, _>>()?))
+    }
+
+    /// Has the state the buffers that it had?
+    #[must_use]
+    pub fn fits(&self, state: &State) -> bool {
+        self.0.iter().all(|copy| copy.fits(state))
+    }
+
+    /// Records the way back of all, into buffers that [fit](Self::fits).
+    pub fn record_back(&self, rec: &mut Recorder, state: &State) {
+        for copy in &self.0 {
+            copy.record_back(rec, state);
+        }
+    }
+}
+
+/// Records a copy of a buffer that stays on the device.
+///
+/// # Errors
+/// No memory.
+pub fn put_aside<T: Pod>(rec: &mut Recorder, source: &Buffer<T>) -> Result<Buffer<T>, GpuError> {
+    let name = format!("{}.aside", source.name());
+    let domain = source.core().domain();
+    let copy = Buffer::new(rec.ctx(), &name, source.len(), domain)?;
+    rec.copy(source, &copy);
+    Ok(copy)
 }
 
 /// A buffer being copied to the host.
@@ -422,6 +481,21 @@ impl<T: Pod, D: Pod + Send> Part for Section<T, D> {
         })))
     }
 
+    fn record_aside(
+        &'static self,
+        rec: &mut Recorder,
+        state: &State,
+    ) -> Result<Option<Box<dyn PartAside>>, GpuError> {
+        let Some(buffer) = (self.device.buffer)(state) else {
+            return Ok(None);
+        };
+        let copy = put_aside(rec, buffer)?;
+        Ok(Some(Box::new(SectionAside {
+            section: self,
+            copy,
+        })))
+    }
+
     fn upload(&self, ctx: &Context, state: &State, snapshot: &Snapshot) -> Result<(), GpuError> {
         match ((self.device.buffer)(state), self.device.to_device) {
             (Some(buffer), Some(to_device)) => ctx.upload(buffer, to_device((self.get)(snapshot))),
@@ -443,5 +517,24 @@ impl<T: Pod, D: Pod + Send> PartCopy for SectionCopy<T, D> {
 
     fn take(self: Box<Self>, snapshot: &mut Snapshot) {
         (self.section.set)(snapshot, (self.section.device.to_host)(self.copy.take()));
+    }
+}
+
+/// A line of the list whose copy stays on the device.
+struct SectionAside<T: 'static, D: 'static> {
+    section: &'static Section<T, D>,
+    copy: Buffer<D>,
+}
+
+impl<T: Pod, D: Pod + Send> PartAside for SectionAside<T, D> {
+    fn fits(&self, state: &State) -> bool {
+        let buffer = (self.section.device.buffer)(state);
+        buffer.is_some_and(|buffer| buffer.len() == self.copy.len())
+    }
+
+    fn record_back(&self, rec: &mut Recorder, state: &State) {
+        if let Some(buffer) = (self.section.device.buffer)(state) {
+            rec.copy(&self.copy, buffer);
+        }
     }
 }

@@ -79,7 +79,8 @@ pub use behaviour::{deposit_factor, mean_trail};
 pub use plan::{Means, Plan};
 pub use setup::{LOOKING, STARTING, Setup, atlas_options};
 pub use simulation::{
-    Areas, FoodOrder, KernelAlone, KernelOrder, PreparedFood, Simulation, SnapshotCopy, TrailCopy,
+    Areas, FoodOrder, KernelAlone, KernelOrder, PreparedFood, Simulation, SnapshotCopy, StateAside,
+    TrailCopy,
 };
 pub use snapshot::{Census, Distances, Snapshot};
 pub use spread::TINY_TRAIL;

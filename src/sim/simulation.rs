@@ -39,7 +39,7 @@ use crate::scene::problems::Problem;
 use crate::scene::settings::Settings;
 pub use ahead::KernelOrder;
 pub use alone::KernelAlone;
-pub use copying::{SnapshotCopy, TrailCopy};
+pub use copying::{SnapshotCopy, StateAside, TrailCopy};
 pub use feeding::{FoodOrder, PreparedFood};
 use painter::Painter;
 pub use painting::Areas;

@@ -45,7 +45,7 @@ use crate::lab::jobs::Jobs;
 use crate::lab::kept_scenes::KeptScenes;
 use crate::lab::loading::{Opened, Origin};
 use crate::lab::options::LabOptions;
-use crate::lab::order::{Asked, Task};
+use crate::lab::order::Asked;
 use crate::lab::places::Places;
 use crate::lab::preferences::Preferences;
 use crate::lab::runner::Runner;
@@ -269,10 +269,12 @@ impl Lab {
         // Other colours are an answer, also to a pointer that rests.
         let has_others = |stage: &Stage| stage.has_other_colors(view.color_map);
         let owes_colors = self.runner.stage.as_ref().is_some_and(has_others);
+        // Steps go on where no picture can be seen.
+        let soon = (self.interface.preview.is_coming() || owes_colors) && !self.host.is_minimized();
         let asked = Asked {
             is_asked: seen.is_asked || owes_colors,
-            touched: seen.shown.touched || self.interface.preview.is_coming() || owes_colors,
-            soon: self.interface.preview.is_coming(),
+            touched: seen.shown.touched || soon,
+            soon,
         };
         let (runs, holds) = (self.runs(), self.jobs.exports.holds());
         let can_split = is_cpu && !seen.picture.is_empty();
@@ -280,9 +282,8 @@ impl Lab {
         if runs {
             task.steps = task.steps.min(self.host.most_steps());
         }
-        // While the camera is moved the picture is the answer, and comes whole. One that is about to have other colours can wait.
-        let is_picture = task == Task::default() && !seen.shown.touched && !asked.soon;
-        if runs && can_split && is_picture && self.draw_in_slices(seen, &view)? {
+        let may_be_sliced = runs && can_split && task.may_be_sliced(asked);
+        if may_be_sliced && self.draw_in_slices(seen, &view)? {
             return Ok(Some(self.host.now()));
         }
         let mut rec = self.runner.frames.begin()?;

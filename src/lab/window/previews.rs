@@ -1,4 +1,8 @@
 //! Previews of looks in the picture: they begin and end between frames, and only while nothing else uses the running scene.
+//!
+//! The first answer is a picture of the running state in the colours of the look. It needs no copy and no kernels, and comes before any
+//! step. Then the kernels of the look are made by another thread; and once they are, the state is copied on the device, and the scene
+//! continues with the look.
 
 use crate::lab::previewing::{Previewing, with_look};
 use crate::lab::window::Lab;
@@ -10,34 +14,47 @@ impl Lab {
     pub(super) fn follow_preview(&mut self) -> Result<()> {
         let only = self.why_only_colors();
         self.clocks.facts.only_colors = only;
+        self.clocks.facts.steps_of = None;
         let look = self.interface.previewed_look().filter(|_| only.is_none());
         let Some(look) = look else {
             return self.end_preview();
         };
-        if !self.is_ready_for(&look.settings) {
-            return Ok(());
-        }
-        match self.runner.preview(&look.settings) {
-            Ok(()) => Ok(()),
-            Err(error) => {
+        let has = |previewing: &Previewing| previewing.has(&look.settings);
+        if !self.runner.previewing.as_ref().is_some_and(has) {
+            // The picture shows the running state again, in the colours of this look.
+            self.end_preview()?;
+            if self.runs_like(&look.settings) {
+                self.clocks.facts.steps_of = Some(look.name);
+                return Ok(());
+            }
+            if !self.is_ready_for(&look.settings) {
+                return Ok(());
+            }
+            if let Err(error) = self.runner.preview(&look.settings) {
                 self.interface.preview.end();
-                self.end_preview()?;
-                self.report_unless_lost(&format!("{} is not previewed", look.name), error)
+                return self.report_unless_lost(&format!("{} is not previewed", look.name), error);
             }
         }
+        if self.runner.has_preview_stepped() {
+            self.clocks.facts.steps_of = Some(look.name);
+        }
+        Ok(())
+    }
+
+    /// Does the scene run with these parameters of a look already? Then its own steps are those of the look.
+    fn runs_like(&self, look: &Settings) -> bool {
+        let stage = self.runner.stage.as_ref();
+        let runs = stage.map(|stage| stage.simulation.settings());
+        runs.is_some_and(|runs| with_look(runs, look) == *runs)
     }
 
     /// The colours of a look are seen first, and its kernels are made meanwhile.
     fn is_ready_for(&mut self, look: &Settings) -> bool {
-        let (Some(stage), Some(runs)) = (&self.runner.stage, self.runner.true_settings()) else {
+        let Some(stage) = &self.runner.stage else {
             return false;
         };
-        let is_there = |previewing: &Previewing| previewing.has(look);
-        if self.runner.previewing.as_ref().is_some_and(is_there) {
-            return true;
-        }
         // Compiling takes a processor that the picture may need.
-        let live = with_look(runs, look);
+        let live = with_look(stage.simulation.settings(), look);
         stage.has_colors(look.picture.color_map)
             && self.jobs.ahead.are_made(&stage.simulation, &live)
     }

@@ -3,8 +3,9 @@
 use std::sync::{Arc, Weak};
 
 use super::super::course::Course;
+use super::super::pipelines::Pipelines;
 use super::super::plan::Means;
-use super::{Simulation, pipelines_of};
+use super::{Simulation, tables_of};
 use crate::error::Result;
 use crate::gpu::Context;
 use crate::scene::settings::Settings;
@@ -34,17 +35,24 @@ impl Simulation {
 }
 
 impl KernelOrder {
-    /// Compiles them. The device keeps them, and [`Simulation::apply`] finds them there. Nothing happens if the device is gone.
+    /// Compiles them, one after the other while `goes_on` says so. The device keeps them, and [`Simulation::apply`] finds them there.
+    /// Returns false if some are missing, because it was to stop or because the device is gone.
     ///
     /// # Errors
     /// When the device refuses one.
-    pub fn make(self) -> Result<()> {
+    pub fn make(self, goes_on: impl Fn() -> bool) -> Result<bool> {
         let Some(ctx) = self.ctx.upgrade().filter(|ctx| !ctx.is_lost()) else {
-            return Ok(());
+            return Ok(false);
         };
         let every = self.course.of_every_kernel(&self.settings, self.means);
-        pipelines_of(&ctx, &self.course.setup, &every)?;
-        Ok(())
+        let mut pipelines = Pipelines::new(&ctx, tables_of(&ctx, &self.course.setup));
+        for work in every.works() {
+            if !goes_on() {
+                return Ok(false);
+            }
+            work.prepare(&mut pipelines)?;
+        }
+        Ok(true)
     }
 }
 
@@ -54,7 +62,8 @@ mod tests {
     use crate::gpu::ContextOptions;
     use crate::scene::{Overrides, Scene};
 
-    /// Would catch: an order that makes other kernels than the settings then need, or that never ends to be given.
+    /// Would catch: an order that makes other kernels than the settings then need, that never ends to be given, or that says it has made
+    /// all though it was stopped.
     #[test]
     fn ordered_kernels_are_those_that_the_settings_need() {
         let ctx = match Context::new(&ContextOptions::default()) {
@@ -74,15 +83,17 @@ mod tests {
         settings.trail.decay = 0.5;
         assert!(simulation.order_kernels(&settings).is_none(), "a number");
         settings.physarum.sensor_noise = 1.0;
-        let order = simulation
-            .order_kernels(&settings)
-            .expect("it is a constant");
-        std::thread::spawn(|| order.make()).join().unwrap().unwrap();
+        let order = || simulation.order_kernels(&settings);
+        let stopped = order().expect("it is a constant");
+        assert!(!stopped.make(|| false).unwrap());
+        let order = order().expect("it is not there yet");
+        let made = std::thread::spawn(|| order.make(|| true)).join().unwrap();
+        assert!(made.unwrap());
         simulation.apply(&settings).unwrap();
         assert!(simulation.order_kernels(&settings).is_none());
         // An order outlives its device.
         let order = simulation.order_kernels(&scene.settings).expect("back");
         drop((simulation, ctx));
-        order.make().unwrap();
+        assert!(!order.make(|| true).unwrap());
     }
 }

@@ -130,7 +130,12 @@ fn a_look_under_the_pointer_is_previewed_and_changes_nothing() {
     assert_ne!(colors, before.1.color_map);
     assert_eq!(harness.interface.shown_view().color_map, colors);
     harness.frame(vec![]);
+    let comes = "Preview of ribbons: its steps are being computed";
+    assert_eq!(harness.places_of(comes).len(), 1);
+    harness.facts.steps_of = Some("ribbons".to_owned());
+    harness.frame(vec![]);
     assert_eq!(harness.places_of("Preview of ribbons").len(), 1);
+    assert_eq!(harness.places_of(comes).len(), 0);
     harness.facts.only_colors = Some("it is large");
     harness.frame(vec![]);
     assert_eq!(
@@ -142,6 +147,11 @@ fn a_look_under_the_pointer_is_previewed_and_changes_nothing() {
     harness.frame(vec![Event::PointerMoved(next)]);
     harness.frame(vec![]);
     assert_eq!(harness.interface.preview.look(), Some("spots"));
+    // The steps are still those of the one before.
+    harness.facts.only_colors = None;
+    harness.frame(vec![]);
+    let comes = "Preview of spots: its steps are being computed";
+    assert_eq!(harness.places_of(comes).len(), 1);
     // The picture alone is looked at.
     harness.frame(vec![Event::PointerMoved(IN_PICTURE)]);
     harness.frame(vec![]);
