@@ -596,8 +596,7 @@ fn transfers(ui: &mut Ui, facts: &Facts, buffer_size: u32) {
         );
         ui.label(RichText::new(text).monospace().color(theme::weak(ui)))
             .on_hover_text(
-                "How many times a particle stayed although the cell that it claimed was left in the step's last round: more occupancy rounds \
-                 might have let it move.",
+                "How many times a particle stayed that would have moved with one more of the occupancy rounds.",
             );
     }
     if arrived > 0 {

@@ -51,7 +51,7 @@ pub struct Counters {
     /// one on another object count as `returned`.
     #[serde(default)]
     pub stayed: u64,
-    /// How many times so far a particle stayed although the cell that it claimed was left in the step's last round.
+    /// How many times so far a particle stayed that would have moved with one more round of claims.
     #[serde(default)]
     pub left_over: u64,
     /// How many particles have left each object for each other one.

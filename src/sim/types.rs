@@ -251,8 +251,7 @@ pub struct Flow {
     pub mismatches: u32,
     /// Entries of the lists of slots and particles that are exchanged.
     pub entries: u32,
-    /// With one particle a cell: particles so far that stayed although the cell which they claimed was vacated in the step's last round,
-    /// so that one more round might have let them move.
+    /// With one particle a cell: how many times so far a particle stayed that would have moved with one more round.
     pub left_over: u32,
     /// The capacity that would have sufficed: the most particles that were selected in a step.
     pub most_wanted: u32,
