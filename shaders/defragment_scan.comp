@@ -46,8 +46,8 @@ void look_at(uint slot, uint object) {
     if (own == object) return;
     store1(holes, borders[object].list + atomicAdd(borders[object].holes, 1u), slot);
     int place = int(borders[own].list + atomicAdd(borders[own].strays, 1u));
-    store_paged(strays, place, particle);
-    store_paged(stray_motions, place, fetch_paged(motions, slot));
+    write_paged(strays, place, particle);
+    write_paged(stray_motions, place, fetch_paged(motions, slot));
 }
 
 void main() {

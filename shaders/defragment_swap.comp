@@ -49,8 +49,8 @@ void main() {
         // Parts have their largest possible length.
         if (i - border.list < min(border.holes, border.strays)) {
             int slot = int(fetch1(holes, i));
-            store_paged(particles, slot, fetch_paged(strays, i));
-            store_paged(motions, slot, fetch_paged(stray_motions, i));
+            write_paged(particles, slot, fetch_paged(strays, i));
+            write_paged(motions, slot, fetch_paged(stray_motions, i));
         }
         i += 1u;
     }

@@ -36,8 +36,8 @@ void main() {
     if (i >= params.count) return;
     int slot = int(slot_of(i));
     uvec4 particle = fetch_paged(particles, slot);
-    store_paged(segment_particles, i, particle);
-    store_paged(segment_motions, i, fetch_paged(motions, slot));
+    write_paged(segment_particles, i, particle);
+    write_paged(segment_motions, i, fetch_paged(motions, slot));
     uint bin = bin_of(particle);
     append_to_one_of(bins, bin, place)
 }

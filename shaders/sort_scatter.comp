@@ -41,6 +41,6 @@ void main() {
     uint bin = bin_of(particle);
     append_to_one_of(places, bin, place)
     uint slot = slot_of(place);
-    store_paged(particles, slot, particle);
-    store_paged(motions, slot, motion);
+    write_paged(particles, slot, particle);
+    write_paged(motions, slot, motion);
 }

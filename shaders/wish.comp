@@ -71,7 +71,7 @@ void main() {
     particle = particle_of(fetch_paged(particles, i));
     motion = motion_of(fetch_paged(motions_before, i));
     if (MORTAL && (motion.flags & DEAD) != 0u) {
-        store_paged(claims, i, uvec4(0u, 0u, NO_RANK, 0u));
+        write_paged(claims, i, uvec4(0u, 0u, NO_RANK, 0u));
         return;
     }
     take_own_parameters();
@@ -83,13 +83,13 @@ void main() {
     vec2 heading = settled(w.heading);
     // Where particles may be fed, `arrive` needs to see what they were.
     uint flags = FOOD ? motion.flags : 0u;
-    store_paged(wishes, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
-    store_paged(motions, i, words_of(Motion(heading.x, heading.y, settled(min(pending, own.speed)), flags)));
+    write_paged(wishes, i, words_of(Particle(w.triangle, w.u, w.v, particle.id)));
+    write_paged(motions, i, words_of(Motion(heading.x, heading.y, settled(min(pending, own.speed)), flags)));
     uint texel = texel_at(walked_position(w), params.pitch);
     uint goal = texel_of(homes, texel);
     uint cell = texel_of(homes, texel_at(previous_position(), params.pitch));
     uint rank = rank_of(particle.id, params.salt);
-    store_paged(claims, i, uvec4(goal, cell, rank, texel));
+    write_paged(claims, i, uvec4(goal, cell, rank, texel));
     store_texel(goals, cell, uvec4(goal))
     exchange_texel(cells, cell, taken_by(rank), before)
     // Of several in one cell the last to exchange its word finds another one before it, and writes after that.

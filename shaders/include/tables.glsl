@@ -10,19 +10,24 @@
 // Tables of particles may outgrow a block. They are declared by names of their own:
 //
 //   PAGED_READS(uvec4, 0) particles;      fetch_paged(particles, i)
-//   PAGED_WRITES(uvec4, 1) motions;       store_paged(motions, i, value)
-//   PAGED_CHANGES(uvec4, 1) motions;      load_paged(motions, i), and as above
+//   PAGED_WRITES(uvec4, 1) motions;       write_paged(motions, i, value)
+//   PAGED_CHANGES(uvec4, 1) motions;      load_paged(motions, i), store_paged(motions, i, value)
 //
 // In the form for pages (MYXO_PAGES), which exists in addition for shaders that use these names, such a table lies in pages of equally many
-// elements, a power of two; the block has their addresses. Elsewhere it is a table as any other.
+// elements, a power of two; the block has their addresses. Elsewhere it is a table as any other, with one exception: PAGED_WRITES are
+// storage blocks in the plain form, too, because CPU drivers store faster into blocks. In the form for large tables (MYXO_LARGE), which
+// shaders with PAGED_WRITES have in addition, they are texel buffers, because the tables are larger than a block. Otherwise that form is
+// the plain one.
 
 #ifndef MYXO_TABLES
 #define MYXO_TABLES
 
+#define BLOCK_WRITES(type, number) layout(std430, set = 0, binding = number) writeonly buffer Table##number { type at[]; }
+
 #ifdef MYXO_CARD
 
 #define READS(type, number) layout(std430, set = 0, binding = number) readonly buffer Table##number { type at[]; }
-#define WRITES(type, number) layout(std430, set = 0, binding = number) writeonly buffer Table##number { type at[]; }
+#define WRITES(type, number) BLOCK_WRITES(type, number)
 #define CHANGES(type, number) layout(std430, set = 0, binding = number) buffer Table##number { type at[]; }
 
 #define fetch4(table, i) table.at[i]
@@ -80,15 +85,23 @@
 #define fetch_paged(table, i) element_of(table, i)
 #define load_paged(table, i) element_of(table, i)
 #define store_paged(table, i, value) element_of(table, i) = value
+#define write_paged(table, i, value) element_of(table, i) = value
 
 #else
 
 #define PAGED_READS(type, number) READS(type, number)
-#define PAGED_WRITES(type, number) WRITES(type, number)
 #define PAGED_CHANGES(type, number) CHANGES(type, number)
 #define fetch_paged(table, i) fetch4(table, i)
 #define load_paged(table, i) load4(table, i)
 #define store_paged(table, i, value) store4(table, i, value)
+
+#ifdef MYXO_LARGE
+#define PAGED_WRITES(type, number) WRITES(type, number)
+#define write_paged(table, i, value) store4(table, i, value)
+#else
+#define PAGED_WRITES(type, number) BLOCK_WRITES(type, number)
+#define write_paged(table, i, value) table.at[i] = value
+#endif
 
 #endif
 

@@ -137,6 +137,7 @@ impl<D: Draw> RasterPipeline<D> {
         let paged = |module: Module| module.for_pages.filter(|_| tables == Tables::InPages);
         let form = Form {
             in_blocks: false,
+            is_large: false,
             in_pages: paged(D::VERTEX).is_some() || paged(D::FRAGMENT).is_some(),
         };
         let key = PipelineKey::new(

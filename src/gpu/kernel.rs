@@ -216,20 +216,26 @@ impl DispatchGroups {
 /// Layout of the tables of [`Domain::Pages`](super::Domain::Pages) that a pipeline accesses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Tables {
-    /// A table is bound as any other.
+    /// A table is bound as any other. One that is only written is a storage block, because CPU drivers store faster into blocks.
     #[default]
     InOnePiece,
+    /// Tables that are only written are texel buffers, because a storage block does not hold them.
+    Large,
     /// Shaders reach them by the addresses of their pages, of which there may be one.
     InPages,
 }
 
 impl Tables {
-    /// Layout of a table of `bytes` bytes on a device: in pages if one page does not hold it.
+    /// Layout of a table of `bytes` bytes on a device: in pages if the device has them, and one does not hold it. Where kernels run in
+    /// their plain form, large if a storage block does not hold it.
     #[must_use]
     pub fn of_size(device: &DeviceInfo, bytes: u64) -> Self {
-        match device.has_pages && bytes > page_size(device) {
-            true => Self::InPages,
-            false => Self::InOnePiece,
+        if device.has_pages && bytes > page_size(device) {
+            Self::InPages
+        } else if !device.reads_blocks && bytes > device.max_storage_buffer_range {
+            Self::Large
+        } else {
+            Self::InOnePiece
         }
     }
 }
@@ -262,7 +268,7 @@ impl<K: Kernel> Pipeline<K> {
         Self::over(ctx, constants, name, Tables::InOnePiece)
     }
 
-    /// As [`named`](Self::named), for tables that may lie in pages.
+    /// As [`named`](Self::named), for tables that are large, or lie in pages.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -291,10 +297,10 @@ pub(crate) fn divides(ctx: &Context) -> bool {
 
 /// The kind of a binding in this form of its shader.
 fn bound_as(binding: &Binding, form: Form) -> BindingKind {
+    let is_only_written = binding.access == BindingAccess::Write;
+    let in_block = binding.is_paged && (form.in_pages || (is_only_written && !form.is_large));
     match binding.kind {
-        BindingKind::Texels | BindingKind::StorageTexels { .. }
-            if form.in_blocks || (form.in_pages && binding.is_paged) =>
-        {
+        BindingKind::Texels | BindingKind::StorageTexels { .. } if form.in_blocks || in_block => {
             BindingKind::Storage
         }
         kind => kind,
@@ -329,8 +335,10 @@ impl PipelineCore {
         }
         let for_pages = (K::SPIRV.for_pages).filter(|_| tables == Tables::InPages);
         let for_cards = K::SPIRV.for_cards.filter(|_| ctx.card_forms);
+        let for_large = (K::SPIRV.for_large).filter(|_| tables == Tables::Large);
         let form = Form {
             in_blocks: for_cards.is_some(),
+            is_large: for_large.is_some(),
             in_pages: for_pages.is_some(),
         };
         let key = PipelineKey::new(K::NAME, (K::SPIRV, form), constants.values(), name);
@@ -339,7 +347,8 @@ impl PipelineCore {
         }
         let mut core = Self::layouts::<K>(ctx, vk::ShaderStageFlags::COMPUTE, form)?;
         core.name = name;
-        let module = for_pages.or(for_cards).unwrap_or(&K::SPIRV);
+        let module = for_pages.or(for_cards).or(for_large);
+        let module = module.unwrap_or(&K::SPIRV);
         let module = ShaderModule::new(ctx, module, name)?;
         core.replaced = [module.replaced, None];
         let specialization = Specialization::new(constants);

@@ -30,6 +30,8 @@ pub struct Module {
     pub for_cards: Option<&'static Module>,
     /// The form for tables in pages, if it has such tables: it uses their pages' addresses.
     pub for_pages: Option<&'static Module>,
+    /// The form for large tables, if there are some that it only writes: in it these are texel buffers, and elsewhere storage blocks.
+    pub for_large: Option<&'static Module>,
 }
 
 impl Module {
@@ -107,6 +109,7 @@ mod tests {
         spirv: &[1, 0, 0, 0, 2, 0, 0, 0],
         for_cards: None,
         for_pages: None,
+        for_large: None,
     };
 
     #[test]

@@ -44,6 +44,8 @@ impl PipelineKey {
 pub(crate) struct Form {
     /// Are texel buffers bound as storage blocks?
     pub(crate) in_blocks: bool,
+    /// Are tables that may lie in pages and are only written texel buffers, because they outgrow a storage block?
+    pub(crate) is_large: bool,
     /// Are tables that may lie in pages bound by address?
     pub(crate) in_pages: bool,
 }

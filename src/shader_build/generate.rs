@@ -97,16 +97,17 @@ pub fn draws(shaders: &[Shader]) -> Result<String, String> {
 fn module(shader: &Shader) -> String {
     let other = |words: &Option<Vec<u32>>, file: String| match words {
         None => "None".to_owned(),
-        Some(_) => format!("Some(&{})", module_of(&file, "None", "None")),
+        Some(_) => format!("Some(&{})", module_of(&file, ["None"; 3])),
     };
     let for_cards = other(&shader.for_cards, shader.card_file());
     let for_pages = other(&shader.for_pages, shader.pages_file());
-    module_of(&shader.spirv_file(), &for_cards, &for_pages)
+    let for_large = other(&shader.for_large, shader.large_file());
+    module_of(&shader.spirv_file(), [&for_cards, &for_pages, &for_large])
 }
 
-fn module_of(file: &str, for_cards: &str, for_pages: &str) -> String {
+fn module_of(file: &str, [for_cards, for_pages, for_large]: [&str; 3]) -> String {
     format!(
-        "crate::gpu::Module {{ file: \"{file}\", spirv: include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{file}\")), for_cards: {for_cards}, for_pages: {for_pages} }}"
+        "crate::gpu::Module {{ file: \"{file}\", spirv: include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{file}\")), for_cards: {for_cards}, for_pages: {for_pages}, for_large: {for_large} }}"
     )
 }
 

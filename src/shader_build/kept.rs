@@ -11,14 +11,16 @@ use std::path::{Path, PathBuf};
 
 /// The compiled modules of one shader.
 pub struct Modules {
-    /// Words of the unoptimised module, with names.
-    pub plain: Vec<u32>,
+    /// Words of the unoptimised module that is reflected.
+    pub reflected: Vec<u32>,
     /// Words of the optimised module.
     pub optimized: Vec<u32>,
     /// Words of the module for graphics cards; empty if the shader has no such form.
     pub for_cards: Vec<u32>,
     /// Words of the module for tables in pages; empty if the shader has none.
     pub for_pages: Vec<u32>,
+    /// Words of the module for large tables; empty if the shader has none.
+    pub for_large: Vec<u32>,
     /// The compiler's warnings, one per line.
     pub warnings: Vec<String>,
 }
@@ -116,10 +118,11 @@ pub fn bytes(words: &[u32]) -> Vec<u8> {
 fn pack(modules: &Modules, key: u64) -> Vec<u8> {
     let mut packed = key.to_le_bytes().to_vec();
     for words in [
-        &modules.plain,
+        &modules.reflected,
         &modules.optimized,
         &modules.for_cards,
         &modules.for_pages,
+        &modules.for_large,
     ] {
         packed.extend((words.len() as u64).to_le_bytes());
         packed.extend(bytes(words));
@@ -141,16 +144,18 @@ fn unpack(packed: &[u8], key: u64) -> Option<Modules> {
         let words = words.chunks_exact(4);
         Some(words.map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])))
     };
-    let plain = take()?.collect();
+    let reflected = take()?.collect();
     let optimized = take()?.collect();
     let for_cards = take()?.collect();
     let for_pages = take()?.collect();
+    let for_large = take()?.collect();
     let warnings = std::str::from_utf8(rest).ok()?;
     Some(Modules {
-        plain,
+        reflected,
         optimized,
         for_cards,
         for_pages,
+        for_large,
         warnings: warnings.lines().map(str::to_owned).collect(),
     })
 }

@@ -2,8 +2,9 @@
 //!
 //! Every shader is compiled twice: an unoptimised module is reflected, because optimising strips the names, and the
 //! optimised one is shipped. A kernel that includes `tables.glsl` also has a form for graphics cards, which not every device can run, and a
-//! shader with tables that may outgrow a binding has a form for tables in pages. Shaders are compiled in parallel, and only if one of their
-//! files has changed (`kept`). `reflect` reads SPIR-V into a small `model` and `generate` writes the model as Rust.
+//! shader with tables that may outgrow a binding has a form for tables in pages, and if it only writes some of them, a form for large ones.
+//! Shaders are compiled in parallel, and only if one of their files has changed (`kept`). `reflect` reads SPIR-V into a small `model` and
+//! `generate` writes the model as Rust.
 
 pub mod arguments;
 pub mod generate;
@@ -31,6 +32,9 @@ const TABLES: &str = "#include \"tables.glsl\"";
 /// The declaration of a table that may outgrow a binding.
 const PAGED: &str = "PAGED_";
 
+/// The declaration of such a table that is only written. Kernels with one have a form for large tables.
+const PAGED_WRITES: &str = "PAGED_WRITES";
+
 /// The most pages of such a table; `src/gpu/pages.rs` reads it from the same file.
 const MOST_PAGES: &str = include_str!("most_pages.txt");
 
@@ -39,6 +43,8 @@ const MOST_PAGES: &str = include_str!("most_pages.txt");
 enum Form {
     /// Every device.
     Plain,
+    /// Every device, for tables that are larger than a storage block: those that are only written are texel buffers, too.
+    Large,
     /// Graphics cards: tables are storage blocks, and subgroups append together.
     Card,
     /// Graphics cards; and some tables lie in pages, which shaders reach by address.
@@ -91,6 +97,9 @@ pub fn build(shaders: &Path, out: &Path) -> Result<Vec<String>, String> {
             }
             if let Some(words) = &shader.for_pages {
                 write(&out.join(shader.pages_file()), &kept::bytes(words))?;
+            }
+            if let Some(words) = &shader.for_large {
+                write(&out.join(shader.large_file()), &kept::bytes(words))?;
             }
         }
         // The self-test's handles belong to `gpu`, which does not use the simulation's structs.
@@ -155,7 +164,12 @@ fn compile(path: &Path, include: &Path, kept: &Kept) -> Result<Shader, String> {
     let name = path.display().to_string();
     let modules = kept.get_or_make(&name, &source, include, || {
         let spirv = |level, form| to_spirv(&source, &name, stage, include, (level, form, false));
-        let (plain, warnings) = spirv(OptimizationLevel::Zero, Form::Plain)?;
+        let has_large = stage == Stage::Compute && source.contains(PAGED_WRITES);
+        // In the form for large tables every table has the type that the host's arguments have.
+        let (reflected, warnings) = match has_large {
+            true => spirv(OptimizationLevel::Zero, Form::Large)?,
+            false => spirv(OptimizationLevel::Zero, Form::Plain)?,
+        };
         let (optimized, _) = spirv(OptimizationLevel::Performance, Form::Plain)?;
         let for_cards = if stage == Stage::Compute && source.contains(TABLES) {
             let (words, _) = spirv(OptimizationLevel::Zero, Form::Card)?;
@@ -166,17 +180,22 @@ fn compile(path: &Path, include: &Path, kept: &Kept) -> Result<Shader, String> {
         };
         let for_pages = if source.contains(PAGED) {
             let (words, _) = spirv(OptimizationLevel::Zero, Form::Pages)?;
-            check_pages_form(stem, stage, &plain, &words, &source)
+            check_pages_form(stem, stage, &reflected, &words, &source)
                 .map_err(|e| format!("{name}: {e}"))?;
             spirv(OptimizationLevel::Performance, Form::Pages)?.0
         } else {
             Vec::new()
+        };
+        let for_large = match has_large {
+            true => spirv(OptimizationLevel::Performance, Form::Large)?.0,
+            false => Vec::new(),
         };
         if stage == Stage::Compute && strict::must_be(path, stem) {
             for (form, words) in [
                 (Form::Plain, &optimized),
                 (Form::Card, &for_cards),
                 (Form::Pages, &for_pages),
+                (Form::Large, &for_large),
             ] {
                 let found = strict::violations(words);
                 if !found.is_empty() {
@@ -187,18 +206,20 @@ fn compile(path: &Path, include: &Path, kept: &Kept) -> Result<Shader, String> {
             }
         }
         Ok(Modules {
-            plain,
+            reflected,
             optimized,
             for_cards,
             for_pages,
+            for_large,
             warnings,
         })
     })?;
-    let mut shader = reflect::reflect(stem, stage, &modules.plain, &source)
+    let mut shader = reflect::reflect(stem, stage, &modules.reflected, &source)
         .map_err(|e| format!("{name}: {e}"))?;
     shader.optimized = modules.optimized;
     shader.for_cards = (!modules.for_cards.is_empty()).then_some(modules.for_cards);
     shader.for_pages = (!modules.for_pages.is_empty()).then_some(modules.for_pages);
+    shader.for_large = (!modules.for_large.is_empty()).then_some(modules.for_large);
     shader.warnings = modules.warnings;
     Ok(shader)
 }
@@ -222,11 +243,11 @@ fn check_card_form(stem: &str, words: &[u32], source: &str) -> Result<(), String
 fn check_pages_form(
     stem: &str,
     stage: Stage,
-    plain: &[u32],
+    reflected: &[u32],
     words: &[u32],
     source: &str,
 ) -> Result<(), String> {
-    let shader = reflect::reflect(stem, stage, plain, source)?;
+    let shader = reflect::reflect(stem, stage, reflected, source)?;
     let paged = shader.bindings.iter().filter(|binding| binding.is_paged);
     if paged
         .map(|binding| binding.number)
@@ -308,6 +329,9 @@ fn to_spirv(
     // Shaders of draws have no form for cards.
     if form == Form::Card || (form == Form::Pages && stage == Stage::Compute) {
         options.add_macro_definition("MYXO_CARD", None);
+    }
+    if form == Form::Large {
+        options.add_macro_definition("MYXO_LARGE", None);
     }
     if form == Form::Pages {
         options.add_macro_definition("MYXO_PAGES", Some(MOST_PAGES.trim()));

@@ -45,6 +45,8 @@ pub struct Shader {
     pub for_cards: Option<Vec<u32>>,
     /// The module for tables in pages, if there is one.
     pub for_pages: Option<Vec<u32>>,
+    /// The module for large tables, if there is one.
+    pub for_large: Option<Vec<u32>>,
     /// The compiler's warnings.
     pub warnings: Vec<String>,
 }
@@ -66,6 +68,11 @@ impl Shader {
     /// The file that holds the module for graphics cards.
     pub fn card_file(&self) -> String {
         format!("{}.card.spv", self.stem)
+    }
+
+    /// The file that holds the module for large tables.
+    pub fn large_file(&self) -> String {
+        format!("{}.large.spv", self.stem)
     }
 
     /// The file that holds the module for tables in pages.

@@ -33,6 +33,7 @@ pub fn reflect(stem: &str, stage: Stage, words: &[u32], text: &str) -> Result<Sh
         optimized: Vec::new(),
         for_cards: None,
         for_pages: None,
+        for_large: None,
         warnings: Vec::new(),
     };
     if stage == Stage::Compute {

@@ -121,6 +121,16 @@ fn on_a_card_particles_are_limited_by_the_lists_of_them() {
     assert!(message.contains(part), "{message}");
 }
 
+/// Catches a table that is bound as a storage block although it is larger by one particle, which a test with a device does not come near.
+#[test]
+fn tables_of_particles_are_large_if_a_storage_block_does_not_hold_them() {
+    for limit in [1 << 20, (1 << 20) + 15] {
+        let device = device(limit);
+        assert_eq!(tables(&device, 1 << 16), Tables::InOnePiece);
+        assert_eq!(tables(&device, (1 << 16) + 1), Tables::Large);
+    }
+}
+
 /// Catches a refusal that names another table than the one that is too large.
 #[test]
 fn meshes_are_refused_by_the_table_that_is_too_large() {
