@@ -41,22 +41,25 @@ layout(push_constant) uniform Params {
     uint fed_deposit;         // particles that a fed one counts as where it deposits
 } params;
 
-PAGED_CHANGES(uvec4, 0) particles;  // one an invocation
-PAGED_CHANGES(uvec4, 1) motions;  // one an invocation
-PAGED_READS(uvec4, 2) wishes;  // one an invocation
-PAGED_READS(uvec4, 3) claims;  // one an invocation
-READS(uvec4, 4) strips;
-READS(uint, 5) cells_texels;
-READS(uint, 6) goals_texels;
-READS(uint, 7) bids_texels;
-layout(std430, set = 0, binding = 8) buffer Deposits { uint deposits_block[]; };
-CHANGES(uint, 9) deposits_low;
-CHANGES(uint, 10) deposits_high;
-READS(float, 11) distances;
-layout(std430, set = 0, binding = 12) buffer FlowBlock { Flow flow[]; };
-layout(std430, set = 0, binding = 13) writeonly buffer ParticleIndices { uint particle_indices[]; };
-READS(uint, 14) plates_texels;  // may be absent
-layout(std430, set = 0, binding = 15) buffer Meals { Meal meals[]; };  // may be absent
+// Each invocation writes where it alone has read before.
+PAGED_WRITES(uvec4, 0) particles;  // one an invocation
+PAGED_WRITES(uvec4, 1) motions;  // one an invocation
+PAGED_READS(uvec4, 2) particles_before;  // one an invocation
+PAGED_READS(uvec4, 3) motions_before;  // one an invocation
+PAGED_READS(uvec4, 4) wishes;  // one an invocation
+PAGED_READS(uvec4, 5) claims;  // one an invocation
+READS(uvec4, 6) strips;
+READS(uint, 7) cells_texels;
+READS(uint, 8) goals_texels;
+READS(uint, 9) bids_texels;
+layout(std430, set = 0, binding = 10) buffer Deposits { uint deposits_block[]; };
+CHANGES(uint, 11) deposits_low;
+CHANGES(uint, 12) deposits_high;
+READS(float, 13) distances;
+layout(std430, set = 0, binding = 14) buffer FlowBlock { Flow flow[]; };
+layout(std430, set = 0, binding = 15) writeonly buffer ParticleIndices { uint particle_indices[]; };
+READS(uint, 16) plates_texels;  // may be absent
+layout(std430, set = 0, binding = 17) buffer Meals { Meal meals[]; };  // may be absent
 
 #include "strip_table.glsl"
 #include "atlas.glsl"
@@ -89,21 +92,21 @@ void main() {
     bool has_flags = SELECTS;
     has_flags = has_flags || FOOD;
     uvec4 motion = uvec4(0u);
-    if (has_flags) motion = load_paged(motions, i);
+    if (has_flags) motion = fetch_paged(motions_before, i);
     uint round = won_in(claim.x, claim.z, params.rounds + 1u);
     uvec4 moved = fetch_paged(wishes, i);
-    if (has_flags) particle = particle_of(load_paged(particles, i));
+    if (has_flags) particle = particle_of(fetch_paged(particles_before, i));
     // A step within its own cell needs no claim.
     if (claim.x == claim.y || (round != 0u && round <= params.rounds)) {
         motion.w = arrived_flags(claim.w, motion.w);
         if (SELECTS) motion.w |= selected_flag(position_of(particle_of(moved)), i);
-        store_paged(particles, i, moved);
-        if (has_flags) store_paged(motions, i, motion);
+        write_paged(particles, i, moved);
+        if (has_flags) write_paged(motions, i, motion);
     } else {
         if (round != 0u) count_one(flow[0].left_over)
         uint flags = STAYED;
         if (FOOD) flags |= fed_flags(texel_at(previous_position(), params.pitch), motion.w);
         vec2 heading = turn_of(random_words(params.seed, moved.w, params.time_step, PURPOSE_REFUSED).x);
-        store_paged(motions, i, words_of(Motion(heading.x, heading.y, 0.0, flags)));
+        write_paged(motions, i, words_of(Motion(heading.x, heading.y, 0.0, flags)));
     }
 }

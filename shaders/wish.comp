@@ -52,14 +52,15 @@ READS(uint, 7) homes_texels;
 layout(std430, set = 0, binding = 8) buffer Cells { uint cells_block[]; };
 CHANGES(uint, 9) cells_low;
 CHANGES(uint, 10) cells_high;
-WRITES(uint, 11) goals_low;
-WRITES(uint, 12) goals_high;
-READS(float, 13) bias_texels;  // may be absent
-READS(float, 14) looks_texels;  // may be absent
-layout(std430, set = 0, binding = 15) readonly buffer Shells { Shell shells[]; };
-READS(uint, 16) corners;
-READS(uvec4, 17) vertices;
-READS(vec4, 18) poses;
+layout(std430, set = 0, binding = 11) writeonly buffer Goals { uint goals_block[]; };
+WRITES(uint, 12) goals_low;
+WRITES(uint, 13) goals_high;
+READS(float, 14) bias_texels;  // may be absent
+READS(float, 15) looks_texels;  // may be absent
+layout(std430, set = 0, binding = 16) readonly buffer Shells { Shell shells[]; };
+READS(uint, 17) corners;
+READS(uvec4, 18) vertices;
+READS(vec4, 19) poses;
 
 #include "motor.glsl"
 #include "claims.glsl"
@@ -90,7 +91,7 @@ void main() {
     uint cell = texel_of(homes, texel_at(previous_position(), params.pitch));
     uint rank = rank_of(particle.id, params.salt);
     write_paged(claims, i, uvec4(goal, cell, rank, texel));
-    store_texel(goals, cell, uvec4(goal))
+    put_texel(goals, cell, goal)
     exchange_texel(cells, cell, taken_by(rank), before)
     // Of several in one cell the last to exchange its word finds another one before it, and writes after that.
     if (before != FREE) write_texel(cells, cell, SHARED_CELL)

@@ -31,6 +31,7 @@ layout(constant_id = 102) const bool OUTGROWS_BLOCK = false;
 #define texel_of(name, texel) name##_texels.at[texel]
 #define quad_of(name, quad) name##_quads.at[quad]
 #define store_texel(name, texel, value) { name##_low.at[texel] = (value).x; }
+#define put_texel(name, texel, value) { name##_block[texel] = value; }
 #define store_quad(name, quad, value) { name##_block[quad] = value; }
 #define add_to_texel(name, texel, value) { atomicAdd(name##_block[texel], value); }
 #define lower_texel(name, texel, value, before) uint before = atomicMin(name##_block[texel], value);
@@ -59,6 +60,12 @@ uint texel_in(usamplerBuffer view, uint texel) {
 // By NAME_low and NAME_high.
 #define store_texel(name, texel, value) \
     { if ((texel) < BAND) { imageStore(name##_low, int(texel), value); } else { imageStore(name##_high, int((texel) - BAND), value); } }
+
+// As store_texel, by NAME_block, or NAME_low and NAME_high.
+#define put_texel(name, texel, value) \
+    { if (OUTGROWS_BLOCK) { \
+        if ((texel) < BAND) { imageStore(name##_low, int(texel), uvec4(value)); } else { imageStore(name##_high, int((texel) - BAND), uvec4(value)); } \
+    } else { name##_block[texel] = value; } }
 
 // By NAME_block, or NAME_quads.
 #define store_quad(name, quad, value) \

@@ -214,6 +214,8 @@ impl StepKernel for Arrive {
         ArriveArgs {
             particles: &s.particles.texels,
             motions: &s.motions.texels,
+            particles_before: &s.particles.texels,
+            motions_before: &s.motions.texels,
             wishes: &crowd.wishes.texels,
             claims: &crowd.claims.texels,
             strips: &s.surface.strips,
