@@ -17,7 +17,8 @@ const SHALLOW: f64 = 1e-6;
 /// The sizes of meshes that are checked: products of lengths stay far within single precision.
 const SIZES: std::ops::Range<f64> = 1e-12..1e12;
 
-/// The pairs of triangles that go through each other, without a common corner. A mesh of more than [`MOST_CHECKED`] triangles is not checked.
+/// The pairs of triangles that go through each other, without a common corner. Meshes of more than [`MOST_CHECKED`] triangles are not
+/// checked.
 #[must_use]
 pub fn self_crossings(mesh: &Mesh) -> Crossings {
     let (low, high) = mesh.bounds();
