@@ -321,8 +321,10 @@ impl Traced {
         let away = node.places(links).into_iter().map(|at| at.distance(next));
         let nearest = away.zip(&node.texels).min_by(|a, b| a.0.total_cmp(&b.0));
         let (away, &texel) = nearest?;
-        // Along texels, as depths are: the smoothed line begins at the middle.
-        let length = away + length_of(&points[1..]);
+        // Smoothed from there on: where trail is uneven, the way over texels is rougher than those that depths go.
+        let half = half_in_texels(&self.depths, links, edge);
+        let rest = smoothed(points[1..].to_vec(), half, None);
+        let length = away + length_of(&rest);
         Some((length, self.depths[texel as usize]))
     }
 
@@ -591,12 +593,17 @@ fn course_of(
     is_ring: bool,
 ) -> Course {
     let mut course = unfolded(nodes, links, edge);
-    let halves = (edge.texels.iter()).map(|&i| depths[i as usize] / links.sides[i as usize]);
-    let half = halves.sum::<f64>() / edge.texels.len().max(1) as f64;
+    let half = half_in_texels(depths, links, edge);
     // Once round a ring, and over the glued edges that it goes over.
     let round = is_ring.then(|| course.motion(course.points.len().saturating_sub(1)));
     course.points = smoothed(course.points, half, round);
     course
+}
+
+/// How many texels it is in the mean from an edge to the border of the network.
+fn half_in_texels(depths: &[f64], links: &Links, edge: &Edge) -> f64 {
+    let halves = (edge.texels.iter()).map(|&i| depths[i as usize] / links.sides[i as usize]);
+    halves.sum::<f64>() / edge.texels.len().max(1) as f64
 }
 
 /// The length of a line of points.
