@@ -6,7 +6,7 @@ import hashlib
 import os
 import tempfile
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Optional, Union
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -156,13 +156,8 @@ def _picture(key: str, array: NDArray[Any]) -> str:
     return path
 
 
-Source = tuple[
-    Union[str, "os.PathLike[str]", None], Optional[dict[str, Any]], list[Optional[tuple[str, Arrays]]], str, Optional[str]
-]
-
-
 class SceneArguments(NamedTuple):
-    """What scene a sweep has, as `source` returns it, and what it sets there."""
+    """A scene as the compiled part takes it: a name or a path; or keys, meshes and a folder; the preset, and what is set."""
 
     scene: str | os.PathLike[str] | None
     text: dict[str, Any] | None
@@ -172,12 +167,21 @@ class SceneArguments(NamedTuple):
     settings: dict[str, Any]
 
 
-def source(scene: str | os.PathLike[str] | Mapping[str, Any] | Scene, preset: str | None) -> Source:
-    """A scene as the compiled part takes it: a name or a path; or keys, meshes and a folder; and the preset."""
+def source(
+    scene: str | os.PathLike[str] | Mapping[str, Any] | Scene, preset: str | None, settings: dict[str, Any]
+) -> SceneArguments:
+    """A scene as the compiled part takes it. `preset` takes the place of that of a `Scene`."""
     if isinstance(scene, (str, os.PathLike)):
-        return scene, None, [], "", preset
+        return SceneArguments(scene, None, [], "", _checked(preset), settings)
     made = scene if isinstance(scene, Scene) else Scene(scene)
-    return None, made.table(), made.meshes(), made.folder, made.preset if preset is None else preset
+    chosen = _checked(made.preset if preset is None else preset)
+    return SceneArguments(None, made.table(), made.meshes(), made.folder, chosen, settings)
+
+
+def _checked(preset: Any) -> str | None:
+    if preset is None or isinstance(preset, str):
+        return preset
+    raise TypeError(f"preset is a text, the name of a preset or the path of one, not {preset!r}")
 
 
 def nested(keys: Mapping[str, Any]) -> dict[str, Any]:

@@ -422,5 +422,4 @@ def _engine(
     device = None if device is None else str(device)
     if scene is None:
         return Engine(None, None, [], "", preset, values, seed, device, resume)
-    path, table, meshes, folder, preset = source(scene, preset)
-    return Engine(path, table, meshes, folder, preset, values, seed, device, resume)
+    return Engine(*source(scene, preset, values), seed, device, resume)

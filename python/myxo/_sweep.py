@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from . import _myxo, _runs
 from ._points import Point, grid, sample
-from ._scene import Scene, SceneArguments, is_picture, source, with_files
+from ._scene import Scene, is_picture, source, with_files
 
 if TYPE_CHECKING:
     import pandas
@@ -283,7 +283,7 @@ def _fixed(study: Mapping[str, Any], run: _runs.Run | None) -> dict[str, Any]:
     # Pictures of maps have names by their content.
     settings = with_files(study["settings"])
     return {
-        "scene": _myxo.identity(SceneArguments(*source(study["scene"], study["preset"]), settings)),
+        "scene": _myxo.identity(source(study["scene"], study["preset"], settings)),
         "steps": None if run else study["steps"],
         "preset": study["preset"],
         "settings": {key: _content(value) for key, value in settings.items()},
@@ -371,7 +371,7 @@ def _processes(jobs: list[dict[str, Any]]) -> tuple[int, bool]:
     device = None if jobs[0]["device"] is None else str(jobs[0]["device"])
     sizes = json.loads(_myxo.largest(_plain([job["point"] for job in jobs])))
     settings = {**with_files(jobs[0]["settings"]), **sizes}
-    scene = SceneArguments(*source(jobs[0]["scene"], jobs[0]["preset"]), settings)
+    scene = source(jobs[0]["scene"], jobs[0]["preset"], settings)
     return _myxo.processes(scene, device, jobs[0].get("picture"))
 
 
@@ -383,7 +383,7 @@ def _check_pictures(jobs: list[dict[str, Any]], executor: Any) -> None:
     # Functions may choose a view, and do other steps.
     one_view = job["run"] is None and not any("picture.show" in other["point"] for other in jobs)
     device = None if job["device"] is None else str(job["device"])
-    scene = SceneArguments(*source(job["scene"], job["preset"]), with_files(job["settings"]))
+    scene = source(job["scene"], job["preset"], with_files(job["settings"]))
     _myxo.check_pictures(scene, device, job["steps"], job["picture"], one_view, here)
 
 

@@ -168,6 +168,12 @@ def test_another_study_and_wrong_points_are_refused(whole, tmp_path):
         myxo.sweep(ANGLES, out=out, **{**STUDY, "steps": 6})
     with pytest.raises(KeyError, match="physarum.sped"):
         myxo.sweep({"physarum.sped": [1]}, out=tmp_path, **STUDY)
+    not_text = "preset is a text, the name of a preset or the path of one, not 3"
+    with pytest.raises(TypeError, match=not_text):
+        myxo.sweep(ANGLES, out=tmp_path, preset=3, **STUDY)
+    scene = myxo.Scene({"particles.count": 500}, preset=3).add("cube", "builtin:cube")
+    with pytest.raises(TypeError, match=not_text):
+        myxo.sweep(ANGLES, out=tmp_path, **{**STUDY, "scene": scene})
     with pytest.raises(ValueError, match="no points"):
         myxo.sweep([], out=tmp_path, **STUDY)
     with pytest.raises(TypeError, match="a list is needed"):

@@ -5,6 +5,7 @@ use std::fmt;
 
 use super::edges::{next, previous};
 use super::surface::NONE;
+use super::trees::MOST_CHECKED;
 use crate::plain_text::with_commas;
 
 /// The most names of a kind that a report lists.
@@ -17,6 +18,8 @@ pub struct Crossings {
     pub pairs: usize,
     /// Triangles crowd so that not all were compared: there may be more pairs.
     pub are_partial: bool,
+    /// None were compared, because the mesh has too many triangles, or is too large or too small.
+    pub are_unchecked: bool,
 }
 
 /// Sizes, topology and oddities of one mesh; printed in one line when nothing is odd.
@@ -98,7 +101,7 @@ pub struct MeshReport {
     /// Extensions of the file format that may change the shape or its place, and that are not read.
     pub unapplied_extensions: BTreeSet<String>,
     /// Pairs of triangles without a common corner that go through each other: the mesh intersects itself. Counted in files of at most
-    /// [`MOST_CHECKED`](super::trees::MOST_CHECKED) triangles.
+    /// [`MOST_CHECKED`] triangles.
     pub self_crossings: Crossings,
     /// Texture coordinates are missing at some corners, or not finite; all left out.
     pub incomplete_uvs: bool,
@@ -209,7 +212,11 @@ impl MeshReport {
                 list.push(counted(count, one, many));
             }
         }
-        let Crossings { pairs, are_partial } = self.self_crossings;
+        let Crossings {
+            pairs,
+            are_partial,
+            are_unchecked,
+        } = self.self_crossings;
         if pairs > 0 {
             list.push(format!(
                 "{}{} of triangles that go through each other: the mesh intersects itself, and walks go on inside of it",
@@ -218,9 +225,18 @@ impl MeshReport {
             ));
         } else if are_partial {
             list.push(
-                "triangles crowd so that not all were compared: those that were do not go through each other, and others may"
+                "not all pairs of triangles were compared, because too many lie together: the mesh may intersect itself"
                     .to_owned(),
             );
+        } else if are_unchecked {
+            let why = if self.triangles > MOST_CHECKED {
+                format!("there are more than {}", with_commas(MOST_CHECKED as f64))
+            } else {
+                "the mesh is too large or too small".to_owned()
+            };
+            list.push(format!(
+                "no pairs of triangles were compared, because {why}: the mesh may intersect itself"
+            ));
         }
         for name in self.unapplied_extensions.iter().take(MOST_NAMES) {
             list.push(format!("the extension {name} is not applied"));

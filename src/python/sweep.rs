@@ -36,8 +36,8 @@ pub fn check_keys(keys: Vec<String>) -> PyResult<()> {
         .map_err(|error| PyKeyError::new_err(error.to_string()))
 }
 
-/// What scene a sweep has, and what it sets there: the attributes of `SceneArguments` in `python/myxo/_scene.py`. They are as for an
-/// engine.
+/// What scene a sweep has, and what it sets there: the attributes of `SceneArguments` in `python/myxo/_scene.py`. Each is what the argument
+/// of that name is for an `Engine`.
 #[derive(FromPyObject)]
 pub struct SceneArguments<'py> {
     scene: Option<PathBuf>,
@@ -50,7 +50,7 @@ pub struct SceneArguments<'py> {
 
 impl SceneArguments<'_> {
     /// Takes the scene from Python; loading it needs Python no more.
-    fn taken(self) -> PyResult<Load> {
+    fn into_load(self) -> PyResult<Load> {
         let overrides = Overrides {
             preset: self.preset,
             set: assignments(&self.settings)?,
@@ -64,7 +64,7 @@ impl SceneArguments<'_> {
 /// What a scene is: its name and a digest of all that it has.
 #[pyfunction]
 pub fn identity(py: Python<'_>, scene: SceneArguments<'_>) -> PyResult<String> {
-    let load = scene.taken()?;
+    let load = scene.into_load()?;
     py.detach(|| sweep::identity(&load()?)).map_err(exception)
 }
 
@@ -92,7 +92,7 @@ pub fn processes(
     device: Option<String>,
     picture: Option<[u32; 2]>,
 ) -> PyResult<(usize, bool)> {
-    let load = scene.taken()?;
+    let load = scene.into_load()?;
     py.detach(|| {
         let ctx = open_device(device)?;
         let info = ctx.info();
@@ -122,7 +122,7 @@ pub fn check_pictures(
     one_view: bool,
     here: bool,
 ) -> PyResult<()> {
-    let load = scene.taken()?;
+    let load = scene.into_load()?;
     py.detach(|| {
         let ctx = here.then(|| open_device(device)).transpose()?;
         // A scene that cannot be loaded is a row with its error.

@@ -17,14 +17,18 @@ const SHALLOW: f64 = 1e-6;
 /// The sizes of meshes that are checked: products of lengths stay far within single precision.
 const SIZES: std::ops::Range<f64> = 1e-12..1e12;
 
-/// The pairs of triangles that go through each other, without a common corner; none for a mesh of more than [`MOST_CHECKED`] triangles.
+/// The pairs of triangles that go through each other, without a common corner. Meshes of more than [`MOST_CHECKED`] triangles are not
+/// checked.
 #[must_use]
 pub fn self_crossings(mesh: &Mesh) -> Crossings {
     let (low, high) = mesh.bounds();
     let size = low.as_dvec3().distance(high.as_dvec3());
     let count = mesh.corners.len();
     if count > MOST_CHECKED || !SIZES.contains(&size) {
-        return Crossings::default();
+        return Crossings {
+            are_unchecked: true,
+            ..Crossings::default()
+        };
     }
     let (nodes, faces) = tree_of(mesh);
     let shallow = SHALLOW * size;
@@ -34,6 +38,7 @@ pub fn self_crossings(mesh: &Mesh) -> Crossings {
     found.reduce(Crossings::default, |one, other| Crossings {
         pairs: one.pairs + other.pairs,
         are_partial: one.are_partial || other.are_partial,
+        are_unchecked: false,
     })
 }
 
@@ -171,7 +176,7 @@ mod tests {
             }
             let expected_crossings = Crossings {
                 pairs: expected,
-                are_partial: false,
+                ..Crossings::default()
             };
             assert_eq!(self_crossings(&both), expected_crossings, "{way}");
             assert_eq!(expected > 10, way.x < 2.0, "{way}: {expected}");
@@ -229,10 +234,14 @@ mod tests {
         for (pairs, are_partial, beginning) in [
             (3, true, "at least 3 pairs of"),
             (3, false, "3 pairs of"),
-            (0, true, "triangles crowd so that not all were compared"),
+            (0, true, "not all pairs of triangles were compared"),
         ] {
             let report = MeshReport {
-                self_crossings: Crossings { pairs, are_partial },
+                self_crossings: Crossings {
+                    pairs,
+                    are_partial,
+                    are_unchecked: false,
+                },
                 ..MeshReport::default()
             };
             let said = report.oddities();
@@ -242,6 +251,33 @@ mod tests {
             );
         }
         assert_eq!(MeshReport::default().oddities(), [""; 0]);
+    }
+
+    /// Would catch: a mesh that passes for one without crossings because it was not checked, and a reason that is not its own.
+    #[test]
+    fn meshes_that_are_not_checked_say_so() {
+        let fine = primitive::torus(362, 182, 0.4);
+        assert!(fine.corners.len() > MOST_CHECKED);
+        let mut tiny = primitive::cube(1);
+        for place in &mut tiny.positions {
+            *place *= 1e-13;
+        }
+        for (mesh, why) in [
+            (fine, "there are more than 131,072"),
+            (tiny, "the mesh is too large or too small"),
+        ] {
+            let found = self_crossings(&mesh);
+            assert!(found.are_unchecked, "{}", mesh.name);
+            let report = MeshReport {
+                self_crossings: found,
+                ..mesh.report
+            };
+            let said = report.oddities().join("; ");
+            let expected = format!(
+                "no pairs of triangles were compared, because {why}: the mesh may intersect itself"
+            );
+            assert_eq!(said, expected);
+        }
     }
 
     /// Would catch: a model that is read without the check.

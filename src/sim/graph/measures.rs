@@ -60,8 +60,8 @@ impl Graph {
     /// Measures of the graph. `surface` is the distance along the surface from one food to another, in scene radii, where there is one.
     #[must_use]
     pub fn measures(&self, surface: impl Fn(usize, usize) -> Option<f64>) -> Measures {
-        let measures = self.measures_of_lines();
         let (graph, bridges) = (self.as_petgraph(), self.bridges());
+        let measures = self.of_lines(&graph, &bridges);
         Measures {
             foods: self.between(&graph, &bridges, measures.length, surface),
             ..measures
@@ -71,14 +71,16 @@ impl Graph {
     /// As [`Self::measures`], without those between foods, which take the longest.
     #[must_use]
     pub fn measures_of_lines(&self) -> Measures {
-        let graph = self.as_petgraph();
-        let parts = connected_components(&graph);
+        self.of_lines(&self.as_petgraph(), &self.bridges())
+    }
+
+    fn of_lines(&self, graph: &UnGraph<(), f64>, bridges: &[EdgeIndex]) -> Measures {
+        let parts = connected_components(graph);
         let length: f64 = self.edges.iter().map(|edge| edge.length).sum();
         let area: f64 = self.edges.iter().map(|edge| edge.length * edge.width).sum();
         let of_degree =
             |is: fn(usize) -> bool| self.nodes.iter().filter(|node| is(node.degree)).count();
         let share = |part: f64, of: f64| if of > 0.0 { part / of } else { 0.0 };
-        let bridges = self.bridges();
         let at_risk: f64 = bridges.iter().map(|&edge| graph[edge]).sum();
         Measures {
             nodes: self.nodes.len(),

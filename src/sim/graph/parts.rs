@@ -81,7 +81,8 @@ impl Edge {
     }
 
     /// Its points, in pieces that each lie on one object, with that object, and between which it goes over a glued edge or to another
-    /// object. A step to another object is the end of the piece that it leaves.
+    /// object. A step to another object is the end of the piece that it leaves. A piece is a single point where only the last point of the
+    /// edge, or the last before a glued edge, lies on its object.
     ///
     /// # Panics
     /// If not every point has its object.

@@ -407,6 +407,55 @@ fn what_lies_within_the_width_of_a_line_is_one_node_or_none() {
     }
 }
 
+/// How many junctions and ends are left of a wide line with free ends, at an angle, and a thin branch that leaves it straight across and
+/// reaches so far from its middle. `other`, in half widths of the line: a long thin branch leaves the other side so far along the line.
+fn with_branch(
+    canvas: &Canvas,
+    half: f32,
+    degrees: u8,
+    reach: f32,
+    other: Option<f32>,
+) -> [usize; 2] {
+    const THIN: f32 = 0.016;
+    let along = Vec2::from_angle(f32::from(degrees).to_radians());
+    let graph = canvas.graph_of(half, |place| {
+        let thin = |from: Vec2, to: Vec2| from_line(place, from, to) + half - THIN;
+        let apart = 0.5 * half * other.unwrap_or_default() * along;
+        let branch = thin(-apart, (reach - THIN) * along.perp() - apart);
+        let line = from_line(place, -0.7 * along, 0.7 * along).min(branch);
+        match other {
+            Some(_) => line.min(thin(apart, apart - 0.5 * along.perp())),
+            None => line,
+        }
+    });
+    let [junctions, ends, ..] = shape(&graph).0;
+    [junctions, ends]
+}
+
+/// Would alone catch: branches that are left out although they reach far beyond the line, because the line ends somewhere; branches of
+/// unevenness that stay; and both where the junction is long and the branch does not leave its middle.
+#[test]
+fn branches_stay_from_a_reach_on_that_far_ends_do_not_change() {
+    let canvas = plane("plane");
+    let texel = canvas.texel() as f32;
+    for half in [0.04, 0.08_f32] {
+        // The bound lies a tenth of the half width and two texels beyond the line. Depths along links are up to 8 % longer than straight
+        // ways, a thin branch makes the line up to 4 % deeper where it leaves it, and a depth and an end are off by a texel.
+        let within = half + texel;
+        let beyond = 1.2 * half + 5.0 * texel;
+        for degrees in [0, 20, 45] {
+            let left =
+                |reach: f32, other: Option<f32>| with_branch(&canvas, half, degrees, reach, other);
+            let at = format!("{half}, {degrees} degrees");
+            assert_eq!(left(within, None), [0, 2], "{at}");
+            assert_eq!(left(beyond, None), [1, 3], "{at}");
+            // Both branches leave one junction, 0.8 half widths apart.
+            assert_eq!(left(within, Some(0.8)), [1, 3], "{at}");
+            assert_eq!(left(beyond, Some(0.8)), [1, 4], "{at}");
+        }
+    }
+}
+
 /// Its length, the number of glued edges that it goes over, and the longest step between its points elsewhere.
 fn over_glued(edge: &Edge) -> (f64, usize, f64) {
     let steps = edge.pieces().flat_map(|piece| piece.windows(2));

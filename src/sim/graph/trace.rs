@@ -12,6 +12,7 @@ const SPUR: f64 = 2.0;
 /// Depths, taken along links, are up to 8 % more than straight ways: what reaches no farther than this many times a depth is within it.
 const WITHIN: f64 = 1.1;
 /// Where a line ends straight across, thinning leads into both of its corners, which are so many times as far as its sides.
+/// Both are ends then, and both are short.
 const OF_CORNERS: f64 = SQRT_2;
 /// Junctions that are closer than so many texels are one, and so are those within the width of a line. From the middle of a right-angled
 /// crossing to the border of the network it is `SQRT_2` times half of that width, so that their ratio is `SQRT_2`, too.
@@ -257,53 +258,58 @@ impl Traced {
     /// Removes branches that end within the width of the line that they leave, the shortest first, as long as something branches there.
     fn remove_spurs(&mut self, links: &Links) -> bool {
         let mut degrees = self.degrees();
-        let depths = &self.depths;
-        let mut tips = vec![0; degrees.len()];
-        for edge in self.edges.iter().flatten() {
-            let [a, b] = edge.ends;
-            tips[a] += usize::from(degrees[b] == 1);
-            tips[b] += usize::from(degrees[a] == 1);
+        let branches = (0..self.edges.len()).filter_map(|edge| self.branch(links, &degrees, edge));
+        let mut spurs: Vec<Branch> = branches.collect();
+        // How many branches of each node are short enough to lead into a corner. Lines that end far away do not.
+        let mut corners = vec![0; degrees.len()];
+        for branch in &spurs {
+            corners[branch.from] += usize::from(branch.is_within(WITHIN * OF_CORNERS));
         }
-        let spurs = self.edges.iter().enumerate().filter_map(|(number, edge)| {
-            let edge = edge.as_ref()?;
-            let [end, other] = match edge.ends.map(|node| degrees[node]) {
-                // Of a spot, one of two ends is left.
-                [1, other] if other != 2 => edge.ends,
-                [other, 1] if other != 2 => [edge.ends[1], edge.ends[0]],
-                _ => return None,
-            };
-            let [last, node] = [end, other].map(|node| self.nodes[node].as_ref());
-            let (last, node) = (last?, node?);
-            // How far the branch reaches, and how far what it leaves reaches anyway.
-            let both = if degrees[other] == 1 {
-                let on_edge = edge.texels.iter().map(|&i| depths[i as usize]);
-                let widest = on_edge.fold(node.half_width.max(last.half_width), f64::max);
-                [(edge.length + node.half_width, 2.0 * widest); 2]
-            } else {
-                let begun = self.begun_at_texel(links, edge, usize::from(edge.ends[1] == other))?;
-                [(edge.length, node.half_width), begun]
-            };
-            let side = node.side(links);
-            let is_corner = degrees[other] == 3 && tips[other] > 1;
-            let within = WITHIN * if is_corner { OF_CORNERS } else { 1.0 };
-            let is_spur = both
-                .into_iter()
-                .any(|(length, anyway)| length + last.half_width < within * anyway + SPUR * side);
-            is_spur.then_some((edge.length, number, end, other))
+        spurs.retain(|branch| {
+            let is_corner = degrees[branch.from] == 3 && corners[branch.from] > 1;
+            branch.is_within(WITHIN * if is_corner { OF_CORNERS } else { 1.0 })
         });
-        let mut spurs: Vec<_> = spurs.collect();
-        spurs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        spurs.sort_by(|a, b| a.length.total_cmp(&b.length).then(a.edge.cmp(&b.edge)));
         let before = spurs.len();
-        spurs.retain(|&(_, edge, end, other)| {
-            let branches = degrees[other] == 1 || degrees[other] > 2;
+        spurs.retain(|branch| {
+            let branches = degrees[branch.from] == 1 || degrees[branch.from] > 2;
             if branches {
-                degrees[other] -= 1;
-                self.edges[edge] = None;
-                self.nodes[end] = None;
+                degrees[branch.from] -= 1;
+                self.edges[branch.edge] = None;
+                self.nodes[branch.end] = None;
             }
             branches
         });
         before > 0 && !spurs.is_empty()
+    }
+
+    /// An edge as a branch, if it has an end.
+    fn branch(&self, links: &Links, degrees: &[usize], number: usize) -> Option<Branch> {
+        let edge = self.edges[number].as_ref()?;
+        let [end, from] = match edge.ends.map(|node| degrees[node]) {
+            // Of a spot, one of two ends is left.
+            [1, other] if other != 2 => edge.ends,
+            [other, 1] if other != 2 => [edge.ends[1], edge.ends[0]],
+            _ => return None,
+        };
+        let [last, node] = [end, from].map(|node| self.nodes[node].as_ref());
+        let (last, node) = (last?, node?);
+        let ways = if degrees[from] == 1 {
+            let on_edge = edge.texels.iter().map(|&i| self.depths[i as usize]);
+            let widest = on_edge.fold(node.half_width.max(last.half_width), f64::max);
+            [(edge.length + node.half_width, 2.0 * widest); 2]
+        } else {
+            let begun = self.begun_at_texel(links, edge, usize::from(edge.ends[1] == from))?;
+            [(edge.length, node.half_width), begun]
+        };
+        Some(Branch {
+            edge: number,
+            end,
+            from,
+            length: edge.length,
+            ways: ways.map(|(length, anyway)| (length + last.half_width, anyway)),
+            more: SPUR * node.side(links),
+        })
     }
 
     /// The length of a branch from the texel of its junction at which it begins, and how far that texel is from the border of the network.
@@ -315,7 +321,10 @@ impl Traced {
         let away = node.places(links).into_iter().map(|at| at.distance(next));
         let nearest = away.zip(&node.texels).min_by(|a, b| a.0.total_cmp(&b.0));
         let (away, &texel) = nearest?;
-        let length = edge.length - node.place.distance(next) + away;
+        // Smoothed from there on: where trail is uneven, the way over texels is rougher than those that depths go.
+        let half = half_in_texels(&self.depths, links, edge);
+        let rest = smoothed(points[1..].to_vec(), half, None);
+        let length = away + length_of(&rest);
         Some((length, self.depths[texel as usize]))
     }
 
@@ -483,6 +492,28 @@ impl Traced {
     }
 }
 
+/// An edge that ends at one of its nodes.
+struct Branch {
+    edge: usize,
+    /// The node at which it ends, and that which it leaves.
+    end: usize,
+    from: usize,
+    length: f64,
+    /// How far it reaches, and how far what it leaves reaches anyway: from the middle of its junction, and from the texel there at which it
+    /// begins.
+    ways: [(f64, f64); 2],
+    /// How much farther it has to reach, scene radii.
+    more: f64,
+}
+
+impl Branch {
+    /// Does it reach no farther than so many times what it leaves?
+    fn is_within(&self, times: f64) -> bool {
+        let mut ways = self.ways.iter();
+        ways.any(|(reach, anyway)| *reach < times * anyway + self.more)
+    }
+}
+
 impl Course {
     /// Its points from an end on, as that end's node has them.
     fn begun_at(&self, end: usize) -> Vec<DVec3> {
@@ -562,12 +593,17 @@ fn course_of(
     is_ring: bool,
 ) -> Course {
     let mut course = unfolded(nodes, links, edge);
-    let halves = (edge.texels.iter()).map(|&i| depths[i as usize] / links.sides[i as usize]);
-    let half = halves.sum::<f64>() / edge.texels.len().max(1) as f64;
+    let half = half_in_texels(depths, links, edge);
     // Once round a ring, and over the glued edges that it goes over.
     let round = is_ring.then(|| course.motion(course.points.len().saturating_sub(1)));
     course.points = smoothed(course.points, half, round);
     course
+}
+
+/// How many texels it is in the mean from an edge to the border of the network.
+fn half_in_texels(depths: &[f64], links: &Links, edge: &Edge) -> f64 {
+    let halves = (edge.texels.iter()).map(|&i| depths[i as usize] / links.sides[i as usize]);
+    halves.sum::<f64>() / edge.texels.len().max(1) as f64
 }
 
 /// The length of a line of points.
