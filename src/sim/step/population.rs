@@ -395,7 +395,13 @@ impl Surroundings<'_> {
         // The middle one of nine is the cell itself.
         let places = (0..9).filter(|&place| place != 4);
         let cells = places.map(|place| self.beside(cell, place % 3 - 1, place / 3 - 1));
-        let free: Vec<u32> = cells.filter(|&beside| self.is_free(beside)).collect();
+        let mut free: Vec<u32> = Vec::new();
+        for beside in cells {
+            // Over a border or a seam several places have the same cell.
+            if self.is_free(beside) && !free.contains(&beside) {
+                free.push(beside);
+            }
+        }
         let place = chance.checked_rem(free.len() as u32)?;
         Some(free[place as usize])
     }
