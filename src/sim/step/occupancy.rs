@@ -1,9 +1,10 @@
 //! The kernels by which particles walk, one a cell: their parameters, bindings and twins.
 //!
 //! Every particle takes its cell, and claims the one that it would come to. Of those that claim a cell the lowest rank wins,
-//! once the cell is empty: a particle in it must win its own cell first, and have a lower rank. So it ends as if particles moved one after the
-//! other by their ranks, but for rows of particles that are longer than there are rounds. Those that have won nothing stay. Particles that
-//! come over from other objects claim the cells that are free after that.
+//! once the cell is empty: a particle in it must win its own cell first, and have a lower rank. So it ends as if particles moved one after
+//! the other by their ranks, but for rows of particles that are longer than there are rounds. Those that have won nothing stay. Particles
+//! that come over from other objects claim the cells that are free after that. A cell that a particle of its object claims counts as taken,
+//! also where that particle lacks a round and stays.
 
 use glam::UVec4;
 
@@ -548,8 +549,8 @@ mod tests {
         rank: u32,
     }
 
-    /// A random crowd on a ring of cells, and the number of these. In some all would come to the next cell, in others some to any; in some ranks
-    /// fall along the ring, so that rows are long; some share a cell.
+    /// A random crowd on a ring of cells, and the number of these. In some all would come to the next cell, in others some to any; in some
+    /// ranks fall along the ring, so that rows are long; some share a cell.
     fn crowd(case: u32) -> (usize, Vec<Walker>) {
         let mut drawn = 0;
         let mut below = |limit: u32| {
@@ -687,8 +688,8 @@ mod tests {
         floor.moved
     }
 
-    /// Would catch: a rule of claims by which other particles move than in rounds that are carried out, or than one after the other where there
-    /// are rounds enough; and a round that a particle lacks and that is another one.
+    /// Would catch: a rule of claims by which other particles move than in rounds that are carried out, or than one after the other where
+    /// there are rounds enough; and a number of particles that lack one round which is not that of those that the round lets move.
     #[test]
     fn particles_move_as_in_rounds_and_as_one_after_the_other() {
         const ROUNDS: [u32; 3] = [1, 3, 14];

@@ -116,7 +116,7 @@ impl Plan<'_> {
             constants: (),
             params: DivideListParams {
                 particle_count: self.particle_count(),
-                turn: self.division_words()[1],
+                offset: self.division_words()[1],
             },
         }
     }
@@ -551,7 +551,7 @@ pub fn divide_list(
         let word = IdMarks::word(particle.id);
         let mut number = ids_before[word] + IdMarks::below(id_marks[word], particle.id);
         if dividing > population.born {
-            number = (number + (dividing - params.turn % dividing)) % dividing;
+            number = (number + (dividing - params.offset % dividing)) % dividing;
         }
         if number < population.born {
             parents[number as usize] = slot;
