@@ -144,7 +144,7 @@ fn mean_difference(a: &RgbaImage, b: &RgbaImage) -> f64 {
     sum / a.as_raw().len() as f64
 }
 
-/// With several objects no texture outgrows a view or a block: the lists of distances, which do not either, are longer.
+/// Textures of several objects never outgrow a view or a block in the plain form, because lists of distances, which must not, are longer.
 #[test]
 fn large_textures_end_in_the_same_bits_as_small_ones() {
     let changes: [fn(&mut Settings); 5] = [
