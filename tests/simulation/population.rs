@@ -460,7 +460,7 @@ fn no_cell_at_a_border_or_a_seam_is_likelier_than_another() {
         let plain = Plain::of(&[], atlas);
         let has_nest = |&cell: &u32| nests[cell as usize] != NONE;
         let mut parents: Vec<u32> = Vec::new();
-        let (mut used, mut repeated) = (HashSet::new(), HashSet::new());
+        let (mut used, mut repeated) = (HashSet::<u32>::new(), HashSet::<u32>::new());
         // Of the births in one step that come to repeated cells: their expected number, its variance, and their number by places.
         let (mut mean, mut variance, mut by_places) = (0.0_f64, 0.0_f64, 0.0_f64);
         for cell in (0..nests.len() as u32).filter(has_nest) {
