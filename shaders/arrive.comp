@@ -1,8 +1,8 @@
-// arrive: particles that have won cells move there; they eat, deposit, and are selected where they enter another object. The others stay where
-// they are, with a random heading and without a deposit; they eat, if they are on food.
+// arrive: particles that have won cells move there; they eat, deposit, and are selected where they enter another object. The others stay
+// where they are, with a random heading and without a deposit; they eat, if they are on food.
 // Reads   claims, wishes, cells, goals, bids, strips, distances, plates.
-// Writes  particles and motions in place; deposits, by atomic adds; particle_indices (appended, guarded); what was eaten of meals, by atomic
-//         adds; the count of particles that would have won their cells in one more round.
+// Writes  particles and motions in place; deposits, by atomic adds; particle_indices (appended, guarded); what was eaten of meals, by
+//         atomic adds; the count of particles that would have won their cells in one more round.
 // One invocation per particle.
 // Overflow: a texel counts each particle at most once, fed ones fed_deposit times; the limits of scenes keep this below 2^32. If
 //         particle_indices is full, flow.wanted still counts, and limit_list makes a new list of the selected particles that leave.

@@ -98,14 +98,23 @@ uint cell_beside(uint cell, uint k) {
     return texel_of(homes, texel_beside(cell, int(place % 3u) - 1, int(place / 3u) - 1));
 }
 
+// Is this the first one of the eight places with its cell? Over a border or a seam several have the same.
+bool is_first(uint cell, uint k) {
+    uint beside = cell_beside(cell, k);
+    for (uint j = 0u; j < k; j += 1u) {
+        if (cell_beside(cell, j) == beside) return false;
+    }
+    return true;
+}
+
 // One of the free cells of the eight round a cell, each as likely as the others; NONE if none is free.
 uint free_beside(uint cell, uint chance) {
     uint free = 0u;
     for (uint k = 0u; k < 8u; k += 1u) {
-        if (is_free(cell_beside(cell, k))) free |= 1u << k;
+        if (is_free(cell_beside(cell, k)) && is_first(cell, k)) free |= 1u << k;
     }
     if (free == 0u) return NONE;
-    // As many go as chance has it, the first ones first.
+    // Clears the lowest set bits, a random number of them, and takes the next.
     for (uint left = chance % uint(bitCount(free)); left > 0u; left -= 1u) free &= free - 1u;
     return cell_beside(cell, uint(findLSB(free)));
 }

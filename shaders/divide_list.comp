@@ -1,5 +1,5 @@
 // divide_list: lists the particles that divide, by the number of each among these. If ids are left for some of them only, numbers begin at
-// another one in each step, so that low ids do not always come first.
+// a random one in each step, so that low ids do not always come first.
 // Reads   particles, births, id_marks, ids_before, population.
 // Writes  parents: their slots.
 // One invocation per particle.
@@ -16,7 +16,7 @@ layout(local_size_x = 256) in;
 
 layout(push_constant) uniform Params {
     uint particle_count;
-    uint turn;  // a random number of the step: the particle at which numbers begin then
+    uint offset;  // a random number of the step; its remainder is the number of the particle at which numbers begin then
 } params;
 
 PAGED_READS(uvec4, 0) particles;  // one an invocation
@@ -35,6 +35,6 @@ void main() {
     uint number = ids_before[word] + marked_below(id_marks[word], id);
     uint last = words_of_ids(params.particle_count) - 1u;
     uint dividing = ids_before[last] + uint(bitCount(id_marks[last]));
-    if (dividing > population[0].born) number = (number + (dividing - params.turn % dividing)) % dividing;
+    if (dividing > population[0].born) number = (number + (dividing - params.offset % dividing)) % dividing;
     if (number < population[0].born) store1(parents, number, i);
 }

@@ -1,7 +1,8 @@
 // land_claim: particles that come over from another object claim the cells that they would land on.
-// Reads   flow, particles, strips, homes, cells, goals, triangles, corners, vertices, poses.
-// Writes  transfers: the cell of each; bids, by atomic minima, so that no order shows. A cell is free if it was empty or has been left, and if no
-//         particle of its object claims it.
+// Reads   flow, particles, strips, homes, cells, goals, bids, triangles, corners, vertices, poses.
+// Writes  transfers: the cell of each; bids, by atomic minima, so that no order shows. A cell is free if it was empty or has been left, and
+//         if no particle of its object claims it. One that such a particle claims, but would win in a later round than the last, counts
+//         as taken: it is rare, and its bid has no room for another one.
 // One invocation per transfer.
 // Overflow: cannot happen; nothing is appended.
 
@@ -41,7 +42,8 @@ READS(vec4, 13) poses;
 #include "atlas.glsl"
 #include "transfer.glsl"
 
-// Others may claim the cell meanwhile; what they change is above any rank.
+// Other invocations lower bids meanwhile, but only to values from LANDING on, which are above any rank. So neither whether a bid is below
+// LANDING, nor whether it is some rank, depends on whether it is read before or after that.
 uint bid_of(uint cell) {
     read_texel(bids, cell, bid)
     return bid;
@@ -49,8 +51,9 @@ uint bid_of(uint cell) {
 
 #include "rows.glsl"
 
-// Can what comes over have a cell?
+// May a particle that comes over have a cell?
 bool is_open(uint cell) {
+    // A particle's bid is lower than any of a landing, and would remain in any case.
     if (bid_of(cell) < LANDING) return false;
     uint word = texel_of(cells, cell);
     if (word == FREE) return true;

@@ -1,8 +1,8 @@
 // wish: the motor stage with one particle a cell: every particle walks to where it would come to, and takes its present cell.
 // Reads   particles, strips, physarums, homes, bias and looks (gutters filled); for pulses shells, corners, vertices and poses.
-// Writes  wishes: the particle where it would come to; motions in place: as it would be there; claims: the cell there, the present cell, the
-//         rank, and the texel there; cells, by atomic minima; goals, of which it does not matter which one remains in a shared cell.
-//         Dead particles have no rank.
+// Writes  wishes: the particle where it would come to; motions in place: as it would be there; claims: the cell there, the present cell,
+//         the rank, and the texel there; cells, by atomic exchanges; a cell of several particles is marked as shared; goals, of which it
+//         does not matter which one remains in a shared cell. Dead particles have no rank.
 // One invocation per particle.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending, and the next step is so much longer.
 // Overflow: cannot happen; nothing is appended.

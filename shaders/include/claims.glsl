@@ -1,9 +1,9 @@
 // claims: what is known of a cell, an owned texel, while particles claim cells. Twin of src/sim/claims.rs.
-// Three words say it: in `cells`, which rank is in it; in `goals`, to which cell that particle would come; in `bids`, the lowest rank of those
-// that would come to it and may. A cell is won by its bid if it is empty, or if what is in it has won its own goal; so a particle wins if the
-// row of particles ahead of it ends at an empty cell. No order shows, because no two ranks are equal.
-// To a taken cell only a higher rank than that in it may come, as if particles moved one after the other by their ranks. So ranks fall along a
-// row, and it ends.
+// Three words say it: in `cells`, which rank is in it; in `goals`, to which cell that particle would come; in `bids`, the lowest rank of
+// those that would come to it and may. A cell is won by its bid if it is empty, or if what is in it has won its own goal; so a particle
+// wins if the row of particles ahead of it ends at an empty cell within the step's rounds. No order shows, because no two ranks are equal.
+// To a taken cell only a higher rank than that in it may come, as if particles moved one after the other by their ranks. So ranks fall
+// along a row, and it ends.
 
 #ifndef MYXO_CLAIMS
 #define MYXO_CLAIMS

@@ -259,8 +259,8 @@ pub struct PointerFacts {
     pub foods: Vec<(Vec3, f32)>,
     /// Seconds of the objects' motion.
     pub time: f64,
-    /// The mean of the trail where particles deposit as they do on each object, and it decays as it does there: what brushes measure by.
-    pub mean_trail: f32,
+    /// What brushes measure trail by, in trail units: its mean once it grows no more, within bounds.
+    pub trail_unit: f32,
     /// Scene radius, world units.
     pub radius: f32,
     /// Reach of signed distances, scene radii.

@@ -64,24 +64,51 @@ pub fn deposit_factor(settings: &Settings, setup: &Setup) -> f32 {
     factor_of(&settings.physarum, setup)
 }
 
-/// The mean of the trail once it grows no more, with so many particles spread evenly over all objects: on each by what is left there and by
-/// how that decays.
+/// How much trail so many particles leave in a step, spread evenly over all objects, in the mean over the surface.
+#[must_use]
+pub fn mean_deposit(settings: &Settings, setup: &Setup, particles: u32) -> f64 {
+    let deposit = deposits(settings, setup, particles);
+    mean_over_surface(settings, setup, deposit)
+}
+
+/// The mean over the surface of the trail once it grows no more, if so many particles are spread evenly over all objects, each of them
+/// leaves its deposit in every step, and what is left on an object decays as it does there. It is infinite if none of that decays.
 #[must_use]
 pub fn mean_trail(settings: &Settings, setup: &Setup, particles: u32) -> f64 {
-    let on = |object: &ObjectSettings| {
-        let decay = f64::from(settings.trail_on(object).remaining()).clamp(0.0, 0.999);
-        f64::from(settings.deposit_on(object)) * (decay / (1.0 - decay)).max(1.0)
-    };
-    // A single object has no samples.
-    let texels = (setup.distance.ranges.iter()).map(|&(first, end)| f64::from(end - first));
-    let texels = texels.chain([f64::from(setup.atlas.owned_count)]);
-    let (mut sum, mut all) = (0.0, 0.0);
-    for (object, texels) in settings.objects.iter().zip(texels) {
-        sum += texels * on(object);
-        all += texels;
-    }
+    let deposit = deposits(settings, setup, particles);
+    mean_over_surface(settings, setup, |object| {
+        let left = deposit(object);
+        let decay = f64::from(settings.trail_on(object).remaining());
+        // Without deposits there is no trail, also where it would last.
+        if left > 0.0 {
+            left * decay / (1.0 - decay)
+        } else {
+            0.0
+        }
+    })
+}
+
+/// What is left on an object in a step, as a mean over its surface.
+fn deposits(settings: &Settings, setup: &Setup, particles: u32) -> impl Fn(&ObjectSettings) -> f64 {
     let density = f64::from(particles) / f64::from(setup.atlas.owned_count.max(1));
-    f64::from(deposit_factor(settings, setup)) * density * sum / f64::max(all, 1.0)
+    let factor = density * f64::from(deposit_factor(settings, setup));
+    move |object| factor * f64::from(settings.deposit_on(object))
+}
+
+fn mean_over_surface(
+    settings: &Settings,
+    setup: &Setup,
+    value: impl Fn(&ObjectSettings) -> f64,
+) -> f64 {
+    let (mut sum, mut all) = (0.0, 0.0);
+    for (object, &area) in settings.objects.iter().zip(&setup.object_areas) {
+        // Zero times an infinite value would be no number.
+        if area > 0.0 {
+            sum += area * value(object);
+            all += area;
+        }
+    }
+    if all > 0.0 { sum / all } else { 0.0 }
 }
 
 fn factor_of(physarum: &PhysarumSettings, setup: &Setup) -> f32 {
@@ -135,8 +162,8 @@ mod tests {
         }
     }
 
-    /// Would catch: the scene's rates on an object that has others, an object that counts for another one's texels, and particles that do
-    /// not count.
+    /// Would catch: the scene's rates on an object that has others, an object that counts by its texels and not by its area, particles that
+    /// do not count, and a bound at short or long trails.
     #[test]
     fn the_mean_of_the_trail_is_by_the_rates_of_each_object() {
         let scene = |objects: &[(f32, Option<f32>)]| {
@@ -159,23 +186,45 @@ mod tests {
             settings.objects = objects.collect();
             Scene::from_settings("cubes".to_owned(), settings, "".into()).unwrap()
         };
-        let mean = |scene: &Scene, particles: u32| {
+        let means = |scene: &Scene, particles: u32| {
             let setup = Setup::new(scene).unwrap();
             let density = f64::from(particles) / f64::from(setup.atlas.owned_count);
-            mean_trail(&scene.settings, &setup, particles) / density
+            [mean_trail, mean_deposit].map(|of| of(&scene.settings, &setup, particles) / density)
+        };
+        let assert_means = |scene: &Scene, particles: u32, expected: [f64; 2]| {
+            let found = means(scene, particles);
+            for (found, expected) in found.into_iter().zip(expected) {
+                let is_near = (found - expected).abs() <= 1e-6 * expected;
+                assert!(is_near || found == expected, "{found} for {expected}");
+            }
         };
         // Three steps of deposits remain with a decay of 0.75, one with a half-life of one step.
-        let alone = scene(&[(1.0, None)]);
+        let mut alone = scene(&[(1.0, None)]);
         for particles in [1, 1000] {
-            assert!((mean(&alone, particles) - 6.0).abs() < 1e-5);
+            assert_means(&alone, particles, [6.0, 2.0]);
         }
         let same = scene(&[(1.0, None), (2.0, None)]);
-        assert!((mean(&same, 1000) - 6.0).abs() < 1e-5);
-        // Four fifths of the area have the shorter one.
-        let other = scene(&[(1.0, None), (2.0, Some(1.0))]);
-        let expected = 0.2 * 6.0 + 0.8 * 2.0;
-        let found = mean(&other, 1000);
-        assert!((found / expected - 1.0).abs() < 0.1, "{found}");
+        assert_means(&same, 1000, [6.0, 2.0]);
+        // Four fifths of the area have the shorter one, whatever their share of the texels is.
+        let mut other = scene(&[(1.0, None), (2.0, Some(1.0))]);
+        for weight in [1.0, 3.0] {
+            other.settings.objects[0].texel_weight = weight;
+            assert_means(&other, 1000, [0.2 * 6.0 + 0.8 * 2.0, 2.0]);
+        }
+        other.settings.objects[1].physarum.deposit = Some(5.0);
+        assert_means(&other, 1000, [0.2 * 6.0 + 0.8 * 5.0, 0.2 * 2.0 + 0.8 * 5.0]);
+        // It has no bounds.
+        for (decay, mean) in [
+            (0.0, 0.0),
+            (0.125, 2.0 / 7.0),
+            (1.0 - 1.0 / 8192.0, 2.0 * 8191.0),
+            (1.0, f64::INFINITY),
+        ] {
+            alone.settings.trail.decay = decay;
+            assert_means(&alone, 1000, [mean, 2.0]);
+        }
+        alone.settings.physarum.deposit = 0.0;
+        assert_means(&alone, 1000, [0.0, 0.0]);
     }
 
     /// Each of the object's own values has the effect of the scene's on that object, and none elsewhere.

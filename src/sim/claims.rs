@@ -1,5 +1,5 @@
-//! What is known of a cell, an owned texel, while particles claim cells. Twin of `shaders/include/claims.glsl`, which says what its three words
-//! mean.
+//! What is known of a cell, an owned texel, while particles claim cells. Twin of `shaders/include/claims.glsl`, which says what its three
+//! words mean.
 
 /// Several particles are in it: then it stays taken to the end of the step.
 pub const SHARED_CELL: u32 = 0;
@@ -14,7 +14,8 @@ pub const NO_RANK: u32 = u32::MAX;
 /// Added to the ranks of particles that come over from other objects: they come after all others.
 pub const LANDING: u32 = 1 << RANK_BITS;
 
-/// The rank of a particle in a step: a bijection of 28 bits, so that no two ranks are equal, made as the finalizer of MurmurHash3 (Appleby).
+/// The rank of a particle in a step: a bijection of 28 bits, so that no two ranks are equal, made as the finalizer of MurmurHash3
+/// (Appleby).
 #[must_use]
 pub fn rank_of(id: u32, salt: u32) -> u32 {
     let mut h = id.wrapping_add(salt) & RANKS;
@@ -69,7 +70,8 @@ impl Claimed<'_> {
         None
     }
 
-    /// Can a particle that comes over from another object have a cell?
+    /// May a particle that comes over from another object have a cell? Not one that a particle of its own object claims, even if that
+    /// stays because it would win the cell in a later round than the last.
     #[must_use]
     pub fn is_open(&self, cell: u32, rounds: u32) -> bool {
         let word = self.cells[cell as usize];
@@ -103,7 +105,8 @@ mod tests {
         assert_ne!(first(1), first(2));
     }
 
-    /// Would catch: a particle that gets a cell before the one in it has moved, one that comes to a shared cell, and a landing before others.
+    /// Would catch: a particle that gets a cell before the one in it has moved, one that comes to a shared cell, and a landing before
+    /// others.
     #[test]
     fn only_later_ranks_come_to_a_taken_cell() {
         let ranks = [0, 1, 2, 77, RANKS - 1, RANKS];

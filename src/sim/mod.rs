@@ -75,7 +75,7 @@ pub mod walker;
 pub mod work;
 pub mod yardstick;
 
-pub use behaviour::{deposit_factor, mean_trail};
+pub use behaviour::{deposit_factor, mean_deposit, mean_trail};
 pub use plan::{Means, Plan};
 pub use setup::{LOOKING, STARTING, Setup, atlas_options};
 pub use simulation::{

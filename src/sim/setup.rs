@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::mesh::RigidTrack;
 use crate::mesh::atlas::{Atlas, AtlasOptions, Control};
 use crate::mesh::strip::StripTriangle;
-use crate::mesh::surface::Surface;
+use crate::mesh::surface::{ObjectRange, Surface};
 use crate::rng::seed_word;
 use crate::scene::motion::Origins;
 use crate::scene::settings::Settings;
@@ -70,6 +70,8 @@ pub struct Setup {
     pub tracks: Vec<Option<RigidTrack>>,
     /// The origins of coordinates, one per object.
     pub origins: Vec<Origins>,
+    /// The surface area of each object, world units squared.
+    pub object_areas: Vec<f64>,
     /// Data for distances between objects.
     pub distance: DistanceSetup,
     /// Food and markers; a running simulation may replace them.
@@ -198,6 +200,7 @@ impl Setup {
                 .collect(),
             tracks: scene.tracks.clone(),
             origins: scene.origins.clone(),
+            object_areas: object_areas(&scene.surface),
             distance,
             surface: scene.surface.clone(),
             radius: scene.radius,
@@ -208,6 +211,17 @@ impl Setup {
             population,
         })
     }
+}
+
+fn object_areas(surface: &Surface) -> Vec<f64> {
+    let area = |range: &ObjectRange| -> f64 {
+        let (first, end) = range.triangles;
+        let shapes = surface.triangles[first as usize..end as usize].iter();
+        shapes
+            .map(|shape| 0.5 * f64::from(shape.ab) * f64::from(shape.ch))
+            .sum()
+    };
+    surface.objects.iter().map(area).collect()
 }
 
 /// Side of a texel on the object that has the largest, on average.

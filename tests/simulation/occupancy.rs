@@ -185,6 +185,12 @@ fn each_rule_has_the_same_bits_on_both_engines() {
         }
         let full = trio(|settings| settings.transfer.buffer_size = 8);
         compare(&gpu, "few transfers", &full, &[]);
+        // Many land where a particle would leave its cell in one more round.
+        let crowd = trio(|settings| {
+            settings.particles.count = 5000;
+            settings.physarum.occupancy_rounds = 1;
+        });
+        compare(&gpu, "one round for a crowd", &crowd, &[]);
         compare(
             &gpu,
             "painted",

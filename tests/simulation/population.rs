@@ -438,6 +438,82 @@ fn every_free_cell_beside_a_parent_is_as_likely() {
     }
 }
 
+/// Would catch: a cell over a border or a seam that several of the eight places round a parent have, and that is chosen so many times as
+/// often as another one.
+#[test]
+fn no_cell_at_a_border_or_a_seam_is_likelier_than_another() {
+    for mesh in ["builtin:plane?columns=8&rows=8", TORUS] {
+        let of = |count: u32| {
+            scene_of_mesh(mesh, |settings| {
+                settings.physarum.speed = 0.0;
+                settings.atlas.size = 128;
+                settings.particles.count = count;
+                let population = &mut settings.population;
+                population.frequency = 2;
+                population.capacity = 2 * count;
+                (population.division_window, population.survival_window) = (1, 1);
+                population.division_most = 1;
+            })
+        };
+        let setup = Setup::new(&of(1)).unwrap();
+        let (atlas, nests) = (&setup.atlas, &setup.nests);
+        let plain = Plain::of(&[], atlas);
+        let has_nest = |&cell: &u32| nests[cell as usize] != NONE;
+        let mut parents: Vec<u32> = Vec::new();
+        let (mut used, mut repeated) = (HashSet::<u32>::new(), HashSet::<u32>::new());
+        // Of the births in one step that come to repeated cells: their expected number, its variance, and their number by places.
+        let (mut mean, mut variance, mut by_places) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for cell in (0..nests.len() as u32).filter(has_nest) {
+            let window = plain.window(cell, 3);
+            let mut places = window.clone();
+            places.retain(|beside| *beside != cell && has_nest(beside));
+            let places_of = |cell: u32| places.iter().filter(|&&place| place == cell).count();
+            let free: HashSet<u32> = places.iter().copied().collect();
+            let several: Vec<u32> = (free.iter().copied())
+                .filter(|&beside| places_of(beside) > 1)
+                .collect();
+            if several.is_empty() || window.iter().any(|beside| used.contains(beside)) {
+                continue;
+            }
+            let share = several.len() as f64 / free.len() as f64;
+            let of_several: usize = several.iter().map(|&beside| places_of(beside)).sum();
+            mean += share;
+            variance += share * (1.0 - share);
+            by_places += of_several as f64 / places.len() as f64;
+            used.extend(window);
+            repeated.extend(several);
+            parents.push(cell);
+        }
+        // So many steps that a choice among places would be off by ten deviations.
+        let steps = (100.0 * variance / f64::powi(by_places - mean, 2)).ceil();
+        assert!(parents.len() > 10 && steps < 200.0, "{mesh}: {steps}");
+
+        let count = parents.len() as u32;
+        let mut twin = twin_of(&of(count));
+        let mut state = twin.snapshot();
+        for particle in &mut state.particles {
+            let cell = parents[(particle.id % count) as usize];
+            particle.triangle = nests[cell as usize];
+            let map = &atlas.maps[particle.triangle as usize];
+            [particle.u, particle.v] = birthplace(map, cell, atlas.pitch);
+        }
+        let mut found = 0;
+        for k in 1..=steps as u64 {
+            state.step = 2 * k;
+            twin.restore(&state);
+            twin.step();
+            let mut born = living(&twin.snapshot());
+            born.retain(|particle| particle.id >= count);
+            assert_eq!(born.len(), parents.len(), "{mesh}: step {k}");
+            let cells = (born.iter()).map(|particle| cell_of(particle, atlas, &plain.homes));
+            found += cells.filter(|cell| repeated.contains(cell)).count();
+        }
+        let off = found as f64 - steps * mean;
+        let most = 5.0 * (steps * variance).sqrt();
+        assert!(off.abs() < most, "{mesh}: {found} are {off} off");
+    }
+}
+
 /// Would catch: low ids that always divide first where ids are left for some only; two births of one parent, or fewer than there are ids;
 /// and parents that are not in the order of ids where there are enough.
 #[test]

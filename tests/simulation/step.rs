@@ -13,7 +13,7 @@ use myxo::scene::{Overrides, Scene};
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::field::{atlas_position, texel_at};
 use myxo::sim::types::Pose;
-use myxo::sim::{Setup, Simulation, Snapshot, TINY_TRAIL, twin};
+use myxo::sim::{Setup, Simulation, Snapshot, TINY_TRAIL, mean_trail, twin};
 
 fn run(gpu: &Gpu, scene: &Scene, steps: u32) -> Snapshot {
     let mut simulation = Simulation::new(&gpu.ctx, scene).unwrap();
@@ -195,6 +195,10 @@ fn a_look_holds_for_any_number_of_particles() {
             (mean - expected).abs() < 1e-3 * expected,
             "{count} particles, {size}: {mean}, not {expected}"
         );
+        // After infinitely many steps there would be more.
+        let there = 1.0 - f64::from(decay).powi(12);
+        let end = mean_trail(&scene.settings, simulation.setup(), count);
+        assert!((there * end / expected - 1.0).abs() < 1e-6, "{end}");
     }
     gpu.finish();
 }

@@ -225,8 +225,8 @@ impl Tools {
     }
 
     /// The brush for a stroke of this many seconds in all.
-    fn brush(&self, seconds: f32, mean_trail: f32) -> Option<Brush> {
-        let amount = 10.0 * self.strength * mean_trail * seconds;
+    fn brush(&self, seconds: f32, trail_unit: f32) -> Option<Brush> {
+        let amount = 10.0 * self.strength * trail_unit * seconds;
         let share = |rate: f32| 1.0 - (-rate * self.strength * seconds).exp();
         match self.tool {
             Tool::Look | Tool::Food | Tool::Pulse => None,
@@ -391,7 +391,7 @@ impl Tools {
             return;
         }
         let mut paint = |from: egui::Pos2, to: egui::Pos2, share: f32| {
-            let brush = self.brush(share * seconds, facts.pointer.mean_trail);
+            let brush = self.brush(share * seconds, facts.pointer.trail_unit);
             desk.commands.extend(brush.map(|brush| {
                 Command::Tool(ToolRequest::Stroke {
                     from: to_pixel(from),

@@ -6,9 +6,9 @@ use myxo::plain_text::Shown as _;
 use myxo::render::camera::Ray;
 use myxo::scene::motion::Origins;
 use myxo::scene::settings::PulseSettings;
-use myxo::sim::mean_trail;
 use myxo::sim::paint::{Brush, Dab};
 use myxo::sim::pulse::Pulse;
+use myxo::sim::{mean_deposit, mean_trail};
 use myxo::{Error, Result};
 
 use std::path::{Path, PathBuf};
@@ -262,7 +262,10 @@ impl Lab {
         let (settings, setup) = (simulation.settings(), simulation.setup());
         let begun = settings.particles.count;
         let particles = stage.population.map_or(begun, |now| now.living);
-        let mean = mean_trail(settings, setup, particles);
+        let trail_unit = trail_unit(
+            mean_trail(settings, setup, particles),
+            mean_deposit(settings, setup, particles),
+        );
         let size = Vec2::new(size[0] as f32, size[1] as f32);
         let view = &self.interface.document.view;
         let (poses, drawn) = (simulation.world_from_object(), stage.drawn_poses());
@@ -321,11 +324,18 @@ impl Lab {
                 })
                 .collect(),
             time: simulation.time(),
-            mean_trail: (mean as f32).clamp(1e-3, 1e4),
+            trail_unit,
             radius: setup.radius,
             reach: settings.distance.reach,
         };
     }
+}
+
+/// What brushes measure trail by: its mean, but at least what is left in a step, and at most what is left in a thousand. Trail that is gone
+/// at once has a mean of nothing, and trail that lasts one that it would not come to for long.
+fn trail_unit(mean: f64, deposit: f64) -> f32 {
+    let within = mean.max(deposit).min(1000.0 * deposit);
+    (within as f32).clamp(1e-3, 1e4)
 }
 
 /// One of `count` dabs that together do what one would.
@@ -350,6 +360,20 @@ fn share_of(brush: Brush, count: f32) -> Brush {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Would catch: brushes without effect where trail is gone at once, and one dab that covers all where nothing decays.
+    #[test]
+    fn brushes_measure_by_a_mean_within_bounds() {
+        for (mean, deposit, unit) in [
+            (6.0, 2.0, 6.0),
+            (0.0, 2.0, 2.0),
+            (f64::INFINITY, 2.0, 2000.0),
+            (f64::INFINITY, 200.0, 1e4),
+            (0.0, 0.0, 1e-3),
+        ] {
+            assert_eq!(trail_unit(mean, deposit), unit, "{mean}, {deposit}");
+        }
+    }
 
     #[test]
     fn dabs_of_a_stroke_do_together_what_one_would() {

@@ -1,9 +1,10 @@
 //! The kernels by which particles walk, one a cell: their parameters, bindings and twins.
 //!
 //! Every particle takes its cell, and claims the one that it would come to. Of those that claim a cell the lowest rank wins,
-//! once the cell is empty: a particle in it must win its own cell first, and have a lower rank. So it ends as if particles moved one after the
-//! other by their ranks, but for rows of particles that are longer than there are rounds. Those that have won nothing stay. Particles that
-//! come over from other objects claim the cells that are free after that.
+//! once the cell is empty: a particle in it must win its own cell first, and have a lower rank. So it ends as if particles moved one after
+//! the other by their ranks, but for rows of particles that are longer than there are rounds. Those that have won nothing stay. Particles
+//! that come over from other objects claim the cells that are free after that. A cell that a particle of its object claims counts as taken,
+//! also where that particle lacks a round and stays.
 
 use glam::UVec4;
 
@@ -535,5 +536,208 @@ pub fn land_settle(
             pending: 0.0,
             flags: motions[slot].flags & !Motion::SELECTED,
         };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A particle: the cell that it is in, the one that it would come to, and its rank.
+    #[derive(Clone, Copy)]
+    struct Walker {
+        cell: usize,
+        goal: usize,
+        rank: u32,
+    }
+
+    /// A random crowd on a ring of cells, and the number of these. In some all would come to the next cell, in others some to any; in some
+    /// ranks fall along the ring, so that rows are long; some share a cell.
+    fn crowd(case: u32) -> (usize, Vec<Walker>) {
+        let mut drawn = 0;
+        let mut below = |limit: u32| {
+            drawn += 1;
+            random(case, drawn, 0, Purpose::Claim)[0] % limit
+        };
+        let cells = 2 + below(23);
+        let count = 1 + below(cells);
+        let (is_straight, falls) = (below(2) == 0, below(2) == 0);
+        let salt = below(u32::MAX);
+        let mut ranks: Vec<u32> = (0..count).map(|id| rank_of(id, salt)).collect();
+        if falls {
+            ranks.sort_unstable();
+            ranks.reverse();
+        }
+        let mut taken: Vec<u32> = (0..cells).collect();
+        while taken.len() > ranks.len() {
+            let left = below(taken.len() as u32);
+            taken.remove(left as usize);
+        }
+        let mut walkers = Vec::new();
+        for (cell, rank) in taken.into_iter().zip(ranks) {
+            let goal = match is_straight || below(4) > 0 {
+                true => (cell + 1) % cells,
+                false => below(cells),
+            };
+            let cell = match is_straight || below(12) > 0 {
+                true => cell,
+                false => below(cells),
+            };
+            walkers.push(Walker {
+                cell: cell as usize,
+                goal: goal as usize,
+                rank,
+            });
+        }
+        (cells as usize, walkers)
+    }
+
+    /// The words of the cells after `wish` and `claim`: `cells`, `goals` and `bids`.
+    fn words_of(cell_count: usize, walkers: &[Walker]) -> [Vec<u32>; 3] {
+        let mut cells = vec![FREE; cell_count];
+        let mut goals = vec![0; cell_count];
+        let mut bids = vec![FREE; cell_count];
+        let mut claims = Vec::new();
+        for &Walker { cell, goal, rank } in walkers {
+            claims.push(UVec4::new(goal as u32, cell as u32, rank, 0));
+            goals[cell] = goal as u32;
+            cells[cell] = match cells[cell] {
+                FREE => taken_by(rank),
+                _ => SHARED_CELL,
+            };
+        }
+        let params = ClaimParams {
+            particle_count: walkers.len() as u32,
+        };
+        let constants = ClaimConstants::default();
+        claim(&constants, &params, &claims, &cells, &mut bids);
+        [cells, goals, bids]
+    }
+
+    /// Walkers that move one after the other, or in rounds. What moves within its cell has moved from the beginning.
+    struct Floor<'a> {
+        walkers: &'a [Walker],
+        /// The ranks that each cell held at the start.
+        first: Vec<Vec<u32>>,
+        /// How many are in each cell.
+        inside: Vec<usize>,
+        moved: Vec<bool>,
+    }
+
+    impl<'a> Floor<'a> {
+        fn new(cell_count: usize, walkers: &'a [Walker]) -> Self {
+            let mut first = vec![Vec::new(); cell_count];
+            for walker in walkers {
+                first[walker.cell].push(walker.rank);
+            }
+            Self {
+                walkers,
+                inside: first.iter().map(Vec::len).collect(),
+                first,
+                moved: (walkers.iter())
+                    .map(|walker| walker.goal == walker.cell)
+                    .collect(),
+            }
+        }
+
+        /// Does it wait for a cell that is empty? A shared one stays taken to the end.
+        fn may_move(&self, k: usize) -> bool {
+            let goal = self.walkers[k].goal;
+            !self.moved[k] && self.inside[goal] == 0 && self.first[goal].len() < 2
+        }
+
+        fn take(&mut self, k: usize) {
+            let Walker { cell, goal, .. } = self.walkers[k];
+            self.moved[k] = true;
+            self.inside[cell] -= 1;
+            self.inside[goal] += 1;
+        }
+
+        /// Of those that claim an empty cell the lowest rank has it; one that was left is for higher ranks than that in it.
+        fn take_round(&mut self) {
+            let claims = |&k: &usize| {
+                let Walker { goal, rank, .. } = self.walkers[k];
+                self.may_move(k) && self.first[goal].iter().all(|&before| rank > before)
+            };
+            let claiming: Vec<usize> = (0..self.walkers.len()).filter(claims).collect();
+            for &k in &claiming {
+                let Walker { goal, rank, .. } = self.walkers[k];
+                let mut others = claiming.iter().map(|&other| self.walkers[other]);
+                if others.all(|other| other.goal != goal || other.rank >= rank) {
+                    self.take(k);
+                }
+            }
+        }
+    }
+
+    fn by_rounds(cell_count: usize, walkers: &[Walker], rounds: u32) -> Vec<bool> {
+        let mut floor = Floor::new(cell_count, walkers);
+        for _ in 0..rounds {
+            floor.take_round();
+        }
+        floor.moved
+    }
+
+    fn one_by_one(cell_count: usize, walkers: &[Walker]) -> Vec<bool> {
+        let mut floor = Floor::new(cell_count, walkers);
+        let mut order: Vec<usize> = (0..walkers.len()).collect();
+        order.sort_unstable_by_key(|&k| walkers[k].rank);
+        for k in order {
+            if floor.may_move(k) {
+                floor.take(k);
+            }
+        }
+        floor.moved
+    }
+
+    /// Would catch: a rule of claims by which other particles move than in rounds that are carried out, or than one after the other where
+    /// there are rounds enough; and a number of particles that lack one round which is not that of those that the round lets move.
+    #[test]
+    fn particles_move_as_in_rounds_and_as_one_after_the_other() {
+        const ROUNDS: [u32; 3] = [1, 3, 14];
+        let mut left_over = [0_usize; 3];
+        let (mut shared, mut full) = (0, 0);
+        for case in 0..3000 {
+            let (cell_count, walkers) = crowd(case);
+            let [cells, goals, bids] = words_of(cell_count, &walkers);
+            let claimed = Claimed {
+                cells: &cells,
+                goals: &goals,
+                bids: &bids,
+            };
+            // What moves within its own cell needs no round.
+            let round_of = |walker: &Walker, rounds: u32| match walker.goal == walker.cell {
+                true => Some(0),
+                false => claimed.won_in(walker.goal as u32, walker.rank, rounds),
+            };
+            let moved = |rounds: u32| -> Vec<bool> {
+                let rounds = walkers.iter().map(|walker| round_of(walker, rounds));
+                rounds.map(|round| round.is_some()).collect()
+            };
+            for (rounds, left_over) in ROUNDS.into_iter().zip(&mut left_over) {
+                let ends =
+                    [rounds, rounds + 1].map(|rounds| by_rounds(cell_count, &walkers, rounds));
+                assert_eq!(moved(rounds), ends[0], "case {case}, {rounds} rounds");
+                let more = ends.map(|end| end.into_iter().filter(|&moved| moved).count());
+                let last = Some(rounds + 1);
+                let lacking = walkers
+                    .iter()
+                    .filter(|&walker| round_of(walker, rounds + 1) == last);
+                let lacking = lacking.count();
+                assert_eq!(lacking, more[1] - more[0], "case {case}, {rounds} rounds");
+                *left_over += lacking;
+            }
+            // No row is longer than there are particles.
+            let end = one_by_one(cell_count, &walkers);
+            assert_eq!(moved(walkers.len() as u32), end, "case {case}");
+            shared += usize::from(cells.contains(&SHARED_CELL));
+            full += usize::from(!cells.contains(&FREE));
+        }
+        // Rows are longer than the rounds in some, even than the most; some have shared cells, and in some all are taken.
+        assert!(
+            left_over.into_iter().all(|count| count > 5),
+            "{left_over:?}"
+        );
+        assert!(shared > 200 && full > 200, "{shared}, {full}");
     }
 }

@@ -116,7 +116,7 @@ impl Plan<'_> {
             constants: (),
             params: DivideListParams {
                 particle_count: self.particle_count(),
-                turn: self.division_words()[1],
+                offset: self.division_words()[1],
             },
         }
     }
@@ -395,7 +395,13 @@ impl Surroundings<'_> {
         // The middle one of nine is the cell itself.
         let places = (0..9).filter(|&place| place != 4);
         let cells = places.map(|place| self.beside(cell, place % 3 - 1, place / 3 - 1));
-        let free: Vec<u32> = cells.filter(|&beside| self.is_free(beside)).collect();
+        let mut free: Vec<u32> = Vec::new();
+        for beside in cells {
+            // Over a border or a seam several places have the same cell.
+            if self.is_free(beside) && !free.contains(&beside) {
+                free.push(beside);
+            }
+        }
         let place = chance.checked_rem(free.len() as u32)?;
         Some(free[place as usize])
     }
@@ -545,7 +551,7 @@ pub fn divide_list(
         let word = IdMarks::word(particle.id);
         let mut number = ids_before[word] + IdMarks::below(id_marks[word], particle.id);
         if dividing > population.born {
-            number = (number + (dividing - params.turn % dividing)) % dividing;
+            number = (number + (dividing - params.offset % dividing)) % dividing;
         }
         if number < population.born {
             parents[number as usize] = slot;

@@ -44,7 +44,7 @@ fn harness() -> Harness {
         settings.objects.push(second.clone());
     }
     harness.facts.pointer.poses = vec![Affine3A::IDENTITY; 2];
-    harness.facts.pointer.mean_trail = 10.0;
+    harness.facts.pointer.trail_unit = 10.0;
     harness.facts.pointer.radius = 1.0;
     // The window would have noted these.
     let edited = harness.interface.document.edited.clone();
