@@ -10,7 +10,7 @@ use super::food::{FoodSet, places};
 use super::looks::weights_of;
 use super::sorting::Bins;
 use super::spread_length::check_lengths;
-use super::start::{self, Masks, Starts};
+use super::start::{self, Lots, Masks, Starts};
 use super::surroundings::surroundings;
 use super::types::{Motion, Particle, Population, Pose, Vertex};
 use crate::error::Result;
@@ -141,17 +141,17 @@ impl Setup {
         } else {
             Vec::new()
         };
-        let (mut particles, mut motions) = start::start(
-            &scene.surface,
-            &Starts::of(scene, &atlas, &masks, &foods)?,
-            settings.slots(),
-            seed_word(settings.seed),
-        );
+        let starts = Starts::of(scene, &atlas, &masks, &foods)?;
+        let seed = seed_word(settings.seed);
+        let (mut particles, mut motions) =
+            start::start(&scene.surface, &starts, settings.slots(), seed);
         // The others are dead, and lie where they would have begun.
         let living = settings.particles.count as usize;
         if rules.is_crowded() {
             let both = (&mut particles[..living], &mut motions[..living]);
-            start::apart(both, &scene.surface, &atlas, &homes, control)?;
+            let lots = Lots::new(&scene.surface, &starts, seed);
+            let draw = |id, attempt| lots.draw(id, attempt);
+            start::apart(both, &scene.surface, &atlas, &homes, draw, control)?;
         }
         for motion in &mut motions[living..] {
             motion.flags = Motion::DEAD;

@@ -106,33 +106,62 @@ pub fn start(
     count: u32,
     seed: u32,
 ) -> (Vec<Particle>, Vec<Motion>) {
-    let scene = Drawer::new(surface, &starts.scene, &starts.shares);
-    let own = starts.own.iter().map(Option::as_ref);
-    let own: Vec<Option<Drawer<'_>>> = own
-        .map(|rule| rule.map(|rule| Drawer::new(surface, rule, &[])))
-        .collect();
-    let any_own = own.iter().any(Option::is_some);
-    let whole = any_own.then(|| AreaTable::with_shares(surface, None, &starts.shares));
-    let is_everywhere = matches!(starts.scene.place, StartPlace::Everywhere);
-    let stays = is_everywhere && starts.scene.object.is_none();
+    let lots = Lots::new(surface, starts, seed);
     (0..count)
         .into_par_iter()
-        .map(|id| {
-            let words = random(seed, id, 0, Purpose::Start);
-            let Some(whole) = &whole else {
-                return scene.draw(id, words);
-            };
-            let triangle = whole.triangle_at(share(words));
-            let object = surface.triangles[triangle as usize].object;
-            // New random numbers, because those that have chosen the object would favour some places on it.
-            let fresh = || random(seed, id, 1, Purpose::Start);
-            match &own[object as usize] {
-                Some(own) => own.draw(id, fresh()),
-                None if stays => scene.draw(id, words),
-                None => scene.draw(id, fresh()),
-            }
-        })
+        .map(|id| lots.draw(id, 0))
         .unzip()
+}
+
+/// Draws start places.
+pub struct Lots<'a> {
+    seed: u32,
+    surface: &'a Surface,
+    scene: Drawer<'a>,
+    own: Vec<Option<Drawer<'a>>>,
+    /// By what an object is chosen, if one has a rule of its own.
+    whole: Option<AreaTable>,
+    /// Does the scene's rule choose objects in the same way?
+    stays: bool,
+}
+
+impl<'a> Lots<'a> {
+    /// Prepares the rules.
+    #[must_use]
+    pub fn new(surface: &'a Surface, starts: &'a Starts, seed: u32) -> Self {
+        let own = starts.own.iter().map(Option::as_ref);
+        let own: Vec<Option<Drawer<'_>>> = own
+            .map(|rule| rule.map(|rule| Drawer::new(surface, rule, &[])))
+            .collect();
+        let any_own = own.iter().any(Option::is_some);
+        let is_everywhere = matches!(starts.scene.place, StartPlace::Everywhere);
+        Self {
+            seed,
+            surface,
+            scene: Drawer::new(surface, &starts.scene, &starts.shares),
+            own,
+            whole: any_own.then(|| AreaTable::with_shares(surface, None, &starts.shares)),
+            stays: is_everywhere && starts.scene.object.is_none(),
+        }
+    }
+
+    /// The start of a particle; another one with each attempt, which are counted from 0.
+    #[must_use]
+    pub fn draw(&self, id: u32, attempt: u32) -> (Particle, Motion) {
+        let words = random(self.seed, id, 2 * attempt, Purpose::Start);
+        let Some(whole) = &self.whole else {
+            return self.scene.draw(id, words);
+        };
+        let triangle = whole.triangle_at(share(words));
+        let object = self.surface.triangles[triangle as usize].object;
+        // New random numbers, because those that have chosen the object would favour some places on it.
+        let fresh = || random(self.seed, id, 2 * attempt + 1, Purpose::Start);
+        match &self.own[object as usize] {
+            Some(own) => own.draw(id, fresh()),
+            None if self.stays => self.scene.draw(id, words),
+            None => self.scene.draw(id, fresh()),
+        }
+    }
 }
 
 /// A rule with the data for drawing by it.
