@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use egui::ColorImage;
 use glam::{Affine3A, Vec2, Vec3};
-use myxo::plain_text::with_commas;
+use myxo::plain_text::{counted, with_commas};
 use myxo::render::network_lines::{NetworkLines, Sight, Viewpoint};
 use myxo::scene::motion::Origins;
 use myxo::scene::settings::ColorMap;
@@ -104,7 +104,6 @@ pub struct NetworkFacts {
 impl NetworkFacts {
     /// The measures as a line of text.
     pub fn text(&self) -> String {
-        let count = |count: usize| with_commas(count as f64);
         let Measures {
             nodes,
             edges,
@@ -113,15 +112,15 @@ impl NetworkFacts {
             ..
         } = self.measures;
         format!(
-            "step {}: {} nodes, {} edges of {length:.2} radii, {} cycles",
+            "step {}: {}, {} of {length:.2} radii, {}",
             with_commas(self.step as f64),
-            count(nodes),
-            count(edges),
-            count(cycles)
+            counted(nodes, "node", "nodes"),
+            counted(edges, "edge", "edges"),
+            counted(cycles, "cycle", "cycles")
         )
     }
 
-    /// The same as numbers, for tests.
+    /// Step and measures as numbers, for tests.
     pub fn numbers(&self) -> String {
         let Measures {
             nodes,

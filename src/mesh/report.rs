@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::edges::{next, previous};
 use super::surface::NONE;
-use crate::plain_text::with_commas;
+use crate::plain_text::counted;
 
 /// The most names of a kind that a report lists.
 const MOST_NAMES: usize = 8;
@@ -254,15 +254,6 @@ impl fmt::Display for MeshReport {
         }
         Ok(())
     }
-}
-
-/// A count with its noun.
-pub(crate) fn counted(count: usize, one: &str, many: &str) -> String {
-    format!(
-        "{} {}",
-        with_commas(count as f64),
-        if count == 1 { one } else { many }
-    )
 }
 
 fn count_parts(twins: &[u32]) -> usize {

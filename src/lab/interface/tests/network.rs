@@ -117,7 +117,8 @@ fn lines_are_where_their_object_is_while_they_are_asked_for() {
     for (at, place) in line.iter().zip(&places) {
         assert!(at.distance(*place) < 0.1, "{at:?}, not {place:?}");
     }
-    assert_eq!(harness.places_of("step 1,234: 2 nodes, 1 edges").len(), 1);
+    let text = "step 1,234: 2 nodes, 1 edge of 0.10 radii, 0 cycles";
+    assert_eq!(harness.places_of(text).len(), 1);
     // Dragged up, with its line.
     let before = line.clone();
     let up = Affine3A::from_translation(0.05 * Vec3::Y);
