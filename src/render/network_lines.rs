@@ -240,7 +240,7 @@ impl Sight {
         hiding.iter().all(|object| {
             let way = object.object_from_world.transform_point3a(stop) - object.eye;
             let length = way.length();
-            length <= 0.0 || object.rays.free(object.eye, way / length, 0.0, length) >= length
+            length <= 0.0 || object.rays.is_free(object.eye, way / length, 0.0, length)
         })
     }
 }
