@@ -31,7 +31,7 @@ impl Lab {
                 return Ok(());
             }
             if let Err(error) = self.runner.preview(&look.settings) {
-                self.interface.preview.end();
+                self.interface.preview.end_on(&look.name);
                 return self.report_unless_lost(&format!("{} is not previewed", look.name), error);
             }
         }
