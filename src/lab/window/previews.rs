@@ -17,6 +17,10 @@ impl Lab {
         self.clocks.facts.steps_of = None;
         let look = self.interface.previewed_look().filter(|_| only.is_none());
         let Some(look) = look else {
+            // A look that changes slowly waits for its kernels, too.
+            if self.interface.document.morph.is_none() {
+                self.jobs.ahead.give_up();
+            }
             return self.end_preview();
         };
         let has = |previewing: &Previewing| previewing.has(&look.settings);
