@@ -76,8 +76,11 @@ impl Lab {
 
     /// Why looks cannot be previewed on the running scene now.
     fn why_only_colors(&self) -> Option<&'static str> {
-        if self.runner.stage.is_none() || self.jobs.are_waited_for() || !self.waiting.is_empty() {
+        let loads = self.runner.stage.is_none() || self.jobs.loading.is_some();
+        if loads || !self.waiting.is_empty() {
             Some("a scene is on its way")
+        } else if self.jobs.food.is_busy() {
+            Some("food is being measured")
         } else if !self.runner.can_preview() {
             Some("the state is too large to be copied for it")
         } else if self.jobs.exports.is_busy() {
