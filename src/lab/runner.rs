@@ -19,7 +19,6 @@ use crate::lab::order::{Asked, Order, Task};
 use crate::lab::pacing::Pacer;
 use crate::lab::previewing::{MOST_BYTES, Previewing};
 use crate::lab::stage::Stage;
-use crate::lab::state_copy::StateCopy;
 use crate::room;
 
 /// Kernels that take longer are divided.
@@ -288,7 +287,7 @@ impl Runner {
 
     /// Can looks be previewed on the running state? It must be small enough to be copied.
     pub fn can_preview(&self) -> bool {
-        (self.stage.as_ref()).is_some_and(|stage| StateCopy::bytes_of(stage) <= MOST_BYTES)
+        (self.stage.as_ref()).is_some_and(|stage| stage.simulation.bytes_aside() <= MOST_BYTES)
     }
 
     /// Runs with another look until [`Self::end_preview`]. There is no preview yet.

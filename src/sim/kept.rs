@@ -126,6 +126,9 @@ pub trait Part: Sync {
         state: &State,
     ) -> Result<Option<Box<dyn PartAside>>, GpuError>;
 
+    /// How many bytes that copy takes; 0 without one.
+    fn bytes_aside(&self, state: &State) -> u64;
+
     /// Uploads it, if its buffer is [permanent].
     ///
     /// # Errors
@@ -241,6 +244,12 @@ impl Aside {
         let parts = KEPT.iter();
         let copies = parts.filter_map(|part| part.record_aside(rec, state).transpose());
         Ok(Self(copies.collect::<Result<_, _>>()?))
+    }
+
+    /// How many bytes copies of a state take.
+    #[must_use]
+    pub fn bytes_of(state: &State) -> u64 {
+        KEPT.iter().map(|part| part.bytes_aside(state)).sum()
     }
 
     /// Has the state the buffers that it had?
@@ -494,6 +503,10 @@ impl<T: Pod, D: Pod + Send> Part for Section<T, D> {
             section: self,
             copy,
         })))
+    }
+
+    fn bytes_aside(&self, state: &State) -> u64 {
+        (self.device.buffer)(state).map_or(0, Buffer::size_in_bytes)
     }
 
     fn upload(&self, ctx: &Context, state: &State, snapshot: &Snapshot) -> Result<(), GpuError> {
