@@ -95,10 +95,10 @@ pub struct NetworkFacts {
     pub lines: NetworkLines,
     /// Finds what the scene's objects hide of them.
     pub sight: Arc<Sight>,
-    /// From where they were looked at first.
+    /// From where it was first found which of their points are visible.
     pub from: Viewpoint,
-    /// Which of their points were seen from there.
-    pub seen: Vec<bool>,
+    /// Which they were.
+    pub visible: Vec<bool>,
 }
 
 impl NetworkFacts {
@@ -196,8 +196,10 @@ pub struct Facts {
     pub loading: Option<LoadingFacts>,
     /// Facts for the tools.
     pub pointer: PointerFacts,
-    /// The network, while its lines are shown and once it is found.
+    /// The network, while its lines are shown and once it is found. None while the scene runs with a look that is previewed.
     pub network: Option<Arc<NetworkFacts>>,
+    /// Does the scene run with a look that is previewed?
+    pub runs_preview: bool,
     /// Recordings and exports under way.
     pub exports: ExportFacts,
     /// The colours of the picture, if there is one; for tests.

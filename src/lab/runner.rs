@@ -304,14 +304,13 @@ impl Runner {
         both.is_some_and(|(previewing, stage)| previewing.has_stepped(stage))
     }
 
-    /// Ends the preview: everything is as before it. Returns false if there was none.
-    pub fn end_preview(&mut self) -> Result<bool> {
+    /// Ends the preview: everything is as before it. Returns the preview, if there was one.
+    pub fn end_preview(&mut self) -> Result<Option<Previewing>> {
         let (Some(previewing), Some(stage)) = (&self.previewing, &mut self.stage) else {
-            return Ok(false);
+            return Ok(None);
         };
         previewing.end(stage, &mut self.frames)?;
-        self.previewing = None;
-        Ok(true)
+        Ok(self.previewing.take())
     }
 
     /// Keeps the state that is about to be left, as it was `shown`; also one that has hardly grown, if it is left to go back to

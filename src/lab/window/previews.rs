@@ -38,6 +38,10 @@ impl Lab {
                 self.interface.preview.end_on(&look.name);
                 return self.report_unless_lost(&format!("{} is not previewed", look.name), error);
             }
+            if let Some(previewing) = &mut self.runner.previewing {
+                previewing.network = self.clocks.facts.network.take();
+                self.clocks.facts.runs_preview = true;
+            }
         }
         if self.runner.has_preview_stepped() {
             self.clocks.facts.steps_of = Some(look.name);
@@ -68,9 +72,12 @@ impl Lab {
         if self.runner.previewing.is_some() {
             self.finish_steps()?;
         }
-        if self.runner.end_preview()? {
+        if let Some(previewing) = self.runner.end_preview()? {
+            self.clocks.facts.network = previewing.network;
             self.host.request_redraw();
         }
+        // One may also have ended with its stage.
+        self.clocks.facts.runs_preview = false;
         Ok(())
     }
 
