@@ -128,9 +128,9 @@ impl NetworkOverlay {
         };
         let Place { corner, size } = window.picture;
         let scale = window.pixels_per_point;
-        let [corner, size, taken] =
+        let [corner, size, canvas] =
             [corner, size, view.size].map(|[x, y]| Vec2::new(x as f32, y as f32));
-        let first = corner + (0.5 * (size - taken)).trunc();
+        let first = corner + (0.5 * (size - canvas)).trunc();
         let at = |pixel: &Vec2| {
             let at = (first + *pixel) / scale;
             pos2(at.x, at.y)
@@ -140,7 +140,7 @@ impl NetworkOverlay {
             vec2(size.x / scale, size.y / scale),
         );
         let dark = (255.0 * (1.0 - DIMMED)).round() as u8;
-        let strokes = (found.lines).strokes(&self.visible, &view.from, &view.camera, taken);
+        let strokes = (found.lines).strokes(&self.visible, &view.from, &view.camera, canvas);
         let marks = strokes.marks().map(|mark| match mark {
             Mark::Line {
                 points,

@@ -2,7 +2,7 @@
 //! the frame has finished; and of the state on the device, for the way back.
 
 use super::super::buffers;
-use super::super::kept::{Aside, BufferCopy, Copies, put_aside};
+use super::super::kept::{BufferCopy, Copies, DeviceCopies, copy_on_device};
 use super::super::snapshot::{Distances, Snapshot};
 use super::Simulation;
 use crate::error::{Error, Result};
@@ -79,7 +79,7 @@ pub struct StateAside {
     settings: Settings,
     /// The parts on the host.
     host: Snapshot,
-    parts: Aside,
+    parts: DeviceCopies,
     /// The sum of all scents, if there is food. It follows from the amounts that are left, and takes long to find on the host.
     scent: Option<Buffer<f32>>,
 }
@@ -92,11 +92,13 @@ impl Simulation {
     /// No memory.
     pub fn record_aside(&self, rec: &mut Recorder) -> Result<StateAside> {
         let food = self.state.food.as_ref();
-        let scent = food.map(|food| put_aside(rec, &food.scent)).transpose()?;
+        let scent = food
+            .map(|food| copy_on_device(rec, &food.scent))
+            .transpose()?;
         Ok(StateAside {
             settings: self.settings().clone(),
             host: self.course.snapshot(),
-            parts: Aside::record(rec, &self.state)?,
+            parts: DeviceCopies::record(rec, &self.state)?,
             scent,
         })
     }
@@ -106,7 +108,7 @@ impl Simulation {
     pub fn bytes_aside(&self) -> u64 {
         let food = self.state.food.as_ref();
         let scent = food.map_or(0, |food| food.scent.size_in_bytes());
-        Aside::bytes_of(&self.state) + scent
+        DeviceCopies::bytes_of(&self.state) + scent
     }
 
     /// Records the way back to a state of this simulation. All recorded steps must have been submitted, and the settings of that time
