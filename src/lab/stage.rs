@@ -788,9 +788,7 @@ mod tests {
         let Some((ctx, mut stage)) = trio() else {
             return;
         };
-        let mut settings = stage.simulation.settings().clone();
-        settings.objects[1].motion.spin = [0.0, 50.0, 0.0];
-        stage.simulation.apply(&settings).unwrap();
+        // One of its objects swings.
         let mut frames = Frames::new(&ctx, 1).unwrap();
         let view = View::of(&stage.scene, Vec2::new(64.0, 48.0));
         let seen = |stage: &Stage| stage.picture_view().expect("there is a picture").clone();
