@@ -1,5 +1,5 @@
-//! The lines of the network over the picture. They are drawn by the camera and the poses of the picture that they lie on, and only again when
-//! those, or what objects hide, have changed.
+//! The lines of the network over the picture. They are drawn by the camera and the poses of the picture that they lie on, and only again
+//! when those, or what objects hide, have changed.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -275,8 +275,8 @@ mod tests {
         pixels.collect()
     }
 
-    /// Would catch: lines beside their places, on an object that has moved or is hidden, and beside a picture that is larger or smaller than
-    /// its place.
+    /// Would catch: lines beside their places, on an object that has moved or is hidden, and beside a picture that is larger or smaller
+    /// than its place.
     #[test]
     fn lines_are_where_the_picture_has_their_object() {
         let (found, view, pixels) = network();
@@ -311,8 +311,8 @@ mod tests {
         assert!(overlay.shapes(&view, WINDOW).is_empty());
     }
 
-    /// Would catch: points that are never tested, or again and again; a frame that tests all though its time is over; and lines that are made
-    /// again though nothing has changed, or not though a point has come into sight.
+    /// Would catch: points that are never tested, or again and again; a frame that tests all though its time is over; and lines that are
+    /// made again though nothing has changed, or not though a point has come into sight.
     #[test]
     fn points_are_tested_in_batches_and_lines_are_made_when_they_change() {
         let (found, view, _) = network();

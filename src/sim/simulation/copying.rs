@@ -116,8 +116,8 @@ impl Simulation {
     /// first time since then stay.
     ///
     /// # Errors
-    /// When the settings are not those of that time, or buffers have other sizes than then. Then nothing has changed. When the device cannot
-    /// run a kernel.
+    /// When the settings are not those of that time, or buffers have other sizes than then. Then nothing has changed. When the device
+    /// cannot run a kernel.
     pub fn record_back(&mut self, rec: &mut Recorder, aside: &StateAside) -> Result<()> {
         if *self.settings() != aside.settings {
             return Err(Error::Invalid(
