@@ -144,6 +144,20 @@ pub fn with_commas(value: f64) -> String {
     text
 }
 
+/// A count with its noun.
+///
+/// ```
+/// use myxo::plain_text::counted;
+///
+/// assert_eq!(counted(1, "edge", "edges"), "1 edge");
+/// assert_eq!(counted(1234, "edge", "edges"), "1,234 edges");
+/// ```
+#[must_use]
+pub fn counted(count: usize, one: &str, many: &str) -> String {
+    let noun = if count == 1 { one } else { many };
+    format!("{} {noun}", with_commas(count as f64))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -42,4 +42,39 @@ impl Ahead {
         self.making = Some((settings.clone(), job));
         false
     }
+
+    /// No kernels are wanted. The thread ends after the one that it is compiling.
+    pub fn give_up(&self) {
+        if let Some((_, job)) = &self.making {
+            job.cancel();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lab::on_device::{SMALL, context, stage};
+    use std::thread::sleep;
+    use std::time::{Duration, Instant};
+
+    /// Would catch: kernels that go on being compiled when no look is pointed at, and a look that is never ready after that.
+    #[test]
+    fn kernels_that_were_given_up_are_made_when_they_are_wanted_again() {
+        let Some(ctx) = context() else { return };
+        let stage = stage(&ctx, "cube", &SMALL);
+        let mut settings = stage.simulation.settings().clone();
+        settings.physarum.sensor_noise = 1.0;
+        let mut ahead = Ahead::default();
+        assert!(!ahead.are_made(&stage.simulation, &settings));
+        ahead.give_up();
+        let (_, job) = ahead.making.as_ref().expect("its thread may still work");
+        assert!(job.is_cancelled());
+        let begun = Instant::now();
+        while !ahead.are_made(&stage.simulation, &settings) {
+            assert!(begun.elapsed() < Duration::from_secs(60), "it hangs");
+            sleep(Duration::from_millis(1));
+        }
+        assert_eq!(ctx.messages(), [""; 0]);
+    }
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use egui::ColorImage;
 use glam::{Affine3A, Vec2, Vec3};
-use myxo::plain_text::with_commas;
+use myxo::plain_text::{counted, with_commas};
 use myxo::render::network_lines::{NetworkLines, Sight, Viewpoint};
 use myxo::scene::motion::Origins;
 use myxo::scene::settings::ColorMap;
@@ -95,16 +95,15 @@ pub struct NetworkFacts {
     pub lines: NetworkLines,
     /// Finds what the scene's objects hide of them.
     pub sight: Arc<Sight>,
-    /// From where they were looked at first.
+    /// From where it was first found which of their points are visible.
     pub from: Viewpoint,
-    /// Which of their points were seen from there.
-    pub seen: Vec<bool>,
+    /// Which they were.
+    pub visible: Vec<bool>,
 }
 
 impl NetworkFacts {
     /// The measures as a line of text.
     pub fn text(&self) -> String {
-        let count = |count: usize| with_commas(count as f64);
         let Measures {
             nodes,
             edges,
@@ -113,15 +112,15 @@ impl NetworkFacts {
             ..
         } = self.measures;
         format!(
-            "step {}: {} nodes, {} edges of {length:.2} radii, {} cycles",
+            "step {}: {}, {} of {length:.2} radii, {}",
             with_commas(self.step as f64),
-            count(nodes),
-            count(edges),
-            count(cycles)
+            counted(nodes, "node", "nodes"),
+            counted(edges, "edge", "edges"),
+            counted(cycles, "cycle", "cycles")
         )
     }
 
-    /// The same as numbers, for tests.
+    /// Step and measures as numbers, for tests.
     pub fn numbers(&self) -> String {
         let Measures {
             nodes,
@@ -197,8 +196,10 @@ pub struct Facts {
     pub loading: Option<LoadingFacts>,
     /// Facts for the tools.
     pub pointer: PointerFacts,
-    /// The network, while its lines are shown and once it is found.
+    /// The network, while its lines are shown and once it is found. None while the scene runs with a look that is previewed.
     pub network: Option<Arc<NetworkFacts>>,
+    /// Does the scene run with a look that is previewed?
+    pub runs_preview: bool,
     /// Recordings and exports under way.
     pub exports: ExportFacts,
     /// The colours of the picture, if there is one; for tests.

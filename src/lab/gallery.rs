@@ -238,7 +238,7 @@ impl Gallery {
             let is_taken = |preset: &Builtin| taken.as_deref() == Some(preset.name);
             let only = desk.facts.only_colors;
             if let Some(preset) = self.cards(ui, PRESETS, is_taken, Some(only)) {
-                preview.take(preset.name);
+                preview.end_on(preset.name);
                 looks.take_preset(ui.ctx(), preset.name, preset.text, desk);
             }
         });
@@ -447,7 +447,7 @@ impl Gallery {
             }
         });
         if let Some((name, text)) = taken {
-            preview.take(&name);
+            preview.end_on(&name);
             looks.take_preset(ui.ctx(), &name, &text, desk);
         }
     }

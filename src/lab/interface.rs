@@ -7,7 +7,7 @@
 use std::time::Duration;
 
 use egui::{Rect, Sense, Ui};
-use glam::{Affine3A, Vec2, Vec3};
+use glam::Vec2;
 use myxo::scene::Scene;
 
 use crate::lab::actions::{Action, FLAT, NO_LINES, pressed};
@@ -23,7 +23,6 @@ use crate::lab::layout::{Card, Layout, move_beside};
 use crate::lab::looks::Looks;
 use crate::lab::marks::Marks;
 use crate::lab::navigation::{Moved, Navigation};
-use crate::lab::network_overlay::NetworkOverlay;
 use crate::lab::notices::{HOW_BACK, HOW_DRIFT_ENDS, Notices};
 use crate::lab::opening::{EVERYTHING, Opening};
 use crate::lab::overlays::{show_ending, show_help, show_loading, show_previewed, status_line};
@@ -38,7 +37,6 @@ use crate::lab::tools::{self, Tool, Tools};
 use crate::lab::views::{choose_view, note_view};
 use crate::lab::widgets::{take_pointed, take_refused};
 use crate::own_presets::with_preset;
-use myxo::render::network_lines::Viewpoint;
 use myxo::render::{Camera, View};
 use myxo::scene::settings::{Settings, Show};
 
@@ -74,8 +72,6 @@ pub struct Interface {
     pub notices: Notices,
     /// Drifts from look to look.
     pub autopilot: Autopilot,
-    /// The network's lines.
-    network: NetworkOverlay,
     /// Is the key held?
     shift: bool,
     /// The camera of the last frame, and since when it has been there.
@@ -112,7 +108,6 @@ impl Interface {
             exports: ExportPanel::default(),
             notices: Notices::default(),
             autopilot: Autopilot::default(),
-            network: NetworkOverlay::default(),
             shift: false,
             camera: (Camera::default(), 0.0),
         };
@@ -291,7 +286,9 @@ impl Interface {
         if let Some(pixel) = moved.refocus {
             desk.commands.push(Command::Refocus(pixel));
         }
-        self.show_network(ui, picture, facts);
+        if let Some(found) = facts.network.as_ref().filter(|_| self.shows_network()) {
+            note_value(&ctx, "network", || found.numbers());
+        }
         let desk = desk!(self, facts, &mut actions, &mut commands);
         self.tools.show(ui, picture, &desk);
         if !desk.layout.alone {
@@ -356,28 +353,6 @@ impl Interface {
     /// Are the network's lines shown over the picture?
     pub fn shows_network(&self) -> bool {
         self.layout.network && !self.document.view.show.is_flat()
-    }
-
-    /// Draws the network's lines over the picture, once they are found.
-    fn show_network(&mut self, ui: &Ui, picture: Rect, facts: &Facts) {
-        let shows = self.shows_network();
-        let Some(found) = facts.network.as_ref().filter(|_| shows) else {
-            self.network.clear();
-            return;
-        };
-        note_value(ui.ctx(), "network", || found.numbers());
-        let document = &self.document;
-        let marks = document.marks.of_running(&document.running.objects);
-        let camera = self.navigation.shown(&document.view.camera);
-        let scales = self.scales().into_iter().chain(std::iter::repeat(1.0));
-        let poses = facts.pointer.poses.iter().zip(scales);
-        let poses = poses.map(|(pose, scale)| *pose * Affine3A::from_scale(Vec3::splat(scale)));
-        let from = Viewpoint {
-            eye: camera.eye(),
-            poses: poses.collect(),
-            hidden: marks.hidden,
-        };
-        self.network.show(ui, picture, found, &camera, from);
     }
 
     /// The axes were dragged or clicked, beside a picture of this size.

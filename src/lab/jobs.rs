@@ -55,7 +55,7 @@ impl Jobs {
         for loading in self.loading.iter_mut().chain(&mut self.replaced) {
             loading.leave_device();
         }
-        self.network.rest();
+        self.network.leave_device();
     }
 
     /// The scene that has loaded, or why it has not.

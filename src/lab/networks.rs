@@ -5,9 +5,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use glam::Affine3A;
 use myxo::gpu::Recorder;
 use myxo::render::network_lines::{NetworkLines, Sight, Viewpoint};
 use myxo::sim::TrailCopy;
+use myxo::sim::food::FoodPlace;
 use myxo::sim::graph::graph_of;
 use myxo::{Error, Result};
 
@@ -18,63 +20,61 @@ use crate::room;
 
 /// From one copy of the trail to the next at the least.
 const INTERVAL: Duration = Duration::from_secs(1);
-/// How often the window looks whether the network is found, if nothing else happens.
-const LOOKS_AGAIN: Duration = Duration::from_millis(50);
-/// How often the thread looks whether the trail has come.
+/// How often the window asks whether the network is found, if nothing else happens.
+const ASKS_EVERY: Duration = Duration::from_millis(50);
+/// How often the thread asks whether the trail has come.
 const ARRIVES_WITHIN: Duration = Duration::from_millis(2);
 /// Points of lines lie a texel apart. The window draws lines in each frame, and every third point will do: where lines bend the most, that
 /// is less than half a texel beside them.
 const STRIDE: usize = 3;
+/// Lines of more points than about this many are coarser, because a frame draws all that are in the picture.
+const MOST_POINTS: usize = 40_000;
 
 /// About what finding a graph takes on the host where the network covers a third of the surface: 14 bytes a texel for its trail and
 /// bitmaps, and 200 for each texel of the network, with the list of those beside it.
 const BYTES_A_TEXEL: u64 = 80;
+/// What finding hidden points takes: corners, two nodes of the tree, and an index.
+const BYTES_A_TRIANGLE: u64 = 116;
 
-/// Which state it is of those that a stage goes through.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct State {
+/// What a graph is found from. A state that goes on, or is painted, has another trail.
+#[derive(Clone, Debug, PartialEq)]
+struct Source {
     step: u64,
-    changes: u64,
+    painted: u64,
     replaced: u64,
+    poses: Vec<Affine3A>,
+    foods: Vec<FoodPlace>,
 }
 
-impl State {
+impl Source {
     fn of(stage: &Stage) -> Self {
+        let simulation = &stage.simulation;
         Self {
-            step: stage.simulation.step(),
-            changes: stage.changes,
+            step: simulation.step(),
+            painted: stage.painted,
             replaced: stage.replaced,
+            poses: simulation.world_from_object(),
+            foods: simulation.food_places().to_vec(),
         }
     }
 }
 
-/// A trail on its way to the thread. None once the thread has it on the host, and once it was given up.
-type Coming = Arc<Mutex<Option<TrailCopy>>>;
+/// The trail that a thread waits for, or copies to the host. None once it has it there, and once the device was left.
+type SharedTrail = Arc<Mutex<Option<TrailCopy>>>;
 
 /// A network that is being found.
 struct Finding {
     job: Job<NetworkFacts>,
-    coming: Coming,
+    trail: SharedTrail,
     begun: Instant,
-    is_wanted: bool,
-}
-
-impl Finding {
-    /// What comes of it is not wanted any more. The thread has nothing of the device from then on.
-    fn give_up(&mut self) {
-        self.is_wanted = false;
-        self.job.cancel();
-        let mut coming = self.coming.lock().unwrap_or_else(PoisonError::into_inner);
-        *coming = None;
-    }
 }
 
 /// Finds the network of a stage's state, one after the other.
 #[derive(Default)]
 pub struct Networks {
     finding: Option<Finding>,
-    /// The state whose trail was copied last.
-    copied: Option<State>,
+    /// What the trail was copied of last.
+    copied: Option<Source>,
     /// While the state goes on, no other is copied before.
     rests_until: Option<Instant>,
     /// Finds what the scene's objects hide, once it is made.
@@ -82,15 +82,15 @@ pub struct Networks {
 }
 
 impl Networks {
-    /// When the window has to look again, though nothing else happens. None if the network of the state is found.
+    /// When the window has to ask again, though nothing else happens. None if the network of the state is found.
     pub fn due(&self, stage: &Stage, now: Instant) -> Option<Instant> {
         if self.finding.is_some() {
-            return Some(now + LOOKS_AGAIN);
+            return Some(now + ASKS_EVERY);
         }
-        let state = State::of(stage);
-        match self.copied {
-            Some(copied) if copied == state => None,
-            Some(copied) if copied.replaced == state.replaced => Some(
+        let source = Source::of(stage);
+        match &self.copied {
+            Some(copied) if *copied == source => None,
+            Some(copied) if copied.replaced == source.replaced => Some(
                 self.rests_until
                     .map_or(now, |rests_until| rests_until.max(now)),
             ),
@@ -104,7 +104,7 @@ impl Networks {
         self.finding.is_none() && self.due(stage, now).is_some_and(|due| due <= now)
     }
 
-    /// Records a copy of the trail as it is now, and begins to find its network. Its lines are first looked at from there.
+    /// Records a copy of the trail as it is now, and begins to find its network, and which of its points are visible from there.
     pub fn begin(
         &mut self,
         rec: &mut Recorder,
@@ -112,38 +112,46 @@ impl Networks {
         from: Viewpoint,
         now: Instant,
     ) -> Result<()> {
-        let state = State::of(stage);
+        let source = Source::of(stage);
         let setup = stage.simulation.shared_setup();
-        room::check_copy(BYTES_A_TEXEL * setup.atlas.texel_count() as u64)?;
+        let sight = self.sight.clone();
+        let triangles = match sight {
+            Some(_) => 0,
+            None => setup.surface.corners.len(),
+        };
+        let texels = setup.atlas.texel_count();
+        room::check_copy(BYTES_A_TEXEL * texels as u64 + BYTES_A_TRIANGLE * triangles as u64)?;
         let copy = stage.simulation.record_trail(rec)?;
-        let coming: Coming = Arc::new(Mutex::new(Some(copy)));
-        let poses = stage.simulation.world_from_object();
-        let (sight, taken) = (self.sight.clone(), Arc::clone(&coming));
+        let trail: SharedTrail = Arc::new(Mutex::new(Some(copy)));
+        let shared = Arc::clone(&trail);
+        let poses = source.poses.clone();
+        let (step, replaced) = (source.step, source.replaced);
         let job = Job::begin("finding the network", move |handle| {
-            let trail = arrived(&taken, handle)?;
+            let trail = wait_for(&shared, handle)?;
             let graph = graph_of(&trail, &setup, &poses);
             drop(trail);
-            let lines = NetworkLines::new(&graph, &setup, &poses, STRIDE);
+            let points: usize = graph.edges.iter().map(|edge| edge.points.len()).sum();
+            let stride = STRIDE.max(points.div_ceil(MOST_POINTS));
+            let lines = NetworkLines::new(&graph, &setup, &poses, stride);
             let sight = sight.unwrap_or_else(|| Arc::new(Sight::new(&setup)));
-            let mut seen = vec![false; lines.count()];
-            lines.look(&sight, &from, 0..lines.count(), &mut seen);
+            let mut visible = vec![false; lines.count()];
+            lines.find_visible(&sight, &from, 0..lines.count(), &mut visible);
             Ok(NetworkFacts {
-                step: state.step,
-                replaced: state.replaced,
+                step,
+                replaced,
                 measures: graph.measures_of_lines(),
                 lines,
                 sight,
                 from,
-                seen,
+                visible,
             })
         });
         self.finding = Some(Finding {
             job,
-            coming,
+            trail,
             begun: now,
-            is_wanted: true,
         });
-        self.copied = Some(state);
+        self.copied = Some(source);
         self.rests_until = Some(now + INTERVAL);
         Ok(())
     }
@@ -151,7 +159,10 @@ impl Networks {
     /// The network, once, when it is found, or why it is not. What was found of a state in whose place another one has come is dropped.
     pub fn take(&mut self, stage: &Stage, now: Instant) -> Option<Result<Arc<NetworkFacts>>> {
         let result = self.finding.as_mut()?.job.take()?;
-        let finding = self.finding.take().filter(|finding| finding.is_wanted)?;
+        let finding = self.finding.take()?;
+        if finding.job.is_cancelled() {
+            return None;
+        }
         // One that takes long leaves as much time to everything else.
         let took = now.saturating_duration_since(finding.begun);
         self.rests_until = self.rests_until.max(Some(now + took));
@@ -163,23 +174,42 @@ impl Networks {
         (found.replaced == stage.replaced).then(|| Ok(Arc::new(found)))
     }
 
-    /// No network is wanted, or the stage or the device goes. A thread at work ends by itself; until then no other begins.
-    pub fn rest(&mut self) {
+    /// No network is wanted. A thread at work ends by itself, and is not waited for; until then no other begins.
+    pub fn give_up(&mut self) {
         self.finding.take_if(|finding| {
-            finding.give_up();
+            finding.job.cancel();
             finding.job.has_ended()
         });
-        (self.copied, self.rests_until, self.sight) = (None, None, None);
+        (self.copied, self.rests_until) = (None, None);
+    }
+
+    /// The stage goes, and its surfaces with it.
+    pub fn forget_scene(&mut self) {
+        self.give_up();
+        self.sight = None;
+    }
+
+    /// From then on no thread has anything of the device. Waits for one that copies the trail from there.
+    pub fn leave_device(&mut self) {
+        self.forget_scene();
+        if let Some(finding) = &self.finding {
+            let mut trail = (finding.trail.lock()).unwrap_or_else(PoisonError::into_inner);
+            *trail = None;
+        }
     }
 }
 
 /// Waits for the trail. It is an error if it does not come, because it was given up.
-fn arrived(coming: &Mutex<Option<TrailCopy>>, handle: &Handle) -> Result<Vec<f32>> {
+fn wait_for(shared: &Mutex<Option<TrailCopy>>, handle: &Handle) -> Result<Vec<f32>> {
     loop {
-        let mut copy = coming.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut copy = shared.lock().unwrap_or_else(PoisonError::into_inner);
+        if handle.is_cancelled() {
+            // Its buffers are freed here.
+            *copy = None;
+        }
         let is_there = match &mut *copy {
-            Some(copy) if !handle.is_cancelled() => copy.is_there(),
-            _ => return Err(Error::Invalid("it was given up".to_owned())),
+            Some(copy) => copy.is_there(),
+            None => return Err(Error::Invalid("it was given up".to_owned())),
         };
         // It stays locked until its buffers are free.
         if let Some(copy) = copy.take_if(|_| is_there) {
@@ -195,6 +225,7 @@ mod tests {
     use super::*;
     use crate::lab::on_device::{self, SMALL, context, run};
     use crate::lab::state_copy::StateCopy;
+    use glam::{DAffine3, DVec3};
     use myxo::gpu::Frames;
     use myxo::sim::graph::{Measures, network_of};
 
@@ -232,7 +263,7 @@ mod tests {
     }
 
     /// Would catch: the network of another step than it says, a copy that disturbs the state, two at once, one that comes too soon after
-    /// the last, and one of a state that has not changed.
+    /// the last, and one of a state whose trail, poses and food have not changed.
     #[test]
     fn networks_are_those_of_their_states_which_stay_as_they_are() {
         let Some(ctx) = context() else { return };
@@ -277,8 +308,20 @@ mod tests {
         assert_eq!(second.step, 61);
         assert!(Arc::ptr_eq(&first.sight, &second.sight));
         assert_eq!(networks.due(&stage, later), None, "nothing has changed");
+        // Other colours and other rules are no other network; a painted trail is, and so are objects in other places.
         stage.forget_picture();
-        assert_eq!(networks.due(&stage, later), Some(later + 3 * INTERVAL));
+        let mut settings = stage.simulation.settings().clone();
+        settings.physarum.sensor_angle += 5.0;
+        stage.simulation.apply(&settings).unwrap();
+        assert_eq!(networks.due(&stage, later), None, "the trail is the same");
+        let next = Some(later + 3 * INTERVAL);
+        stage.trail_is_painted();
+        assert_eq!(networks.due(&stage, later), next);
+        networks.copied = Some(Source::of(&stage));
+        assert_eq!(networks.due(&stage, later), None);
+        let up = DAffine3::from_translation(DVec3::Y);
+        stage.simulation.set_pose(0, Some(up)).unwrap();
+        assert_eq!(networks.due(&stage, later), next);
         assert_eq!(ctx.messages(), [""; 0]);
     }
 
@@ -302,23 +345,28 @@ mod tests {
         let found_now = found(&mut networks, &stage, now).expect("it is found");
         assert_eq!(found_now.step, 20);
 
-        // Its frame is never submitted.
-        let mut rec = frames.begin().unwrap();
-        let from = Viewpoint::default();
-        networks.begin(&mut rec, &stage, from, now).unwrap();
-        drop(rec);
-        networks.rest();
-        assert!(networks.finding.as_ref().is_none_or(|finding| {
-            let coming = finding.coming.lock().unwrap();
-            coming.is_none() && !finding.is_wanted
-        }));
-        let begun = Instant::now();
-        while networks.finding.is_some() {
-            networks.rest();
-            assert!(begun.elapsed() < Duration::from_secs(60), "it hangs");
-            sleep(Duration::from_millis(1));
+        // Their frames are never submitted.
+        for leaves_device in [false, true] {
+            let mut rec = frames.begin().unwrap();
+            let from = Viewpoint::default();
+            networks.begin(&mut rec, &stage, from, now).unwrap();
+            drop(rec);
+            if leaves_device {
+                networks.leave_device();
+                let has_trail = |finding: &Finding| finding.trail.lock().unwrap().is_some();
+                assert!(!networks.finding.as_ref().is_some_and(has_trail));
+            } else {
+                networks.give_up();
+            }
+            assert_eq!(networks.sight.is_some(), !leaves_device);
+            let begun = Instant::now();
+            while networks.finding.is_some() {
+                networks.give_up();
+                assert!(begun.elapsed() < Duration::from_secs(60), "it hangs");
+                sleep(Duration::from_millis(1));
+            }
+            assert!(networks.is_due(&stage, now), "at once");
         }
-        assert!(networks.is_due(&stage, now), "at once");
         assert_eq!(ctx.messages(), [""; 0]);
     }
 

@@ -14,8 +14,8 @@ pub struct Preview {
     pointed: Option<(String, f64)>,
     /// The look that is previewed, and when the pointer was on it last.
     shown: Option<(String, f64)>,
-    /// A look that was taken by a click. It is previewed again once the pointer has left it.
-    taken: Option<String>,
+    /// A look whose preview has ended under the pointer. It is previewed again once the pointer has left it.
+    ended: Option<String>,
     /// The colour map under the pointer.
     colors: Option<ColorMap>,
 }
@@ -33,10 +33,10 @@ impl Preview {
     /// A frame: the look under the pointer, if any, and whether the pointer is among looks at all. Returns the seconds until
     /// something changes though nothing comes in.
     pub fn follow(&mut self, now: f64, pointed: Option<&str>, is_among: bool) -> Option<f64> {
-        if self.taken.as_deref() != pointed {
-            self.taken = None;
+        if self.ended.as_deref() != pointed {
+            self.ended = None;
         }
-        let pointed = pointed.filter(|_| self.taken.is_none());
+        let pointed = pointed.filter(|_| self.ended.is_none());
         let since = match (&self.pointed, pointed) {
             (Some((name, since)), Some(now_pointed)) if name == now_pointed => *since,
             _ => now,
@@ -59,10 +59,10 @@ impl Preview {
         None
     }
 
-    /// The pointer has clicked on this look, which is no preview any more.
-    pub fn take(&mut self, name: &str) {
+    /// This look is not previewed until the pointer has left it: a click has taken it, or its preview cannot begin.
+    pub fn end_on(&mut self, name: &str) {
         self.end();
-        self.taken = Some(name.to_owned());
+        self.ended = Some(name.to_owned());
     }
 
     /// Nothing is previewed.
@@ -123,14 +123,14 @@ mod tests {
         assert_eq!(at(1.01, None, false), none);
     }
 
-    /// Would catch: a preview that covers what a click has just chosen.
+    /// Would catch: a preview that covers what a click has just chosen, and one that cannot begin and is tried again in each frame.
     #[test]
-    fn a_look_that_was_clicked_is_not_previewed_until_the_pointer_leaves_it() {
+    fn a_preview_that_has_ended_does_not_come_again_until_the_pointer_leaves_its_look() {
         let mut preview = Preview::default();
         preview.follow(0.0, Some("cells"), true);
         preview.follow(0.2, Some("cells"), true);
         assert_eq!(preview.look(), Some("cells"));
-        preview.take("cells");
+        preview.end_on("cells");
         for now in [0.2, 0.5, 9.0] {
             assert_eq!(preview.follow(now, Some("cells"), true), None);
             assert_eq!(preview.look(), None);

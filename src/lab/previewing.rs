@@ -1,6 +1,8 @@
 //! Previews of looks on the running scene: it runs with the look for a while and is then what it was before, to the bit. The state from
 //! before stays on the device meanwhile, so neither the beginning nor the end waits for a copy to the host.
 
+use std::sync::Arc;
+
 use myxo::Result;
 use myxo::gpu::Frames;
 use myxo::scene::parameters::PARAMETERS;
@@ -8,6 +10,7 @@ use myxo::scene::presets::is_look;
 use myxo::scene::settings::Settings;
 use myxo::sim::StateAside;
 
+use crate::lab::facts::NetworkFacts;
 use crate::lab::stage::Stage;
 
 /// States of more bytes are not copied, because a copy takes memory and time: of their looks only the colours are previewed.
@@ -23,6 +26,8 @@ pub struct Previewing {
     stands_at: (u64, Option<f64>),
     /// The look as it was asked for.
     look: Settings,
+    /// The network of that state, whose lines are shown again then.
+    pub network: Option<Arc<NetworkFacts>>,
 }
 
 impl Previewing {
@@ -41,6 +46,7 @@ impl Previewing {
             settings,
             stands_at,
             look: look.clone(),
+            network: None,
         })
     }
 

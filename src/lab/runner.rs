@@ -19,7 +19,6 @@ use crate::lab::order::{Asked, Order, Task};
 use crate::lab::pacing::Pacer;
 use crate::lab::previewing::{MOST_BYTES, Previewing};
 use crate::lab::stage::Stage;
-use crate::lab::state_copy::StateCopy;
 use crate::room;
 
 /// Kernels that take longer are divided.
@@ -288,7 +287,7 @@ impl Runner {
 
     /// Can looks be previewed on the running state? It must be small enough to be copied.
     pub fn can_preview(&self) -> bool {
-        (self.stage.as_ref()).is_some_and(|stage| StateCopy::bytes_of(stage) <= MOST_BYTES)
+        (self.stage.as_ref()).is_some_and(|stage| stage.simulation.bytes_aside() <= MOST_BYTES)
     }
 
     /// Runs with another look until [`Self::end_preview`]. There is no preview yet.
@@ -305,14 +304,13 @@ impl Runner {
         both.is_some_and(|(previewing, stage)| previewing.has_stepped(stage))
     }
 
-    /// Ends the preview: everything is as before it. Returns false if there was none.
-    pub fn end_preview(&mut self) -> Result<bool> {
+    /// Ends the preview: everything is as before it. Returns the preview, if there was one.
+    pub fn end_preview(&mut self) -> Result<Option<Previewing>> {
         let (Some(previewing), Some(stage)) = (&self.previewing, &mut self.stage) else {
-            return Ok(false);
+            return Ok(None);
         };
         previewing.end(stage, &mut self.frames)?;
-        self.previewing = None;
-        Ok(true)
+        Ok(self.previewing.take())
     }
 
     /// Keeps the state that is about to be left, as it was `shown`; also one that has hardly grown, if it is left to go back to

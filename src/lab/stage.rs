@@ -8,8 +8,9 @@ use glam::{Affine3A, Vec2, Vec3};
 use myxo::gpu::{Context, DeviceKind, Format, Image, Readback, Recorder};
 use myxo::render::exposure::Exposure;
 use myxo::render::mean::{self, Mean};
+use myxo::render::network_lines::Viewpoint;
 use myxo::render::pick::{self, Hit};
-use myxo::render::{Canvas, Prepared, Quality, Renderer, View};
+use myxo::render::{Camera, Canvas, Prepared, Quality, Renderer, View};
 use myxo::scene::Scene;
 use myxo::scene::settings::{ColorMap, Show, Strategy};
 use myxo::sim::checkpoint::Checkpoint;
@@ -56,6 +57,17 @@ struct Drawn {
     beside: Option<[u32; 2]>,
 }
 
+/// How a picture was taken, for what is drawn over it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PictureView {
+    /// By this camera.
+    pub camera: Camera,
+    /// Its size, pixels.
+    pub size: [u32; 2],
+    /// From where, and of which poses.
+    pub from: Viewpoint,
+}
+
 /// What an automatic exposure depends on: the step, and the share of the trail that may be clipped.
 type Exposed = (u64, f32);
 
@@ -100,6 +112,9 @@ pub struct Stage {
     drawn: Option<Drawn>,
     /// The inputs of the next picture.
     coming: Option<Drawn>,
+    /// How the pictures on the canvases were taken, on those that are shown and on those of the next picture; none of the flat atlas.
+    picture_view: Option<PictureView>,
+    next_picture_view: Option<PictureView>,
     /// The colours in which the canvases show the trail, also when their contents have changed since; none if other contents have to come
     /// at once.
     colors: Option<ColorMap>,
@@ -109,6 +124,8 @@ pub struct Stage {
     not_refined: Option<[u32; 2]>,
     /// How often the contents of pictures have changed between steps.
     pub changes: u64,
+    /// How often the trail was painted between steps.
+    pub painted: u64,
     /// How often another state has taken the place of the one that ran.
     pub replaced: u64,
     /// Was the last picture one of moving things?
@@ -175,10 +192,13 @@ impl Stage {
             pictures: 0,
             drawn: None,
             coming: None,
+            picture_view: None,
+            next_picture_view: None,
             colors: None,
             refined: None,
             not_refined: None,
             changes: 0,
+            painted: 0,
             replaced: 0,
             drew_moving: false,
             drawn_at: Instant::now(),
@@ -226,6 +246,7 @@ impl Stage {
             self.drew_moving = is_moving;
             self.record(rec, &now, 1);
             self.colors = Some(now.view.color_map);
+            self.picture_view = self.view_of_picture(view, sizes);
             self.drawn = Some(now);
             self.pictures += 1;
             self.drawn_at = Instant::now();
@@ -310,6 +331,7 @@ impl Stage {
         self.drew_moving = is_moving;
         self.record(rec, &now, BANDS);
         std::mem::swap(&mut self.shown, &mut self.next);
+        self.next_picture_view = self.view_of_picture(view, sizes);
         self.coming = Some(now);
         self.read_back();
         Ok(())
@@ -318,12 +340,36 @@ impl Stage {
     /// The picture that was drawn in slices is whole, and is shown from now on.
     pub fn show_next(&mut self) {
         std::mem::swap(&mut self.shown, &mut self.next);
+        self.picture_view = self.next_picture_view.take();
         self.drawn = self.coming.take();
         if let Some(drawn) = &self.drawn {
             self.colors = Some(drawn.view.color_map);
         }
         self.pictures += 1;
         self.drawn_at = Instant::now();
+    }
+
+    /// How a picture is taken now.
+    fn view_of_picture(&self, view: &View, (size, _): Sizes) -> Option<PictureView> {
+        (!view.show.is_flat()).then(|| PictureView {
+            camera: view.camera,
+            size,
+            from: self.viewpoint(&view.camera),
+        })
+    }
+
+    /// How the picture that the canvas shows was taken, if it is one of the scene. Steps may have moved objects since then.
+    pub fn picture_view(&self) -> Option<&PictureView> {
+        self.picture_view.as_ref()
+    }
+
+    /// From where this camera sees the scene, as it would be drawn now.
+    pub fn viewpoint(&self, camera: &Camera) -> Viewpoint {
+        Viewpoint {
+            eye: camera.eye(),
+            poses: self.drawn_poses(),
+            hidden: self.marks.hidden.clone(),
+        }
     }
 
     /// How well the next picture is drawn, and what it depends on.
@@ -468,9 +514,14 @@ impl Stage {
         self.forget_picture();
     }
 
-    /// The state has gone back, as at the end of a preview, and its picture is to come before steps.
+    /// A brush has changed the trail.
+    pub fn trail_is_painted(&mut self) {
+        self.painted += 1;
+        self.forget_picture();
+    }
+
+    /// The picture of the state that is there again, as at the end of a preview, is to come before steps.
     pub fn owe_picture(&mut self) {
-        self.replaced += 1;
         self.forget_picture();
         self.colors = None;
     }
@@ -728,6 +779,46 @@ mod tests {
         assert!(is_owed(&stage));
         drawn(&ctx, &mut stage, &mut frames);
         assert!(!is_owed(&stage) && stage.has_other_colors(ColorMap::Ice));
+        assert_eq!(ctx.messages(), [""; 0]);
+    }
+
+    /// Would catch: lines over a picture by the poses before its steps, or by those of steps that it does not show yet.
+    #[test]
+    fn how_a_picture_was_taken_is_kept_while_objects_move_on() {
+        let Some((ctx, mut stage)) = trio() else {
+            return;
+        };
+        // One of its objects swings.
+        let mut frames = Frames::new(&ctx, 1).unwrap();
+        let view = View::of(&stage.scene, Vec2::new(64.0, 48.0));
+        let seen = |stage: &Stage| stage.picture_view().expect("there is a picture").clone();
+        assert_eq!(stage.picture_view(), None);
+        run(&mut frames, &mut stage.simulation, 5);
+        drawn(&ctx, &mut stage, &mut frames);
+        let first = seen(&stage);
+        assert_eq!((first.camera, first.size), (view.camera, SIZES.0));
+        assert_eq!(first.from, stage.viewpoint(&view.camera));
+        run(&mut frames, &mut stage.simulation, 5);
+        assert_eq!(seen(&stage), first, "the picture is still the one before");
+        assert_ne!(stage.drawn_poses(), first.from.poses);
+        // The next one comes in slices.
+        let mut rec = frames.begin().unwrap();
+        rec.slice(Duration::from_millis(12), frames.timings());
+        stage.draw_in_slices(&mut rec, &view, SIZES, true).unwrap();
+        assert_eq!(seen(&stage), first, "it is not whole");
+        while frames.run_slice(&mut rec).unwrap() {}
+        frames.submit(rec).unwrap();
+        frames.wait_idle().unwrap();
+        stage.forget_picture();
+        stage.show_next();
+        assert_eq!(seen(&stage).from, stage.viewpoint(&view.camera));
+        // The flat atlas is taken by no camera.
+        let mut flat = view;
+        flat.show = Show::Atlas;
+        let mut rec = frames.begin().unwrap();
+        stage.draw(&mut rec, &flat, SIZES, true).unwrap();
+        frames.submit(rec).unwrap();
+        assert_eq!(stage.picture_view(), None);
         assert_eq!(ctx.messages(), [""; 0]);
     }
 

@@ -127,6 +127,7 @@ fn network_key(ui: &mut Ui, facts: &Facts) {
     });
     let text = match &facts.network {
         Some(found) => found.text(),
+        None if facts.runs_preview => "no lines while a look is previewed".to_owned(),
         None => "the network is being found".to_owned(),
     };
     ui.label(RichText::new(text).small().color(theme::weak(ui)))

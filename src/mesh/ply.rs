@@ -11,9 +11,9 @@ use glam::{DVec3, Vec2};
 
 use super::error::MeshProblem;
 use super::origin::{bounds, steps_across};
-use super::report::counted;
 use super::soup::{MOST_TRIANGLES, Soup};
 use super::text::{self, bad_line, beginning};
+use crate::plain_text::counted;
 use values::Values;
 
 /// Does a file begin like a PLY file?

@@ -6,7 +6,7 @@ use std::fmt;
 use super::edges::{next, previous};
 use super::surface::NONE;
 use super::trees::MOST_CHECKED;
-use crate::plain_text::with_commas;
+use crate::plain_text::{counted, with_commas};
 
 /// The most names of a kind that a report lists.
 const MOST_NAMES: usize = 8;
@@ -270,15 +270,6 @@ impl fmt::Display for MeshReport {
         }
         Ok(())
     }
-}
-
-/// A count with its noun.
-pub(crate) fn counted(count: usize, one: &str, many: &str) -> String {
-    format!(
-        "{} {}",
-        with_commas(count as f64),
-        if count == 1 { one } else { many }
-    )
 }
 
 fn count_parts(twins: &[u32]) -> usize {

@@ -14,7 +14,7 @@ use super::rays::Rays;
 use crate::sim::Setup;
 use crate::sim::graph::{Edge, Graph, NodeKind};
 
-/// What is behind the lines keeps this share of its light.
+/// The encoded values of pixels behind the lines are multiplied by this.
 pub const DIMMED: f32 = 0.55;
 /// In small pictures lines are not finer than in one that is this high.
 const SMALL: f32 = 540.0;
@@ -106,48 +106,83 @@ impl NetworkLines {
         self.points.len()
     }
 
-    /// Finds which points of a range nothing hides.
+    /// Finds which points of a range are visible: no object hides them.
     ///
     /// # Panics
-    /// If `seen` has no room for one of them, or there is no such point.
-    pub fn look(&self, sight: &Sight, from: &Viewpoint, range: Range<usize>, seen: &mut [bool]) {
+    /// If `visible` has no room for one of them, or there is no such point.
+    pub fn find_visible(
+        &self,
+        sight: &Sight,
+        from: &Viewpoint,
+        range: Range<usize>,
+        visible: &mut [bool],
+    ) {
         let hiding = sight.hiding(from);
         for i in range {
             let place = from.place(&self.points[i]);
-            seen[i] = place.is_some_and(|place| sight.is_free(&hiding, from.eye, place));
+            visible[i] = place.is_some_and(|place| sight.is_free(&hiding, from.eye, place));
         }
     }
 
-    /// What is drawn in a picture of this size: of the points that are `seen`. `camera` is at the eye of `from`.
+    /// What is drawn in a picture of this size: of the points that are `visible`, those in the picture. `camera` is at the eye of `from`.
     #[must_use]
-    pub fn strokes(&self, seen: &[bool], from: &Viewpoint, camera: &Camera, size: Vec2) -> Strokes {
+    pub fn strokes(
+        &self,
+        visible: &[bool],
+        from: &Viewpoint,
+        camera: &Camera,
+        size: Vec2,
+    ) -> Strokes {
         let unit = size.y.max(SMALL) / 720.0;
+        let (half_width, outline) = (unit * LINE, unit * OUTLINE);
         let pixel = |i: usize| -> Option<Vec2> {
-            let is_seen = seen.get(i).copied().unwrap_or_default();
-            let place = from.place(&self.points[i]).filter(|_| is_seen)?;
+            let is_visible = visible.get(i).copied().unwrap_or_default();
+            let place = from.place(&self.points[i]).filter(|_| is_visible)?;
             camera.pixel(place, size)
         };
         let mut lines: Vec<Vec<Vec2>> = Vec::new();
         for line in &self.lines {
-            let pixels: Vec<Option<Vec2>> = line.clone().map(pixel).collect();
-            let stretches = pixels.split(Option::is_none);
-            let stretches = stretches.filter(|stretch| stretch.len() > 1);
-            lines.extend(stretches.map(|stretch| stretch.iter().flatten().copied().collect()));
+            let mut stretch: Vec<Vec2> = Vec::new();
+            let mut last = None;
+            for i in line.clone() {
+                let now = pixel(i);
+                match last.zip(now) {
+                    Some((from, to)) if meets([from, to], half_width + outline, size) => {
+                        if stretch.is_empty() {
+                            stretch.push(from);
+                        }
+                        stretch.push(to);
+                    }
+                    _ if stretch.is_empty() => {}
+                    _ => lines.push(std::mem::take(&mut stretch)),
+                }
+                last = now;
+            }
+            if !stretch.is_empty() {
+                lines.push(stretch);
+            }
         }
         let discs = self.nodes.iter().filter_map(|(i, radius, color)| {
-            Some(Disc {
-                middle: pixel(*i)?,
-                radius: unit * radius,
+            let (middle, radius) = (pixel(*i)?, unit * radius);
+            meets([middle; 2], radius + outline, size).then_some(Disc {
+                middle,
+                radius,
                 color: *color,
             })
         });
         Strokes {
             discs: discs.collect(),
             lines,
-            half_width: unit * LINE,
-            outline: unit * OUTLINE,
+            half_width,
+            outline,
         }
     }
+}
+
+/// May a line of so many pixels to each side meet a picture of this size? False if its box does not. Edges of pixels are blurred.
+fn meets([from, to]: [Vec2; 2], half: f32, size: Vec2) -> bool {
+    let edge = Vec2::splat(half + 1.0);
+    (from.max(to) + edge).cmpge(Vec2::ZERO).all() && (from.min(to) - edge).cmple(size).all()
 }
 
 /// From where a scene is seen, and how its objects lie then.
@@ -228,7 +263,7 @@ impl Sight {
             .collect()
     }
 
-    /// Does none of them hide a place?
+    /// Does none of the objects hide a place?
     fn is_free(&self, hiding: &[Hiding<'_>], eye: Vec3, place: Vec3) -> bool {
         let distance = place.distance(eye);
         let end = distance - self.behind;
@@ -240,7 +275,7 @@ impl Sight {
         hiding.iter().all(|object| {
             let way = object.object_from_world.transform_point3a(stop) - object.eye;
             let length = way.length();
-            length <= 0.0 || object.rays.free(object.eye, way / length, 0.0, length) >= length
+            length <= 0.0 || object.rays.is_free(object.eye, way / length, 0.0, length)
         })
     }
 }
@@ -257,6 +292,54 @@ pub struct Strokes {
     pub half_width: f32,
     /// The width of the dark edge round lines and discs.
     pub outline: f32,
+}
+
+impl Strokes {
+    /// All that is drawn, in order: what comes later covers what came before.
+    pub fn marks(&self) -> impl Iterator<Item = Mark<'_>> {
+        let wide = self.half_width + self.outline;
+        let layers = [(wide, DARK), (self.half_width, LINES)];
+        let lines = layers.into_iter().flat_map(move |(half_width, color)| {
+            self.lines.iter().map(move |points| Mark::Line {
+                points: points.as_slice(),
+                half_width,
+                color,
+            })
+        });
+        let discs = self.discs.iter().flat_map(move |disc| {
+            let wide = disc.radius + self.outline;
+            let layers = [(wide, DARK), (disc.radius, disc.color)];
+            layers.map(|(radius, color)| Mark::Disc {
+                middle: disc.middle,
+                radius,
+                color,
+            })
+        });
+        lines.chain(discs)
+    }
+}
+
+/// A shape of one colour, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mark<'a> {
+    /// A line through points.
+    Line {
+        /// Two or more.
+        points: &'a [Vec2],
+        /// Half its width.
+        half_width: f32,
+        /// Its colour, sRGB.
+        color: [u8; 3],
+    },
+    /// A disc.
+    Disc {
+        /// Its middle.
+        middle: Vec2,
+        /// Its radius.
+        radius: f32,
+        /// Its colour, sRGB.
+        color: [u8; 3],
+    },
 }
 
 /// A node as it is drawn.
@@ -291,20 +374,30 @@ pub fn draw_network(
         hidden: Vec::new(),
     };
     let lines = NetworkLines::new(graph, setup, world_from_object, 1);
-    let mut seen = vec![false; lines.count()];
-    lines.look(&Sight::new(setup), &from, 0..lines.count(), &mut seen);
-    let strokes = lines.strokes(&seen, &from, camera, size);
-    let wide = strokes.half_width + strokes.outline;
-    for (half, color) in [(wide, DARK), (strokes.half_width, LINES)] {
-        for pair in strokes.lines.iter().flat_map(|line| line.windows(2)) {
-            draw_line(picture, [pair[0], pair[1]], half, color.map(f32::from));
+    let mut visible = vec![false; lines.count()];
+    lines.find_visible(&Sight::new(setup), &from, 0..lines.count(), &mut visible);
+    for mark in lines.strokes(&visible, &from, camera, size).marks() {
+        match mark {
+            Mark::Line {
+                points,
+                half_width,
+                color,
+            } => {
+                for pair in points.windows(2) {
+                    draw_line(
+                        picture,
+                        [pair[0], pair[1]],
+                        half_width,
+                        color.map(f32::from),
+                    );
+                }
+            }
+            Mark::Disc {
+                middle,
+                radius,
+                color,
+            } => draw_line(picture, [middle; 2], radius, color.map(f32::from)),
         }
-    }
-    for disc in &strokes.discs {
-        let ends = [disc.middle; 2];
-        let wide = disc.radius + strokes.outline;
-        draw_line(picture, ends, wide, DARK.map(f32::from));
-        draw_line(picture, ends, disc.radius, disc.color.map(f32::from));
     }
 }
 
@@ -461,7 +554,7 @@ mod tests {
     }
 
     /// Would catch: lines that stay where their object was, that lie within an object which is drawn larger, that show through an object in
-    /// front, and lines on an object that is not drawn or behind one.
+    /// front, and lines on an object that is not drawn or behind one; and what is drawn beside the picture, or missing at its edge.
     #[test]
     fn lines_move_and_hide_with_objects() {
         let ball = |x: f64| ObjectSettings {
@@ -491,9 +584,9 @@ mod tests {
                 poses: poses.to_vec(),
                 hidden: hidden.to_vec(),
             };
-            let mut seen = vec![false; lines.count()];
-            lines.look(&sight, &from, 0..lines.count(), &mut seen);
-            lines.strokes(&seen, &from, &camera, size)
+            let mut visible = vec![false; lines.count()];
+            lines.find_visible(&sight, &from, 0..lines.count(), &mut visible);
+            lines.strokes(&visible, &from, &camera, size)
         };
         let lines = NetworkLines::new(&graph, &setup, &poses, 1);
         let at_first = drawn(&lines, &poses, &[]);
@@ -502,6 +595,26 @@ mod tests {
         for (i, at) in at_first.lines[0].iter().enumerate() {
             let pixel = Vec2::new(300.0 + 2.0 * i as f32, 240.0);
             assert!(at.distance(pixel) < 0.05, "{at}, not {pixel}");
+        }
+        // Where the left edge of the picture cuts the line, what is beyond is left out, but for what reaches over the edge.
+        let from = Viewpoint {
+            eye: camera.eye(),
+            poses: poses.clone(),
+            hidden: Vec::new(),
+        };
+        let all = vec![true; lines.count()];
+        for (pixels, kept) in [(0.0, [21, 2]), (320.0, [13, 1]), (400.0, [0, 0])] {
+            let shifted = Camera {
+                shift: Vec2::new(-pixels / (0.5 * size.x), 0.0),
+                ..camera
+            };
+            let strokes = lines.strokes(&all, &from, &shifted, size);
+            let points: usize = strokes.lines.iter().map(Vec::len).sum();
+            assert_eq!(
+                [points, strokes.discs.len()],
+                kept,
+                "by {pixels}: {strokes:?}"
+            );
         }
         // Of every fourth point, the first and the last are still there.
         let fewer = NetworkLines::new(&graph, &setup, &poses, 4);
@@ -555,7 +668,7 @@ mod tests {
             poses,
             ..Viewpoint::default()
         };
-        lines.look(&Sight::new(&setup), &from, 0..0, &mut []);
+        lines.find_visible(&Sight::new(&setup), &from, 0..0, &mut []);
         let strokes = lines.strokes(&[], &from, &Camera::default(), Vec2::ZERO);
         assert!(strokes.lines.is_empty() && strokes.discs.is_empty());
     }

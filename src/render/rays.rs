@@ -58,4 +58,12 @@ impl Rays {
         });
         nearest
     }
+
+    /// Does a ray meet no triangle between two distances? Ends at the first one that it meets.
+    pub fn is_free(&self, from: Vec3A, direction: Vec3A, begin: f32, end: f32) -> bool {
+        let ray = Ray::new(from, direction, begin, end);
+        (self.tree).ray_traverse_miss(ray, |ray, place| {
+            self.triangles[self.tree.primitive_indices[place] as usize].intersect(ray)
+        })
+    }
 }

@@ -266,7 +266,7 @@ mod tests {
         settings.atlas.size = 61;
         "builtin:cube".clone_into(&mut settings.objects[0].mesh);
         let scene = Scene::from_settings("cube".to_owned(), settings, "".into()).unwrap();
-        Setup::new(&scene).unwrap().atlas
+        Setup::new(&scene).unwrap().atlas.clone()
     }
 
     fn painted(atlas: &Atlas) -> Vec<f32> {

@@ -123,7 +123,7 @@ impl Course {
 
     /// Replaces the food from the next step on. Other owners of the setup keep theirs.
     pub fn serve(&mut self, food_set: FoodSet) {
-        Arc::make_mut(&mut self.setup).food_set = food_set;
+        self.setup = Arc::new(self.setup.with_food(food_set));
         self.crossed_with = None;
     }
 

@@ -13,7 +13,7 @@ use super::texel_paths::TexelPaths;
 use super::texture::{PingPong, SpreadTables};
 use crate::error::{Error, Result};
 use crate::gpu::{Context, Frames, Pipeline, Recorder, Threads};
-use crate::mesh::atlas::{Atlas, GREATEST_DIFFUSION};
+use crate::mesh::atlas::Atlas;
 
 /// Steps that are submitted to the device together.
 const BATCH: u64 = 16;
@@ -35,7 +35,7 @@ pub struct Diffusion {
 }
 
 impl Diffusion {
-    /// An empty trail that spreads by `diffusion` a step, at most [`GREATEST_DIFFUSION`], over the taps that the atlas was made for.
+    /// An empty trail that spreads by `diffusion` a step, at most as much as one pass takes on the atlas, over the taps that the atlas was made for.
     ///
     /// # Errors
     /// When the device fails, a buffer is larger than it allows, or the atlas was made for taps that are too far apart.
@@ -44,7 +44,7 @@ impl Diffusion {
     /// When the diffusion is greater.
     pub fn new(ctx: &Arc<Context>, atlas: &Atlas, diffusion: f32) -> Result<Self> {
         assert!(
-            (0.0..=GREATEST_DIFFUSION).contains(&diffusion),
+            (0.0..=atlas.greatest_diffusion).contains(&diffusion),
             "{diffusion}"
         );
         let distance = taps_distance(atlas.taps)?;

@@ -120,11 +120,14 @@ pub trait Part: Sync {
     ///
     /// # Errors
     /// No memory.
-    fn record_aside(
+    fn record_on_device(
         &'static self,
         rec: &mut Recorder,
         state: &State,
-    ) -> Result<Option<Box<dyn PartAside>>, GpuError>;
+    ) -> Result<Option<Box<dyn PartOnDevice>>, GpuError>;
+
+    /// How many bytes that copy takes; 0 without one.
+    fn bytes_on_device(&self, state: &State) -> u64;
 
     /// Uploads it, if its buffer is [permanent].
     ///
@@ -143,7 +146,7 @@ pub trait PartCopy: Send {
 }
 
 /// A part whose copy stays on the device.
-pub trait PartAside: Send {
+pub trait PartOnDevice: Send {
     /// Has its buffer the length that it had?
     fn fits(&self, state: &State) -> bool;
 
@@ -230,17 +233,23 @@ impl Copies {
 }
 
 /// Copies of all parts on the device, which stay there.
-pub struct Aside(Vec<Box<dyn PartAside>>);
+pub struct DeviceCopies(Vec<Box<dyn PartOnDevice>>);
 
-impl Aside {
+impl DeviceCopies {
     /// Records copies of the state after everything recorded so far.
     ///
     /// # Errors
     /// No memory.
     pub fn record(rec: &mut Recorder, state: &State) -> Result<Self, GpuError> {
         let parts = KEPT.iter();
-        let copies = parts.filter_map(|part| part.record_aside(rec, state).transpose());
+        let copies = parts.filter_map(|part| part.record_on_device(rec, state).transpose());
         Ok(Self(copies.collect::<Result<_, _>>()?))
+    }
+
+    /// How many bytes copies of a state take.
+    #[must_use]
+    pub fn bytes_of(state: &State) -> u64 {
+        KEPT.iter().map(|part| part.bytes_on_device(state)).sum()
     }
 
     /// Has the state the buffers that it had?
@@ -261,8 +270,11 @@ impl Aside {
 ///
 /// # Errors
 /// No memory.
-pub fn put_aside<T: Pod>(rec: &mut Recorder, source: &Buffer<T>) -> Result<Buffer<T>, GpuError> {
-    let name = format!("{}.aside", source.name());
+pub fn copy_on_device<T: Pod>(
+    rec: &mut Recorder,
+    source: &Buffer<T>,
+) -> Result<Buffer<T>, GpuError> {
+    let name = format!("{}.kept", source.name());
     let domain = source.core().domain();
     let copy = Buffer::new(rec.ctx(), &name, source.len(), domain)?;
     rec.copy(source, &copy);
@@ -481,19 +493,23 @@ impl<T: Pod, D: Pod + Send> Part for Section<T, D> {
         })))
     }
 
-    fn record_aside(
+    fn record_on_device(
         &'static self,
         rec: &mut Recorder,
         state: &State,
-    ) -> Result<Option<Box<dyn PartAside>>, GpuError> {
+    ) -> Result<Option<Box<dyn PartOnDevice>>, GpuError> {
         let Some(buffer) = (self.device.buffer)(state) else {
             return Ok(None);
         };
-        let copy = put_aside(rec, buffer)?;
-        Ok(Some(Box::new(SectionAside {
+        let copy = copy_on_device(rec, buffer)?;
+        Ok(Some(Box::new(SectionOnDevice {
             section: self,
             copy,
         })))
+    }
+
+    fn bytes_on_device(&self, state: &State) -> u64 {
+        (self.device.buffer)(state).map_or(0, Buffer::size_in_bytes)
     }
 
     fn upload(&self, ctx: &Context, state: &State, snapshot: &Snapshot) -> Result<(), GpuError> {
@@ -521,12 +537,12 @@ impl<T: Pod, D: Pod + Send> PartCopy for SectionCopy<T, D> {
 }
 
 /// A line of the list whose copy stays on the device.
-struct SectionAside<T: 'static, D: 'static> {
+struct SectionOnDevice<T: 'static, D: 'static> {
     section: &'static Section<T, D>,
     copy: Buffer<D>,
 }
 
-impl<T: Pod, D: Pod + Send> PartAside for SectionAside<T, D> {
+impl<T: Pod, D: Pod + Send> PartOnDevice for SectionOnDevice<T, D> {
     fn fits(&self, state: &State) -> bool {
         let buffer = (self.section.device.buffer)(state);
         buffer.is_some_and(|buffer| buffer.len() == self.copy.len())

@@ -77,7 +77,7 @@ pub mod yardstick;
 
 pub use behaviour::{deposit_factor, mean_deposit, mean_trail};
 pub use plan::{Means, Plan};
-pub use setup::{LOOKING, STARTING, Setup, atlas_options};
+pub use setup::{FixedSetup, LOOKING, STARTING, Setup, atlas_options};
 pub use simulation::{
     Areas, FoodOrder, KernelAlone, KernelOrder, PreparedFood, Simulation, SnapshotCopy, StateAside,
     TrailCopy,

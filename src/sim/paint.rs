@@ -72,7 +72,7 @@ pub struct Dab {
     pub brush: Brush,
     /// The middle of the ball, in world space.
     pub center: Vec3,
-    /// Its radius, a world length. Lengths in scene files times [`Setup::radius`] are world lengths.
+    /// Its radius, a world length. Lengths in scene files times the radius of the [`Setup`] are world lengths.
     pub radius: f32,
     /// If given, only triangles whose front faces this place, that of the viewer, are painted, so that a dab does not paint through thin
     /// objects. Objects with open borders or glued edges are painted from either side.

@@ -57,17 +57,17 @@ mod tests {
                 ..Overrides::default()
             },
         );
-        let distance = Setup::new(&scene.unwrap()).unwrap().distance;
-        let seconds = |method| for_distances(&distance, method).as_secs_f64();
+        let setup = Setup::new(&scene.unwrap()).unwrap();
+        let seconds = |method| for_distances(&setup.distance, method).as_secs_f64();
         assert!(seconds(DistanceMethod::Raster) > 150.0);
         assert!(seconds(DistanceMethod::Brute) > 10.0);
         // A device that hangs is detected as soon as before.
         assert_eq!(seconds(DistanceMethod::Bvh), 0.0);
         let alone =
             Setup::new(&Scene::load(Path::new("builtin:cube"), &Overrides::default()).unwrap());
-        let alone = alone.unwrap().distance;
+        let alone = alone.unwrap();
         assert_eq!(
-            for_distances(&alone, DistanceMethod::Raster),
+            for_distances(&alone.distance, DistanceMethod::Raster),
             Duration::ZERO
         );
     }

@@ -30,7 +30,7 @@ const LEAST_WIDTH: f64 = 1e-30;
 pub struct Pulse {
     /// The middle of its shell, in world space.
     pub center: Vec3,
-    /// World length by which the shell grows in a step. Lengths in scene files times [`Setup::radius`](super::Setup::radius) are
+    /// World length by which the shell grows in a step. Lengths in scene files times the radius of the [`Setup`](super::Setup) are
     /// world lengths.
     pub speed: f32,
     /// Thickness of the shell, a world length.

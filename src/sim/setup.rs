@@ -1,6 +1,9 @@
 //! A scene before its first step: the surface, its atlas and the particles at their start.
 //! The GPU simulation and the CPU twins begin from one setup.
 
+use std::ops::{Deref, DerefMut};
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3};
 
 use super::areas::AreaMap;
@@ -28,9 +31,18 @@ pub const STARTING: &str = "starting particles";
 /// Names of work in progress reports: how far lines in the texture stay on the surface.
 pub const LOOKING: &str = "measuring charts";
 
-/// The state of a scene at step 0, on the host.
+/// The state of a scene at step 0, on the host. But for food it is a [`FixedSetup`], whose fields are also those of the set-up. A clone
+/// shares it until either is changed.
 #[derive(Clone, Debug)]
 pub struct Setup {
+    fixed: Arc<FixedSetup>,
+    /// Food and markers; a running simulation may replace them.
+    pub food_set: FoodSet,
+}
+
+/// What no other food changes of a scene's state at step 0: surface, atlas, particles, and what follows from them.
+#[derive(Clone, Debug)]
+pub struct FixedSetup {
     /// All objects, pooled.
     pub surface: Surface,
     /// The place of every triangle in the trail's texture.
@@ -74,15 +86,36 @@ pub struct Setup {
     pub object_areas: Vec<f64>,
     /// Data for distances between objects.
     pub distance: DistanceSetup,
-    /// Food and markers; a running simulation may replace them.
-    pub food_set: FoodSet,
     /// Scene radius, world units: what lengths in settings are multiplied by.
     pub radius: f32,
     /// Centre of the scene, in world space: what places in scene radii are counted from.
     pub center: Vec3,
 }
 
+impl Deref for Setup {
+    type Target = FixedSetup;
+
+    fn deref(&self) -> &FixedSetup {
+        &self.fixed
+    }
+}
+
+impl DerefMut for Setup {
+    fn deref_mut(&mut self) -> &mut FixedSetup {
+        Arc::make_mut(&mut self.fixed)
+    }
+}
+
 impl Setup {
+    /// This set-up with other food. It shares everything else.
+    #[must_use]
+    pub fn with_food(&self, food_set: FoodSet) -> Self {
+        Self {
+            fixed: Arc::clone(&self.fixed),
+            food_set,
+        }
+    }
+
     /// Lays out the atlas and starts the particles.
     ///
     /// # Errors
@@ -180,7 +213,7 @@ impl Setup {
             FoodSet::new(&scene.surface, &atlas, foods, None, control)
         })?;
         let food_set = food_set.crossing(settings.scent_crosses());
-        Ok(Self {
+        let fixed = FixedSetup {
             clearance,
             surroundings,
             homes,
@@ -192,7 +225,6 @@ impl Setup {
             bins,
             corners: scene.surface.corners.as_flattened().to_vec(),
             vertices: Vertex::of(&scene.surface),
-            food_set,
             poses: scene
                 .world_from_object()
                 .into_iter()
@@ -209,6 +241,10 @@ impl Setup {
             particles,
             motions,
             population,
+        };
+        Ok(Self {
+            fixed: Arc::new(fixed),
+            food_set,
         })
     }
 }
@@ -301,6 +337,23 @@ mod tests {
     use super::*;
     use crate::scene::settings::{AtlasMethod, ObjectSettings};
 
+    /// Would catch: other food that copies surface and atlas, which takes long where another thread shares them, and a change that reaches
+    /// those who share them.
+    #[test]
+    fn other_food_shares_the_rest_of_a_setup() {
+        let mut settings = Settings::default();
+        settings.particles.count = 10;
+        settings.atlas.size = 64;
+        settings.objects[0].mesh = "builtin:cube".to_owned();
+        let scene = Scene::from_settings("cube".to_owned(), settings, "".into()).unwrap();
+        let setup = Setup::new(&scene).unwrap();
+        let mut other = setup.with_food(FoodSet::default());
+        assert!(std::ptr::eq(&setup.atlas, &other.atlas));
+        let radius = setup.radius;
+        other.radius = 2.0 * radius;
+        assert_eq!([setup.radius, other.radius], [radius, 2.0 * radius]);
+    }
+
     #[test]
     fn a_heavier_object_has_more_texels_for_its_area() {
         let mut settings = Settings::default();
@@ -316,7 +369,8 @@ mod tests {
         let ratio = |settings: &Settings| {
             let name = "two".to_owned();
             let scene = Scene::from_settings(name, settings.clone(), "".into()).unwrap();
-            let Setup { surface, atlas, .. } = Setup::new(&scene).unwrap();
+            let setup = Setup::new(&scene).unwrap();
+            let (surface, atlas) = (&setup.surface, &setup.atlas);
             let [first, second] = [0, 1].map(|object: usize| {
                 let (start, end) = surface.objects[object].triangles;
                 let sum = |part: &dyn Fn(usize) -> f32| -> f32 {

@@ -13,7 +13,8 @@ use crate::scene::settings::Settings;
 /// no picture shows them.
 pub const TINY_TRAIL: f32 = 1e-20;
 
-/// Diffusion above the limit of the exchange tables is done in several passes of a step, an equal part of it in each.
+/// Diffusion above the limit of the exchange tables is done in several passes of a step, an equal part of it in each. So are diffusion
+/// lengths, whatever the limit is, because several means of nine are more alike in all directions than one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
     /// One that only spreads: deposits, decay and the filling of gutters, which diffusion does not read, come with the last one.
@@ -25,7 +26,16 @@ pub enum Pass {
 /// The number of passes of a step: as many as the object takes whose trail spreads the most.
 #[must_use]
 pub fn passes(settings: &Settings, setup: &Setup) -> u32 {
-    passes_for(&spreads(settings, setup))
+    passes_for(&spreads(settings, setup), greatest(settings, setup))
+}
+
+/// How much one pass spreads at the most.
+fn greatest(settings: &Settings, setup: &Setup) -> f32 {
+    let mut objects = settings.objects.iter();
+    if objects.any(|object| settings.trail_on(object).diffusion_length > 0.0) {
+        return GREATEST_DIFFUSION;
+    }
+    setup.atlas.greatest_diffusion
 }
 
 /// How much the trail on each object spreads in a step.
@@ -38,16 +48,16 @@ fn spreads(settings: &Settings, setup: &Setup) -> Vec<f64> {
     spreads.collect()
 }
 
-fn passes_for(spreads: &[f64]) -> u32 {
+fn passes_for(spreads: &[f64], greatest: f32) -> u32 {
     let most = spreads.iter().copied().fold(0.0, f64::max);
-    (most / f64::from(GREATEST_DIFFUSION)).ceil().max(1.0) as u32
+    (most / f64::from(greatest)).ceil().max(1.0) as u32
 }
 
 /// The table of rates: those of each object in a pass that only spreads, then those of each in the last pass.
 #[must_use]
 pub fn trail_rates(settings: &Settings, setup: &Setup) -> Vec<TrailRates> {
     let spreads = spreads(settings, setup);
-    let passes = f64::from(passes_for(&spreads));
+    let passes = f64::from(passes_for(&spreads, greatest(settings, setup)));
     let factor = deposit_factor(settings, setup);
     let row = |pass: Pass| {
         let objects = settings.objects.iter().zip(&spreads);
@@ -191,6 +201,33 @@ mod tests {
         assert_eq!(diffusions.collect::<Vec<_>>(), [half, few, half, few]);
         let objects = texel_objects(&setup);
         assert!(objects.contains(&0) && objects.contains(&1));
+    }
+
+    /// Would catch: the mean of nine in two passes of half of it, which is another kernel, where texels allow one; texels that give away more
+    /// than they have; and lengths in so few passes that they are less round than they should be.
+    #[test]
+    fn the_mean_of_nine_is_one_pass_where_texels_are_alike() {
+        let passes_on = |mesh: &str, set: fn(&mut Settings)| {
+            let mut settings = Settings::default();
+            settings.atlas.size = 64;
+            settings.particles.count = 10;
+            settings.objects[0].mesh = format!("builtin:{mesh}");
+            set(&mut settings);
+            let scene = Scene::from_settings("one".to_owned(), settings, "".into()).unwrap();
+            passes(&scene.settings, &Setup::new(&scene).unwrap())
+        };
+        let mean = |settings: &mut Settings| settings.trail.diffusion = 1.0;
+        assert_eq!(passes_on("plane?periodic=true", mean), 1);
+        assert_eq!(passes_on("icosphere", mean), 2);
+        // A length of half a texel: its square is 3/8 of that of the mean.
+        let length = |settings: &mut Settings| {
+            settings.trail.diffusion_length = 0.5 * 2.0 / 64.0 / 2.0_f32.sqrt();
+        };
+        assert_eq!(passes_on("plane?periodic=true", length), 1);
+        let twice = |settings: &mut Settings| {
+            settings.trail.diffusion_length = 2.0 / 64.0 / 2.0_f32.sqrt();
+        };
+        assert_eq!(passes_on("plane?periodic=true", twice), 3);
     }
 
     /// Would catch: one pass more than forty for the greatest length, for lengths that rounding brings a little beyond it, and passes that

@@ -1090,10 +1090,11 @@ fn populations_go_on_from_checkpoints() {
 fn what_populations_cannot_be_is_said() {
     // Before any particle is made.
     let mut large = scene(|_| ());
-    let atlas = Setup::new(&large).unwrap().atlas;
-    assert!(check_room(&large.settings, &atlas).is_ok());
+    let setup = Setup::new(&large).unwrap();
+    let atlas = &setup.atlas;
+    assert!(check_room(&large.settings, atlas).is_ok());
     large.settings.particles.count = 134_217_729;
-    let message = check_room(&large.settings, &atlas).unwrap_err().to_string();
+    let message = check_room(&large.settings, atlas).unwrap_err().to_string();
     assert_eq!(
         message,
         "particles.count = 134,217,729: where their number changes (population.frequency) there may be 134,217,728, at the most"

@@ -536,7 +536,7 @@ fn respawn_agrees(gpu: &Gpu, place: RestartPlace) {
     });
     let setup = Setup::new(&scene).unwrap();
     let restarts = Restarts::of(&setup, &scene.settings);
-    let surface = setup.surface;
+    let surface = &setup.surface;
     let constants = RespawnConstants {
         from_start: place == RestartPlace::Start,
     };
@@ -546,7 +546,7 @@ fn respawn_agrees(gpu: &Gpu, place: RestartPlace) {
         assert!(has_some.eq([true, true, false]));
     }
     let count = surface.triangles.len() as u32;
-    let (shares, ranges) = (area_shares(&surface), object_triangles(&surface));
+    let (shares, ranges) = (area_shares(surface), object_triangles(surface));
     let pipeline = Pipeline::<Respawn>::new(ctx, &constants).unwrap();
     for leaving in awkward_sizes(64) {
         let all = 2 * leaving + 3;

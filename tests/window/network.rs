@@ -108,3 +108,26 @@ fn lines_come_again_on_another_device() {
     });
     lab.quit();
 }
+
+/// Would catch: a network of the steps of a preview, and lines that are gone after it.
+#[test]
+fn lines_wait_for_the_end_of_a_preview() {
+    if !can_open() {
+        return;
+    }
+    let lab = Lab::open(&SMALL);
+    lab.key_until("n", "they are asked for", "network", true);
+    lab.wait("they are found", |seen| found(seen).is_some());
+    lab.key_until("g", "the gallery", "gallery", true);
+    lab.point("card=ribbons", 0.5);
+    let seen = lab.wait("the steps of the look", |seen| {
+        seen["state"]["previewed"] == "ribbons" && seen["state"]["previewed_steps"] == true
+    });
+    assert_eq!(found(&seen), None);
+    lab.point("picture", 0.5);
+    let seen = lab.wait("they are there again", |seen| {
+        seen["state"]["previewed"].is_null() && found(seen).is_some()
+    });
+    assert!(found(&seen) <= Some(step(&seen)), "no step of the preview");
+    lab.quit();
+}

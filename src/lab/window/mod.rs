@@ -44,6 +44,7 @@ use crate::lab::interface::Interface;
 use crate::lab::jobs::Jobs;
 use crate::lab::kept_scenes::KeptScenes;
 use crate::lab::loading::{Opened, Origin};
+use crate::lab::network_overlay::NetworkOverlay;
 use crate::lab::options::LabOptions;
 use crate::lab::order::Asked;
 use crate::lab::places::Places;
@@ -82,6 +83,8 @@ pub struct Lab {
     pub(super) edits: Edits,
     /// The images that are shown.
     pub(super) front: Front,
+    /// The network's lines over the picture.
+    pub(super) lines: NetworkOverlay,
     /// The running simulation.
     pub(super) runner: Runner,
     /// The document, and everything round the picture.
@@ -180,6 +183,7 @@ impl Lab {
             jobs: Jobs::new(Exports::new(options.interrupt)),
             edits: Edits::default(),
             front,
+            lines: NetworkOverlay::default(),
             runner: Runner::new(ctx, format, [frames, answers], options.validation),
             interface,
             clocks,

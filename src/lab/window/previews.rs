@@ -17,6 +17,10 @@ impl Lab {
         self.clocks.facts.steps_of = None;
         let look = self.interface.previewed_look().filter(|_| only.is_none());
         let Some(look) = look else {
+            // A look that changes slowly waits for its kernels, too.
+            if self.interface.document.morph.is_none() {
+                self.jobs.ahead.give_up();
+            }
             return self.end_preview();
         };
         let has = |previewing: &Previewing| previewing.has(&look.settings);
@@ -31,8 +35,12 @@ impl Lab {
                 return Ok(());
             }
             if let Err(error) = self.runner.preview(&look.settings) {
-                self.interface.preview.end();
+                self.interface.preview.end_on(&look.name);
                 return self.report_unless_lost(&format!("{} is not previewed", look.name), error);
+            }
+            if let Some(previewing) = &mut self.runner.previewing {
+                previewing.network = self.clocks.facts.network.take();
+                self.clocks.facts.runs_preview = true;
             }
         }
         if self.runner.has_preview_stepped() {
@@ -64,16 +72,22 @@ impl Lab {
         if self.runner.previewing.is_some() {
             self.finish_steps()?;
         }
-        if self.runner.end_preview()? {
+        if let Some(previewing) = self.runner.end_preview()? {
+            self.clocks.facts.network = previewing.network;
             self.host.request_redraw();
         }
+        // One may also have ended with its stage.
+        self.clocks.facts.runs_preview = false;
         Ok(())
     }
 
     /// Why looks cannot be previewed on the running scene now.
     fn why_only_colors(&self) -> Option<&'static str> {
-        if self.runner.stage.is_none() || self.jobs.are_waited_for() || !self.waiting.is_empty() {
+        let loads = self.runner.stage.is_none() || self.jobs.loading.is_some();
+        if loads || !self.waiting.is_empty() {
             Some("a scene is on its way")
+        } else if self.jobs.food.is_busy() {
+            Some("food is being measured")
         } else if !self.runner.can_preview() {
             Some("the state is too large to be copied for it")
         } else if self.jobs.exports.is_busy() {

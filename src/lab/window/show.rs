@@ -1,5 +1,7 @@
 //! Frames: the interface, and under it a picture, a new one or the last one.
 
+use std::borrow::Cow;
+
 use crate::lab::place::Place;
 use crate::lab::places::Places;
 use crate::lab::screen::FrontImage;
@@ -78,6 +80,26 @@ impl Lab {
             }
             is_covered = true;
         }
+        let network = self.clocks.facts.network.as_ref();
+        let network = network.filter(|_| is_covered && self.interface.shows_network());
+        let view = self.runner.stage.as_ref().and_then(Stage::picture_view);
+        let mut primitives = Cow::Borrowed(shot.primitives);
+        match network.zip(view) {
+            None => self.lines.clear(),
+            Some((found, view)) => {
+                self.lines.follow(found, view);
+                // An answer between slices is to be quick.
+                if !shot.is_between {
+                    self.lines.test_points();
+                }
+                // Nothing is drawn of an interface that has nothing.
+                if !primitives.is_empty() {
+                    let (ctx, scale) = (self.host.context(), shot.pixels_per_point);
+                    let lines = self.lines.primitives(ctx, view, *place, scale);
+                    primitives = lines.iter().chain(shot.primitives).cloned().collect();
+                }
+            }
+        }
         let over = Targets {
             color: target,
             resolve: None,
@@ -87,7 +109,7 @@ impl Lab {
         };
         let gui = &mut self.gui;
         rec.pass("interface", &over, |pass| {
-            gui.draw(pass, target.size(), shot.pixels_per_point, shot.primitives)
+            gui.draw(pass, target.size(), shot.pixels_per_point, &primitives)
         })?;
         let ring = if shot.is_between {
             &mut self.runner.answers

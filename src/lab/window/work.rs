@@ -202,8 +202,10 @@ impl Lab {
             match stage.simulation.paint_on_scaled(rec, &dab, &stage.scales) {
                 Ok(painted) => {
                     self.edits.strokes.painted(&painted);
-                    if painted.count() > 0 {
-                        stage.forget_picture();
+                    match dab.brush {
+                        _ if painted.count() == 0 => {}
+                        Brush::Trail { .. } | Brush::Erase { .. } => stage.trail_is_painted(),
+                        _ => stage.forget_picture(),
                     }
                 }
                 Err(Error::Invalid(problem)) => {

@@ -23,7 +23,7 @@ use super::conductances::{Conductances, Layers};
 use super::gutter::Affine;
 use super::table::Table;
 
-/// The largest diffusion that one step of these tables takes; stronger diffusion takes two.
+/// The largest diffusion that one step of these tables always takes; stronger diffusion takes two, unless [`greatest_diffusion`] is greater.
 pub const GREATEST_DIFFUSION: f32 = 0.6;
 
 /// The largest share of its mass that a texel gives away in a step, so that no value becomes negative.
@@ -204,6 +204,24 @@ impl Conductances {
 /// The part of its conductances that a texel keeps.
 fn limit(density: f32, asked: f32) -> f32 {
     (GREATEST_SHARE / (GREATEST_DIFFUSION * (density * asked))).min(1.0)
+}
+
+/// The largest diffusion that one step takes on an atlas of these texels: 1, which is the mean of nine, if no texel gives away too much then,
+/// as where all cover nearly the same area.
+pub(super) fn greatest_diffusion(density: &[f32], exchange: &Exchange) -> f32 {
+    // Those inside charts give to eight neighbours, and those beside seams by their rows.
+    let inside = density.iter().map(|&density| 8.0 * NINTH * density);
+    let rows = exchange.rows.iter().map(|row| {
+        let inside = row.mask().count_ones() as f32 * row.conductance;
+        let pairs = exchange.pairs(row).iter();
+        density[row.texel as usize] * pairs.fold(inside, |sum, pair| sum + pair.weight)
+    });
+    let most = inside.chain(rows).fold(0.0, f32::max);
+    if most <= GREATEST_SHARE {
+        1.0
+    } else {
+        GREATEST_DIFFUSION
+    }
 }
 
 /// Gutter texels on which particles may deposit: those in which a point of a triangle may lie.

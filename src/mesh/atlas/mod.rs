@@ -320,6 +320,9 @@ pub struct Atlas {
     pub seams: Vec<Seam>,
     /// How texels beside seams exchange trail.
     pub exchange: Exchange,
+    /// The largest diffusion that one pass takes: 1, which is the mean of nine, where all texels cover nearly the same area, or
+    /// [`GREATEST_DIFFUSION`].
+    pub greatest_diffusion: f32,
     /// The first quads of the blocks, of [`BLOCK_ROWS`] rows of [`BLOCK_QUADS`] quads, with owned or gutter texels in
     /// them.
     pub blocks: Vec<u32>,
@@ -450,9 +453,10 @@ impl Atlas {
             chart: layout.chart,
             owner: layout.owner,
             area: layout.area,
-            density,
             gutter_texels: layout.gutter_texels,
             seams,
+            greatest_diffusion: exchange::greatest_diffusion(&density, &exchange),
+            density,
             exchange,
             blocks,
         })

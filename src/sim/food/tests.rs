@@ -321,12 +321,7 @@ fn measuring_reports_progress_and_can_be_cancelled() {
         &[("ball", X, 0), ("ball", Y, 0), ("ball", [0.0, 0.0, 1.0], 0)],
     );
     let setup = setup(&scene).unwrap();
-    let Setup {
-        surface,
-        atlas,
-        food_set,
-        ..
-    } = &setup;
+    let (surface, atlas, food_set) = (&setup.surface, &setup.atlas, &setup.food_set);
     let run = |stop_at: f32| {
         let shares = Mutex::new(Vec::new());
         let stop = AtomicBool::new(false);

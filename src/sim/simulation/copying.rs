@@ -2,11 +2,12 @@
 //! the frame has finished; and of the state on the device, for the way back.
 
 use super::super::buffers;
-use super::super::kept::{Aside, BufferCopy, Copies, put_aside};
+use super::super::kept::{BufferCopy, Copies, DeviceCopies, copy_on_device};
 use super::super::snapshot::{Distances, Snapshot};
 use super::Simulation;
 use crate::error::{Error, Result};
 use crate::gpu::{Buffer, Recorder};
+use crate::scene::settings::Settings;
 
 /// A state being copied to the host.
 pub struct SnapshotCopy {
@@ -74,9 +75,11 @@ impl TrailCopy {
 
 /// A state that was copied on the device, and to which its simulation can go back.
 pub struct StateAside {
+    /// The settings that it ran with.
+    settings: Settings,
     /// The parts on the host.
     host: Snapshot,
-    parts: Aside,
+    parts: DeviceCopies,
     /// The sum of all scents, if there is food. It follows from the amounts that are left, and takes long to find on the host.
     scent: Option<Buffer<f32>>,
 }
@@ -89,12 +92,23 @@ impl Simulation {
     /// No memory.
     pub fn record_aside(&self, rec: &mut Recorder) -> Result<StateAside> {
         let food = self.state.food.as_ref();
-        let scent = food.map(|food| put_aside(rec, &food.scent)).transpose()?;
+        let scent = food
+            .map(|food| copy_on_device(rec, &food.scent))
+            .transpose()?;
         Ok(StateAside {
+            settings: self.settings().clone(),
             host: self.course.snapshot(),
-            parts: Aside::record(rec, &self.state)?,
+            parts: DeviceCopies::record(rec, &self.state)?,
             scent,
         })
+    }
+
+    /// How many bytes of the device's memory [`record_aside`](Self::record_aside) takes.
+    #[must_use]
+    pub fn bytes_aside(&self) -> u64 {
+        let food = self.state.food.as_ref();
+        let scent = food.map_or(0, |food| food.scent.size_in_bytes());
+        DeviceCopies::bytes_of(&self.state) + scent
     }
 
     /// Records the way back to a state of this simulation. All recorded steps must have been submitted, and the settings of that time
@@ -102,15 +116,22 @@ impl Simulation {
     /// first time since then stay.
     ///
     /// # Errors
-    /// When buffers have changed since then: with the strategy of transfers, or with food. Then nothing has changed. When the device cannot
-    /// run a kernel.
+    /// When the settings are not those of that time, or buffers have other sizes than then. Then nothing has changed. When the device
+    /// cannot run a kernel.
     pub fn record_back(&mut self, rec: &mut Recorder, aside: &StateAside) -> Result<()> {
+        if *self.settings() != aside.settings {
+            return Err(Error::Invalid(
+                "the simulation cannot go back to the state that was copied on the device: its settings have changed since then; apply \
+                 those of that time first"
+                    .to_owned(),
+            ));
+        }
         let scent = self.state.food.as_ref().map(|food| &*food.scent);
         let scent_fits = scent.map(Buffer::len) == aside.scent.as_ref().map(Buffer::len);
         if !scent_fits || !aside.parts.fits(&self.state) {
             return Err(Error::Invalid(
-                "the simulation cannot go back to the state that was copied on the device: the strategy of transfers or the food has \
-                 changed since then; apply the settings of that time first"
+                "the simulation cannot go back to the state that was copied on the device: its buffers have other sizes since another \
+                 state was restored; restore a snapshot instead"
                     .to_owned(),
             ));
         }
@@ -154,5 +175,142 @@ impl SnapshotCopy {
             nearest: nearest.take(),
         });
         (snapshot, distances)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use glam::Vec3;
+
+    use super::*;
+    use crate::gpu::{Context, ContextOptions, Frames};
+    use crate::scene::settings::Strategy;
+    use crate::scene::{Overrides, Scene};
+    use crate::sim::paint::{Brush, Dab};
+    use crate::sim::pulse::Pulse;
+
+    /// A simulation with scents that cross from object to object, and its frames.
+    fn simulation(ctx: &Arc<Context>) -> (Simulation, Frames) {
+        let set = [
+            "particles.count=3000",
+            "atlas.size=128",
+            "second_look.preset=cells",
+            "object.1.scale=0.75",
+            "feeding.scent_across=0.5",
+            "feeding.amount=0",
+        ];
+        let overrides = Overrides {
+            set: set.map(str::to_owned).to_vec(),
+            ..Overrides::default()
+        };
+        let scene = Scene::load(Path::new("oats"), &overrides).unwrap();
+        let simulation = Simulation::new(ctx, &scene).unwrap();
+        (simulation, Frames::new(ctx, 1).unwrap())
+    }
+
+    fn run(simulation: &mut Simulation, frames: &mut Frames, steps: u32) {
+        let run = frames.run(|rec| (0..steps).for_each(|_| simulation.record_step(rec)));
+        run.unwrap();
+    }
+
+    /// Paints over all objects.
+    fn paint(simulation: &mut Simulation, frames: &mut Frames, brush: Brush) {
+        let dab = Dab {
+            brush,
+            center: simulation.setup().center,
+            radius: simulation.setup().radius,
+            eye: None,
+            ring: None,
+            number: 1,
+        };
+        let painted = frames.run(|rec| simulation.paint(rec, &dab));
+        painted.unwrap().unwrap();
+    }
+
+    fn pulse(simulation: &mut Simulation, at: Vec3) {
+        let radius = simulation.setup().radius;
+        let pulse = Pulse {
+            center: radius * at,
+            speed: 0.01 * radius,
+            width: 0.25 * radius,
+            reach: 2.0 * radius,
+            strength: 0.6,
+        };
+        simulation.pulse(&pulse).unwrap();
+    }
+
+    fn hash(simulation: &Simulation) -> (u64, u64) {
+        let state = simulation.snapshot().unwrap();
+        (state.step, state.hash())
+    }
+
+    /// Would catch: a way back that leaves out painted areas, a second look, live pulses or scents that cross; one with other settings, or
+    /// that changes something before it is refused; and a number of bytes that leaves out a part.
+    #[test]
+    fn a_simulation_goes_back_to_what_was_copied_on_the_device_and_continues_from_there() {
+        let options = ContextOptions {
+            validation: true,
+            ..ContextOptions::default()
+        };
+        let ctx = match Context::new(&options) {
+            Ok(ctx) => ctx,
+            Err(error) if std::env::var_os("MYXO_ALLOW_NO_DEVICE").is_some() => {
+                return eprintln!("skipped: {error}");
+            }
+            Err(error) => panic!("{error}"),
+        };
+        let ends = [false, true].map(|goes_back| {
+            let (mut simulation, mut frames) = simulation(&ctx);
+            let simulation = &mut simulation;
+            let setup = simulation.setup();
+            let texels = size_of::<f32>() * setup.atlas.density.len();
+            let particles = setup.particles.len();
+            let plain = simulation.bytes_aside() as usize;
+            // Particles with their headings; trail, deposits and scents.
+            assert!(plain >= 32 * particles + 3 * texels, "{plain}");
+            paint(simulation, &mut frames, Brush::Attract { amount: 3.0 });
+            paint(simulation, &mut frames, Brush::Look { amount: 0.6 });
+            assert_eq!(simulation.bytes_aside() as usize, plain + 2 * texels);
+            run(simulation, &mut frames, 4);
+            pulse(simulation, Vec3::X);
+            run(simulation, &mut frames, 3);
+            let before = hash(simulation);
+            if goes_back {
+                let aside = frames.run(|rec| simulation.record_aside(rec));
+                let aside = aside.unwrap().unwrap();
+                let settings = simulation.settings().clone();
+                paint(simulation, &mut frames, Brush::Erase { share: 0.7 });
+                pulse(simulation, Vec3::NEG_X);
+                run(simulation, &mut frames, 4);
+                let mut other_food = settings.clone();
+                other_food.feeding.scattered = 5;
+                let mut other_strategy = settings.clone();
+                other_strategy.transfer.strategy = Strategy::None;
+                let mut other_angle = settings.clone();
+                other_angle.physarum.sensor_angle += 5.0;
+                for other in [other_angle, other_strategy, other_food] {
+                    simulation.apply(&other).unwrap();
+                    let gone = hash(simulation);
+                    let back = frames.run(|rec| simulation.record_back(rec, &aside));
+                    let refused = back.unwrap().unwrap_err().to_string();
+                    assert!(refused.contains("settings have changed"), "{refused}");
+                    assert_eq!(hash(simulation), gone);
+                    assert_eq!(simulation.pulses().len(), 2);
+                    run(simulation, &mut frames, 1);
+                }
+                simulation.apply(&settings).unwrap();
+                let back = frames.run(|rec| simulation.record_back(rec, &aside));
+                back.unwrap().unwrap();
+                assert_eq!(hash(simulation), before);
+                assert_eq!(simulation.pulses().len(), 1);
+            }
+            run(simulation, &mut frames, 9);
+            hash(simulation)
+        });
+        assert_eq!(ends[0], ends[1]);
+        assert_eq!(ctx.messages(), [""; 0]);
     }
 }
