@@ -55,22 +55,30 @@ type Values = [f64; MEASURES.len()];
 #[derive(Clone, Copy)]
 struct Length {
     steps: u32,
-    /// A run's values are the means of its states from this step on, one every [`EVERY`] steps. That takes away some of the scatter.
+    /// A run's values are the means of its states from this step on. That takes away some of the scatter.
     from: u32,
+    /// Cells are counted so often, and measures taken.
+    every: u32,
 }
 
-/// Cells are counted so often, and measures taken.
-const EVERY: u32 = 50;
+/// Before patterns grow: runs scatter little, so that a start of another kind shows, and a mean that is not quite that of 3 x 3 cells.
+const EARLY: Length = Length {
+    steps: 10,
+    from: 5,
+    every: 5,
+};
 
 /// Enough for a network, and for every changed rule to show.
 const SHORT: Length = Length {
     steps: 150,
     from: 150,
+    every: 50,
 };
 
 const LONG: Length = Length {
     steps: 500,
     from: 300,
+    every: 50,
 };
 
 /// The measures of a trail, gutters filled.
@@ -137,8 +145,8 @@ fn ours(gpu: &Gpu, scene: &Scene, length: Length) -> Values {
     let setup = set_up(&gpu.ctx, scene);
     let mut simulation = Simulation::from_setup(&gpu.ctx, scene, setup).unwrap();
     let mut states = Vec::new();
-    for step in (EVERY..=length.steps).step_by(EVERY as usize) {
-        advance(gpu, &mut simulation, EVERY);
+    for step in (length.every..=length.steps).step_by(length.every as usize) {
+        advance(gpu, &mut simulation, length.every);
         let state = simulation.snapshot().unwrap();
         let setup = simulation.setup();
         let sharing = sharing_count(&state.particles, &setup.atlas, &setup.homes);
@@ -157,7 +165,7 @@ fn theirs(parameters: Parameters, seed: u64, length: Length, setup: &Setup) -> V
     let mut states = Vec::new();
     for step in 1..=length.steps {
         plain.step();
-        if step % EVERY == 0 {
+        if step % length.every == 0 {
             let shares = parameters.change == Change::SharesCells;
             assert_eq!(
                 plain.sharing() > 0,
@@ -199,6 +207,9 @@ fn student(a: &[f64], b: &[f64]) -> f64 {
     (mean(a) - mean(b)) / error.max(f64::MIN_POSITIVE)
 }
 
+/// The side of a cell of the scene `jones`, scene radii.
+const CELL: f32 = 0.00707107;
+
 /// Seeds of the short test.
 const FEW: u64 = 4;
 const FEW_PLAIN: u64 = 12;
@@ -215,44 +226,57 @@ fn a_plain_program_grows_what_the_model_grows() {
     let angles = [45.0, 22.5];
     let [sensor, rotation] = angles;
     let setup = set_up(&gpu.ctx, &scene(angles, 1, &|_| ()));
-    let plain = |seeds: u64, change: Change| {
+    let plain = |seeds: u64, change: Change, length: Length| {
         let paper = Parameters::of(sensor, rotation, Order::Random);
-        all_theirs(Parameters { change, ..paper }, seeds, SHORT, &setup)
+        all_theirs(Parameters { change, ..paper }, seeds, length, &setup)
     };
-    let model = |change: &dyn Fn(&mut Settings)| -> Vec<Values> {
+    let model = |change: &dyn Fn(&mut Settings), length: Length| -> Vec<Values> {
         let seeds = 1..=FEW;
         seeds
-            .map(|seed| ours(&gpu, &scene(angles, seed, change), SHORT))
+            .map(|seed| ours(&gpu, &scene(angles, seed, change), length))
             .collect()
     };
-    let paper = plain(FEW_PLAIN, Change::None);
+    let papers = [EARLY, SHORT].map(|length| plain(FEW_PLAIN, Change::None, length));
     // The measure that is farthest off, and how far. There are too few regions to compare.
-    let farthest = |runs: &[Values]| {
+    let farthest = |runs: &[Values], papers: &[Values]| {
         let measures = 0..REGIONS;
         let off = measures.map(|k| {
-            let (own, papers) = (column(runs, k), column(&paper, k));
+            let (own, papers) = (column(runs, k), column(papers, k));
             let t = student(&own, &papers);
             let means = [mean(&own), mean(&papers)];
             (t.abs(), format!("{}: t = {t:.1}, {means:.4?}", MEASURES[k]))
         });
         off.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
     };
-    let (t, what) = farthest(&model(&|_| ()));
-    println!("the model, {what}");
-    assert!(t < FARTHEST, "{what}");
-    assert!(mean(&column(&paper, 1)) > 10.0, "there is a network");
+    let [early, paper] = &papers;
+    for (length, papers) in [(EARLY, early), (SHORT, paper)] {
+        let (t, what) = farthest(&model(&|_| (), length), papers);
+        println!("the model, to step {}, {what}", length.steps);
+        assert!(t < FARTHEST, "{what}");
+    }
+    assert!(mean(&column(paper, 1)) > 10.0, "there is a network");
 
     let turning = |settings: &mut Settings| settings.physarum.turning = Turning::Better;
-    let mut changed = vec![("turning = better".to_owned(), model(&turning))];
+    // As broad as the mean of 3 x 3 cells, by several passes.
+    let broad = |settings: &mut Settings| {
+        settings.trail.diffusion_length = CELL * (2.0_f32 / 3.0).sqrt();
+    };
+    let mut changed = vec![
+        ("turning = better".to_owned(), model(&turning, SHORT), paper),
+        ("diffusion_length".to_owned(), model(&broad, EARLY), early),
+    ];
     let changes = [
         Change::DepositsAnyway,
         Change::KeepsHeading,
         Change::TurnsToMore,
         Change::SharesCells,
     ];
-    changed.extend(changes.map(|change| (format!("{change:?}"), plain(FEW, change))));
-    for (name, runs) in changed {
-        let (t, what) = farthest(&runs);
+    changed.extend(changes.map(|change| {
+        let runs = plain(FEW, change, SHORT);
+        (format!("{change:?}"), runs, paper)
+    }));
+    for (name, runs, papers) in changed {
+        let (t, what) = farthest(&runs, papers);
         println!("{name}, {what}");
         assert!(t > FARTHEST, "{name} is not found: {what}");
     }
@@ -283,12 +307,6 @@ const WIDEST: f64 = 0.1;
 const INTERVAL_T: f64 = 2.093;
 /// Of a two-sided test at 1 in 1,000, with as many.
 const LARGEST_T: f64 = 3.883;
-
-/// What differs by more, and why is open: the angles, the measure, and the share by which it may. Everything else has the bounds above.
-const KNOWN: [([f64; 2], &str, f64); 2] = [
-    ([45.0, 22.5], "regions", 0.3),
-    ([45.0, 45.0], "cells from 1 to 2", 0.08),
-];
 
 /// Compares one measure.
 struct Compared {
@@ -376,13 +394,9 @@ fn long_a_plain_program_grows_the_same_patterns() {
             let compared = Compared::new([&columns[0], &columns[1], &columns[2]]);
             let row = compared.row(&place, measure);
             println!("{row}");
-            let known = KNOWN
-                .iter()
-                .find(|(at, what, _)| *at == angles && what == measure);
-            let is_right = match (k, known) {
-                (_, Some((.., most))) => compared.apart.abs() <= *most,
-                (REGIONS, None) => compared.may_be_equal(),
-                (_, None) => compared.is_near(),
+            let is_right = match k {
+                REGIONS => compared.may_be_equal(),
+                _ => compared.is_near(),
             };
             if !is_right {
                 wrong.push(row.clone());
@@ -413,16 +427,15 @@ fn long_a_plain_program_grows_the_same_patterns() {
 /// The file with all rows.
 fn table(rows: &[String], gpu: &Gpu, minutes: f64) -> String {
     let info = gpu.ctx.info();
-    let Length { steps, from } = LONG;
+    let Length { steps, from, every } = LONG;
     let mut text = format!(
         "# The model `jones` beside a plain program\n\n\
          `make long` makes this file again. The plain program, `tests/simulation/jones/plain.rs`, is written from the papers alone:\n\
          its agents move one after the other, in random order as in the paper, or in a fixed one. 200 by 200 cells, {steps} steps. A\n\
-         run's values are the means of its states every {EVERY} steps from step {from} on; here are the means of {SEEDS} runs with seeds\n\
+         run's values are the means of its states every {every} steps from step {from} on; here are the means of {SEEDS} runs with seeds\n\
          from 1 on, of {PLAIN_SEEDS} runs of the plain program in random order. The last columns have the difference of the model from\n\
          that, and the interval in which it lies with 95 % (Welch). Required are 5 %, and an interval within 10 %; of the regions at\n\
-         one point, that no difference is proven. Two measures do not meet that, and why is open: the regions at 45, 22.5, and the\n\
-         cells from 1 to 2 at 45, 45.\n\n\
+         one point, that no difference is proven.\n\n\
          | SA | RA | measure | plain, random order | plain, fixed order | `jones` | difference | 95 % |\n\
          | --: | --: | --- | --: | --: | --: | --: | --: |\n"
     );
@@ -432,7 +445,7 @@ fn table(rows: &[String], gpu: &Gpu, minutes: f64) -> String {
     let (name, driver, version) = (&info.name, &info.driver, &info.driver_version);
     writeln!(
         text,
-        "\nLengths are in scene radii. No two were in one cell, at every {EVERY}th step.\n\
+        "\nLengths are in scene radii. No two were in one cell, at every {every}th step.\n\
          This took {minutes:.0} minutes on {name} ({driver} {version})."
     )
     .unwrap();
