@@ -299,9 +299,9 @@ const SEEDS: u64 = 20;
 const PLAIN_SEEDS: u64 = 60;
 
 /// Means may be so far apart, as a share.
-const MOST_APART: f64 = 0.05;
+const MOST_APART: f64 = 0.02;
 /// The difference lies within this share, with 95 %.
-const WIDEST: f64 = 0.1;
+const WIDEST: f64 = 0.05;
 /// Half of the interval in which a difference lies with 95 %, in standard errors: Student's, with as many degrees of freedom as the smaller
 /// sample has, 19. Welch's are never fewer, so that the interval is rather too wide.
 const INTERVAL_T: f64 = 2.093;
@@ -357,8 +357,8 @@ impl Compared {
     }
 }
 
-/// Takes long: it is a proof by statistics, over six points of the map of angles. The means of the measures lie within 5 % of the plain
-/// program's, and the differences within 10 % with 95 %. There are too few regions at one point for that, so there no difference may be
+/// Takes long: it is a proof by statistics, over six points of the map of angles. The means of the measures lie within 2 % of the plain
+/// program's, and the differences within 5 % with 95 %. There are too few regions at one point for that, so there no difference may be
 /// proven, and the sums over the six points lie as near as the others.
 /// Writes a table to the file that `MYXO_JONES_TABLE` names.
 #[test]
@@ -434,7 +434,7 @@ fn table(rows: &[String], gpu: &Gpu, minutes: f64) -> String {
          its agents move one after the other, in random order as in the paper, or in a fixed one. 200 by 200 cells, {steps} steps. A\n\
          run's values are the means of its states every {every} steps from step {from} on; here are the means of {SEEDS} runs with seeds\n\
          from 1 on, of {PLAIN_SEEDS} runs of the plain program in random order. The last columns have the difference of the model from\n\
-         that, and the interval in which it lies with 95 % (Welch). Required are 5 %, and an interval within 10 %; of the regions at\n\
+         that, and the interval in which it lies with 95 % (Welch). Required are 2 %, and an interval within 5 %; of the regions at\n\
          one point, that no difference is proven.\n\n\
          | SA | RA | measure | plain, random order | plain, fixed order | `jones` | difference | 95 % |\n\
          | --: | --: | --- | --: | --: | --: | --: | --: |\n"
