@@ -183,8 +183,8 @@ impl Setup {
         if rules.is_crowded() {
             let both = (&mut particles[..living], &mut motions[..living]);
             let lots = Lots::new(&scene.surface, &starts, seed);
-            let draw = |id, attempt| lots.draw(id, attempt);
-            start::apart(both, &scene.surface, &atlas, &homes, draw, control)?;
+            let draw_again = |id, object, attempt| lots.draw_again(id, object, attempt);
+            start::apart(both, &scene.surface, &atlas, &homes, draw_again, control)?;
         }
         for motion in &mut motions[living..] {
             motion.flags = Motion::DEAD;

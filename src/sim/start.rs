@@ -2,7 +2,7 @@
 //! one; and their headings.
 //!
 //! Everything is drawn from the particle's id and the seed, so the place where a particle begins does not depend on the number of particles
-//! or threads, or on its slot.
+//! or threads, or on its slot; but with one particle a cell others may be in its way ([`apart`]).
 
 mod apart;
 mod mask;
@@ -11,6 +11,7 @@ mod rules;
 mod tests;
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
@@ -107,10 +108,7 @@ pub fn start(
     seed: u32,
 ) -> (Vec<Particle>, Vec<Motion>) {
     let lots = Lots::new(surface, starts, seed);
-    (0..count)
-        .into_par_iter()
-        .map(|id| lots.draw(id, 0))
-        .unzip()
+    (0..count).into_par_iter().map(|id| lots.draw(id)).unzip()
 }
 
 /// Draws start places.
@@ -145,22 +143,38 @@ impl<'a> Lots<'a> {
         }
     }
 
-    /// The start of a particle; another one with each attempt, which are counted from 0.
+    /// The start of a particle.
     #[must_use]
-    pub fn draw(&self, id: u32, attempt: u32) -> (Particle, Motion) {
-        let words = random(self.seed, id, 2 * attempt, Purpose::Start);
+    pub fn draw(&self, id: u32) -> (Particle, Motion) {
+        let words = self.words(id, 0);
         let Some(whole) = &self.whole else {
-            return self.scene.draw(id, words);
+            return self.scene.draw(id, words, None);
         };
         let triangle = whole.triangle_at(share(words));
         let object = self.surface.triangles[triangle as usize].object;
         // New random numbers, because those that have chosen the object would favour some places on it.
-        let fresh = || random(self.seed, id, 2 * attempt + 1, Purpose::Start);
         match &self.own[object as usize] {
-            Some(own) => own.draw(id, fresh()),
-            None if self.stays => self.scene.draw(id, words),
-            None => self.scene.draw(id, fresh()),
+            Some(own) => own.draw(id, self.words(id, 1), None),
+            None if self.stays => self.scene.draw(id, words, None),
+            None => self.scene.draw(id, self.words(id, 1), None),
         }
+    }
+
+    /// Another start of a particle on the object on which it starts, for each attempt from 1 on; none if this one came to another object.
+    #[must_use]
+    pub fn draw_again(&self, id: u32, object: u32, attempt: u32) -> Option<(Particle, Motion)> {
+        let is_second = self.whole.is_some() && !self.stays;
+        let words = |is_second| self.words(id, 2 * attempt + u32::from(is_second));
+        let (particle, motion) = match &self.own[object as usize] {
+            Some(own) => own.draw(id, words(true), Some(object)),
+            None => self.scene.draw(id, words(is_second), Some(object)),
+        };
+        let came_to = self.surface.triangles[particle.triangle as usize].object;
+        (came_to == object).then_some((particle, motion))
+    }
+
+    fn words(&self, id: u32, number: u32) -> [u32; 4] {
+        random(self.seed, id, number, Purpose::Start)
     }
 }
 
@@ -186,13 +200,20 @@ impl<'a> Drawer<'a> {
         }
     }
 
-    fn draw(&self, id: u32, words: [u32; 4]) -> (Particle, Motion) {
+    /// Everywhere on one object, if one is given, by the rule for everywhere.
+    fn draw(&self, id: u32, words: [u32; 4], object: Option<u32>) -> (Particle, Motion) {
         let turn = direction(words[3]);
         // Its start place, its random heading, and its heading away from the centre.
         let (particle, by_chance, away) = match &self.rule.place {
             StartPlace::Everywhere => {
                 let (u, v) = uniform_in_triangle(words);
-                let triangle = self.areas.triangle_at(share(words));
+                let triangle = match object {
+                    None => self.areas.triangle_at(share(words)),
+                    Some(object) => {
+                        let triangles = triangles_of(self.surface, Some(object));
+                        self.areas.triangle_among(triangles, share(words))
+                    }
+                };
                 (Particle { triangle, u, v, id }, turn, None)
             }
             StartPlace::Mask(table) => {
@@ -294,7 +315,7 @@ pub fn nearest_point(
 }
 
 /// The triangles of one object, or of all.
-fn triangles_of(surface: &Surface, object: Option<u32>) -> std::ops::Range<u32> {
+fn triangles_of(surface: &Surface, object: Option<u32>) -> Range<u32> {
     match object {
         Some(object) => {
             let (first, end) = surface.objects[object as usize].triangles;
@@ -350,6 +371,18 @@ impl AreaTable {
         // The product may round up to the whole area.
         let place = self.up_to.partition_point(|&up_to| up_to <= area);
         self.first + place.min(self.last) as u32
+    }
+
+    /// For a share in `[0, 1)` of some of the triangles.
+    fn triangle_among(&self, triangles: Range<u32>, share: f64) -> u32 {
+        let [first, end] = [triangles.start, triangles.end].map(|at| (at - self.first) as usize);
+        let before = first.checked_sub(1).map_or(0.0, |at| self.up_to[at]);
+        let among = &self.up_to[first..end];
+        let whole = among.last().map_or(0.0, |up_to| up_to - before);
+        let area = before + share * whole;
+        let place = among.partition_point(|&up_to| up_to <= area);
+        let last = among.partition_point(|&up_to| up_to < before + whole);
+        triangles.start + place.min(last).min(among.len() - 1) as u32
     }
 }
 

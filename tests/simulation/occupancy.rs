@@ -4,10 +4,12 @@ use std::collections::HashSet;
 
 use crate::advance;
 use crate::common::{Gpu, TRIO, by_id, gpu, gpu_by_card_forms, scene, scene_of_several};
+use crate::networks::mean;
+use myxo::rng::{Purpose, random};
 use myxo::scene::Scene;
 use myxo::scene::settings::{
-    FoodSettings, Heading, Model, Preference, PulseSettings, Sensing, Settings, Start, StepOrder,
-    Strategy, Turning,
+    FoodSettings, Heading, Model, ObjectStart, Preference, PulseSettings, Sensing, Settings, Start,
+    StepOrder, Strategy, Turning,
 };
 use myxo::sim::beside::first_difference;
 use myxo::sim::carry::carried;
@@ -362,6 +364,102 @@ fn particles_begin_one_a_cell() {
         message.contains("transfer.strategy = \"respawn\""),
         "{message}"
     );
+}
+
+/// Particles on each of two equal objects at the start.
+fn on_objects(change: impl Fn(&mut Settings)) -> [usize; 2] {
+    let scene = scene_of_several(
+        &[
+            ("builtin:cube", [0.0; 3]),
+            ("builtin:cube", [4.0, 0.0, 0.0]),
+        ],
+        |settings| {
+            settings.atlas.size = 128;
+            settings.particles.count = 6000;
+            change(settings);
+        },
+    );
+    let setup = Setup::new(&scene).unwrap();
+    let mut counts = [0; 2];
+    for particle in &setup.particles {
+        counts[setup.surface.triangles[particle.triangle as usize].object as usize] += 1;
+    }
+    counts
+}
+
+/// Would catch: particles that find their cells taken and leave their object for others, so that it loses its share.
+#[test]
+fn objects_keep_their_particles_where_each_begins_in_a_cell_of_its_own() {
+    let starts: [fn(&mut Settings); 3] = [
+        |_| (),
+        |settings| settings.objects[0].start.share = 3.0,
+        |settings| settings.objects[1].start.place = ObjectStart::Point,
+    ];
+    for change in starts {
+        let of_model = |model: Model| {
+            on_objects(|settings| {
+                settings.physarum.model = model;
+                change(settings);
+            })
+        };
+        assert_eq!(of_model(Model::Jones), of_model(Model::Thesis));
+    }
+}
+
+/// Of 10,000 cells 6,000 are taken, as in sets that are drawn without repetition. Would catch: particles that go to cells beside those that were
+/// drawn twice, which makes crowds; and headings that come of the places.
+#[test]
+fn cells_that_are_taken_at_the_start_are_drawn_without_repetition() {
+    const SIDE: usize = 100;
+    let beside = |taken: &[bool]| {
+        let pairs = (0..SIDE * SIDE).map(|cell| {
+            let right = cell / SIDE * SIDE + (cell + 1) % SIDE;
+            let below = (cell + SIDE) % (SIDE * SIDE);
+            usize::from(taken[cell] && taken[right]) + usize::from(taken[cell] && taken[below])
+        });
+        pairs.sum::<usize>() as f64
+    };
+    let drawn: Vec<f64> = (0..200)
+        .map(|seed| {
+            let mut cells: Vec<u32> = (0..(SIDE * SIDE) as u32).collect();
+            cells.sort_by_key(|&cell| random(seed, cell, 0, Purpose::Paint));
+            let mut taken = vec![false; SIDE * SIDE];
+            for &cell in &cells[..6000] {
+                taken[cell as usize] = true;
+            }
+            beside(&taken)
+        })
+        .collect();
+    let middle = mean(&drawn);
+    let squares: f64 = drawn.iter().map(|count| (count - middle).powi(2)).sum();
+    let deviation = (squares / (drawn.len() - 1) as f64).sqrt();
+
+    for seed in [1, 2, 3] {
+        let scene = crowded("builtin:plane?periodic=true", |settings| {
+            settings.atlas.size = SIDE as u32;
+            settings.particles.count = 6000;
+            settings.seed = seed;
+        });
+        let setup = Setup::new(&scene).unwrap();
+        let atlas = &setup.atlas;
+        let gutter = atlas.gutter;
+        let mut taken = vec![false; SIDE * SIDE];
+        for particle in &setup.particles {
+            let cell = cell_of(particle, atlas, &setup.homes);
+            let (x, y) = (cell % atlas.pitch - gutter, cell / atlas.pitch - gutter);
+            taken[y as usize * SIDE + x as usize] = true;
+        }
+        let count = beside(&taken);
+        assert!(
+            (count - middle).abs() < 4.0 * deviation,
+            "{count} pairs, and {middle} +- {deviation} of sets"
+        );
+        let sums = (setup.motions.iter()).fold([0.0, 0.0], |[p, h]: [f32; 2], motion| {
+            [p + motion.heading_p, h + motion.heading_h]
+        });
+        let most = 4.0 * 6000.0_f32.sqrt();
+        assert!(sums.iter().all(|sum| sum.abs() < most), "{sums:?}");
+    }
 }
 
 /// Particles that a brush brings may come to one cell. They part, and no other one comes to them.

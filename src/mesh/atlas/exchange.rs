@@ -209,7 +209,7 @@ fn limit(density: f32, asked: f32) -> f32 {
 /// The largest diffusion that one step takes on an atlas of these texels: 1, which is the mean of nine, if no texel gives away too much then,
 /// as where all cover nearly the same area.
 pub(super) fn greatest_diffusion(density: &[f32], exchange: &Exchange) -> f32 {
-    // Those inside charts give to eight neighbours, and those beside seams by their rows.
+    // Those inside charts give to eight neighbours, and those beside seams by their rows; those at a border count as if they gave to eight.
     let inside = density.iter().map(|&density| 8.0 * NINTH * density);
     let rows = exchange.rows.iter().map(|row| {
         let inside = row.mask().count_ones() as f32 * row.conductance;

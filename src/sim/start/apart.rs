@@ -15,9 +15,12 @@ use crate::strict::{settled, within};
 /// How many other places a particle draws. Where 95 % of the cells are taken, four of five find a free one.
 const DRAWS: u32 = 32;
 
-/// Moves particles until no two have one cell. In each cell the first one stays; the others draw other places, by their id and the number of
-/// the attempt, until one is in a free cell: so all free cells are as likely as the start rule makes them, and no crowds arise round cells
-/// that were drawn twice. Those that find none in 32 attempts go where a flood from their first cell through texels
+/// If so many particles in a row have found none, the places from which they draw are full, and no other one draws.
+const IN_VAIN: usize = 256;
+
+/// Moves particles until no two have one cell. In each cell the first one stays; the others draw other places on their object, by their id and
+/// the number of the attempt, until one is in a free cell: so all free cells are as likely as the start rule makes them, and no crowds arise
+/// round cells that were drawn twice. Those that find none go where a flood from their first cell through texels
 /// side by side, and over seams, first finds room: on their object, unless it is full. Headings are laid onto the triangles there. A chart
 /// thinner than a texel may have cells whose middles are not on it: no particle goes to one if it would come to lie in another cell.
 ///
@@ -28,7 +31,7 @@ pub fn apart(
     surface: &Surface,
     atlas: &Atlas,
     homes: &[u32],
-    draw: impl Fn(u32, u32) -> (Particle, Motion),
+    draw_again: impl Fn(u32, u32, u32) -> Option<(Particle, Motion)>,
     control: &Control<'_>,
 ) -> Result<()> {
     let mut taken = vec![false; homes.len()];
@@ -39,17 +42,32 @@ pub fn apart(
             crowded.push((cell, slot));
         }
     }
-    crowded.retain(|&(_, slot)| {
-        let mut places = (1..=DRAWS).map(|attempt| draw(particles[slot].id, attempt));
+    let mut left = Vec::new();
+    let mut in_vain = 0;
+    for (done, (cell, slot)) in crowded.into_iter().enumerate() {
+        if done.is_multiple_of(256) {
+            control.check()?;
+        }
+        let Particle { id, triangle, .. } = particles[slot];
+        let object = surface.triangles[triangle as usize].object;
+        let attempts = if in_vain < IN_VAIN { DRAWS } else { 0 };
+        let mut places = (1..=attempts).filter_map(|attempt| draw_again(id, object, attempt));
         let free = places.find(|(place, _)| {
             let cell = cell_of(place, atlas, homes) as usize;
             !std::mem::replace(&mut taken[cell], true)
         });
-        if let Some(free) = free {
-            (particles[slot], motions[slot]) = free;
+        match free {
+            Some(free) => {
+                (particles[slot], motions[slot]) = free;
+                in_vain = 0;
+            }
+            None => {
+                left.push((cell, slot));
+                in_vain += 1;
+            }
         }
-        free.is_none()
-    });
+    }
+    let mut crowded = left;
     crowded.sort_unstable();
     let mut floods = Floods::new(atlas, homes);
     let (count, to_move) = (particles.len(), crowded.len());
@@ -215,7 +233,7 @@ mod tests {
             let mut particles: Vec<Particle> = (0..count).map(particle).collect();
             let mut motions = vec![heading; count as usize];
             let both = (&mut particles[..], &mut motions[..]);
-            let same = |id, _| (particle(id), heading);
+            let same = |id, _, _| Some((particle(id), heading));
             let moved = apart(both, &surface, &atlas, &homes, same, &Control::default());
             (moved, sharing_count(&particles, &atlas, &homes))
         };

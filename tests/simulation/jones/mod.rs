@@ -61,7 +61,7 @@ struct Length {
     every: u32,
 }
 
-/// Before patterns grow: runs scatter little, so that a start of another kind shows, and a mean that is not quite that of 3 x 3 cells.
+/// Before patterns grow: runs scatter little, so that a mean shows that is not quite that of 3 x 3 cells.
 const EARLY: Length = Length {
     steps: 10,
     from: 5,
