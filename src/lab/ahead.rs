@@ -58,6 +58,19 @@ mod tests {
     use std::thread::sleep;
     use std::time::{Duration, Instant};
 
+    /// Would catch: kernels of a morph to settings of other objects than those that run, as when a file was dropped, which are asked for by
+    /// numbers that the running scene does not have.
+    #[test]
+    fn settings_of_other_objects_need_no_kernels() {
+        let Some(ctx) = context() else { return };
+        let stage = stage(&ctx, "cube", &SMALL);
+        let mut settings = stage.simulation.settings().clone();
+        settings.physarum.sensor_noise = 1.0;
+        settings.objects.clear();
+        assert!(Ahead::default().are_made(&stage.simulation, &settings));
+        assert_eq!(ctx.messages(), [""; 0]);
+    }
+
     /// Would catch: kernels that go on being compiled when no look is pointed at, and a look that is never ready after that.
     #[test]
     fn kernels_that_were_given_up_are_made_when_they_are_wanted_again() {

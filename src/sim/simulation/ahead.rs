@@ -20,9 +20,13 @@ pub struct KernelOrder {
 }
 
 impl Simulation {
-    /// The kernels that these settings need beside those of the present ones; none if the simulation has them all.
+    /// The kernels that these settings need beside those of the present ones; none if the simulation has them all, or if they are settings of
+    /// another number of objects, which it cannot take over.
     #[must_use]
     pub fn order_kernels(&self, settings: &Settings) -> Option<KernelOrder> {
+        if settings.objects.len() != self.settings().objects.len() {
+            return None;
+        }
         let means = self.means();
         let every = self.course.of_every_kernel(settings, means);
         (!every.is_prepared(&self.pipelines)).then(|| KernelOrder {
