@@ -5,8 +5,8 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use egui::epaint::ClippedShape;
-use egui::{ClippedPrimitive, Color32, Context, Rect, Shape, Stroke, pos2, vec2};
+use egui::epaint::{ClippedShape, TessellationOptions, Tessellator};
+use egui::{ClippedPrimitive, Color32, Rect, Shape, Stroke, pos2, vec2};
 use glam::Vec2;
 use myxo::render::network_lines::{DIMMED, Mark, Viewpoint};
 
@@ -101,14 +101,8 @@ impl NetworkOverlay {
         self.left > 0
     }
 
-    /// What is drawn over a picture that lies in the middle of this place.
-    pub fn primitives(
-        &mut self,
-        ctx: &Context,
-        view: &PictureView,
-        picture: Place,
-        pixels_per_point: f32,
-    ) -> &[ClippedPrimitive] {
+    /// Makes what is drawn over a picture that lies in the middle of this place, if something has changed.
+    pub fn make(&mut self, view: &PictureView, picture: Place, pixels_per_point: f32) {
         let window = Window {
             picture,
             pixels_per_point,
@@ -116,10 +110,31 @@ impl NetworkOverlay {
         let is_drawn = |(of, at): &(PictureView, Window)| of == view && *at == window;
         if !self.drawn.as_ref().is_some_and(is_drawn) {
             let shapes = self.shapes(view, window);
-            self.primitives = ctx.tessellate(shapes, pixels_per_point);
+            // The interface would take small discs from its texture of letters, where their places change. These shapes stay longer.
+            let options = TessellationOptions {
+                prerasterized_discs: false,
+                ..TessellationOptions::default()
+            };
+            let mut tessellator = Tessellator::new(pixels_per_point, options, [1, 1], Vec::new());
+            self.primitives = tessellator.tessellate_shapes(shapes);
             self.drawn = Some((view.clone(), window));
         }
-        &self.primitives
+    }
+
+    /// Draws what was made, and the interface over it, without a copy of either. Nothing is drawn without an interface.
+    pub fn draw_below<T>(
+        &mut self,
+        interface: Vec<ClippedPrimitive>,
+        draw: impl FnOnce(&[ClippedPrimitive]) -> T,
+    ) -> T {
+        if interface.is_empty() {
+            return draw(&[]);
+        }
+        let count = self.primitives.len();
+        self.primitives.extend(interface);
+        let drawn = draw(&self.primitives);
+        self.primitives.truncate(count);
+        drawn
     }
 
     fn shapes(&self, view: &PictureView, window: Window) -> Vec<ClippedShape> {
@@ -172,20 +187,22 @@ pub fn color_of([red, green, blue]: [u8; 3]) -> Color32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use egui::epaint::{Primitive, Vertex, WHITE_UV};
     use glam::{Affine3A, Vec3};
     use myxo::render::Camera;
-    use myxo::render::network_lines::{LINES, NetworkLines, Sight};
+    use myxo::render::network_lines::{LINES, NODES, NetworkLines, Sight};
     use myxo::render::pick::pick;
     use myxo::scene::Scene;
     use myxo::scene::settings::Settings;
     use myxo::sim::Setup;
-    use myxo::sim::graph::{Edge, Graph, Measures};
+    use myxo::sim::graph::{Edge, Graph, Measures, Node, NodeKind};
 
     /// Points of the line that is drawn.
     const POINTS: usize = 12;
     const SIZE: [u32; 2] = [640, 480];
 
-    /// A network with one line, which was found from elsewhere, from where nothing is visible; a view in which it is; and its pixels there.
+    /// A network with one line and a node at its end, which was found from elsewhere, from where nothing is visible; a view in which it is;
+    /// and the line's pixels there.
     fn network() -> (Arc<NetworkFacts>, PictureView, Vec<Vec2>) {
         let mut settings = Settings::default();
         settings.particles.count = 10;
@@ -212,7 +229,14 @@ mod tests {
         let row = rows.find_map(|y| row(y).and_then(|_| row(y + 16)));
         let row = row.expect("the torus is in the picture");
         let graph = Graph {
-            nodes: Vec::new(),
+            nodes: vec![Node {
+                kind: NodeKind::End,
+                object: 0,
+                place: row[POINTS - 1].1,
+                degree: 1,
+                width: 0.1,
+                foods: Vec::new(),
+            }],
             edges: vec![Edge {
                 from: 0,
                 to: 0,
@@ -283,7 +307,7 @@ mod tests {
         let mut overlay = NetworkOverlay::default();
         overlay.follow(&found, &view);
         assert!(lines(&overlay, &view, WINDOW).is_empty(), "from elsewhere");
-        overlay.test_in_batches(POINTS, Duration::MAX);
+        overlay.test_in_batches(BATCH, Duration::MAX);
         let first = lines(&overlay, &view, WINDOW);
         assert_eq!((first.len(), first[0].len()), (1, POINTS));
         for (at, pixel) in first[0].iter().zip(&pixels) {
@@ -312,26 +336,24 @@ mod tests {
     }
 
     /// Would catch: points that are never tested, or again and again; a frame that tests all though its time is over; and lines that are
-    /// made again though nothing has changed, or not though a point has come into sight.
+    /// made again though nothing has changed or they were drawn, or not though a point has come into sight.
     #[test]
     fn points_are_tested_in_batches_and_lines_are_made_when_they_change() {
         let (found, view, _) = network();
-        let ctx = Context::default();
-        let output = ctx.run_ui(egui::RawInput::default(), |_| {});
-        output.drop_without_applying_deltas();
         let mut overlay = NetworkOverlay::default();
         overlay.follow(&found, &view);
         let count = |overlay: &NetworkOverlay| overlay.visible.iter().filter(|is| **is).count();
         let scale = WINDOW.pixels_per_point;
-        for tested in [4, 8, 12] {
-            overlay.primitives(&ctx, &view, WINDOW.picture, scale);
+        // The line has twelve points, and the node is one.
+        for tested in [4, 8, 12, 13] {
+            overlay.make(&view, WINDOW.picture, scale);
             assert!(overlay.drawn.is_some() && overlay.is_testing());
             overlay.test_in_batches(4, Duration::ZERO);
             assert_eq!(count(&overlay), tested);
             assert!(overlay.drawn.is_none(), "more of it is visible");
         }
         assert!(!overlay.is_testing());
-        overlay.primitives(&ctx, &view, WINDOW.picture, scale);
+        overlay.make(&view, WINDOW.picture, scale);
         // The camera turns a little, and back: all are tested again, and are visible as before.
         let mut turned = view.clone();
         turned.from.eye += 0.001 * Vec3::X;
@@ -342,10 +364,43 @@ mod tests {
         }
         overlay.test_in_batches(5, Duration::MAX);
         assert!(!overlay.is_testing() && overlay.drawn.is_some());
-        assert_eq!(count(&overlay), POINTS);
-        let before = overlay.primitives.as_ptr();
-        overlay.primitives(&ctx, &view, WINDOW.picture, scale);
-        assert_eq!(overlay.primitives.as_ptr(), before, "nothing has changed");
-        assert!(!overlay.primitives.is_empty());
+        assert_eq!(count(&overlay), POINTS + 1);
+        let made = |overlay: &NetworkOverlay| -> Vec<*const Vertex> {
+            let meshes = overlay.primitives.iter().map(mesh);
+            meshes.map(<[Vertex]>::as_ptr).collect()
+        };
+        let before = made(&overlay);
+        assert!(!before.is_empty());
+        let interface = overlay.primitives.clone();
+        let all = overlay.draw_below(interface, <[ClippedPrimitive]>::len);
+        assert_eq!(all, 2 * before.len());
+        assert_eq!(overlay.draw_below(Vec::new(), <[ClippedPrimitive]>::len), 0);
+        overlay.make(&view, WINDOW.picture, scale);
+        assert_eq!(made(&overlay), before, "nothing has changed");
+    }
+
+    /// The vertices of a mesh.
+    fn mesh(clipped: &ClippedPrimitive) -> &[Vertex] {
+        match &clipped.primitive {
+            Primitive::Mesh(mesh) => &mesh.vertices,
+            Primitive::Callback(_) => panic!("only meshes are drawn"),
+        }
+    }
+
+    /// Would catch: nodes that are drawn with a part of the texture of letters, which is elsewhere when letters have come.
+    #[test]
+    fn nothing_is_taken_from_the_texture_of_letters() {
+        let (found, view, _) = network();
+        let mut overlay = NetworkOverlay::default();
+        overlay.follow(&found, &view);
+        overlay.test_in_batches(BATCH, Duration::MAX);
+        overlay.make(&view, WINDOW.picture, WINDOW.pixels_per_point);
+        let vertices: Vec<Vertex> = (overlay.primitives.iter())
+            .flat_map(|clipped| mesh(clipped).to_vec())
+            .collect();
+        for color in [LINES, NODES].map(color_of) {
+            assert!(vertices.iter().any(|vertex| vertex.color == color));
+        }
+        assert!(vertices.iter().all(|vertex| vertex.uv == WHITE_UV));
     }
 }

@@ -59,7 +59,7 @@ impl Source {
     }
 }
 
-/// The trail that a thread waits for, or copies to the host. None once it has it there, and once the device was left.
+/// The trail that a thread waits for, or copies to the host. None once it has it there, once it was given up, and once the device was left.
 type SharedTrail = Arc<Mutex<Option<TrailCopy>>>;
 
 /// A network that is being found.
@@ -227,6 +227,7 @@ mod tests {
     use crate::lab::state_copy::StateCopy;
     use glam::{DAffine3, DVec3};
     use myxo::gpu::Frames;
+    use myxo::scene::settings::FoodSettings;
     use myxo::sim::graph::{Measures, network_of};
 
     /// Keys of a scene that has a network after 60 steps.
@@ -308,7 +309,7 @@ mod tests {
         assert_eq!(second.step, 61);
         assert!(Arc::ptr_eq(&first.sight, &second.sight));
         assert_eq!(networks.due(&stage, later), None, "nothing has changed");
-        // Other colours and other rules are no other network; a painted trail is, and so are objects in other places.
+        // Other colours and other rules are no other network; a painted trail is, and so are other food and objects in other places.
         stage.forget_picture();
         let mut settings = stage.simulation.settings().clone();
         settings.physarum.sensor_angle += 5.0;
@@ -316,6 +317,15 @@ mod tests {
         assert_eq!(networks.due(&stage, later), None, "the trail is the same");
         let next = Some(later + 3 * INTERVAL);
         stage.trail_is_painted();
+        assert_eq!(networks.due(&stage, later), next);
+        networks.copied = Some(Source::of(&stage));
+        assert_eq!(networks.due(&stage, later), None);
+        settings.foods.push(FoodSettings {
+            object: settings.objects[0].name.clone(),
+            at: [1.0, 1.0, 1.0],
+            ..FoodSettings::default()
+        });
+        stage.simulation.apply(&settings).unwrap();
         assert_eq!(networks.due(&stage, later), next);
         networks.copied = Some(Source::of(&stage));
         assert_eq!(networks.due(&stage, later), None);

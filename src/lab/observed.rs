@@ -37,12 +37,16 @@ pub struct Observed<'a> {
     previewed: Option<&'a str>,
     /// Has the picture its steps, besides its colours?
     previewed_steps: bool,
+    /// Does the scene run with a look that is previewed?
+    runs_preview: bool,
     /// Presets that the user has kept.
     own: Vec<&'a str>,
     morphing: bool,
     show: &'a str,
     split: bool,
     network: bool,
+    /// The step of the network that is there, in the picture or from the next frame on.
+    network_step: Option<u64>,
     flying: bool,
     color_map: &'a str,
     /// The colours that the picture has, which follow a moment later.
@@ -85,6 +89,7 @@ impl Interface {
             previewed: self.preview.look(),
             previewed_steps: self.preview.look().is_some()
                 && facts.steps_of.as_deref() == self.preview.look(),
+            runs_preview: facts.runs_preview,
             own: self
                 .looks
                 .own
@@ -96,6 +101,7 @@ impl Interface {
             show: self.document.view.show.word(),
             split: self.layout.split,
             network: self.layout.network,
+            network_step: facts.network.as_ref().map(|found| found.step),
             flying: self.navigation.is_flying(),
             color_map: self.document.view.color_map.word(),
             drawn_colors: facts.drawn_colors.map(ColorMap::word),

@@ -9,7 +9,7 @@ use crate::lab::place::Place;
 use crate::lab::stage::Sizes;
 
 /// The contents that a frame draws into the window.
-pub struct Shot<'a> {
+pub struct Shot {
     pub view: View,
     /// The picture that is there will do.
     pub answers: bool,
@@ -22,7 +22,7 @@ pub struct Shot<'a> {
     /// Is the picture refined if it is there already?
     pub refines: bool,
     /// The interface over both.
-    pub primitives: &'a [egui::ClippedPrimitive],
+    pub primitives: Vec<egui::ClippedPrimitive>,
     pub pixels_per_point: f32,
 }
 
@@ -30,7 +30,7 @@ fn sizes(picture: &Place, beside: Option<&Place>) -> Sizes {
     (picture.size, beside.map(|place| place.size))
 }
 
-impl Shot<'_> {
+impl Shot {
     pub fn sizes(&self) -> Sizes {
         sizes(&self.picture, self.beside.as_ref())
     }

@@ -293,6 +293,13 @@ impl Surface {
         self.glued.get(next_glued).is_some_and(|&h| h < 3 * end)
     }
 
+    /// A triangle's area, world units squared.
+    #[must_use]
+    pub fn area(&self, triangle: u32) -> f64 {
+        let shape = &self.triangles[triangle as usize];
+        0.5 * f64::from(shape.ab) * f64::from(shape.ch)
+    }
+
     /// The lowest and the highest corner of the box round an object, in object space.
     #[must_use]
     pub fn bounds(&self, object: usize) -> [Vec3; 2] {

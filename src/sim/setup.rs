@@ -252,10 +252,7 @@ impl Setup {
 fn object_areas(surface: &Surface) -> Vec<f64> {
     let area = |range: &ObjectRange| -> f64 {
         let (first, end) = range.triangles;
-        let shapes = surface.triangles[first as usize..end as usize].iter();
-        shapes
-            .map(|shape| 0.5 * f64::from(shape.ab) * f64::from(shape.ch))
-            .sum()
+        (first..end).map(|triangle| surface.area(triangle)).sum()
     };
     surface.objects.iter().map(area).collect()
 }

@@ -71,6 +71,26 @@ fn the_network_is_that_of_the_state_which_is_the_same_without_it() {
     lab.quit();
 }
 
+/// Would catch: a brush after which the lines are those of the trail before it, for as long as no step is taken.
+#[test]
+fn lines_follow_the_brush() {
+    if !can_open() {
+        return;
+    }
+    let lab = Lab::open(&GROWN);
+    lab.grows_beyond(60);
+    lab.hold();
+    lab.key_until("n", "they are asked for", "network", true);
+    let before = lab.wait("they are found", |seen| found(seen) == Some(step(seen)));
+    lab.paint_with("trail");
+    let seen = lab.wait("those of what was painted", |seen| {
+        let numbers = |seen: &Value| seen["values"]["network"].as_str().map(str::to_owned);
+        numbers(seen).is_some() && numbers(seen) != numbers(&before)
+    });
+    assert_eq!(step(&seen), step(&before), "it is held");
+    lab.quit();
+}
+
 /// Would catch: lines of what is no longer there, and lines that do not come again.
 #[test]
 fn lines_come_again_after_a_reset_and_in_another_scene() {
@@ -109,7 +129,7 @@ fn lines_come_again_on_another_device() {
     lab.quit();
 }
 
-/// Would catch: a network of the steps of a preview, and lines that are gone after it.
+/// Would catch: a network of the steps of a preview, and lines that are gone after it until another network is found.
 #[test]
 fn lines_wait_for_the_end_of_a_preview() {
     if !can_open() {
@@ -120,14 +140,18 @@ fn lines_wait_for_the_end_of_a_preview() {
     lab.wait("they are found", |seen| found(seen).is_some());
     lab.key_until("g", "the gallery", "gallery", true);
     lab.point("card=ribbons", 0.5);
-    let seen = lab.wait("the steps of the look", |seen| {
+    let previewed = lab.wait("the steps of the look", |seen| {
         seen["state"]["previewed"] == "ribbons" && seen["state"]["previewed_steps"] == true
     });
-    assert_eq!(found(&seen), None);
+    assert_eq!(found(&previewed), None);
     lab.point("picture", 0.5);
-    let seen = lab.wait("they are there again", |seen| {
-        seen["state"]["previewed"].is_null() && found(seen).is_some()
-    });
-    assert!(found(&seen) <= Some(step(&seen)), "no step of the preview");
+    // In the frame in which it ends no other network can have been found.
+    let seen = lab.wait("it ends", |seen| seen["state"]["runs_preview"] == false);
+    let kept = seen["state"]["network_step"].as_u64();
+    let kept = kept.expect("the network from before is there at once");
+    // Steps of a preview do not count: this is the one at which it began.
+    let begun = step(&previewed);
+    assert!(kept <= begun, "of step {kept}, and it began at {begun}");
+    lab.wait("its lines are there again", |seen| found(seen).is_some());
     lab.quit();
 }

@@ -114,7 +114,7 @@ impl Lab {
             beside: seen.beside,
             is_moving: false,
             refines: false,
-            primitives: &seen.primitives,
+            primitives: seen.primitives,
             pixels_per_point: seen.pixels_per_point,
         };
         let will_do = |stage: &Stage| match is_new {
@@ -133,7 +133,7 @@ impl Lab {
         self.runner.order.has_been_answered();
         let rec = self.runner.answers.begin()?;
         self.clocks.catch_up();
-        self.draw(rec, image, &shot)?;
+        self.draw(rec, image, shot)?;
         self.runner.answers.wait_idle()?;
         self.clocks.facts.answers_within_steps += u64::from(!is_new);
         self.report_places(seen.pixels_per_point, false)?;

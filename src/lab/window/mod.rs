@@ -238,11 +238,11 @@ impl Lab {
         }
         self.poll_jobs()?;
         self.clocks.facts.full_screen = self.host.is_full_screen();
-        let seen = self.run_interface()?;
+        let mut seen = self.run_interface()?;
         self.obey_all(&seen)?;
         self.follow_preview()?;
         self.look_under_pointer(seen.picture.size);
-        self.step_and_show(&seen, since_last)
+        self.step_and_show(&mut seen, since_last)
     }
 
     /// Does what the interface asks for, in order.
@@ -267,7 +267,7 @@ impl Lab {
     }
 
     /// Records and submits a frame: what tools do, steps, the picture.
-    fn step_and_show(&mut self, seen: &Seen, since_last: Duration) -> Result<Option<Instant>> {
+    fn step_and_show(&mut self, seen: &mut Seen, since_last: Duration) -> Result<Option<Instant>> {
         let view = self.present_view(since_last);
         let is_cpu = self.runner.ctx.info().kind == DeviceKind::Cpu;
         // Other colours are an answer, also to a pointer that rests.
@@ -334,10 +334,10 @@ impl Lab {
                 beside: seen.beside,
                 is_moving,
                 refines,
-                primitives: &seen.primitives,
+                primitives: std::mem::take(&mut seen.primitives),
                 pixels_per_point: seen.pixels_per_point,
             };
-            self.draw(rec, image, &shot)?;
+            self.draw(rec, image, shot)?;
         } else {
             self.runner.frames.submit(rec)?;
         }

@@ -28,6 +28,8 @@ impl Lab {
             // The picture shows the running state again, in the colours of this look.
             self.end_preview()?;
             if self.runs_like(&look.settings) {
+                // The kernels of the look that was pointed at before are not wanted.
+                self.jobs.ahead.give_up();
                 self.clocks.facts.steps_of = Some(look.name);
                 return Ok(());
             }

@@ -1,7 +1,5 @@
 //! Frames: the interface, and under it a picture, a new one or the last one.
 
-use std::borrow::Cow;
-
 use crate::lab::place::Place;
 use crate::lab::places::Places;
 use crate::lab::screen::FrontImage;
@@ -48,12 +46,7 @@ impl Lab {
     }
 
     /// Draws the picture, or takes the last one, draws the interface over it, and shows both.
-    pub(super) fn draw(
-        &mut self,
-        mut rec: Recorder,
-        image: FrontImage,
-        shot: &Shot<'_>,
-    ) -> Result<()> {
+    pub(super) fn draw(&mut self, mut rec: Recorder, image: FrontImage, shot: Shot) -> Result<()> {
         let target = self.front.image(&image);
         let place = &shot.picture;
         let mut is_covered = false;
@@ -83,7 +76,6 @@ impl Lab {
         let network = self.clocks.facts.network.as_ref();
         let network = network.filter(|_| is_covered && self.interface.shows_network());
         let view = self.runner.stage.as_ref().and_then(Stage::picture_view);
-        let mut primitives = Cow::Borrowed(shot.primitives);
         match network.zip(view) {
             None => self.lines.clear(),
             Some((found, view)) => {
@@ -92,11 +84,8 @@ impl Lab {
                 if !shot.is_between {
                     self.lines.test_points();
                 }
-                // Nothing is drawn of an interface that has nothing.
-                if !primitives.is_empty() {
-                    let (ctx, scale) = (self.host.context(), shot.pixels_per_point);
-                    let lines = self.lines.primitives(ctx, view, *place, scale);
-                    primitives = lines.iter().chain(shot.primitives).cloned().collect();
+                if !shot.primitives.is_empty() {
+                    self.lines.make(view, *place, shot.pixels_per_point);
                 }
             }
         }
@@ -108,8 +97,10 @@ impl Lab {
             clear: (!is_covered).then_some(EMPTY),
         };
         let gui = &mut self.gui;
-        rec.pass("interface", &over, |pass| {
-            gui.draw(pass, target.size(), shot.pixels_per_point, &primitives)
+        self.lines.draw_below(shot.primitives, |primitives| {
+            rec.pass("interface", &over, |pass| {
+                gui.draw(pass, target.size(), shot.pixels_per_point, primitives)
+            })
         })?;
         let ring = if shot.is_between {
             &mut self.runner.answers

@@ -12,7 +12,7 @@ use glam::{IVec2, Vec2};
 use super::super::surface::{AtlasMap, Surface};
 use super::fixed::{Fixed, twice_area};
 use super::owners::{self, Conflict};
-use super::{AtlasError, AtlasOptions, Control, overlap, surface_area, triangle_area};
+use super::{AtlasError, AtlasOptions, Control, overlap, surface_area};
 use crate::kept_files::{Hash, KeptFile, LAYOUTS};
 
 /// Raise it whenever the layout of the same surface and options changes.
@@ -121,7 +121,7 @@ fn flattened(
     });
     let enough = SEVERAL_TEXELS * f64::from(most / least);
     let is_flattened = |(t, corners): (usize, &[IVec2; 3])| {
-        twice_area(*corners) == 0 && density * triangle_area(surface, t as u32) > enough
+        twice_area(*corners) == 0 && density * surface.area(t as u32) > enough
     };
     corners.iter().enumerate().position(is_flattened)
 }

@@ -12,7 +12,7 @@ use glam::{UVec2, Vec2};
 use rayon::prelude::*;
 
 use super::super::surface::{AtlasMap, NONE, Surface};
-use super::{AtlasError, AtlasOptions, GutterTexel, Layout, pitch_of, triangle_area};
+use super::{AtlasError, AtlasOptions, GutterTexel, Layout, pitch_of};
 
 /// One of the two triangles of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -174,7 +174,7 @@ impl Grid {
         // A triangle fills half the inner square.
         let texel_area = |triangle: u32| match triangle {
             NONE => 0.0,
-            _ => triangle_area(surface, triangle) / (0.5 * side * side),
+            _ => surface.area(triangle) / (0.5 * side * side),
         };
         let mut owner = vec![NONE; pitch * self.size as usize];
         let mut area = vec![0.0; pitch * self.size as usize];

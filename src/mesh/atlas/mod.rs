@@ -554,7 +554,7 @@ fn whole_texels(surface: &Surface, maps: &[AtlasMap], mean_texel_area: f64) -> V
         .enumerate()
         .map(|(triangle, map)| {
             let texels = 0.5 * map.du.as_dvec2().perp_dot(map.dv.as_dvec2()).abs();
-            let area = triangle_area(surface, triangle as u32) / mean_texel_area;
+            let area = surface.area(triangle as u32) / mean_texel_area;
             (area / texels.max(f64::MIN_POSITIVE)) as f32
         })
         .collect()
@@ -568,14 +568,9 @@ fn position(map: &AtlasMap, u: f32, v: f32) -> Vec2 {
     map.origin + u * map.du + v * map.dv
 }
 
-fn triangle_area(surface: &Surface, triangle: u32) -> f64 {
-    let shape = surface.triangles[triangle as usize];
-    0.5 * f64::from(shape.ab) * f64::from(shape.ch)
-}
-
 /// Summed in order: a parallel sum of floats would differ from run to run.
 fn surface_area(surface: &Surface) -> f64 {
     (0..surface.triangles.len() as u32)
-        .map(|t| triangle_area(surface, t))
+        .map(|t| surface.area(t))
         .sum()
 }

@@ -11,7 +11,7 @@ use super::bitmap::{Bitmap, Shape};
 use super::fixed::Fixed;
 use super::outline::Mask;
 use super::owners::{self, Conflict};
-use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, overlap, triangle_area};
+use super::{AtlasError, AtlasOptions, Control, MAX_SIZE, overlap};
 
 /// Squares of objects consist of whole cells; the texture has at most this many a side.
 const SQUARE_CELLS: u32 = 256;
@@ -193,7 +193,7 @@ impl<'a> Model<'a> {
             area += 0.5 * twice.abs();
         }
         let (first, end) = surface.objects[object as usize].triangles;
-        let on_surface: f64 = (first..end).map(|t| triangle_area(surface, t)).sum();
+        let on_surface: f64 = (first..end).map(|t| surface.area(t)).sum();
         let weight = match options.weights.get(object as usize) {
             Some(&weight) if weight > 0.0 && weight.is_finite() => f64::from(weight),
             _ => 1.0,

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::super::surface::{AtlasMap, NONE, Surface};
 use super::fixed::{Fixed, only_texel, twice_area};
 use super::outline::Cells;
-use super::{AtlasError, AtlasOptions, Control, GutterTexel, Layout, pitch_of, triangle_area};
+use super::{AtlasError, AtlasOptions, Control, GutterTexel, Layout, pitch_of};
 
 /// Texel rows a band.
 const BAND: u32 = 16;
@@ -273,7 +273,7 @@ impl<'a> Sheet<'a> {
     /// goes to the texel under the centroid.
     fn cover(&self, t: u32, rows: std::ops::Range<i32>, first: i32, area: &mut [f32]) {
         let corners = self.corners[t as usize];
-        let whole = triangle_area(self.surface, t);
+        let whole = self.surface.area(t);
         let texels = twice_area(corners).unsigned_abs() as f64
             / (2.0 * f64::from(self.fixed.texel) * f64::from(self.fixed.texel));
         let start = |row: i32| (row - first) as usize * self.pitch;

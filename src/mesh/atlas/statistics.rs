@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::super::surface::{NONE, Surface};
 use super::fixed::{Fixed, twice_area};
-use super::{Atlas, AtlasMethod, counted, triangle_area};
+use super::{Atlas, AtlasMethod, counted};
 
 /// How much of the texture a layout uses, and how well triangles keep their size and shape in it.
 #[derive(Clone, Debug, PartialEq)]
@@ -177,7 +177,7 @@ impl Atlas {
             (0.5 * (sum - root)).max(0.0).sqrt(),
         );
         Distortion {
-            area: triangle_area(surface, triangle),
+            area: surface.area(triangle),
             texels: 0.5 * du.perp_dot(dv).abs(),
             stretch: if short > 0.0 {
                 long / short

@@ -85,7 +85,7 @@ fn densities(atlas: &Atlas, surface: &Surface) -> Vec<f64> {
             for t in range.triangles.0..range.triangles.1 {
                 let map = atlas.maps[t as usize];
                 texels += 0.5 * f64::from(map.du.perp_dot(map.dv).abs());
-                area += triangle_area(surface, t);
+                area += surface.area(t);
             }
             texels / area
         })
