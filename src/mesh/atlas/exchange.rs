@@ -23,7 +23,8 @@ use super::conductances::{Conductances, Layers};
 use super::gutter::Affine;
 use super::table::Table;
 
-/// The largest diffusion that one step of these tables always takes; stronger diffusion takes two, unless [`greatest_diffusion`] is greater.
+/// The largest diffusion that one step of these tables always takes; stronger diffusion takes two, unless
+/// [`Atlas::greatest_diffusion`](super::Atlas::greatest_diffusion) is greater.
 pub const GREATEST_DIFFUSION: f32 = 0.6;
 
 /// The largest share of its mass that a texel gives away in a step, so that no value becomes negative.
