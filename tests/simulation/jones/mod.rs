@@ -362,7 +362,7 @@ impl Compared {
 /// proven, and the sums over the six points lie as near as the others.
 /// Writes a table to the file that `MYXO_JONES_TABLE` names.
 #[test]
-#[ignore = "takes a quarter of an hour: make long"]
+#[ignore = "takes minutes: make long"]
 fn long_a_plain_program_grows_the_same_patterns() {
     let Some(gpu) = gpu() else { return };
     let started = Instant::now();
