@@ -1,6 +1,6 @@
 // claim: every particle claims the cell that it would come to, if it may come there once that is empty; the lowest rank remains.
 // Reads   claims, cells.
-// Writes  bids, by atomic minima, so that no order shows.
+// Writes  bids, by atomic minima, so that no order shows; goals of shared cells, which particles mark that find another rank in theirs.
 // One invocation per particle.
 // Overflow: cannot happen; nothing is appended.
 
@@ -26,6 +26,9 @@ READS(uint, 1) cells_texels;
 layout(std430, set = 0, binding = 2) buffer Bids { uint bids_block[]; };
 CHANGES(uint, 3) bids_low;
 CHANGES(uint, 4) bids_high;
+layout(std430, set = 0, binding = 5) writeonly buffer Goals { uint goals_block[]; };
+WRITES(uint, 6) goals_low;
+WRITES(uint, 7) goals_high;
 
 void main() {
     uint i = invocation_index();
@@ -33,6 +36,7 @@ void main() {
     // The cell that it would come to, the present cell, the rank, the texel there.
     uvec4 claim = fetch_paged(claims, i);
     if (MORTAL && claim.z == NO_RANK) return;
+    if (texel_of(cells, claim.y) != claim.z) put_texel(goals, claim.y, SHARED)
     if (!may_come(claim.z, texel_of(cells, claim.x))) return;
     lower_texel(bids, claim.x, claim.z, before)
 }

@@ -55,9 +55,10 @@ uint bid_of(uint cell) {
 bool is_open(uint cell) {
     // A particle's bid is lower than any of a landing, and would remain in any case.
     if (bid_of(cell) < LANDING) return false;
-    uint word = texel_of(cells, cell);
-    if (word == FREE) return true;
-    return word != SHARED_CELL && won_in(texel_of(goals, cell), word - 1u, params.rounds) != 0u;
+    uint inside = texel_of(cells, cell);
+    if (inside == FREE) return true;
+    uint goal = texel_of(goals, cell);
+    return goal != SHARED && won_in(goal, inside, params.rounds) != 0u;
 }
 
 void main() {

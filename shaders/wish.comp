@@ -1,8 +1,8 @@
 // wish: the motor stage with one particle a cell: every particle walks to where it would come to, and takes its present cell.
 // Reads   particles, strips, physarums, homes, bias and looks (gutters filled); for pulses shells, corners, vertices and poses.
 // Writes  wishes: the particle where it would come to; motions in place: as it would be there; claims: the cell there, the present cell,
-//         the rank, and the texel there; cells, by atomic exchanges; a cell of several particles is marked as shared; goals, of which it
-//         does not matter which one remains in a shared cell. Dead particles have no rank.
+//         the rank, and the texel there; cells and goals, of which it does not matter whose remain in a cell of several particles. Dead
+//         particles have no rank.
 // One invocation per particle.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending, and the next step is so much longer.
 // Overflow: cannot happen; nothing is appended.
@@ -49,9 +49,9 @@ PAGED_WRITES(uvec4, 4) claims;  // one an invocation
 READS(uvec4, 5) strips;
 layout(std430, set = 0, binding = 6) readonly buffer Physarums { Physarum physarums[]; };
 READS(uint, 7) homes_texels;
-layout(std430, set = 0, binding = 8) buffer Cells { uint cells_block[]; };
-CHANGES(uint, 9) cells_low;
-CHANGES(uint, 10) cells_high;
+layout(std430, set = 0, binding = 8) writeonly buffer Cells { uint cells_block[]; };
+WRITES(uint, 9) cells_low;
+WRITES(uint, 10) cells_high;
 layout(std430, set = 0, binding = 11) writeonly buffer Goals { uint goals_block[]; };
 WRITES(uint, 12) goals_low;
 WRITES(uint, 13) goals_high;
@@ -91,8 +91,6 @@ void main() {
     uint cell = texel_of(homes, texel_at(previous_position(), params.pitch));
     uint rank = rank_of(particle.id, params.salt);
     write_paged(claims, i, uvec4(goal, cell, rank, texel));
+    put_texel(cells, cell, rank)
     put_texel(goals, cell, goal)
-    exchange_texel(cells, cell, taken_by(rank), before)
-    // Of several in one cell the last to exchange its word finds another one before it, and writes after that.
-    if (before != FREE) write_texel(cells, cell, SHARED_CELL)
 }

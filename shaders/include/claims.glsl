@@ -2,16 +2,18 @@
 // Three words say it: in `cells`, which rank is in it; in `goals`, to which cell that particle would come; in `bids`, the lowest rank of
 // those that would come to it and may. A cell is won by its bid if it is empty, or if what is in it has won its own goal; so a particle
 // wins if the row of particles ahead of it ends at an empty cell within the step's rounds. No order shows, because no two ranks are equal.
+// Several particles may be in one cell. Which of them `cells` names is open, so neither is it whether others bid for that cell; but its goal
+// is a mark that no row passes, and it stays taken to the end of the step.
 // To a taken cell only a higher rank than that in it may come, as if particles moved one after the other by their ranks. So ranks fall
 // along a row, and it ends.
 
 #ifndef MYXO_CLAIMS
 #define MYXO_CLAIMS
 
-// In `cells`: several particles are in it. Then it stays taken to the end of the step.
-const uint SHARED_CELL = 0u;
-// No particle is in it; of a bid: nothing claims it.
+// No particle is in a cell, or claims it.
 const uint FREE = 0xffffffffu;
+// In place of the goal: several particles are in the cell.
+const uint SHARED = 0xffffffffu;
 
 // Ids have fewer bits than these: scenes of more particles are refused.
 const uint RANK_BITS = 28u;
@@ -32,14 +34,9 @@ uint rank_of(uint id, uint salt) {
     return h;
 }
 
-// What says of a cell that a particle of this rank is in it.
-uint taken_by(uint rank) {
-    return rank + 1u;
-}
-
-// May a particle of this rank come to the cell with this word, once it is empty?
-bool may_come(uint rank, uint word) {
-    return word == FREE || (word != SHARED_CELL && taken_by(rank) > word);
+// May a particle of this rank come to a cell, once what is in it has left?
+bool may_come(uint rank, uint inside) {
+    return inside == FREE || rank > inside;
 }
 
 #endif

@@ -11,11 +11,11 @@
 uint won_in(uint cell, uint rank, uint rounds) {
     for (uint round = 1u; round <= rounds; round += 1u) {
         if (bid_of(cell) != rank) return 0u;
-        uint word = texel_of(cells, cell);
-        if (word == FREE) return round;
+        rank = texel_of(cells, cell);
+        if (rank == FREE) return round;
         // What is in it must win its own goal first.
-        rank = word - 1u;
         cell = texel_of(goals, cell);
+        if (cell == SHARED) return 0u;
     }
     return 0u;
 }

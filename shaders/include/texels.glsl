@@ -35,9 +35,7 @@ layout(constant_id = 102) const bool OUTGROWS_BLOCK = false;
 #define store_quad(name, quad, value) { name##_block[quad] = value; }
 #define add_to_texel(name, texel, value) { atomicAdd(name##_block[texel], value); }
 #define lower_texel(name, texel, value, before) uint before = atomicMin(name##_block[texel], value);
-#define exchange_texel(name, texel, value, before) uint before = atomicExchange(name##_block[texel], value);
 #define read_texel(name, texel, value) uint value = atomicLoad(name##_block[texel], gl_ScopeDevice, 0, 0);
-#define write_texel(name, texel, value) { atomicStore(name##_block[texel], value, gl_ScopeDevice, 0, 0); }
 
 #else
 
@@ -85,14 +83,6 @@ uint texel_in(usamplerBuffer view, uint texel) {
         else { before = imageAtomicMin(name##_high, int((texel) - BAND), value); } \
     } else { before = atomicMin(name##_block[texel], value); } }
 
-// Declares `before`, what it was.
-#define exchange_texel(name, texel, value, before) \
-    uint before; \
-    { if (OUTGROWS_BLOCK) { \
-        if ((texel) < BAND) { before = imageAtomicExchange(name##_low, int(texel), value); } \
-        else { before = imageAtomicExchange(name##_high, int((texel) - BAND), value); } \
-    } else { before = atomicExchange(name##_block[texel], value); } }
-
 // Declares `value`, what a texel is while others may write it. A minimum with the largest value reads: texel buffers have no simpler atomic.
 #define read_texel(name, texel, value) \
     uint value; \
@@ -100,13 +90,6 @@ uint texel_in(usamplerBuffer view, uint texel) {
         if ((texel) < BAND) { value = imageAtomicMin(name##_low, int(texel), 0xffffffffu); } \
         else { value = imageAtomicMin(name##_high, int((texel) - BAND), 0xffffffffu); } \
     } else { value = atomicLoad(name##_block[texel], gl_ScopeDevice, 0, 0); } }
-
-// Writes a texel while others may read it.
-#define write_texel(name, texel, value) \
-    { if (OUTGROWS_BLOCK) { \
-        if ((texel) < BAND) { imageAtomicExchange(name##_low, int(texel), value); } \
-        else { imageAtomicExchange(name##_high, int((texel) - BAND), value); } \
-    } else { atomicStore(name##_block[texel], value, gl_ScopeDevice, 0, 0); } }
 
 #endif
 

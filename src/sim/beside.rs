@@ -8,7 +8,7 @@ use bytemuck::Pod;
 use glam::UVec4;
 
 use super::arrays::Arrays;
-use super::claims::{FREE, SHARED_CELL};
+use super::claims::{FREE, NO_RANK, SHARED};
 use super::paint::{Brush, Dab};
 use super::setup::Setup;
 use super::simulation::Simulation;
@@ -361,11 +361,26 @@ impl Everything {
             wishes,
             claims,
         } = self.crowd;
-        // Of a shared cell it does not matter which goal remains, and that of an empty one is old.
-        let has_goal = |cell: u32| cell != SHARED_CELL && cell != FREE;
-        let goals = cells.iter().zip(goals);
-        let goals = goals.map(|(&cell, goal)| if has_goal(cell) { goal } else { 0 });
-        add("goals", CELLS, goals.collect());
+        // The goal of an empty cell is old. Of a shared one it is open which rank remains, and so who bids for it; `claim` marks it, which
+        // is compared, and before that it shows by what is in it.
+        let mut inside = vec![0; cells.len()];
+        if runs(&["wish"]) {
+            let ranked = slots.iter().map(|&slot| claims[slot]);
+            for claim in ranked.filter(|claim| claim.z != NO_RANK) {
+                inside[claim.y as usize] += 1;
+            }
+        }
+        let mut crowded = [goals, cells, bids];
+        for (cell, &inside) in inside.iter().enumerate() {
+            let [goal, rank, bid] = crowded.each_mut().map(|words| &mut words[cell]);
+            if *rank == FREE {
+                *goal = 0;
+            } else if *goal == SHARED || inside > 1 {
+                [*goal, *rank, *bid] = [SHARED; 3];
+            }
+        }
+        let [goals, cells, bids] = crowded;
+        add("goals", CELLS, goals);
         add("cells", WORDS, cells);
         add("bids", WORDS, bids);
         // Only `wish` writes these, one a slot; later the slots hold other particles.

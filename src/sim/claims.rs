@@ -1,10 +1,10 @@
 //! What is known of a cell, an owned texel, while particles claim cells. Twin of `shaders/include/claims.glsl`, which says what its three
 //! words mean.
 
-/// Several particles are in it: then it stays taken to the end of the step.
-pub const SHARED_CELL: u32 = 0;
-/// No particle is in it; of a bid: nothing claims it.
+/// No particle is in a cell, or claims it.
 pub const FREE: u32 = u32::MAX;
+/// In place of the goal: several particles are in the cell.
+pub const SHARED: u32 = u32::MAX;
 
 /// Ids have fewer bits than these: scenes of more particles are refused.
 pub const RANK_BITS: u32 = 28;
@@ -27,16 +27,10 @@ pub fn rank_of(id: u32, salt: u32) -> u32 {
     h
 }
 
-/// What says of a cell that a particle of this rank is in it.
+/// May a particle of this rank come to a cell, once what is in it has left?
 #[must_use]
-pub fn taken_by(rank: u32) -> u32 {
-    rank + 1
-}
-
-/// May a particle of this rank come to the cell with this word, once it is empty?
-#[must_use]
-pub fn may_come(rank: u32, word: u32) -> bool {
-    word == FREE || (word != SHARED_CELL && taken_by(rank) > word)
+pub fn may_come(rank: u32, inside: u32) -> bool {
+    inside == FREE || rank > inside
 }
 
 /// All cells while particles claim them; each has one element per texel, for owned ones.
@@ -44,7 +38,7 @@ pub fn may_come(rank: u32, word: u32) -> bool {
 pub struct Claimed<'a> {
     /// Which rank is in a cell.
     pub cells: &'a [u32],
-    /// For a taken cell: to which one the particle in it would come.
+    /// For a taken cell: to which one the particle in it would come, or [`SHARED`].
     pub goals: &'a [u32],
     /// The lowest rank of the particles that would come to a cell and may.
     pub bids: &'a [u32],
@@ -55,17 +49,20 @@ impl Claimed<'_> {
     /// Twin of `shaders/include/rows.glsl`.
     #[must_use]
     pub fn won_in(&self, cell: u32, rank: u32, rounds: u32) -> Option<u32> {
-        let (mut cell, mut rank) = (cell as usize, rank);
+        let (mut cell, mut rank) = (cell, rank);
         for round in 1..=rounds {
-            if self.bids[cell] != rank {
+            let k = cell as usize;
+            if self.bids[k] != rank {
                 return None;
             }
-            let word = self.cells[cell];
-            if word == FREE {
+            rank = self.cells[k];
+            if rank == FREE {
                 return Some(round);
             }
-            rank = word - 1;
-            cell = self.goals[cell] as usize;
+            cell = self.goals[k];
+            if cell == SHARED {
+                return None;
+            }
         }
         None
     }
@@ -74,12 +71,12 @@ impl Claimed<'_> {
     /// stays because it would win the cell in a later round than the last.
     #[must_use]
     pub fn is_open(&self, cell: u32, rounds: u32) -> bool {
-        let word = self.cells[cell as usize];
+        let inside = self.cells[cell as usize];
         let is_left = || {
             let goal = self.goals[cell as usize];
-            word != SHARED_CELL && self.won_in(goal, word - 1, rounds).is_some()
+            goal != SHARED && self.won_in(goal, inside, rounds).is_some()
         };
-        self.bids[cell as usize] >= LANDING && (word == FREE || is_left())
+        self.bids[cell as usize] >= LANDING && (inside == FREE || is_left())
     }
 }
 
@@ -105,19 +102,16 @@ mod tests {
         assert_ne!(first(1), first(2));
     }
 
-    /// Would catch: a particle that gets a cell before the one in it has moved, one that comes to a shared cell, and a landing before
-    /// others.
+    /// Would catch: a particle that gets a cell before the one in it has moved, and a landing before others.
     #[test]
     fn only_later_ranks_come_to_a_taken_cell() {
         let ranks = [0, 1, 2, 77, RANKS - 1, RANKS];
         for holder in ranks {
-            let word = taken_by(holder);
-            assert!(word != SHARED_CELL && word != FREE);
             for rank in ranks {
-                assert_eq!(may_come(rank, word), rank > holder);
+                assert_eq!(may_come(rank, holder), rank > holder);
                 assert!(LANDING + rank > holder && LANDING + rank < FREE);
             }
-            assert!(may_come(holder, FREE) && !may_come(holder, SHARED_CELL));
+            assert!(may_come(holder, FREE));
         }
     }
 
@@ -131,7 +125,7 @@ mod tests {
         let mut goals = [0; 7];
         let mut bids = [FREE; 7];
         for (k, rank) in ranks.into_iter().enumerate() {
-            cells[k + 1] = taken_by(rank);
+            cells[k + 1] = rank;
             goals[k + 1] = k as u32 + 2;
             bids[k + 2] = rank;
         }
@@ -174,5 +168,18 @@ mod tests {
             ..row
         };
         assert_eq!(open(row, 5), [0, 6]);
+        // No row passes a shared cell, whoever bids for it, and none is left to others.
+        let mut shared = goals;
+        shared[3] = SHARED;
+        let row = Claimed {
+            goals: &shared,
+            bids: &bids,
+            ..row
+        };
+        for (k, rank) in (0..).zip(ranks) {
+            let round = (k > 1).then_some(5 - k);
+            assert_eq!(row.won_in(k + 2, rank, 14), round);
+        }
+        assert_eq!(open(row, 5), [0]);
     }
 }

@@ -11,9 +11,7 @@ use glam::UVec4;
 use crate::rng::{Purpose, random, seed_word};
 use crate::scene::settings::Strategy;
 use crate::sim::arrays::Arrays;
-use crate::sim::claims::{
-    Claimed, FREE, LANDING, NO_RANK, SHARED_CELL, may_come, rank_of, taken_by,
-};
+use crate::sim::claims::{Claimed, LANDING, NO_RANK, SHARED, may_come, rank_of};
 use crate::sim::field::{atlas_position, texel_at};
 use crate::sim::ground::{Flight, Ground};
 use crate::sim::kernels::{
@@ -193,6 +191,7 @@ impl StepKernel for Claim {
             claims: &crowd.claims.texels,
             cells: &crowd.cells,
             bids: &crowd.bids,
+            goals: &crowd.goals,
         }
     }
 
@@ -202,7 +201,7 @@ impl StepKernel for Claim {
             &call.params,
             &a.claims,
             &a.cells,
-            &mut a.bids,
+            (&mut a.bids, &mut a.goals),
         );
     }
 }
@@ -377,12 +376,8 @@ pub fn wish(
         let own_cell = inputs.homes[texel_of(particle.triangle, particle.u, particle.v) as usize];
         let rank = rank_of(particle.id, params.salt);
         claims[slot] = UVec4::new(goal, own_cell, rank, texel);
+        cells[own_cell as usize] = rank;
         goals[own_cell as usize] = goal;
-        let cell = &mut cells[own_cell as usize];
-        *cell = match *cell {
-            FREE => taken_by(rank),
-            _ => SHARED_CELL,
-        };
     }
 }
 
@@ -392,11 +387,14 @@ pub fn claim(
     params: &ClaimParams,
     claims: &[UVec4],
     cells: &[u32],
-    bids: &mut [u32],
+    (bids, goals): (&mut [u32], &mut [u32]),
 ) {
     for claim in &claims[..params.particle_count as usize] {
         if constants.mortal && claim.z == NO_RANK {
             continue;
+        }
+        if cells[claim.y as usize] != claim.z {
+            goals[claim.y as usize] = SHARED;
         }
         if may_come(claim.z, cells[claim.x as usize]) {
             let bid = &mut bids[claim.x as usize];
@@ -542,6 +540,7 @@ pub fn land_settle(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sim::claims::FREE;
 
     /// A particle: the cell that it is in, the one that it would come to, and its rank.
     #[derive(Clone, Copy)]
@@ -601,16 +600,19 @@ mod tests {
         for &Walker { cell, goal, rank } in walkers {
             claims.push(UVec4::new(goal as u32, cell as u32, rank, 0));
             goals[cell] = goal as u32;
-            cells[cell] = match cells[cell] {
-                FREE => taken_by(rank),
-                _ => SHARED_CELL,
-            };
+            cells[cell] = rank;
         }
         let params = ClaimParams {
             particle_count: walkers.len() as u32,
         };
         let constants = ClaimConstants::default();
-        claim(&constants, &params, &claims, &cells, &mut bids);
+        claim(
+            &constants,
+            &params,
+            &claims,
+            &cells,
+            (&mut bids, &mut goals),
+        );
         [cells, goals, bids]
     }
 
@@ -730,7 +732,7 @@ mod tests {
             // No row is longer than there are particles.
             let end = one_by_one(cell_count, &walkers);
             assert_eq!(moved(walkers.len() as u32), end, "case {case}");
-            shared += usize::from(cells.contains(&SHARED_CELL));
+            shared += usize::from(goals.contains(&SHARED));
             full += usize::from(!cells.contains(&FREE));
         }
         // Rows are longer than the rounds in some, even than the most; some have shared cells, and in some all are taken.
