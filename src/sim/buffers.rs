@@ -12,6 +12,7 @@ use super::distance::{TILE_CANDIDATES, TILE_SAMPLES};
 use super::pulse::MOST_PULSES;
 use super::raster::Outline;
 use super::sorting::{most_parts, stretches};
+use super::spread::Pass;
 use super::types::{
     Border, DistanceJob, Flow, HalfEdge, ListedTile, Mark, Meal, Motion, ObjectPair, Particle,
     Physarum, Population, Pose, SampleTile, Seam, Shell, SurfaceSample, TrailRates, Transfer,
@@ -322,7 +323,7 @@ table! {
     POSES: Pose = "poses", BLOCK 4, |n| n.objects;
     POSES_BEFORE: Pose = "poses_before", BLOCK 4, |n| n.objects;
     PHYSARUMS: Physarum = "physarums", BLOCK 0, |n| n.objects + 1;
-    TRAIL_RATES: TrailRates = "trail_rates", BLOCK 0, |n| 2 * n.objects;
+    TRAIL_RATES: TrailRates = "trail_rates", BLOCK 0, |n| Pass::ALL.len() as u64 * n.objects;
     SHELLS: Shell = "shells", BLOCK 0, |_| MOST_PULSES as u64;
 
     DISTANCES: f32 = "distances", BLOCK 0, |n| n.field().next_multiple_of(4);

@@ -239,10 +239,7 @@ impl<'a> Plan<'a> {
     /// The first row of a pass in the table of rates.
     #[must_use]
     pub fn first_rates(&self, pass: Pass) -> u32 {
-        match pass {
-            Pass::Spreading => 0,
-            Pass::Last => self.object_count(),
-        }
+        pass as u32 * self.object_count()
     }
 
     /// Edge crossings that one walk may make on the object that allows the most. Places at which sensors see other objects are found by so

@@ -17,10 +17,27 @@ pub const TINY_TRAIL: f32 = 1e-20;
 /// lengths, whatever the limit is, because several means of nine are more alike in all directions than one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
-    /// One that only spreads: deposits, decay and the filling of gutters, which diffusion does not read, come with the last one.
+    /// The first of several. By a diffusion length deposits come with it, so that they spread by the passes that follow: sensors would
+    /// otherwise read single texels, whose size the length should not depend on.
+    First,
+    /// One that only spreads.
     Spreading,
-    /// The last pass, or the whole step.
+    /// The last pass, or the whole step: decay and the filling of gutters, which diffusion does not read, and the other deposits.
     Last,
+}
+
+impl Pass {
+    /// All of them, in the order of the table of rates.
+    pub const ALL: [Self; 3] = [Self::First, Self::Spreading, Self::Last];
+
+    /// The passes of a step that has so many.
+    pub fn of(passes: u32) -> impl Iterator<Item = Self> {
+        (1..=passes).map(move |pass| match pass {
+            _ if pass == passes => Self::Last,
+            1 => Self::First,
+            _ => Self::Spreading,
+        })
+    }
 }
 
 /// The number of passes of a step: as many as the object takes whose trail spreads the most.
@@ -53,29 +70,34 @@ fn passes_for(spreads: &[f64], greatest: f32) -> u32 {
     (most / f64::from(greatest)).ceil().max(1.0) as u32
 }
 
-/// The table of rates: those of each object in a pass that only spreads, then those of each in the last pass.
+/// The table of rates: those of each object in each kind of pass.
 #[must_use]
 pub fn trail_rates(settings: &Settings, setup: &Setup) -> Vec<TrailRates> {
     let spreads = spreads(settings, setup);
-    let passes = f64::from(passes_for(&spreads, greatest(settings, setup)));
+    let passes = passes_for(&spreads, greatest(settings, setup));
     let factor = deposit_factor(settings, setup);
     let row = |pass: Pass| {
         let objects = settings.objects.iter().zip(&spreads);
         objects.map(move |(object, spread)| {
             let trail = settings.trail_on(object);
-            let (deposit, decay) = match pass {
-                Pass::Spreading => (0.0, 1.0),
-                Pass::Last => (factor * settings.deposit_on(object), trail.remaining()),
+            let deposits_in = match passes > 1 && trail.diffusion_length > 0.0 {
+                true => Pass::First,
+                false => Pass::Last,
             };
+            let deposit = factor * settings.deposit_on(object);
             TrailRates {
-                diffusion: (spread / passes) as f32,
-                deposit,
-                decay,
+                diffusion: (spread / f64::from(passes)) as f32,
+                deposit: if pass == deposits_in { deposit } else { 0.0 },
+                decay: if pass == Pass::Last {
+                    trail.remaining()
+                } else {
+                    1.0
+                },
                 pad0: 0.0,
             }
         })
     };
-    row(Pass::Spreading).chain(row(Pass::Last)).collect()
+    Pass::ALL.into_iter().flat_map(row).collect()
 }
 
 /// The rates of texels in a pass. Twin of `shaders/include/rates.glsl`.
@@ -176,7 +198,7 @@ mod tests {
         }
         let calls = |settings: &Settings| {
             let plan = Plan::new(settings, &setup, 0, Means::of_host(false, 0));
-            [Pass::Spreading, Pass::Last].map(|pass| {
+            Pass::ALL.map(|pass| {
                 let call = plan.diffuse(pass);
                 let rates = [
                     call.params.diffusion,
@@ -190,7 +212,8 @@ mod tests {
         };
         assert_eq!(calls(&settings), calls(&shared));
         let half = 0.9 / 2.0;
-        let expected = [(false, [half, 0.0, 1.0]), (false, [half, 3.0, 0.25])];
+        let only_spreads = (false, [half, 0.0, 1.0]);
+        let expected = [only_spreads, only_spreads, (false, [half, 3.0, 0.25])];
         assert_eq!(calls(&settings), expected);
         assert_eq!(passes(&settings, &setup), 2);
         settings.objects[1].trail.diffusion = Some(0.1);
@@ -198,7 +221,15 @@ mod tests {
         let rows = trail_rates(&settings, &setup);
         let diffusions = rows.iter().map(|row| row.diffusion);
         let few = 0.1 / 2.0;
-        assert_eq!(diffusions.collect::<Vec<_>>(), [half, few, half, few]);
+        let expected = [half, few].repeat(Pass::ALL.len());
+        assert_eq!(diffusions.collect::<Vec<_>>(), expected);
+        // By a length deposits come first, where there are several passes; those of the other object still come last.
+        settings.objects[1].trail.diffusion_length =
+            Some((setup.atlas.mean_texel_area.sqrt() / f64::from(setup.radius)) as f32);
+        assert!(passes(&settings, &setup) > 1);
+        let rows = trail_rates(&settings, &setup);
+        let deposits = rows.iter().map(|row| row.deposit);
+        assert_eq!(deposits.collect::<Vec<_>>(), [0.0, 3.0, 0.0, 0.0, 3.0, 0.0]);
         let objects = texel_objects(&setup);
         assert!(objects.contains(&0) && objects.contains(&1));
     }

@@ -284,14 +284,14 @@ fn feed(s: &mut Step, plan: &Plan<'_>) {
 
 /// The trail spreads, takes up the deposits and decays.
 fn spread(s: &mut Step, plan: &Plan<'_>) {
-    for _ in 1..passes(plan.settings, plan.setup) {
-        diffuse(s, plan, Pass::Spreading);
+    for pass in Pass::of(passes(plan.settings, plan.setup)) {
+        diffuse(s, plan, pass);
+        if pass == Pass::Last {
+            // Gutters are filled, so that the next step's sensors see no seam.
+            s.run(plan.seams(), plan.exchange_seams(Field::Trail));
+        }
         s.swap(Pair::Trail);
     }
-    diffuse(s, plan, Pass::Last);
-    // Gutters are filled, so that the next step's sensors see no seam.
-    s.run(plan.seams(), plan.exchange_seams(Field::Trail));
-    s.swap(Pair::Trail);
     s.swap(Pair::Deposits);
 }
 

@@ -13,6 +13,7 @@ use myxo::mesh::{Mesh, suite};
 use myxo::scene::settings;
 use myxo::sim::diffusion::Diffusion;
 use myxo::sim::kernels::{DiffuseConstants, DiffuseParams};
+use myxo::sim::spread::passes;
 use myxo::sim::{Simulation, TINY_TRAIL, twin};
 use reference::{Elements, narrowness, plane_kernel, sphere_kernel};
 
@@ -555,6 +556,58 @@ fn a_diffusion_length_is_the_same_on_every_texture() {
             far.trail.diffusion_length *= 1.01;
             assert!(simulation.apply(&far).is_err(), "it is the greatest");
         }
+    }
+    gpu.finish();
+}
+
+/// Would alone catch: deposits that lie on single texels until the next step, so that sensors read what the texture's size is; and passes that
+/// take them twice.
+#[test]
+fn deposits_spread_by_the_length_in_the_same_step() {
+    let Some(gpu) = gpu() else { return };
+    const LENGTH: f32 = 0.025;
+    for size in [96, 200] {
+        let scene = scene_of(builtin("plane"), |s| {
+            s.particles.count = 1;
+            s.atlas.size = size;
+            s.physarum.deposit = 1.0;
+            s.trail.decay = 0.5;
+            s.trail.diffusion_length = LENGTH;
+            s.particles.start = settings::Start::Point;
+        });
+        let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+        let setup = simulation.setup().clone();
+        gpu.run(|rec| simulation.record_step(rec));
+        let trail = simulation.snapshot().unwrap().trail;
+        let case = Case {
+            name: format!("plane at {size}"),
+            method: AtlasMethod::Charts,
+            surface: setup.surface.clone(),
+            atlas: setup.atlas.clone(),
+        };
+        let shares: Vec<(f64, DVec3)> = case
+            .owned()
+            .map(|texel| {
+                let area = f64::from(case.atlas.area[texel as usize]);
+                let share = f64::from(trail[texel as usize]) * area;
+                (share, case.place(texel).unwrap())
+            })
+            .collect();
+        let mass: f64 = shares.iter().map(|(share, _)| share).sum();
+        let half = 0.5 * setup.atlas.mean_texel_area;
+        assert!((mass / half - 1.0).abs() < 1e-5, "{}: {mass}", case.name);
+        let centre: DVec3 = shares.iter().map(|(share, at)| *share * *at).sum();
+        let centre = centre / mass;
+        let squares = shares
+            .iter()
+            .map(|(share, at)| share * at.distance_squared(centre));
+        let length = f64::from(LENGTH) * f64::from(setup.radius);
+        // By all passes but the first, along both axes.
+        let passes = f64::from(passes(&scene.settings, &setup));
+        assert!(passes > 4.0, "{passes}");
+        let expected = 2.0 * length * length * (1.0 - 1.0 / passes);
+        let found = squares.sum::<f64>() / mass / expected;
+        assert!((found - 1.0).abs() < 0.01, "{}: {found}", case.name);
     }
     gpu.finish();
 }
