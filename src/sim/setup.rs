@@ -176,13 +176,12 @@ impl Setup {
         };
         let starts = Starts::of(scene, &atlas, &masks, &foods)?;
         let seed = seed_word(settings.seed);
-        let (mut particles, mut motions) =
-            start::start(&scene.surface, &starts, settings.slots(), seed);
+        let lots = Lots::new(&scene.surface, &starts, seed);
+        let (mut particles, mut motions) = lots.all(settings.slots());
         // The others are dead, and lie where they would have begun.
         let living = settings.particles.count as usize;
         if rules.is_crowded() {
             let both = (&mut particles[..living], &mut motions[..living]);
-            let lots = Lots::new(&scene.surface, &starts, seed);
             let draw_again = |id, object, attempt| lots.draw_again(id, object, attempt);
             start::apart(both, &scene.surface, &atlas, &homes, draw_again, control)?;
         }

@@ -96,19 +96,14 @@ pub struct Starts {
     pub shares: Vec<f32>,
 }
 
-/// Particles 0 to `count` at their initial places, in the order of their ids, and their motions.
-///
-/// # Panics
-/// When the surface has no triangles.
-#[must_use]
-pub fn start(
+#[cfg(test)]
+fn start(
     surface: &Surface,
     starts: &Starts,
     count: u32,
     seed: u32,
 ) -> (Vec<Particle>, Vec<Motion>) {
-    let lots = Lots::new(surface, starts, seed);
-    (0..count).into_par_iter().map(|id| lots.draw(id)).unzip()
+    Lots::new(surface, starts, seed).all(count)
 }
 
 /// Draws start places.
@@ -141,6 +136,15 @@ impl<'a> Lots<'a> {
             whole: any_own.then(|| AreaTable::with_shares(surface, None, &starts.shares)),
             stays: is_everywhere && starts.scene.object.is_none(),
         }
+    }
+
+    /// Particles 0 to `count` at their initial places, in the order of their ids, and their motions.
+    ///
+    /// # Panics
+    /// When the surface has no triangles.
+    #[must_use]
+    pub fn all(&self, count: u32) -> (Vec<Particle>, Vec<Motion>) {
+        (0..count).into_par_iter().map(|id| self.draw(id)).unzip()
     }
 
     /// The start of a particle.

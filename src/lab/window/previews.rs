@@ -1,8 +1,8 @@
 //! Previews of looks in the picture: they begin and end between frames, and only while nothing else uses the running scene.
 //!
-//! The first answer is a picture of the running state in the colours of the look. It needs no copy and no kernels, and comes before any
-//! step. Then the kernels of the look are made by another thread; and once they are, the state is copied on the device, and the scene
-//! continues with the look.
+//! The first answer is a picture in the colours of the look, of the state that is there. It needs no copy and no kernels, and comes before
+//! any step. Then what ran with another look returns to its state, and the kernels of this one are made by another thread; and once they
+//! are, the state is copied on the device, and the scene continues with the look.
 
 use crate::lab::previewing::{Previewing, with_look};
 use crate::lab::window::Lab;
@@ -25,7 +25,10 @@ impl Lab {
         };
         let has = |previewing: &Previewing| previewing.has(&look.settings);
         if !self.runner.previewing.as_ref().is_some_and(has) {
-            // The picture shows the running state again, in the colours of this look.
+            let colors = look.settings.picture.color_map;
+            if !(self.runner.stage.as_ref()).is_some_and(|stage| stage.has_colors(colors)) {
+                return Ok(());
+            }
             self.end_preview()?;
             if self.runs_like(&look.settings) {
                 // The kernels of the look that was pointed at before are not wanted.
@@ -58,15 +61,14 @@ impl Lab {
         runs.is_some_and(|runs| with_look(runs, look) == *runs)
     }
 
-    /// The colours of a look are seen first, and its kernels are made meanwhile.
+    /// Are the kernels of a look made? They are asked for once its colours are seen, because compiling takes a processor that the picture
+    /// may need.
     fn is_ready_for(&mut self, look: &Settings) -> bool {
         let Some(stage) = &self.runner.stage else {
             return false;
         };
-        // Compiling takes a processor that the picture may need.
         let live = with_look(stage.simulation.settings(), look);
-        stage.has_colors(look.picture.color_map)
-            && self.jobs.ahead.are_made(&stage.simulation, &live)
+        self.jobs.ahead.are_made(&stage.simulation, &live)
     }
 
     /// The scene is what it was before the preview, if there is one.
