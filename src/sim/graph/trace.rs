@@ -7,13 +7,13 @@ use glam::{DAffine3, DVec3};
 
 use super::links::Links;
 
-/// Branches that reach no farther than the line that they leave, and so many texels more, are unevenness of its outline.
-const SPUR: f64 = 2.0;
 /// Depths, taken along links, are up to 8 % more than straight ways: what reaches no farther than this many times a depth is within it.
 const WITHIN: f64 = 1.1;
-/// Where a line ends straight across, thinning leads into both of its corners, which are so many times as far as its sides.
-/// Both are ends then, and both are short.
+/// Where a line ends straight across, thinning leads into both of its corners, which are so many times as far as its sides. Branches that
+/// reach no farther from the middle of a line, and so many texels more, are its corners, or unevenness of its outline, of which fine textures
+/// show more.
 const OF_CORNERS: f64 = SQRT_2;
+const SPUR: f64 = 2.0;
 /// Junctions that are closer than so many texels are one, and so are those within the width of a line. From the middle of a right-angled
 /// crossing to the border of the network it is `SQRT_2` times half of that width, so that their ratio is `SQRT_2`, too.
 const ONE_JUNCTION: f64 = 3.0;
@@ -260,14 +260,9 @@ impl Traced {
         let mut degrees = self.degrees();
         let branches = (0..self.edges.len()).filter_map(|edge| self.branch(links, &degrees, edge));
         let mut spurs: Vec<Branch> = branches.collect();
-        // How many branches of each node are short enough to lead into a corner. Lines that end far away do not.
-        let mut corners = vec![0; degrees.len()];
-        for branch in &spurs {
-            corners[branch.from] += usize::from(branch.is_within(WITHIN * OF_CORNERS));
-        }
         spurs.retain(|branch| {
-            let is_corner = degrees[branch.from] == 3 && corners[branch.from] > 1;
-            branch.is_within(WITHIN * if is_corner { OF_CORNERS } else { 1.0 })
+            let is_spot = degrees[branch.from] == 1;
+            branch.is_within(WITHIN * if is_spot { 1.0 } else { OF_CORNERS })
         });
         spurs.sort_by(|a, b| a.length.total_cmp(&b.length).then(a.edge.cmp(&b.edge)));
         let before = spurs.len();
