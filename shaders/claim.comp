@@ -1,6 +1,6 @@
 // claim: every particle claims the cell that it would come to, if it may come there once that is empty; the lowest rank remains.
 // Reads   claims, cells.
-// Writes  bids, by atomic minima, so that no order shows; goals of shared cells, which particles mark that find another rank in theirs.
+// Writes  bids, by atomic minima, so that no order shows; goals: a mark, by each particle that finds another rank in its own cell.
 // One invocation per particle.
 // Overflow: cannot happen; nothing is appended.
 

@@ -2,8 +2,8 @@
 // Three words say it: in `cells`, which rank is in it; in `goals`, to which cell that particle would come; in `bids`, the lowest rank of
 // those that would come to it and may. A cell is won by its bid if it is empty, or if what is in it has won its own goal; so a particle
 // wins if the row of particles ahead of it ends at an empty cell within the step's rounds. No order shows, because no two ranks are equal.
-// Several particles may be in one cell. Which of them `cells` names is open, so neither is it whether others bid for that cell; but its goal
-// is a mark that no row passes, and it stays taken to the end of the step.
+// Several particles may be in one cell. They store their words one over the other, each as a whole, and any may remain: which of them `cells`
+// names is open, and so is what bids for that cell; but its goal is a mark that no row passes, and it stays taken to the end of the step.
 // To a taken cell only a higher rank than that in it may come, as if particles moved one after the other by their ranks. So ranks fall
 // along a row, and it ends.
 
@@ -34,7 +34,7 @@ uint rank_of(uint id, uint salt) {
     return h;
 }
 
-// May a particle of this rank come to a cell, once what is in it has left?
+// May a particle of this rank come to a cell, once what is in it has left? To a shared cell it may not; its goal says that.
 bool may_come(uint rank, uint inside) {
     return inside == FREE || rank > inside;
 }

@@ -173,7 +173,7 @@ pub struct Arrays {
     pub poses_before: Vec<Pose>,
     /// One per object: parameters of its particles; then those of the second look.
     pub physarums: Vec<Physarum>,
-    /// What passes do to the trail, two rows per object, as of the last change while objects differed.
+    /// What passes do to the trail, in each kind of pass a row per object, as of the last change while objects differed.
     pub rates: Vec<TrailRates>,
     /// The shells of live pulses.
     pub shells: Vec<Shell>,

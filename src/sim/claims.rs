@@ -27,7 +27,7 @@ pub fn rank_of(id: u32, salt: u32) -> u32 {
     h
 }
 
-/// May a particle of this rank come to a cell, once what is in it has left?
+/// May a particle of this rank come to a cell, once what is in it has left? To a shared cell it may not; its goal says that.
 #[must_use]
 pub fn may_come(rank: u32, inside: u32) -> bool {
     inside == FREE || rank > inside
@@ -117,7 +117,8 @@ mod tests {
 
     /// A row of five particles, each in the cell that the next one would come to, on a line of seven cells of which the last is empty.
     ///
-    /// Would catch: a round too many or too few, a winner over a lower bid, and cells that are left or taken for those that come over.
+    /// Would catch: a round too many or too few, a winner over a lower bid, rows that pass shared cells, and cells that are left or taken for
+    /// those that come over.
     #[test]
     fn a_row_moves_by_one_particle_a_round() {
         let ranks = [50, 40, 30, 20, 10];
@@ -168,18 +169,23 @@ mod tests {
             ..row
         };
         assert_eq!(open(row, 5), [0, 6]);
-        // No row passes a shared cell, whoever bids for it, and none is left to others.
+        // No row passes a shared cell, whoever bids for it, and it is left to nothing that comes over, also if nothing else bids for it.
         let mut shared = goals;
         shared[3] = SHARED;
-        let row = Claimed {
-            goals: &shared,
-            bids: &bids,
-            ..row
-        };
-        for (k, rank) in (0..).zip(ranks) {
-            let round = (k > 1).then_some(5 - k);
-            assert_eq!(row.won_in(k + 2, rank, 14), round);
+        for bid in [bids[3], FREE, LANDING + 3] {
+            let mut bids = bids;
+            bids[3] = bid;
+            let row = Claimed {
+                goals: &shared,
+                bids: &bids,
+                ..row
+            };
+            for (k, rank) in (2..).zip(&ranks[2..]) {
+                assert_eq!(row.won_in(k + 2, *rank, 14), Some(5 - k));
+            }
+            assert_eq!(row.won_in(2, ranks[0], 14), None);
+            assert_eq!(row.won_in(3, ranks[1], 14), None);
+            assert_eq!(open(row, 5), [0]);
         }
-        assert_eq!(open(row, 5), [0]);
     }
 }

@@ -61,7 +61,7 @@ pub struct Changes {
     pub poses_before: Option<Vec<Pose>>,
     /// Parameters of particles, one per object.
     pub physarums: Option<Vec<Physarum>>,
-    /// What passes do to the trail, two rows per object, where objects differ.
+    /// What passes do to the trail, in each kind of pass a row per object, where objects differ.
     pub rates: Option<Vec<TrailRates>>,
 }
 
@@ -150,7 +150,7 @@ pub struct Plan<'a> {
     pub rules: Rules,
     /// Lengths that several kernels take.
     pub lengths: Lengths,
-    /// What passes do to the trail: one row per object for passes that only spread, then one per object for the last pass.
+    /// What passes do to the trail: in each kind of pass a row per object.
     pub rates: Vec<TrailRates>,
     /// Do objects differ in that?
     pub own_rates: bool,

@@ -17,8 +17,8 @@ pub const TINY_TRAIL: f32 = 1e-20;
 /// lengths, whatever the limit is, because several means of nine are more alike in all directions than one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pass {
-    /// The first of several. By a diffusion length deposits come with it, so that they spread by the passes that follow: sensors would
-    /// otherwise read single texels, whose size the length should not depend on.
+    /// The first of several. By a diffusion length deposits come with it, so that they spread by the passes that follow: otherwise sensors
+    /// would read single texels, and so another trail on every texture. What is missing of the length is less than a texel.
     First,
     /// One that only spreads.
     Spreading,

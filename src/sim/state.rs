@@ -223,7 +223,7 @@ pub struct Objects {
     pub poses_before: Store<Pose, f32>,
     /// Parameters of particles, one per object, and those of the second look.
     pub physarums: Buffer<Physarum>,
-    /// What passes do to the trail on each object, one row per object for either kind of pass; read where objects differ.
+    /// What passes do to the trail on each object, in each kind of pass a row per object; read where objects differ.
     pub rates: Buffer<TrailRates>,
     /// The shells of live pulses, at the front.
     pub shells: Buffer<Shell>,

@@ -6,6 +6,7 @@ use glam::{DAffine3, DVec3};
 use myxo::scene::Scene;
 use myxo::scene::settings::{DistanceMethod, Settings, Strategy, TrailAcross};
 use myxo::sim::beside::first_difference;
+use myxo::sim::spread::passes;
 use myxo::sim::{Setup, Simulation, twin};
 
 /// Two cubes that stand in each other at a right angle. The upper face of the first, y = 0, and the right one of the second, x = 0, meet in
@@ -199,17 +200,21 @@ fn crossing_trio(change: impl FnOnce(&mut Settings)) -> Scene {
 #[test]
 fn both_engines_cross_alike() {
     let Some(gpu) = gpu() else { return };
-    for (strategy, method, diffusion) in [
-        (Strategy::Parallel, DistanceMethod::Bvh, 1.0),
-        (Strategy::None, DistanceMethod::Bvh, 0.5),
-        (Strategy::Respawn, DistanceMethod::Brute, 0.5),
+    for (strategy, method, diffusion, length) in [
+        (Strategy::Parallel, DistanceMethod::Bvh, 1.0, 0.0),
+        (Strategy::None, DistanceMethod::Bvh, 0.5, 0.0),
+        (Strategy::Respawn, DistanceMethod::Brute, 0.5, 0.0),
+        // Several passes, with deposits in the first.
+        (Strategy::None, DistanceMethod::Bvh, 0.0, 0.06),
     ] {
         let scene = crossing_trio(|s| {
             s.transfer.strategy = strategy;
             s.distance.method = method;
             s.trail.diffusion = diffusion;
+            s.trail.diffusion_length = length;
         });
         let setup = Setup::new(&scene).unwrap();
+        assert!(length == 0.0 || passes(&scene.settings, &setup) > 1);
         let found = first_difference(&gpu.ctx, &scene, &setup, 3, 2, &[]).unwrap();
         assert!(found.is_none(), "{strategy:?}: {}", found.unwrap());
     }

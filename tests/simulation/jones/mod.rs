@@ -61,7 +61,7 @@ struct Length {
     every: u32,
 }
 
-/// Before patterns grow: runs scatter little, so that a mean shows that is not quite that of 3 x 3 cells.
+/// Before patterns grow: runs scatter little, so that a trail shows that spreads otherwise than in the paper.
 const EARLY: Length = Length {
     steps: 10,
     from: 5,
@@ -257,7 +257,7 @@ fn a_plain_program_grows_what_the_model_grows() {
     assert!(mean(&column(paper, 1)) > 10.0, "there is a network");
 
     let turning = |settings: &mut Settings| settings.physarum.turning = Turning::Better;
-    // As broad as the mean of 3 x 3 cells, by several passes.
+    // As broad as the mean of 3 x 3 cells, by two passes, of which deposits have the second before sensors read them.
     let broad = |settings: &mut Settings| {
         settings.trail.diffusion_length = CELL * (2.0_f32 / 3.0).sqrt();
     };
