@@ -7,7 +7,7 @@
     image = sim.render(1280, 720, view="relief")    # (720, 1280, 4), uint8
     trail = sim.trail                               # (texels, texels), float32
     sim["physarum.speed"] = 0.006
-    sim.save("torus.state")
+    sim.save("torus.ckpt")
 
 `Simulation` runs a scene: a built-in one, a file, a dictionary, or a `Scene` of meshes in memory. `sweep` runs one at many points of
 its parameters, over processes or a cluster. `scenes`, `presets` and `parameters` list what there is. Errors of the library are exceptions with one

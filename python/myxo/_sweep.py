@@ -522,5 +522,5 @@ def _pandas() -> Any:
         import pandas
         import pyarrow  # noqa: F401
     except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f"sweeps need {error.name}: pip install 'myxo[sweep]'", name=error.name) from None
+        raise ModuleNotFoundError(f"sweeps need {error.name}: pip install '.[sweep]' in the clone", name=error.name) from None
     return pandas
