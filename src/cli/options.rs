@@ -79,7 +79,7 @@ pub struct StateOptions {
     /// Lists the state hash every N steps
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub hash_every: Option<u32>,
-    /// Measures the network every N steps and at the end: its length, pieces and more, for --report
+    /// Lists measures of the network every N steps and at the end: its length, pieces and more; a --report has them, too
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub measure_every: Option<u32>,
 }
