@@ -8,7 +8,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use image::codecs::png::PngEncoder;
 use myxo::mesh::atlas::{self, AtlasOptions, AtlasStatistics};
-use myxo::plain_text::{Shown as _, escaped};
+use myxo::plain_text::{Shown as _, counted, escaped};
 use myxo::render::charts;
 use myxo::scene::Scene;
 use myxo::scene::parameters::grouped;
@@ -247,14 +247,6 @@ fn decimals(value: f64) -> String {
     }
 }
 
-fn counted(count: u64, what: &str) -> String {
-    format!(
-        "{} {what}{}",
-        grouped(count as f64),
-        if count == 1 { "" } else { "s" }
-    )
-}
-
 fn as_text(row: &Row) -> String {
     let Row {
         name,
@@ -266,7 +258,7 @@ fn as_text(row: &Row) -> String {
     let texels = f64::from(options.size).powi(2);
     let share = |count: u64| {
         let share = percent(count as f64, texels);
-        format!("{}, {share}", counted(count, "texel"))
+        format!("{}, {share}", counted(count as usize, "texel", "texels"))
     };
     let three = |values: [f64; 3]| values.map(decimals).join("  ");
     let flat = match s.flat_triangles {
@@ -279,7 +271,7 @@ fn as_text(row: &Row) -> String {
     };
     let glued = match row.glued_pairs {
         0 => String::new(),
-        n => format!("; {} of edges glued", counted(n as u64, "pair")),
+        n => format!("; {} of edges glued", counted(n, "pair", "pairs")),
     };
     let phases: String = row
         .phases
@@ -335,7 +327,7 @@ fn as_text(row: &Row) -> String {
     let mut text = format!(
         "{}: {} of {objects}\n",
         escaped(name),
-        counted(s.triangles as u64, "triangle")
+        counted(s.triangles, "triangle", "triangles")
     );
     for (what, value) in rows {
         let _ = writeln!(text, "  {what:<18} {value}");

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use glam::UVec2;
 use myxo::export::{NetworkFile, NetworkFormat};
-use myxo::plain_text::{Shown as _, escaped};
+use myxo::plain_text::{Shown as _, counted, escaped};
 use myxo::render::offscreen::{self, Offscreen, too_large};
 use myxo::render::output::write_png;
 use myxo::render::{Renderer, View, draw_network};
@@ -231,13 +231,15 @@ fn line(measures: &Measures) -> String {
         });
         let connected = 100.0 * foods.connected;
         format!(
-            "; it reaches {} foods and connects {connected:.0} % of their pairs{efficiency}",
-            foods.reached
+            "; it reaches {} and connects {connected:.0} % of their pairs{efficiency}",
+            counted(foods.reached, "food", "foods")
         )
     });
-    format!(
-        "the network has {nodes} nodes, {edges} edges of {length:.2} radii, {parts} parts and {cycles} cycles{foods}"
-    )
+    let nodes = counted(*nodes, "node", "nodes");
+    let edges = counted(*edges, "edge", "edges");
+    let parts = counted(*parts, "part", "parts");
+    let cycles = counted(*cycles, "cycle", "cycles");
+    format!("the network has {nodes}, {edges} of {length:.2} radii, {parts} and {cycles}{foods}")
 }
 
 /// A row for each step.

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use myxo::gpu;
+use myxo::plain_text::counted;
 use myxo::sim::sorting::Segments;
 use myxo::sim::{FORMS_OF_ADVANCE, Setup};
 
@@ -197,7 +198,7 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
         let _ = writeln!(
             text,
             "GPU time of {}, nothing else between them.",
-            counted(report.steps, "run")
+            counted(report.steps, "run", "runs")
         );
         return text + &copies;
     }
@@ -225,18 +226,13 @@ pub fn table(report: &gpu::Report, of: Of<'_>, run: Run) -> String {
         format!("{}steps/s", short(1e3 / step.median_ms)),
     ]);
     let mut text = aligned(&cells, Some(cells.len() - 1));
-    let steps = counted(report.steps, "step");
+    let steps = counted(report.steps, "step", "steps");
     if run == Run::Overlapping {
         let _ = writeln!(text, "GPU time of {steps}, whose kernels may overlap.");
         return text;
     }
     let _ = writeln!(text, "GPU time of {steps}.");
     text + rare + &copies
-}
-
-/// `1 step`, `2 steps`.
-pub fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// `1`, or `0.25` for a kernel of every fourth step.

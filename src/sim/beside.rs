@@ -16,7 +16,7 @@ use super::state::State;
 use super::step::advance::FORMS_OF_ADVANCE;
 use super::surroundings::COVERED;
 use super::twin;
-use super::types::{Motion, Particle, Population, Transfer};
+use super::types::{Flow, Motion, Particle, Population, Transfer};
 use super::work::Work;
 use crate::error::Result;
 use crate::gpu::{Context, Frames, GpuError};
@@ -117,6 +117,16 @@ const POPULATION: &[(&str, As)] = &[
     ("born", As::Number),
     ("died", As::Number),
 ];
+const FLOW: &[(&str, As)] = &[
+    ("wanted", As::Number),
+    ("leaving", As::Number),
+    ("left over", As::Number),
+    ("most wanted", As::Number),
+    ("refused", As::Number),
+    ("selected", As::Number),
+    ("arrived", As::Number),
+    ("crossed", As::Number),
+];
 const TRANSFERS: &[(&str, As)] = &[
     ("x", As::Float),
     ("y", As::Float),
@@ -155,6 +165,7 @@ struct Everything {
     /// Present with several objects.
     near: Option<Near>,
     leaving: Vec<Transfer>,
+    flow: Flow,
     crowd: Crowd,
     growth: Growth,
 }
@@ -235,8 +246,8 @@ impl Everything {
         };
         let bias = s.bias.as_ref().map(|bias| ctx.download(bias));
         let looks = s.looks.as_ref().map(|looks| ctx.download(looks));
-        let leaving = ctx.download(&s.transfers.flow)?[0].leaving as usize;
-        let leaving = leaving.min(s.transfers.transfers.len());
+        let flow = ctx.download(&s.transfers.flow)?[0];
+        let leaving = (flow.leaving as usize).min(s.transfers.transfers.len());
         Ok(Self {
             particles: ctx.download(&s.particles)?,
             motions: ctx.download(&s.motions)?,
@@ -251,6 +262,7 @@ impl Everything {
             looks: looks.transpose()?.unwrap_or_default(),
             near: (objects > 1).then(near).transpose()?,
             leaving: ctx.download_range(&s.transfers.transfers, 0..leaving)?,
+            flow,
             crowd,
             growth,
         })
@@ -280,6 +292,7 @@ impl Everything {
                 across_triangles: a.across_triangles.clone(),
             }),
             leaving: transfers.transfers[..leaving].to_vec(),
+            flow: transfers.flow[0],
             crowd: Crowd {
                 cells: a.cells.clone(),
                 goals: a.goals.clone(),
@@ -344,6 +357,28 @@ impl Everything {
             transfers.sort_by_key(|transfer| transfer.particle);
             add("transfers", TRANSFERS, words(&transfers));
         }
+        let Flow {
+            wanted,
+            leaving,
+            left_over,
+            most_wanted,
+            refused,
+            selected,
+            arrived,
+            crossed,
+            ..
+        } = self.flow;
+        let counters = [
+            wanted,
+            leaving,
+            left_over,
+            most_wanted,
+            refused,
+            selected,
+            arrived,
+            crossed,
+        ];
+        add("flow", FLOW, counters.to_vec());
         add("particles", PARTICLES, particles);
         add("deposits", COUNTS, self.deposits);
         add("previous deposits", COUNTS, self.previous_deposits);
@@ -589,6 +624,7 @@ mod tests {
             ("wish", "wishes"),
             ("wish", "claims"),
             ("wish", "cells"),
+            ("arrive", "flow"),
             ("wish", "goals"),
             ("claim", "bids"),
             ("arrive", "particles"),

@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{DeviceInfo, DeviceKind, Tables, most_in_pages};
 use crate::mesh::atlas::{Atlas, AtlasError, AtlasMethod, MAX_SIZE, PackedEntries, PackedRow};
 use crate::mesh::strip::StripTriangle;
+use crate::plain_text::counted;
 use crate::scene::Scene;
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{DistanceMethod, Settings};
@@ -429,13 +430,13 @@ pub fn atlas_error(device: &DeviceInfo, settings: &Settings, error: AtlasError) 
         AtlasError::NoRoom {
             triangles, needed, ..
         } => (
-            counted(*triangles as u64, "triangle"),
+            counted(*triangles, "triangle", "triangles"),
             *needed,
             "",
             "use meshes with fewer triangles",
         ),
         AtlasError::NoRoomForCharts { charts, needed, .. } => (
-            counted(*charts as u64, "chart"),
+            counted(*charts, "chart", "charts"),
             *needed,
             "",
             "use meshes with fewer parts and triangles, or a smaller gutter",
@@ -521,14 +522,6 @@ pub fn human(bytes: u64) -> String {
         _ if bytes >= 1 << 30 => format!("{:.1} GiB", count / f64::from(1 << 30)),
         _ => format!("{:.0} MiB", (count / f64::from(1 << 20)).ceil()),
     }
-}
-
-fn counted(count: u64, what: &str) -> String {
-    format!(
-        "{} {what}{}",
-        number(count),
-        if count == 1 { "" } else { "s" }
-    )
 }
 
 fn number(value: u64) -> String {

@@ -237,7 +237,7 @@ fn a_texture_that_is_too_small_says_which_size_is_enough() {
     }
     let folder = Folder::new();
     for (model, method, part) in [
-        ("torus", "grid", "27648 triangles"),
+        ("torus", "grid", "27,648 triangles"),
         ("suzanne", "charts", "charts with a gutter of 1:"),
     ] {
         let picture = folder.file(format!("{model}.png"));

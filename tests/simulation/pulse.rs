@@ -39,14 +39,16 @@ fn pulse_at(center: Vec3, radius: f32) -> Pulse {
 #[test]
 fn both_engines_sweep_alike() {
     let Some(gpu) = gpu() else { return };
-    for (strategy, sensing) in [
-        (Strategy::Parallel, Sensing::Auto),
-        (Strategy::Direct, Sensing::Walk),
-        (Strategy::None, Sensing::Auto),
+    for (strategy, sensing, speed) in [
+        (Strategy::Parallel, Sensing::Auto, 0.02),
+        (Strategy::Direct, Sensing::Walk, 0.02),
+        // Faster than the pulse, which slows nothing.
+        (Strategy::None, Sensing::Auto, 0.08),
     ] {
         let change = |s: &mut Settings| {
             s.transfer.strategy = strategy;
             s.physarum.sensing = sensing;
+            s.physarum.speed = speed;
         };
         let plain = trio(change);
         let scene = trio(|s| {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use myxo::gpu::{Listed, Reason};
 
-use crate::cli::times::counted;
+use myxo::plain_text::counted;
 
 /// One line a kernel or copy; one for each barrier and each pair that it separates, with the buffers; and one where an unordered
 /// group begins or ends.
@@ -14,7 +14,7 @@ pub fn text(scene: &str, step: u64, listed: &[Listed]) -> String {
     let works = count(|l| matches!(l, Listed::Work(_)));
     let mut text = format!(
         "step {step} of {scene}: {works} kernels and copies, {}\n",
-        counted(barriers, "barrier")
+        counted(barriers, "barrier", "barriers")
     );
     for listed in listed {
         match listed {

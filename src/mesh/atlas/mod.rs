@@ -53,6 +53,7 @@ use self::conductances::Layers;
 use self::torus::Torus;
 use super::surface::{AtlasMap, NONE, Seam, Surface};
 use crate::choice::choice;
+use crate::plain_text::counted;
 pub use clearance::UNIT as CLEARANCE_UNIT;
 pub use control::Control;
 pub use exchange::{
@@ -169,8 +170,8 @@ pub enum AtlasError {
     #[error(
         "an atlas of size {size} has no room for {triangles} in {cells} of at least {cell_size} x {cell_size} texels \
          (gutter {gutter}): {advice}",
-        triangles = counted(*triangles as u64, "triangle"),
-        cells = counted(*cells as u64, "cell"),
+        triangles = counted(*triangles, "triangle", "triangles"),
+        cells = counted(*cells, "cell", "cells"),
         advice = room_advice(*needed)
     )]
     NoRoom {
@@ -221,7 +222,7 @@ pub enum AtlasError {
     /// More charts than the texture has room for.
     #[error(
         "an atlas of size {size} has no room for {charts} with a gutter of {gutter}: {advice}",
-        charts = counted(*charts as u64, "chart"),
+        charts = counted(*charts, "chart", "charts"),
         advice = chart_advice(*needed)
     )]
     NoRoomForCharts {
@@ -234,11 +235,6 @@ pub enum AtlasError {
         /// A texture side that works, a few per cent above the smallest at the most; more than [`MAX_SIZE`] if none does.
         needed: u64,
     },
-}
-
-/// `1 chart`, `2 charts`.
-fn counted(count: u64, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 fn chart_advice(needed: u64) -> String {
@@ -520,9 +516,9 @@ impl fmt::Display for Atlas {
             self.method.word()
         )?;
         match self.cell_size {
-            0 => f.write_str(&counted(self.chart_count.into(), "chart"))?,
+            0 => f.write_str(&counted(self.chart_count as usize, "chart", "charts"))?,
             c => {
-                let cells = counted(self.chart_count.into(), "cell");
+                let cells = counted(self.chart_count as usize, "cell", "cells");
                 write!(f, "{cells} of {c} x {c}")?;
             }
         }

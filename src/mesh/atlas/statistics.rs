@@ -7,7 +7,8 @@ use rayon::prelude::*;
 
 use super::super::surface::{NONE, Surface};
 use super::fixed::{Fixed, twice_area};
-use super::{Atlas, AtlasMethod, counted};
+use super::{Atlas, AtlasMethod};
+use crate::plain_text::counted;
 
 /// How much of the texture a layout uses, and how well triangles keep their size and shape in it.
 #[derive(Clone, Debug, PartialEq)]
@@ -211,8 +212,8 @@ impl fmt::Display for AtlasStatistics {
             f,
             "{} in {}, {:.1} % of the texture used, texels per area {low:.2} {middle:.2} {high:.2}, \
              stretch up to {:.2}",
-            counted(self.triangles as u64, "triangle"),
-            counted(u64::from(self.charts), "chart"),
+            counted(self.triangles, "triangle", "triangles"),
+            counted(self.charts as usize, "chart", "charts"),
             100.0 * self.utilisation,
             self.stretch_percentiles[2],
         )

@@ -1,6 +1,7 @@
 //! Foods that a network reaches, as nodes of its graph.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::parts::{Edge, Graph, Node, NodeKind};
 use super::surroundings::Surroundings;
@@ -114,7 +115,8 @@ impl Graph {
             .flat_map(|node| node.foods.clone())
             .collect();
         reached.sort_unstable();
-        let table = reached.iter().map(|&from| {
+        // Each is a search over the whole surface.
+        let table = reached.par_iter().map(|&from| {
             let distance =
                 SurfaceDistance::new(around.surface, &[foods[from].point], f64::INFINITY);
             let to = reached.iter().map(|&to| {
@@ -123,7 +125,7 @@ impl Graph {
             });
             to.collect::<Vec<f64>>()
         });
-        let table: Vec<_> = table.collect();
+        let table: Vec<Vec<f64>> = table.collect();
         move |a, b| {
             let [a, b] = [a, b].map(|food| reached.binary_search(&food).ok());
             Some(table[a?][b?]).filter(|distance| distance.is_finite())

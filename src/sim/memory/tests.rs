@@ -435,7 +435,7 @@ fn no_size_is_advised_that_the_device_does_not_hold() {
             tried: false,
         };
         for (error, what) in [
-            (charts, "2000 charts"),
+            (charts, "2,000 charts"),
             (own_uvs, "coordinates of object 3"),
         ] {
             let message = atlas_error(&small, &settings, error).to_string();

@@ -165,7 +165,7 @@ fn too_small_a_texture_names_the_size_that_works() {
         assert_eq!(triangles, 27_648);
         let text = error.to_string();
         assert!(
-            text.contains("27648 triangles") && text.contains(&needed.to_string()),
+            text.contains("27,648 triangles") && text.contains(&needed.to_string()),
             "{text}"
         );
         Grid::new(&torus, &with(needed as u32)).unwrap();
