@@ -357,28 +357,17 @@ impl Everything {
             transfers.sort_by_key(|transfer| transfer.particle);
             add("transfers", TRANSFERS, words(&transfers));
         }
-        let Flow {
-            wanted,
-            leaving,
-            left_over,
-            most_wanted,
-            refused,
-            selected,
-            arrived,
-            crossed,
-            ..
-        } = self.flow;
-        let counters = [
-            wanted,
-            leaving,
-            left_over,
-            most_wanted,
-            refused,
-            selected,
-            arrived,
-            crossed,
+        let f = self.flow;
+        let in_step = [f.wanted, f.leaving];
+        let so_far = [
+            f.left_over,
+            f.most_wanted,
+            f.refused,
+            f.selected,
+            f.arrived,
+            f.crossed,
         ];
-        add("flow", FLOW, counters.to_vec());
+        add("flow", FLOW, [&in_step[..], &so_far].concat());
         add("particles", PARTICLES, particles);
         add("deposits", COUNTS, self.deposits);
         add("previous deposits", COUNTS, self.previous_deposits);

@@ -169,7 +169,7 @@ mod tests {
             ..row
         };
         assert_eq!(open(row, 5), [0, 6]);
-        // No row passes a shared cell, whoever bids for it, and it is left to nothing that comes over, also if nothing else bids for it.
+        // No row passes a shared cell, and no particle that comes over may have it. That does not depend on the bid for it.
         let mut shared = goals;
         shared[3] = SHARED;
         for bid in [bids[3], FREE, LANDING + 3] {
