@@ -76,7 +76,8 @@ impl Graph {
 
     fn of_lines(&self, graph: &UnGraph<(), f64>, bridges: &[EdgeIndex]) -> Measures {
         let parts = connected_components(graph);
-        let length: f64 = self.edges.iter().map(|edge| edge.length).sum();
+        // An empty sum is -0.0.
+        let length = 0.0 + self.edges.iter().map(|edge| edge.length).sum::<f64>();
         let area: f64 = self.edges.iter().map(|edge| edge.length * edge.width).sum();
         let of_degree =
             |is: fn(usize) -> bool| self.nodes.iter().filter(|node| is(node.degree)).count();
