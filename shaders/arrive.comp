@@ -1,6 +1,6 @@
 // arrive: particles that have won cells move there; they eat, deposit, and are selected where they enter another object. The others stay
 // where they are, with a random heading and without a deposit; they eat, if they are on food.
-// Reads   claims, wishes, cells, goals, bids, strips, distances, plates.
+// Reads   claims, wishes, goals, bids, strips, distances, plates.
 // Writes  particles and motions in place; deposits, by atomic adds; particle_indices (appended, guarded); what was eaten of meals, by
 //         atomic adds; the count of particles that would have won their cells in one more round.
 // One invocation per particle.
@@ -34,6 +34,7 @@ layout(push_constant) uniform Params {
     uint seed;
     uint time_step;
     uint pitch;               // texels from one atlas row to the next
+    uint salt;                // of the claims
     uint rounds;              // in which cells are won
     uint transfer_capacity;   // of particle_indices
     float transfer_threshold; // world length of signed distance below which a place is covered
@@ -49,7 +50,6 @@ PAGED_READS(uvec4, 3) motions_before;  // one an invocation
 PAGED_READS(uvec4, 4) wishes;  // one an invocation
 PAGED_READS(uvec4, 5) claims;  // one an invocation
 READS(uvec4, 6) strips;
-READS(uint, 7) cells_texels;
 READS(uint, 8) goals_texels;
 READS(uint, 9) bids_texels;
 layout(std430, set = 0, binding = 10) buffer Deposits { uint deposits_block[]; };
@@ -85,20 +85,20 @@ uint bid_of(uint cell) {
 void main() {
     uint i = invocation_index();
     if (i >= params.particle_count) return;
-    // The cell that it would come to, the present cell, the rank, the texel there.
+    // The cell that it would come to, the present cell, the texel there, whether it is alive.
     uvec4 claim = fetch_paged(claims, i);
-    if (MORTAL && claim.z == NO_RANK) return;
+    if (MORTAL && claim.w == 0u) return;
     // In two lines, because || of constants alone is not understood by every reader of SPIR-V.
     bool has_flags = SELECTS;
     has_flags = has_flags || FOOD;
     uvec4 motion = uvec4(0u);
     if (has_flags) motion = fetch_paged(motions_before, i);
-    uint round = won_in(claim.x, claim.z, params.rounds + 1u);
+    uint round = won_in(claim.y, claim.x, params.salt, params.rounds + 1u);
     uvec4 moved = fetch_paged(wishes, i);
     if (has_flags) particle = particle_of(fetch_paged(particles_before, i));
     // A step within its own cell needs no claim.
     if (claim.x == claim.y || (round != 0u && round <= params.rounds)) {
-        motion.w = arrived_flags(claim.w, motion.w);
+        motion.w = arrived_flags(claim.z, motion.w);
         if (SELECTS) motion.w |= selected_flag(position_of(particle_of(moved)), i);
         write_paged(particles, i, moved);
         if (has_flags) write_paged(motions, i, motion);

@@ -1,5 +1,5 @@
 // land_claim: particles that come over from another object claim the cells that they would land on.
-// Reads   flow, particles, strips, homes, cells, goals, bids, triangles, corners, vertices, poses.
+// Reads   flow, particles, strips, homes, goals, bids, triangles, corners, vertices, poses.
 // Writes  transfers: the cell of each; bids, by atomic minima, so that no order shows. A cell is free if it was empty or has been left, and
 //         if no particle of its object claims it. One that such a particle claims, but would win in a later round than the last, counts
 //         as taken: it is rare, and its bid has no room for another one.
@@ -28,7 +28,6 @@ layout(std430, set = 0, binding = 1) readonly buffer FlowBlock { Flow flow[]; };
 PAGED_READS(uvec4, 2) particles;
 READS(uvec4, 3) strips;
 READS(uint, 4) homes_texels;
-READS(uint, 5) cells_texels;
 READS(uint, 6) goals_texels;
 layout(std430, set = 0, binding = 7) buffer Bids { uint bids_block[]; };
 CHANGES(uint, 8) bids_low;
@@ -42,8 +41,8 @@ READS(vec4, 13) poses;
 #include "atlas.glsl"
 #include "transfer.glsl"
 
-// Other invocations lower bids meanwhile, but only to values from LANDING on, which are above any rank. So neither whether a bid is below
-// LANDING, nor whether it is some rank, depends on whether it is read before or after that.
+// Other invocations lower bids meanwhile, but only to values from LANDING on, which are above any other claim. So neither whether a bid
+// is below LANDING, nor whether it is some claim, depends on whether it is read before or after that.
 uint bid_of(uint cell) {
     read_texel(bids, cell, bid)
     return bid;
@@ -55,10 +54,9 @@ uint bid_of(uint cell) {
 bool is_open(uint cell) {
     // A particle's bid is lower than any of a landing, and would remain in any case.
     if (bid_of(cell) < LANDING) return false;
-    uint inside = texel_of(cells, cell);
-    if (inside == FREE) return true;
-    uint goal = texel_of(goals, cell);
-    return goal != SHARED && won_in(goal, inside, params.rounds) != 0u;
+    uint word = texel_of(goals, cell);
+    if (word == FREE) return true;
+    return word != SHARED && won_in(cell, goal_of(word), params.salt, params.rounds) != 0u;
 }
 
 void main() {

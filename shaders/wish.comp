@@ -1,11 +1,13 @@
-// wish: the motor stage with one particle a cell: every particle walks to where it would come to, and takes its present cell.
-// Reads   particles, strips, physarums, homes, bias and looks (gutters filled); for pulses shells, corners, vertices and poses.
+// wish: with one particle a cell, every particle takes its present cell, senses, turns, walks, and claims the cell that it would come to.
+// Reads   as advance.comp: particles, strips, trail and bias (gutters filled), last step's deposits, surroundings; distances, across,
+//         across_triangles, physarums; scent and looks (gutters filled); for gravity and pulses corners, vertices and poses; shells; homes.
 // Writes  wishes: the particle where it would come to; motions in place: as it would be there; claims: the cell there, the present cell,
-//         the rank, and the texel there; cells and goals, of which it does not matter whose remain in a cell of several particles. Dead
-//         particles have no rank.
+//         the texel there, and whether it is alive; goals and bids, by atomic minima, so that no order shows; walkers, walkers_near,
+//         walker_count and walker_groups.
 // One invocation per particle.
-// A walk that runs out of edge-crossing attempts leaves the rest of its length pending, and the next step is so much longer.
-// Overflow: cannot happen; nothing is appended.
+// A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
+// Overflow: cannot happen; every list has room for all particles.
+// turning.glsl has the five forms of this shader.
 
 #version 460
 #extension GL_GOOGLE_include_directive : require
@@ -14,6 +16,7 @@
 #include "index.glsl"
 #include "tables.glsl"
 #include "texels.glsl"
+#include "append.glsl"
 
 layout(local_size_x = 256) in;
 
@@ -30,18 +33,31 @@ layout(constant_id = 17) const bool PULSES = false;
 layout(constant_id = 18) const bool LOOKS = false;
 // Particles may be dead.
 layout(constant_id = 22) const bool MORTAL = false;
+// No cell has several particles.
+layout(constant_id = 24) const bool APART = false;
 
 layout(push_constant) uniform Params {
     uint particle_count;
-    uint salt;         // of the step
-    uint attempts;     // edge crossings that one walk may make, unless objects have their own
-    uint pitch;        // texels from one atlas row to the next
-    uint shell_count;  // of the shells, those of live pulses
-    uint second_look;  // row of the physarums
+    uint seed;
+    uint time_step;
+    uint salt;                // of the step
+    uint attempts;            // edge crossings that one walk may make, unless objects have their own
+    uint pitch;               // texels from one atlas row to the next
+    float transfer_threshold; // world length of signed distance below which a place is covered
+    float deepest;            // world length of signed distance up to which sensors see nothing
+    float last_texel;         // column or row
+    uint walker_rows;         // rows of groups in the dispatch of listed particles
+    float fed_attraction;     // the share of an attraction that a fed one feels
+    float outlook_unit;       // texels
+    uint shell_count;         // of the shells, those of live pulses
+    uint second_look;         // row of the physarums
+    float sensor_share;       // one by the number of cells that a sensor reads
+    float sensitivity;        // trail units below which a sensor reads nothing
+    float random_turn;        // the probability of a turn to any direction
 } params;
 
-// Each invocation writes where it alone has read before.
-PAGED_READS(uvec4, 0) particles;  // one an invocation
+// What is also in advance.comp is explained there. Each invocation writes where it alone has read before.
+PAGED_READS(uvec4, 0) particles_before;  // one an invocation
 PAGED_WRITES(uvec4, 1) motions;  // one an invocation
 PAGED_READS(uvec4, 2) motions_before;  // one an invocation
 PAGED_WRITES(uvec4, 3) wishes;  // one an invocation
@@ -49,35 +65,48 @@ PAGED_WRITES(uvec4, 4) claims;  // one an invocation
 READS(uvec4, 5) strips;
 layout(std430, set = 0, binding = 6) readonly buffer Physarums { Physarum physarums[]; };
 READS(uint, 7) homes_texels;
-layout(std430, set = 0, binding = 8) writeonly buffer Cells { uint cells_block[]; };
-WRITES(uint, 9) cells_low;
-WRITES(uint, 10) cells_high;
-layout(std430, set = 0, binding = 11) writeonly buffer Goals { uint goals_block[]; };
-WRITES(uint, 12) goals_low;
-WRITES(uint, 13) goals_high;
+layout(std430, set = 0, binding = 8) buffer Goals { uint goals_block[]; };
+CHANGES(uint, 9) goals_low;
+CHANGES(uint, 10) goals_high;
+layout(std430, set = 0, binding = 11) buffer Bids { uint bids_block[]; };
+CHANGES(uint, 12) bids_low;
+CHANGES(uint, 13) bids_high;
 READS(float, 14) bias_texels;  // may be absent
 READS(float, 15) looks_texels;  // may be absent
 layout(std430, set = 0, binding = 16) readonly buffer Shells { Shell shells[]; };
 READS(uint, 17) corners;
 READS(uvec4, 18) vertices;
 READS(vec4, 19) poses;
+READS(float, 20) trail_texels;
+READS(uint, 21) previous_deposits_texels;
+READS(float, 22) distances;
+READS(uint, 23) across;
+READS(uint, 24) across_triangles;
+READS(float, 25) scent_texels;  // may be absent
+CHANGES(uint, 26) walkers;
+CHANGES(uint, 27) walkers_near;
+layout(std430, set = 0, binding = 28) buffer WalkerGroups { DispatchGroups walker_groups[]; };  // may be absent
+layout(std430, set = 0, binding = 29) buffer WalkerCount { uint walker_count[]; };
+#ifdef MYXO_CARD
+READS(uint, 30) surroundings;  // two texels in a word
+#else
+READS(uvec2, 30) surroundings;  // four texels in two words
+#endif
 
-#include "motor.glsl"
+#include "turning.glsl"
 #include "claims.glsl"
-#include "ring.glsl"
 
-void main() {
-    uint i = invocation_index();
-    if (i >= params.particle_count) return;
-    particle = particle_of(fetch_paged(particles, i));
-    motion = motion_of(fetch_paged(motions_before, i));
-    if (MORTAL && (motion.flags & DEAD) != 0u) {
-        write_paged(claims, i, uvec4(0u, 0u, NO_RANK, 0u));
-        return;
+// Takes the cell that a particle is in. All but the first one there mark it, and no minimum takes the mark away. A plain store is faster.
+void take(uint cell, uint goal) {
+    if (APART) put_texel(goals, cell, goal_word(goal))
+    else {
+        lower_texel(goals, cell, goal_word(goal), before)
+        if (before != FREE) put_texel(goals, cell, SHARED)
     }
-    take_own_parameters();
-    stand();
-    walk_step(motion.pending);
+}
+
+// Writes where a particle that has walked would come to, and claims the cell there.
+void wishes_for(uint i) {
     if (PAINTED) stay_out_of_no_go_areas();
     w.u = settled(w.u);
     w.v = settled(w.v);
@@ -89,8 +118,22 @@ void main() {
     uint texel = texel_at(walked_position(w), params.pitch);
     uint goal = texel_of(homes, texel);
     uint cell = texel_of(homes, texel_at(previous_position(), params.pitch));
-    uint rank = rank_of(particle.id, params.salt);
-    write_paged(claims, i, uvec4(goal, cell, rank, texel));
-    put_texel(cells, cell, rank)
-    put_texel(goals, cell, goal)
+    write_paged(claims, i, uvec4(goal, cell, texel, 1u));
+    take(cell, goal);
+    // A step within its own cell needs no claim.
+    if (goal != cell) {
+        uint claim = claim_of(rank_of(cell, params.salt), rank_of(goal, params.salt));
+        lower_texel(bids, goal, claim, before)
+    }
+}
+
+void main() {
+    uint i = slot_of(invocation_index());
+    if (i == NONE) return;
+    if (turns(i)) {
+        walk_step();
+        wishes_for(i);
+    } else if (MORTAL && (motion.flags & DEAD) != 0u) {
+        write_paged(claims, i, uvec4(0u));
+    }
 }

@@ -1,11 +1,13 @@
 // claims: what is known of a cell, an owned texel, while particles claim cells. Twin of src/sim/claims.rs.
-// Three words say it: in `cells`, which rank is in it; in `goals`, to which cell that particle would come; in `bids`, the lowest rank of
-// those that would come to it and may. A cell is won by its bid if it is empty, or if what is in it has won its own goal; so a particle
-// wins if the row of particles ahead of it ends at an empty cell within the step's rounds. No order shows, because no two ranks are equal.
-// Several particles may be in one cell. They store their words one over the other, each as a whole, and any may remain: which of them `cells`
-// names is open, and so is what bids for that cell; but its goal is a mark that no row passes, and it stays taken to the end of the step.
-// To a taken cell only a higher rank than that in it may come, as if particles moved one after the other by their ranks. So ranks fall
-// along a row, and it ends.
+// Two words say it: in `goals`, to which cell what is in it would come; in `bids`, the lowest claim to it. A cell is won by the lowest claim
+// if it is empty, or if what is in it has won its own goal; so a particle wins if the row of particles ahead of it ends at an empty cell
+// within the step's rounds.
+// Particles move as if one after the other by their ranks. The rank of a particle is that of the cell it is in, mixed from the cell's number,
+// so all know the rank of what may be in the cell that they claim, and read nothing to know it. To a taken cell only a higher rank than its
+// own may come, so ranks fall along a row, and it ends. Lower ranks come after all higher ones, and only if the cell was empty from the start.
+// No order shows, because no two cells have one rank.
+// Several particles may be in one cell. Then its goal is a mark that no row passes, and it stays taken to the end of the step. They have one
+// rank: those of them that would come to the same cell come there together, or stay. So what shares a cell parts, and nothing joins it.
 
 #ifndef MYXO_CLAIMS
 #define MYXO_CLAIMS
@@ -13,19 +15,19 @@
 // No particle is in a cell, or claims it.
 const uint FREE = 0xffffffffu;
 // In place of the goal: several particles are in the cell.
-const uint SHARED = 0xffffffffu;
+const uint SHARED = 0u;
 
-// Ids have fewer bits than these: scenes of more particles are refused.
-const uint RANK_BITS = 28u;
+// Cells, and ids, have fewer bits than these: larger textures, and scenes of more particles, are refused.
+const uint RANK_BITS = 30u;
 const uint RANKS = (1u << RANK_BITS) - 1u;
-// In place of the rank of particles that are dead.
-const uint NO_RANK = 0xffffffffu;
+// Added to the ranks of particles that may only come to a cell that was empty: they come after those that may come to it in any case.
+const uint BELOW = 1u << RANK_BITS;
 // Added to the ranks of particles that come over from other objects: they come after all others.
-const uint LANDING = 1u << RANK_BITS;
+const uint LANDING = 2u << RANK_BITS;
 
-// The rank of a particle in a step: a bijection of 28 bits, made as the finalizer of MurmurHash3 (Appleby).
-uint rank_of(uint id, uint salt) {
-    uint h = (id + salt) & RANKS;
+// The rank of a cell in a step, or of an id: a bijection of 30 bits, made as the finalizer of MurmurHash3 (Appleby).
+uint rank_of(uint number, uint salt) {
+    uint h = (number + salt) & RANKS;
     h ^= h >> 16u;
     h = (h * 0x85ebca6bu) & RANKS;
     h ^= h >> 13u;
@@ -34,9 +36,18 @@ uint rank_of(uint id, uint salt) {
     return h;
 }
 
-// May a particle of this rank come to a cell, once what is in it has left? To a shared cell it may not; its goal says that.
-bool may_come(uint rank, uint inside) {
-    return inside == FREE || rank > inside;
+// The claim of what has this rank to a cell of the rank `there`.
+uint claim_of(uint rank, uint there) {
+    return rank > there ? rank : BELOW + rank;
+}
+
+// What `goals` has of a goal. It is above SHARED, and below FREE.
+uint goal_word(uint cell) {
+    return cell + 1u;
+}
+
+uint goal_of(uint word) {
+    return word - 1u;
 }
 
 #endif

@@ -60,13 +60,10 @@ void walk_pending() {
     }
 }
 
-// `beyond` is added to the length of the step: what is still pending, with attempts of its own.
-void walk_step(float beyond) {
+void walk_step() {
     w.remaining = own.speed;
     if (PULSES) sweep(w);
-    precise float longer = w.remaining + beyond;
-    w.remaining = longer;
-    walk_strip(w, beyond > 0.0 ? 2u * own_attempts() : own_attempts(), BORDER_REFLECTS);
+    walk_strip(w, own_attempts(), BORDER_REFLECTS);
     precise float left_over = pending + (w.status == WALK_OUT_OF_ATTEMPTS ? w.remaining : 0.0);
     pending = left_over;
 }

@@ -70,15 +70,9 @@ const KERNELS: &[(&str, &str)] = &[
         "Finds where walks that another object covers continue, on that object",
     ),
     (
-        "turn",
-        "Particles sense and turn, where they walk separately",
-    ),
-    ("walk", "Particles walk, where they sense separately"),
-    (
         "wish",
-        "Where particles would come to, with one particle a cell",
+        "Every particle senses, turns, walks and claims the cell that it would come to, with one particle a cell",
     ),
-    ("claim", "Particles claim cells"),
     (
         "arrive",
         "Particles that have won cells move there, and the others stay",

@@ -10,7 +10,7 @@ const WIDTH: u32 = 1;
 /// The rules of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rules {
-    /// Do particles walk before they sense?
+    /// Do particles walk before they sense? Then they do not sense in the first step.
     pub moves_first: bool,
     /// Rounds in which particles claim cells; 0 if any number of them may share one.
     pub rounds: u32,
@@ -25,12 +25,6 @@ impl Rules {
     #[must_use]
     pub fn is_crowded(&self) -> bool {
         self.rounds > 0
-    }
-
-    /// Are the stages of a step kernels of their own?
-    #[must_use]
-    pub fn parts_stages(&self) -> bool {
-        self.moves_first || self.is_crowded()
     }
 
     /// Do kernels need to know the cell of each texel?
@@ -110,7 +104,7 @@ mod tests {
             reach: None,
         };
         assert_eq!(physarum.rules(), thesis);
-        assert!(!thesis.parts_stages() && !thesis.has_cells());
+        assert!(!thesis.moves_first && !thesis.is_crowded() && !thesis.has_cells());
         physarum.model = Model::Jones;
         let jones = Rules {
             moves_first: true,

@@ -135,15 +135,13 @@ pub struct Arrays {
     pub bias: Vec<f32>,
     /// One per texel: the weight of the second look; empty if nothing was painted.
     pub weights: Vec<f32>,
-    /// With one particle a cell, one per texel: which rank is in the cell; otherwise empty, as those that follow.
-    pub cells: Vec<u32>,
-    /// One per texel, for taken cells: the cell that the particle in it would come to.
+    /// With one particle a cell, one per texel: the cell that the particle in it would come to; otherwise empty, as those that follow.
     pub goals: Vec<u32>,
-    /// One per texel: the lowest rank of those that would come to the cell and may.
+    /// One per texel: the lowest claim to the cell.
     pub bids: Vec<u32>,
     /// One per particle: itself where it would come to.
     pub wishes: Vec<Particle>,
-    /// One per particle: the cell that it would come to; the cell that it is in; its rank; the texel that it would come to.
+    /// One per particle: the cell that it would come to; the cell that it is in; the texel that it would come to; whether it is alive.
     pub claims: Vec<UVec4>,
     /// With a population that grows and shrinks, one per texel: the particles in the cell; otherwise empty, as those that follow.
     pub occupants: Vec<u32>,
@@ -228,7 +226,6 @@ impl Arrays {
             previous_deposits: vec![0; texels],
             bias: start.bias,
             weights: start.looks,
-            cells: vec![0; counts.crowd.1 as usize],
             goals: vec![0; counts.crowd.1 as usize],
             bids: vec![0; counts.crowd.1 as usize],
             wishes: vec![Particle::zeroed(); counts.crowd.0 as usize],

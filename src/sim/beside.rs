@@ -8,7 +8,6 @@ use bytemuck::Pod;
 use glam::UVec4;
 
 use super::arrays::Arrays;
-use super::claims::{FREE, NO_RANK, SHARED};
 use super::paint::{Brush, Dab};
 use super::setup::Setup;
 use super::simulation::Simulation;
@@ -181,7 +180,6 @@ struct Near {
 /// Empty unless there is one particle a cell.
 #[derive(Default)]
 struct Crowd {
-    cells: Vec<u32>,
     goals: Vec<u32>,
     bids: Vec<u32>,
     wishes: Vec<Particle>,
@@ -225,7 +223,6 @@ impl Everything {
         let crowd = match &s.crowd {
             None => Crowd::default(),
             Some(crowd) => Crowd {
-                cells: ctx.download(&crowd.cells)?,
                 goals: ctx.download(&crowd.goals)?,
                 bids: ctx.download(&crowd.bids)?,
                 wishes: ctx.download(&crowd.wishes)?,
@@ -294,7 +291,6 @@ impl Everything {
             leaving: transfers.transfers[..leaving].to_vec(),
             flow: transfers.flow[0],
             crowd: Crowd {
-                cells: a.cells.clone(),
                 goals: a.goals.clone(),
                 bids: a.bids.clone(),
                 wishes: a.wishes.clone(),
@@ -379,36 +375,15 @@ impl Everything {
         add("bias", FLOATS, words(&self.bias));
         add("looks", FLOATS, words(&self.looks));
         let Crowd {
-            cells,
             goals,
             bids,
             wishes,
             claims,
         } = self.crowd;
-        // The goal of an empty cell is old. Of a shared one it is open which rank remains, and so who bids for it; `claim` marks it, which
-        // is compared, and before that it shows by what is in it.
-        let mut inside = vec![0; cells.len()];
-        if runs(&["wish"]) {
-            let ranked = slots.iter().map(|&slot| claims[slot]);
-            for claim in ranked.filter(|claim| claim.z != NO_RANK) {
-                inside[claim.y as usize] += 1;
-            }
-        }
-        let mut crowded = [goals, cells, bids];
-        for (cell, &inside) in inside.iter().enumerate() {
-            let [goal, rank, bid] = crowded.each_mut().map(|words| &mut words[cell]);
-            if *rank == FREE {
-                *goal = 0;
-            } else if *goal == SHARED || inside > 1 {
-                [*goal, *rank, *bid] = [SHARED; 3];
-            }
-        }
-        let [goals, cells, bids] = crowded;
-        add("goals", CELLS, goals);
-        add("cells", WORDS, cells);
+        add("goals", WORDS, goals);
         add("bids", WORDS, bids);
         // Only `wish` writes these, one a slot; later the slots hold other particles.
-        if runs(&["wish"]) {
+        if runs(&["wish"]) && !claims.is_empty() {
             // Dead particles wish nothing: what is there was another one's.
             let living = slots.iter().filter(|&&slot| !self.motions[slot].is_dead());
             let wishes: Vec<Particle> = living.map(|&slot| wishes[slot]).collect();
@@ -612,10 +587,9 @@ mod tests {
             ("divide_begin", "particles"),
             ("wish", "wishes"),
             ("wish", "claims"),
-            ("wish", "cells"),
-            ("arrive", "flow"),
             ("wish", "goals"),
-            ("claim", "bids"),
+            ("wish", "bids"),
+            ("arrive", "flow"),
             ("arrive", "particles"),
         ] {
             let pair = (kernel.to_owned(), field);

@@ -301,7 +301,6 @@ table! {
     LOOKS: f32 = "looks", LARGE 0, |n| n.looks;
     TRAIL_OBJECTS: u32 = "trail_objects", LARGE 0, |n| n.trail_objects;
     HOMES: u32 = "homes", LARGE 0, |n| n.homes;
-    CELLS: u32 = "cells", LARGE 0, |n| n.crowd.1;
     GOALS: u32 = "goals", LARGE 0, |n| n.crowd.1;
     BIDS: u32 = "bids", LARGE 0, |n| n.crowd.1;
     WISHES: Particle = "wishes", PAGED 4, |n| n.crowd.0;

@@ -6,6 +6,7 @@ use bytemuck::Zeroable;
 use glam::{Affine3A, DAffine3, Vec3};
 
 use super::behaviour::physarums;
+use super::cells::sharing_count;
 use super::distance::{DistancePlanner, DistanceUpdate};
 use super::food::FoodSet;
 use super::movement::Movement;
@@ -15,7 +16,7 @@ use super::setup::Setup;
 use super::snapshot::{FoodState, Snapshot};
 use super::spread::trail_rates;
 use super::step::step;
-use super::types::{DistanceJob, Physarum, Pose, Shell, TrailRates};
+use super::types::{DistanceJob, Motion, Particle, Physarum, Pose, Shell, TrailRates};
 use super::work::Step;
 use crate::error::Result;
 use crate::scene::settings::Settings;
@@ -31,6 +32,19 @@ struct CrossedWith {
     share: f32,
     /// The reach of distances, world units.
     reach: f32,
+}
+
+/// Are living particles one a cell, where they are to be?
+fn are_apart(
+    (particles, motions): (&[Particle], &[Motion]),
+    settings: &Settings,
+    setup: &Setup,
+) -> bool {
+    let both = particles.iter().zip(motions);
+    let living = both.filter(|(_, motion)| !motion.is_dead());
+    let living = || living.map(|(particle, _)| *particle).collect::<Vec<_>>();
+    settings.physarum.rules().is_crowded()
+        && sharing_count(&living(), &setup.atlas, &setup.homes) == 0
 }
 
 /// A simulation without its buffers.
@@ -58,6 +72,8 @@ pub struct Course {
     pulses: Vec<LivePulse>,
     /// The number of particles that a fed one counted as in the last step.
     fed_deposit: u32,
+    /// Is it known that no cell has several particles?
+    apart: bool,
     step: u64,
 }
 
@@ -76,6 +92,7 @@ impl Course {
             crossed_with: None,
             pulses: Vec::new(),
             fed_deposit: 1,
+            apart: are_apart((&setup.particles, &setup.motions), &settings, &setup),
             step: 0,
             setup,
             settings,
@@ -258,6 +275,22 @@ impl Course {
         }
         self.poses.clone_from(&poses);
         Some(poses)
+    }
+
+    /// Particles are where these are.
+    pub fn look_for_crowds(&mut self, particles: (&[Particle], &[Motion])) {
+        self.apart = self.apart && are_apart(particles, &self.settings, &self.setup);
+    }
+
+    /// Particles may have come to cells of others.
+    pub fn crowd(&mut self) {
+        self.apart = false;
+    }
+
+    /// Is it known that no cell has several particles? The scene begins so if there is one a cell, and rules keep it so.
+    #[must_use]
+    pub fn is_apart(&self) -> bool {
+        self.apart
     }
 
     /// Applies a changed time step: the last step's poses stay, and the next step uses the new rate.

@@ -28,6 +28,8 @@ pub struct Means {
     pub painted: bool,
     /// Are there weights of a second look?
     pub looks: bool,
+    /// Is it known that no cell has several particles, where there is to be one a cell?
+    pub apart: bool,
     /// How many transfers the lists hold.
     pub capacity: u32,
     /// How particles are cut into segments, of which a step sorts one.
@@ -45,6 +47,7 @@ impl Means {
             paths,
             painted,
             looks: false,
+            apart: false,
             capacity,
             segments: Segments::new(0, 1),
             part_bits: 0,

@@ -443,12 +443,13 @@ impl Simulation {
         snapshot.settle();
         let mut course = self.course.clone();
         let are_distances_known = course.restore(&snapshot).map_err(Error::Invalid)?;
+        course.look_for_crowds((&snapshot.particles, &snapshot.motions));
         let foods = self.setup().food_set.places.len();
         snapshot.check_food(foods).map_err(Error::Invalid)?;
         let food = self.restored_food(&snapshot.food)?;
         self.take_bias(bias_of(&self.ctx, &snapshot.bias)?)?;
         self.take_looks(looks_of(&self.ctx, &snapshot.looks)?)?;
-        let every = course.of_every_kernel(self.settings(), self.means());
+        let every = course.of_every_kernel(self.settings(), means(&self.ctx, &course, &self.state));
         every.prepare(&mut self.pipelines)?;
         self.state.food = food;
         // Parts of a step may have left counts behind.
@@ -469,6 +470,7 @@ fn means(ctx: &Context, course: &Course, state: &State) -> Means {
         paths: TexelPaths::of(ctx.info(), course.setup.atlas.texel_count() as u64),
         painted: state.bias.is_some(),
         looks: state.looks.is_some(),
+        apart: course.is_apart(),
         capacity: state.transfers.capacity(),
         segments: state.sorting.segments,
         part_bits: state.sorting.part_bits,

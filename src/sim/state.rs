@@ -279,15 +279,13 @@ pub struct Across {
 
 /// What particles claim, with one particle a cell.
 pub struct Crowd {
-    /// One per texel, for owned ones: which rank is in the cell.
-    pub cells: Texture<u32>,
-    /// One per texel, for taken cells: the cell that the particle in it would come to.
+    /// One per texel, for owned ones: the cell that the particle in it would come to.
     pub goals: Texture<u32>,
-    /// One per texel, for owned ones: the lowest rank of those that would come to the cell and may.
+    /// One per texel, for owned ones: the lowest claim to the cell.
     pub bids: Texture<u32>,
     /// One per particle: itself where it would come to.
     pub wishes: Store<Particle>,
-    /// One per particle: the cell that it would come to; the cell that it is in; its rank; the texel that it would come to.
+    /// One per particle: the cell that it would come to; the cell that it is in; the texel that it would come to; whether it is alive.
     pub claims: Store<UVec4>,
 }
 
@@ -568,7 +566,6 @@ fn atlas_tables(make: &Maker<'_>, setup: &Setup) -> Result<AtlasTables, GpuError
 
 fn crowd(make: &Maker<'_>) -> Result<Crowd, GpuError> {
     Ok(Crowd {
-        cells: Texture::new(make.ctx, make.zeros(&buffers::CELLS)?)?,
         goals: Texture::new(make.ctx, make.zeros(&buffers::GOALS)?)?,
         bids: Texture::new(make.ctx, make.zeros(&buffers::BIDS)?)?,
         wishes: make.store_of_zeros(&buffers::WISHES)?,

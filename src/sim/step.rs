@@ -30,10 +30,10 @@ use super::plan::Plan;
 use super::roles::Pair;
 use super::sorting::Segment;
 use super::spread::{Pass, passes};
-use super::work::{Counter, Step};
+use super::work::{Call, Counter, Step, StepKernel};
 use crate::gpu::{DispatchGroups, Threads};
 use crate::scene::settings::{DistanceMethod, Strategy};
-use advance::{Form, Stage, Terms};
+use advance::Form;
 use exchange_seams::Field;
 use limit::KeyHalf;
 
@@ -44,9 +44,7 @@ pub fn step(plan: &Plan<'_>) -> Step {
     let s = &mut step;
     bring_changes(s, plan);
     take_distances(s, plan);
-    if !plan.rules.moves_first {
-        cross_contacts(s, plan);
-    }
+    cross_contacts(s, plan);
     if plan.breeds {
         breed(s, plan);
     }
@@ -63,11 +61,6 @@ pub fn step(plan: &Plan<'_>) -> Step {
             spread(s, plan);
         },
     );
-    if plan.rules.moves_first {
-        // What was eaten and where objects are in this step counts for its sensors.
-        cross_contacts(s, plan);
-        advance(s, plan, plan.terms(), Stage::Sensory);
-    }
     step
 }
 
@@ -176,39 +169,22 @@ fn breed(s: &mut Step, plan: &Plan<'_>) {
     s.run(particles, plan.divide_begin());
 }
 
-/// Every particle senses, turns and walks; by some rules in two stages, or with the sensory stage at the end of the step.
+/// Every particle senses, turns and walks. With one particle a cell it claims the cell that it would come to, and stays if it has not won it.
 fn act(s: &mut Step, plan: &Plan<'_>) {
-    let (rules, terms) = (plan.rules, plan.terms());
-    if !rules.parts_stages() {
-        return advance(s, plan, terms, Stage::Whole);
+    let terms = plan.terms();
+    if !plan.rules.is_crowded() {
+        return by_forms(s, plan, |form| plan.advance(terms, form));
     }
-    if !rules.moves_first {
-        advance(s, plan, terms, Stage::Sensory);
-    }
-    if rules.is_crowded() {
-        crowd(s, plan);
-    } else {
-        advance(s, plan, terms, Stage::Motor);
-    }
-}
-
-/// Particles walk, one a cell: they claim the cells that they would come to, and stay if they have won none.
-fn crowd(s: &mut Step, plan: &Plan<'_>) {
-    let particles = Threads(plan.particle_count());
-    s.fill(FREE, |s| &s.crowd().cells, |a| &mut a.cells);
+    s.fill(FREE, |s| &s.crowd().goals, |a| &mut a.goals);
     s.fill(FREE, |s| &s.crowd().bids, |a| &mut a.bids);
-    s.run(particles, plan.wish());
-    s.run(particles, plan.claim());
-    s.run(particles, plan.arrive());
+    by_forms(s, plan, |form| plan.wish(terms, form));
+    s.run(Threads(plan.particle_count()), plan.arrive());
 }
 
-/// Every particle advances once, or does a stage of that. Sensors read straight ahead in the atlas where they can; particles whose sensors
-/// must walk follow in a second dispatch, those near another object in a third, and those of both kinds in a fourth.
-fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms, stage: Stage) {
-    let forms = match stage {
-        Stage::Motor => &[],
-        Stage::Whole | Stage::Sensory => plan.forms_of_advance(terms),
-    };
+/// Sensors read straight ahead in the atlas where they can; particles whose sensors must walk follow in a second dispatch, those near another
+/// object in a third, and those of both kinds in a fourth.
+fn by_forms<K: StepKernel>(s: &mut Step, plan: &Plan<'_>, call: impl Fn(Form) -> Call<K>) {
+    let forms = plan.forms_of_advance(plan.terms());
     if !forms.is_empty() {
         // No particle is listed yet.
         let none = DispatchGroups {
@@ -219,12 +195,11 @@ fn advance(s: &mut Step, plan: &Plan<'_>, terms: Terms, stage: Stage) {
         s.reset([0; 3], |s| &s.walkers.count);
         s.reset([none; 3], |s| &s.walkers.groups);
     }
-    let every = plan.advance(terms, Form::All, stage);
-    s.run(Threads(plan.particle_count()), every);
+    s.run(Threads(plan.particle_count()), call(Form::All));
     let why = "each has particles of its own, and what they count, they count by atomic additions";
     s.unordered(why, advance::shared_by_forms, |s| {
         for &(form, listed) in forms {
-            s.run(listed, plan.advance(terms, form, stage));
+            s.run(listed, call(form));
         }
     });
 }

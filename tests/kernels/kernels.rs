@@ -16,7 +16,7 @@ use myxo::sim::kernels::{
 };
 use myxo::sim::plan::{Means, Plan};
 use myxo::sim::queries::walker_of;
-use myxo::sim::step::advance::{Form, Stage};
+use myxo::sim::step::advance::Form;
 use myxo::sim::types::Walker;
 use myxo::sim::walker::WALK_OUT_OF_ATTEMPTS;
 use myxo::sim::{Setup, Simulation, Snapshot, twin};
@@ -259,7 +259,7 @@ fn settings_reach_the_kernels() {
     });
     let setup = Setup::new(&scene).unwrap();
     let plan = Plan::new(&scene.settings, &setup, 9, Means::of_host(false, 1));
-    let advance = plan.advance(plan.terms(), Form::All, Stage::Whole);
+    let advance = plan.advance(plan.terms(), Form::All);
     let params = physarums(&scene.settings, &setup)[0];
     assert_eq!(
         (params.speed, params.sensor_offset, params.gravity_weight),

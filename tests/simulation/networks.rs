@@ -10,7 +10,7 @@ use myxo::sim::behaviour::physarums;
 use myxo::sim::field::{atlas_position, trail_at};
 use myxo::sim::network::{Network, THRESHOLD};
 use myxo::sim::plan::{Means, Plan};
-use myxo::sim::step::advance::{Form, Stage};
+use myxo::sim::step::advance::Form;
 use myxo::sim::twin::{AdvanceInputs, straight_places};
 use myxo::sim::{Simulation, Snapshot};
 
@@ -297,7 +297,7 @@ fn long_both_ways_of_sensing_grow_the_same_networks() {
 fn print_readings(simulation: &Simulation, snapshot: &Snapshot) {
     let setup = simulation.setup();
     let plan = Plan::new(simulation.settings(), setup, 0, Means::of_host(false, 1));
-    let params = plan.advance(plan.terms(), Form::All, Stage::Whole).params;
+    let params = plan.advance(plan.terms(), Form::All).params;
     let own = physarums(simulation.settings(), setup)[0];
     let inputs = AdvanceInputs {
         trail: &snapshot.trail,

@@ -18,7 +18,7 @@ use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::field::{atlas_position, texel_at};
 use myxo::sim::paint::{Brush, Dab};
 use myxo::sim::plan::{Means, Plan};
-use myxo::sim::step::advance::{Form, Stage};
+use myxo::sim::step::advance::Form;
 use myxo::sim::{Setup, Simulation, Snapshot, twin};
 
 const TORUS: &str = "builtin:torus?major=24&minor=16";
@@ -214,30 +214,30 @@ fn dab(brush: Brush) -> Dab {
     }
 }
 
-/// From an empty trail, what is sensed first is nothing. So one order is the other, half a step later.
+/// Would catch: an order that changes more than the first step, or that does not keep particles from turning in it.
 #[test]
-fn the_order_of_the_stages_is_where_a_step_is_cut() {
-    let run = |order: StepOrder, steps: u32| {
+fn the_order_of_the_stages_is_that_of_the_first_step() {
+    let run = |(order, rounds): (StepOrder, u32), gravity: f32, steps: u32| {
         let scene = crowded(TORUS, |settings| {
-            settings.physarum.order = order;
-            // Noise and random turns are of a step by its number, and so is what a refused particle does.
             settings.physarum.model = Model::Thesis;
-            settings.physarum.sensor_width = 1;
-            settings.physarum.edge_crossing_attempts = 1000;
+            settings.physarum.order = order;
+            settings.physarum.occupancy_rounds = rounds;
+            settings.physarum.gravity_weight = gravity;
+            settings.physarum.random_turn = if gravity > 0.0 { 0.5 } else { 0.0 };
         });
         by_twins(&scene, steps)
     };
-    let (sense, moves) = (
-        run(StepOrder::SenseFirst, 30),
-        run(StepOrder::MoveFirst, 30),
-    );
-    let places = |state: &Snapshot| by_id(state).into_iter().map(|(particle, _)| particle);
-    assert!(places(&sense).eq(places(&moves)));
-    assert_eq!(sense.trail, moves.trail);
-    // Only one has turned already.
-    let turned = by_id(&sense).into_iter().zip(by_id(&moves));
-    let turned = turned.filter(|((_, a), (_, b))| a.heading_p != b.heading_p);
-    assert!(turned.count() > 200);
+    for rounds in [0, 3] {
+        let [senses, moves] =
+            [StepOrder::SenseFirst, StepOrder::MoveFirst].map(|order| (order, rounds));
+        // From an empty trail, what is sensed first is nothing.
+        assert_eq!(run(senses, 0.0, 30).hash(), run(moves, 0.0, 30).hash());
+        // What pulls in the first step does so only if particles sense in it.
+        let free = run(senses, 0.0, 1).hash();
+        assert_eq!(run(moves, 3.0, 1).hash(), free);
+        assert_ne!(run(senses, 3.0, 1).hash(), free);
+        assert_ne!(run(moves, 3.0, 2).hash(), run(moves, 0.0, 2).hash());
+    }
 }
 
 /// Would catch: an outcome that depends on which particle comes first in the buffer.
@@ -313,10 +313,11 @@ fn refused_particles_stay_leave_nothing_and_look_about() {
             settings.particles.count = 2500;
             settings.physarum.occupancy_rounds = rounds;
         });
-        let end = by_twins(&scene, 1);
-        (end.stayed_count(), end.transfers.flow.left_over)
+        let left_over = by_twins(&scene, 20).transfers.flow.left_over;
+        (by_twins(&scene, 1).stayed_count(), left_over)
     });
-    assert!(ends[0] > ends[1] && ends[1] > ends[2], "{ends:?}");
+    assert!(ends[0].0 > ends[1].0 && ends[1].0 >= ends[2].0, "{ends:?}");
+    assert!(ends[0].1 > ends[1].1 && ends[1].1 > ends[2].1, "{ends:?}");
 }
 
 #[test]
@@ -462,9 +463,11 @@ fn cells_that_are_taken_at_the_start_are_drawn_without_repetition() {
     }
 }
 
-/// Particles that a brush brings may come to one cell. They part, and no other one comes to them.
+/// Particles that a brush brings may come to one cell. They part, and no other one comes to them; on the device, too, where cells are not
+/// looked at for others as long as none can be there.
 #[test]
 fn particles_that_were_brought_to_one_cell_part() {
+    let Some(gpu) = gpu() else { return };
     let scene = crowded(TORUS, |settings| {
         settings.particles.count = 300;
         // Without a trail nothing holds them together.
@@ -476,7 +479,14 @@ fn particles_that_were_brought_to_one_cell_part() {
     let count = |twin: &twin::Simulation| sharing(&twin.snapshot(), twin.setup());
     let mut before = count(&twin);
     assert!(before > 30, "{before}");
-    for _ in 0..300 {
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    simulation.restore(&twin.snapshot()).unwrap();
+    advance(&gpu, &mut simulation, 20);
+    for step in 0..300 {
+        if step == 20 {
+            let state = simulation.snapshot().unwrap();
+            assert_eq!(state.hash(), twin.snapshot().hash());
+        }
         twin.step();
         let now = count(&twin);
         assert!(now <= before, "{now} after {before}");
@@ -484,6 +494,7 @@ fn particles_that_were_brought_to_one_cell_part() {
         twin.snapshot().validate(twin.setup()).unwrap();
     }
     assert_eq!(before, 0);
+    gpu.finish();
 }
 
 /// Would catch: a mark of refused particles that a checkpoint or a new layout forgets, so that its deposits are too few.
@@ -540,7 +551,7 @@ fn at_a_fork(change: impl FnOnce(&mut Settings)) -> (twin::Simulation, Snapshot)
     let settings = scene.settings.clone();
     let means = Means::of_host(false, 0);
     let plan = Plan::new(&settings, &setup, 0, means);
-    let call = plan.advance(plan.terms(), Form::All, Stage::Whole);
+    let call = plan.advance(plan.terms(), Form::All);
     let own = myxo::sim::behaviour::physarums(&settings, &setup);
     let inputs = twin::AdvanceInputs::of_surface(&setup, &own);
     let (particle, motion) = (state.particles[0], state.motions[0]);

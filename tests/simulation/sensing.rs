@@ -13,7 +13,7 @@ use myxo::sim::behaviour::physarums;
 use myxo::sim::field::{texel_at, weights_at};
 use myxo::sim::kernels::Advance;
 use myxo::sim::plan::{Means, Plan};
-use myxo::sim::step::advance::{Form, Stage};
+use myxo::sim::step::advance::Form;
 use myxo::sim::twin::{AdvanceInputs, straight_places};
 use myxo::sim::types::Walker;
 use myxo::sim::walker::walk;
@@ -41,7 +41,7 @@ fn errors(mesh: &str, size: u32) -> (Vec<f32>, f64) {
     let scene = Scene::from_settings("test".to_owned(), settings, ".".into()).unwrap();
     let setup = Setup::new(&scene).unwrap();
     let plan = Plan::new(&scene.settings, &setup, 0, Means::of_host(false, 1));
-    let params = plan.advance(plan.terms(), Form::All, Stage::Whole).params;
+    let params = plan.advance(plan.terms(), Form::All).params;
     let own = physarums(&scene.settings, &setup)[0];
     let inputs = AdvanceInputs::of_surface(&setup, std::slice::from_ref(&own));
     let (mut errors, mut straight) = (Vec::new(), 0);

@@ -158,7 +158,7 @@ choice! {
         Model = "model",
         /// Particles sense and turn, then walk.
         SenseFirst = "sense_first",
-        /// Particles walk, the trail takes up what they leave, then they sense and turn.
+        /// As that, but in the first step they only walk.
         MoveFirst = "move_first",
     }
 }

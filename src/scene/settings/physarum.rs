@@ -110,7 +110,7 @@ macro_rules! physarum {
                 /// The order of the stages of a step.
                 order: StepOrder = StepOrder::Model, word(),
                 "Order of a step", "",
-                "sense_first: particles sense and turn, then walk. move_first: they walk, the trail takes up what they leave, then they sense and turn. model: as the model has it, thesis the first, jones the second."
+                "sense_first: in each step particles sense and turn, then walk. move_first: in the first step they only walk. model: as the model has it, thesis the first, jones the second."
             }
             restart {
                 /// Rounds in which particles claim cells, one particle a cell; 0 as in the model.

@@ -115,6 +115,11 @@ impl Simulation {
                 self.paint_field(rec, &entries, looks, params);
             }
         }
+        if dab.of_particles(self.settings()).is_some() && self.course.is_apart() {
+            self.course.crowd();
+            let every = (self.course).of_every_kernel(self.settings(), self.means());
+            every.prepare(&mut self.pipelines)?;
+        }
         self.teleport(rec, dab, &texels)?;
         Ok(painted)
     }

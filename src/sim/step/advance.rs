@@ -1,4 +1,4 @@
-//! `advance` in its four forms: their parameters and bindings. Twin of `shaders/advance.comp`.
+//! `advance` in its four forms: their parameters and bindings. Twin of `shaders/advance.comp` and of `shaders/include/turning.glsl`.
 
 use rayon::prelude::*;
 
@@ -16,7 +16,7 @@ use crate::sim::plan::Plan;
 use crate::sim::pulse::{Sweep, swept};
 use crate::sim::sensors::straight_ahead;
 use crate::sim::setup::Setup;
-use crate::sim::state::State;
+use crate::sim::state::{Crowd, State};
 use crate::sim::step::distance::along;
 use crate::sim::strip_walk::StripWalk;
 use crate::sim::surroundings::{COVERED, IN_SIGHT, NEAR};
@@ -41,20 +41,6 @@ pub enum Form {
 
 /// Their names.
 pub const FORMS_OF_ADVANCE: [&str; 4] = ["advance", "walk_sensors", "advance_near", "walk_near"];
-
-/// The part of a step that `advance` does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// Everything.
-    Whole,
-    /// Particles sense and turn.
-    Sensory,
-    /// Particles walk and arrive.
-    Motor,
-}
-
-/// The name of the sensory stage of all particles, and of the motor stage, in times.
-const STAGES: [&str; 2] = ["turn", "walk"];
 
 /// All sensors walk.
 const SENSORS_WALK: u32 = 0;
@@ -134,9 +120,9 @@ impl Plan<'_> {
         groups.div_ceil(GROUPS_A_ROW).max(1)
     }
 
-    /// `advance`, or a form or a stage of it: particles walk, sense, turn, walk, eat and deposit.
+    /// `advance`, or a form of it: particles walk, sense, turn, walk, eat and deposit.
     #[must_use]
-    pub fn advance(&self, terms: Terms, form: Form, stage: Stage) -> Call<Advance> {
+    pub fn advance(&self, terms: Terms, form: Form) -> Call<Advance> {
         let Self {
             settings,
             setup,
@@ -147,9 +133,9 @@ impl Plan<'_> {
         let own = &settings.physarum;
         let width = 1 + 2 * self.rules.reach.unwrap_or(0);
         Call {
-            on: (form, stage),
+            on: form,
             constants: AdvanceConstants {
-                stage: stage as u32,
+                moves_first: self.rules.moves_first,
                 random_ties: self.rules.random_ties,
                 random_turns: own.random_turn > 0.0,
                 cells: self.rules.reach.is_some(),
@@ -165,9 +151,7 @@ impl Plan<'_> {
                 own_physarum: self.own_physarum,
                 across: self.strategy.sees_across(),
                 sensing: match form {
-                    Form::All if stage != Stage::Motor && self.reads_straight(terms) => {
-                        SENSORS_STRAIGHT
-                    }
+                    Form::All if self.reads_straight(terms) => SENSORS_STRAIGHT,
                     Form::All => SENSORS_WALK,
                     Form::Walking => SENSORS_WALK_LISTED,
                     Form::Nearby => SENSORS_STRAIGHT_LISTED,
@@ -176,8 +160,7 @@ impl Plan<'_> {
                 paths: means.paths,
                 painted: means.painted,
                 food: self.has_food(),
-                // They sweep particles that walk. The sensory stage of a later step is the same kernel, pulses or none.
-                pulses: !self.shells.is_empty() && stage != Stage::Sensory,
+                pulses: !self.shells.is_empty(),
                 looks: self.has_looks(),
                 mortal: self.is_mortal(),
                 hunger: self.is_hungry(),
@@ -209,7 +192,8 @@ impl Plan<'_> {
 
 /// Buffers that the forms for listed particles share. Each form writes the particles and motions of its own list, and the entries of
 /// `particle_indices` that an atomic addition gives it. It changes deposits, the flow and meals by atomic additions. It only reads the
-/// lists of walkers, which the first form of the shader writes.
+/// lists of walkers, which the first form of the shader writes. With one particle a cell it writes the wishes and claims of its own list, and
+/// changes goals and bids by atomic minima.
 pub fn shared_by_forms(s: &State) -> Vec<&dyn AnyBuffer> {
     let mut shared: Vec<&dyn AnyBuffer> = vec![
         &s.particles,
@@ -222,18 +206,23 @@ pub fn shared_by_forms(s: &State) -> Vec<&dyn AnyBuffer> {
         &s.transfers.particle_indices,
     ];
     shared.extend(s.food.iter().map(|food| &food.meals as &dyn AnyBuffer));
+    if let Some(crowd) = &s.crowd {
+        let Crowd {
+            goals,
+            bids,
+            wishes,
+            claims,
+        } = crowd;
+        shared.extend([goals as &dyn AnyBuffer, bids, wishes, claims]);
+    }
     shared
 }
 
 impl StepKernel for Advance {
-    type On = (Form, Stage);
+    type On = Form;
 
-    fn name((form, stage): (Form, Stage)) -> &'static str {
-        match (form, stage) {
-            (Form::All, Stage::Sensory) => STAGES[0],
-            (_, Stage::Motor) => STAGES[1],
-            _ => FORMS_OF_ADVANCE[form as usize],
-        }
+    fn name(form: Form) -> &'static str {
+        FORMS_OF_ADVANCE[form as usize]
     }
 
     fn args<'s>(call: &Call<Self>, s: &'s State) -> AdvanceArgs<'s> {
@@ -261,7 +250,7 @@ impl StepKernel for Advance {
             walkers_near: &s.walkers.near.texels,
             walker_count: &s.walkers.count,
             // The forms for listed particles list no others: no dispatch may write its own groups.
-            walker_groups: match call.on.0 {
+            walker_groups: match call.on {
                 Form::All => Some(&s.walkers.groups),
                 _ => None,
             },
@@ -277,46 +266,27 @@ impl StepKernel for Advance {
 
     /// The first form processes every particle, and the others have none.
     fn twin(call: &Call<Self>, a: &mut Arrays) {
-        if call.on.0 != Form::All {
+        if call.on != Form::All {
             return;
         }
-        let setup = &a.setup;
-        advance(
-            &call.constants,
-            &call.params,
-            &AdvanceInputs {
-                strips: &setup.strips,
-                trail: &a.trail,
-                previous_deposits: &a.previous_deposits,
-                corners: &setup.corners,
-                vertices: &setup.vertices,
-                poses: &a.poses,
-                physarums: &a.physarums,
-                distances: &a.distances,
-                surroundings: &a.surroundings,
-                across: &a.across,
-                across_triangles: &a.across_triangles,
-                bias: &a.bias,
-                scent: if a.around.is_empty() {
-                    &a.scent
-                } else {
-                    &a.around
-                },
-                plates: &setup.food_set.plates,
-                shells: &a.shells,
-                looks: &a.weights,
-                homes: &setup.homes,
-            },
-            Selection {
-                flow: &mut a.transfers.flow[0],
-                particle_indices: &mut a.transfers.particle_indices,
-                meals: &mut a.meals,
-                forms: &mut a.forms,
-            },
-            &mut a.particles,
-            &mut a.motions,
-            &mut a.deposits,
-        );
+        let outcomes = outcomes(&call.constants, &call.params, a);
+        let t = &mut a.transfers;
+        let particle_indices = &mut t.particle_indices[..call.params.transfer_capacity as usize];
+        for (slot, outcome) in outcomes.into_iter().enumerate() {
+            let Some((walked, arrival)) = outcome else {
+                continue;
+            };
+            if let Some(form) = walked.form {
+                a.forms[form] += 1;
+            }
+            a.particles[slot] = walked.particle;
+            a.motions[slot] = Motion {
+                flags: arrival.flags(),
+                ..walked.motion
+            };
+            let flow = &mut t.flow[0];
+            arrival.note(slot, flow, particle_indices, &mut a.meals, &mut a.deposits);
+        }
     }
 }
 
@@ -362,6 +332,35 @@ pub struct AdvanceInputs<'a> {
 }
 
 impl<'a> AdvanceInputs<'a> {
+    /// The inputs of a step.
+    #[must_use]
+    pub fn of_arrays(a: &'a Arrays) -> Self {
+        let setup = &a.setup;
+        Self {
+            strips: &setup.strips,
+            trail: &a.trail,
+            previous_deposits: &a.previous_deposits,
+            corners: &setup.corners,
+            vertices: &setup.vertices,
+            poses: &a.poses,
+            physarums: &a.physarums,
+            distances: &a.distances,
+            surroundings: &a.surroundings,
+            across: &a.across,
+            across_triangles: &a.across_triangles,
+            bias: &a.bias,
+            scent: if a.around.is_empty() {
+                &a.scent
+            } else {
+                &a.around
+            },
+            plates: &setup.food_set.plates,
+            shells: &a.shells,
+            looks: &a.weights,
+            homes: &setup.homes,
+        }
+    }
+
     /// The inputs of a bare surface, without trail.
     #[must_use]
     pub fn of_surface(setup: &'a Setup, physarums: &'a [Physarum]) -> Self {
@@ -397,68 +396,40 @@ impl AdvanceInputs<'_> {
     }
 }
 
-/// Lists and counters of selected particles.
-pub struct Selection<'a> {
-    /// Counts what was selected.
-    pub flow: &'a mut Flow,
-    /// The selected particles.
-    pub particle_indices: &'a mut [u32],
-    /// Meals that remain, and meals eaten.
-    pub meals: &'a mut [Meal],
-    /// Number of particles in each of [`FORMS_OF_ADVANCE`], if there are several.
-    pub forms: &'a mut [usize; 4],
-}
-
-/// Advances every particle by one step.
-pub fn advance(
+/// What each particle does in a step; `None` if it is dead. They are independent: changes of what they share follow afterwards, in their
+/// order.
+fn outcomes(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
-    inputs: &AdvanceInputs,
-    selection: Selection,
-    particles: &mut [Particle],
-    motions: &mut [Motion],
-    deposits: &mut [u32],
-) {
-    let (all, meals) = ((&*particles, &*motions), &*selection.meals);
-    // Particles are independent: changes of shared data follow afterwards, in their order.
-    let outcomes: Vec<_> = (0..params.particle_count as usize)
+    a: &Arrays,
+) -> Vec<Option<(Walked, Arrival)>> {
+    let inputs = AdvanceInputs::of_arrays(a);
+    let arriving = Arriving {
+        food: constants.food,
+        hunger: constants.hunger,
+        fed_steps: params.fed_steps,
+        fed_deposit: params.fed_deposit,
+        plates: inputs.plates,
+        meals: &a.meals,
+        distances: inputs.distances,
+        threshold: params.transfer_threshold,
+        pitch: params.pitch,
+    };
+    let position_of = |at: &Particle| inputs.position_of(at.triangle, [at.u, at.v]);
+    (0..params.particle_count as usize)
         .into_par_iter()
-        .map(|slot| advance_one(constants, params, inputs, meals, (all.0[slot], all.1[slot])))
-        .collect();
-    let Selection {
-        flow,
-        particle_indices,
-        meals,
-        forms,
-    } = selection;
-    let particle_indices = &mut particle_indices[..params.transfer_capacity as usize];
-    for (slot, outcome) in outcomes.into_iter().enumerate() {
-        let Outcome {
-            particle,
-            mut motion,
-            form,
-            arrival,
-        } = outcome;
-        if let Some(form) = form {
-            forms[form] += 1;
-        }
-        if let Some(arrival) = arrival {
-            motion.flags |= arrival.flags();
-            arrival.note(slot, flow, particle_indices, meals, deposits);
-        }
-        particles[slot] = particle;
-        motions[slot] = motion;
-    }
-}
-
-/// The outcome of a step for one particle.
-struct Outcome {
-    particle: Particle,
-    motion: Motion,
-    /// The form that processes it, if there are several.
-    form: Option<usize>,
-    /// Where it has come to, if it has walked.
-    arrival: Option<Arrival>,
+        .map(|slot| {
+            let (particle, motion) = (&a.particles[slot], &a.motions[slot]);
+            if constants.mortal && motion.is_dead() {
+                return None;
+            }
+            let walked = walked(constants, params, &inputs, (particle, motion));
+            let (previous, position) = (position_of(particle), position_of(&walked.particle));
+            let may_be_selected = constants.selects && walked.concerned;
+            let arrival = arriving.at(previous, position, motion.flags, may_be_selected);
+            Some((walked, arrival))
+        })
+        .collect()
 }
 
 /// What a particle does where it has come to.
@@ -583,94 +554,59 @@ impl Arriving<'_> {
     }
 }
 
-/// What the walk of a step depends on.
-pub(super) struct Walking<'a> {
-    /// Edge crossings that one walk may make, unless objects have their own.
-    pub attempts: u32,
-    /// Do some objects have their own parameters?
-    pub own_physarum: bool,
-    /// Are walks reflected at open borders?
-    pub border_reflects: bool,
-    /// Texels from one row to the next.
-    pub pitch: u32,
-    /// Trail units that are added to sensor readings, if they were painted.
-    pub bias: Option<&'a [f32]>,
-    /// The shells of live pulses.
-    pub shells: &'a [Shell],
+/// The walk of what is pending, and the length that still is. Twin of `shaders/include/motor.glsl`, as [`walk_step`].
+fn walk_pending(
+    constants: &AdvanceConstants,
+    params: &AdvanceParams,
+    inputs: &AdvanceInputs,
+    own: &Physarum,
+    (particle, motion): (&Particle, &Motion),
+) -> (StripWalk, f32) {
+    let mut w = standing(particle, motion);
+    let mut pending = 0.0;
+    if motion.pending > 0.0 {
+        let attempts = own_attempts(constants.own_physarum, own, params.attempts);
+        w.walk(inputs.strips, attempts, constants.border_reflects);
+        pending = w.pending();
+    }
+    (w, pending)
 }
 
-impl Walking<'_> {
-    fn own_attempts(&self, own: &Physarum) -> u32 {
-        own_attempts(self.own_physarum, own, self.attempts)
+/// The step from where that walk has ended, and the pending length behind it. The particle turns round at no-go areas.
+fn walk_step(
+    constants: &AdvanceConstants,
+    params: &AdvanceParams,
+    inputs: &AdvanceInputs,
+    own: &Physarum,
+    (particle, motion): (&Particle, &Motion),
+    (mut w, mut pending): (StripWalk, f32),
+) -> (StripWalk, f32) {
+    w.remaining = own.speed;
+    if constants.pulses {
+        let shells = &inputs.shells[..params.shell_count as usize];
+        sweep(shells, inputs, &mut w);
     }
-
-    /// The walk of what is pending, and the length that still is.
-    fn pending(
-        &self,
-        inputs: &AdvanceInputs,
-        own: &Physarum,
-        (particle, motion): (&Particle, &Motion),
-    ) -> (StripWalk, f32) {
-        let mut w = standing(particle, motion);
-        let mut pending = 0.0;
-        if motion.pending > 0.0 {
-            let attempts = self.own_attempts(own);
-            w.walk(inputs.strips, attempts, self.border_reflects);
-            pending = w.pending();
+    let attempts = own_attempts(constants.own_physarum, own, params.attempts);
+    w.walk(inputs.strips, attempts, constants.border_reflects);
+    pending += w.pending();
+    if constants.painted {
+        let bias_at = |position| inputs.bias[texel_at(position, params.pitch) as usize];
+        let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
+        let position = inputs.position_of(w.triangle, [w.u, w.v]);
+        if bias_at(previous) >= NO_GO_BELOW && bias_at(position) < NO_GO_BELOW {
+            w = StripWalk {
+                triangle: particle.triangle,
+                u: particle.u,
+                v: particle.v,
+                heading: [-motion.heading_p, -motion.heading_h],
+                remaining: 0.0,
+                status: WALK_DONE,
+            };
+            pending = 0.0;
         }
-        (w, pending)
     }
-
-    /// The walk of what is pending and of the step, as one.
-    pub(super) fn whole(
-        &self,
-        inputs: &AdvanceInputs,
-        own: &Physarum,
-        (particle, motion): (&Particle, &Motion),
-    ) -> (StripWalk, f32) {
-        let w = standing(particle, motion);
-        self.step(inputs, own, (particle, motion), (w, 0.0), motion.pending)
-    }
-
-    /// The step from where that walk has ended, longer by `beyond`, and the pending length behind it. The particle turns round at no-go
-    /// areas.
-    fn step(
-        &self,
-        inputs: &AdvanceInputs,
-        own: &Physarum,
-        (particle, motion): (&Particle, &Motion),
-        (mut w, mut pending): (StripWalk, f32),
-        beyond: f32,
-    ) -> (StripWalk, f32) {
-        w.remaining = own.speed;
-        if !self.shells.is_empty() {
-            sweep(self.shells, inputs, &mut w);
-        }
-        w.remaining += beyond;
-        // What is pending has attempts of its own.
-        let walks = if beyond > 0.0 { 2 } else { 1 };
-        let attempts = walks * self.own_attempts(own);
-        w.walk(inputs.strips, attempts, self.border_reflects);
-        pending += w.pending();
-        if let Some(bias) = self.bias {
-            let bias_at = |position| bias[texel_at(position, self.pitch) as usize];
-            let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-            let position = inputs.position_of(w.triangle, [w.u, w.v]);
-            if bias_at(previous) >= NO_GO_BELOW && bias_at(position) < NO_GO_BELOW {
-                w = StripWalk {
-                    triangle: particle.triangle,
-                    u: particle.u,
-                    v: particle.v,
-                    heading: [-motion.heading_p, -motion.heading_h],
-                    remaining: 0.0,
-                    status: WALK_DONE,
-                };
-                pending = 0.0;
-            }
-        }
-        (w.u, w.v) = (settled(w.u), settled(w.v));
-        (w, settled(pending.min(own.speed)))
-    }
+    (w.u, w.v) = (settled(w.u), settled(w.v));
+    (w, settled(pending.min(own.speed)))
 }
 
 /// A walk of what is pending, where it begins.
@@ -685,107 +621,50 @@ fn standing(particle: &Particle, motion: &Motion) -> StripWalk {
     }
 }
 
-/// The kernel for one particle.
-fn advance_one(
+/// A particle that has walked what was pending, sensed, turned and walked.
+pub(super) struct Walked {
+    pub particle: Particle,
+    /// Its motion. It has the flags of before.
+    pub motion: Motion,
+    /// The form that processes it, if there are several.
+    pub form: Option<usize>,
+    /// May it be near other objects?
+    concerned: bool,
+}
+
+/// Lets a living particle walk what is pending, sense, turn and walk.
+pub(super) fn walked(
     constants: &AdvanceConstants,
     params: &AdvanceParams,
     inputs: &AdvanceInputs,
-    meals: &[Meal],
-    (particle, mut motion): (Particle, Motion),
-) -> Outcome {
-    if constants.mortal && motion.is_dead() {
-        return Outcome {
-            particle,
-            motion,
-            form: None,
-            arrival: None,
-        };
-    }
+    (particle, motion): (&Particle, &Motion),
+) -> Walked {
     let fed = if constants.food { motion.fed() } else { 0 };
-    let own = own_parameters(
-        constants.own_physarum,
-        constants.looks.then_some(params.second_look),
-        inputs,
-        &particle,
-        params.pitch,
-    );
+    let own = own_parameters(constants, params, inputs, particle);
     let appetite = if fed == 0 { 1.0 } else { params.fed_attraction };
-    let walking = Walking {
-        attempts: params.attempts,
-        own_physarum: constants.own_physarum,
-        border_reflects: constants.border_reflects,
-        pitch: params.pitch,
-        bias: constants.painted.then_some(inputs.bias),
-        shells: if constants.pulses {
-            &inputs.shells[..params.shell_count as usize]
-        } else {
-            &[]
+    let both = (particle, motion);
+    let (mut w, pending) = walk_pending(constants, params, inputs, &own, both);
+    let (heading, form, concerned) = turned(constants, params, inputs, &own, both, w, appetite);
+    if !(constants.moves_first && params.time_step == 0) {
+        w.heading = heading;
+    }
+    let (w, pending) = walk_step(constants, params, inputs, &own, both, (w, pending));
+    let [heading_p, heading_h] = w.heading.map(settled);
+    Walked {
+        particle: Particle {
+            triangle: w.triangle,
+            u: w.u,
+            v: w.v,
+            id: particle.id,
         },
-    };
-    let kept = motion.pending;
-    let is_sensory = constants.stage == Stage::Sensory as u32;
-    if is_sensory {
-        motion.pending = 0.0;
-    }
-    let is_motor = constants.stage == Stage::Motor as u32;
-    let (mut w, pending) = if is_motor {
-        (standing(&particle, &motion), 0.0)
-    } else {
-        walking.pending(inputs, &own, (&particle, &motion))
-    };
-    let (mut form, mut concerned) = (None, true);
-    if !is_motor {
-        let both = (&particle, &motion);
-        (w.heading, form, concerned) = turned(constants, params, inputs, &own, both, w, appetite);
-    }
-    if is_sensory {
-        let [heading_p, heading_h] = w.heading.map(settled);
-        let turned = Motion {
+        motion: Motion {
             heading_p,
             heading_h,
-            pending: kept,
-            ..motion
-        };
-        return Outcome {
-            particle,
-            motion: turned,
-            form,
-            arrival: None,
-        };
-    }
-    let beyond = if is_motor { motion.pending } else { 0.0 };
-    let both = (&particle, &motion);
-    let (w, pending) = walking.step(inputs, &own, both, (w, pending), beyond);
-    let moved = Particle {
-        triangle: w.triangle,
-        u: w.u,
-        v: w.v,
-        id: particle.id,
-    };
-    let arriving = Arriving {
-        food: constants.food,
-        hunger: constants.hunger,
-        fed_steps: params.fed_steps,
-        fed_deposit: params.fed_deposit,
-        plates: inputs.plates,
-        meals,
-        distances: inputs.distances,
-        threshold: params.transfer_threshold,
-        pitch: params.pitch,
-    };
-    let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-    let position = inputs.position_of(w.triangle, [w.u, w.v]);
-    let may_be_selected = constants.selects && concerned;
-    Outcome {
-        particle: moved,
-        motion: Motion {
-            heading_p: settled(w.heading[0]),
-            heading_h: settled(w.heading[1]),
             pending,
-            flags: 0,
+            flags: motion.flags,
         },
         form,
-        arrival: Some(arriving.at(previous, position, motion.flags, may_be_selected)),
+        concerned,
     }
 }
 
@@ -794,26 +673,25 @@ fn own_attempts(own_physarum: bool, own: &Physarum, of_all: u32) -> u32 {
     if own_physarum { own.attempts } else { of_all }
 }
 
-/// Parameters of a particle: those of its object, mixed with those of the second look, whose row is given if there is one.
-pub(super) fn own_parameters(
-    own_physarum: bool,
-    second_look: Option<u32>,
+/// Parameters of a particle: those of its object, mixed with those of the second look, if there is one.
+fn own_parameters(
+    constants: &AdvanceConstants,
+    params: &AdvanceParams,
     inputs: &AdvanceInputs,
     particle: &Particle,
-    pitch: u32,
 ) -> Physarum {
-    let row = if own_physarum {
+    let row = if constants.own_physarum {
         inputs.strips[particle.triangle as usize].shape.object
     } else {
         0
     };
     let own = inputs.physarums[row as usize];
-    let Some(second_look) = second_look else {
+    if !constants.looks {
         return own;
-    };
+    }
     let at = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-    let weight = inputs.looks[texel_at(at, pitch) as usize];
-    mixed_look(own, &inputs.physarums[second_look as usize], weight)
+    let weight = inputs.looks[texel_at(at, params.pitch) as usize];
+    mixed_look(own, &inputs.physarums[params.second_look as usize], weight)
 }
 
 /// The heading after sensing at the end of a walk, the form that processes the particle, and whether it may be near other objects.

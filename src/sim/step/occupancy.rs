@@ -1,70 +1,83 @@
 //! The kernels by which particles walk, one a cell: their parameters, bindings and twins.
 //!
-//! Every particle takes its cell, and claims the one that it would come to. Of those that claim a cell the lowest rank wins,
+//! Every particle takes its cell, senses, turns, and claims the one that it would come to. Of those that claim a cell the lowest rank wins,
 //! once the cell is empty: a particle in it must win its own cell first, and have a lower rank. So it ends as if particles moved one after
 //! the other by their ranks, but for rows of particles that are longer than there are rounds. Those that have won nothing stay. Particles
 //! that come over from other objects claim the cells that are free after that. A cell that a particle of its object claims counts as taken,
 //! also where that particle lacks a round and stays.
 
 use glam::UVec4;
+use rayon::prelude::*;
 
 use crate::rng::{Purpose, random, seed_word};
 use crate::scene::settings::Strategy;
 use crate::sim::arrays::Arrays;
-use crate::sim::claims::{Claimed, LANDING, NO_RANK, SHARED, may_come, rank_of};
+use crate::sim::claims::{self, Claimed, LANDING, rank_of};
 use crate::sim::field::{atlas_position, texel_at};
 use crate::sim::ground::{Flight, Ground};
 use crate::sim::kernels::{
-    Arrive, ArriveArgs, ArriveConstants, ArriveParams, Claim, ClaimArgs, ClaimConstants,
-    ClaimParams, LandClaim, LandClaimArgs, LandClaimConstants, LandClaimParams, LandSettle,
-    LandSettleArgs, LandSettleConstants, LandSettleParams, Wish, WishArgs, WishConstants,
-    WishParams,
+    Advance, AdvanceConstants, AdvanceParams, Arrive, ArriveArgs, ArriveConstants, ArriveParams,
+    LandClaim, LandClaimArgs, LandClaimConstants, LandClaimParams, LandSettle, LandSettleArgs,
+    LandSettleConstants, LandSettleParams, Wish, WishArgs, WishConstants, WishParams,
 };
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
-use crate::sim::step::advance::{AdvanceInputs, Arriving, Walking, own_parameters};
+use crate::sim::step::advance::{AdvanceInputs, Arriving, Form, Terms, Walked, walked};
 use crate::sim::types::{Flow, Meal, Motion, Particle, Transfer};
 use crate::sim::work::{Call, StepKernel};
-use crate::strict::{settled, turn_of};
+use crate::strict::turn_of;
 
 impl Plan<'_> {
-    /// Where particles would come to.
+    /// `wish`, or a form of it: particles sense, turn and walk to where they would come to.
     #[must_use]
-    pub fn wish(&self) -> Call<Wish> {
+    pub fn wish(&self, terms: Terms, form: Form) -> Call<Wish> {
+        let Call {
+            constants, params, ..
+        } = self.advance(terms, form);
         Call {
-            on: (),
+            on: form,
             constants: WishConstants {
-                border_reflects: self.border_reflects(),
-                own_physarum: self.own_physarum,
-                painted: self.means.painted,
-                food: self.has_food(),
-                pulses: !self.shells.is_empty(),
-                looks: self.has_looks(),
-                mortal: self.is_mortal(),
-                paths: self.means.paths,
+                border_reflects: constants.border_reflects,
+                own_physarum: constants.own_physarum,
+                across: constants.across,
+                sensing: constants.sensing,
+                painted: constants.painted,
+                food: constants.food,
+                pulses: constants.pulses,
+                looks: constants.looks,
+                moves_first: constants.moves_first,
+                random_ties: constants.random_ties,
+                random_turns: constants.random_turns,
+                mortal: constants.mortal,
+                apart: self.means.apart,
+                sensor_noise: constants.sensor_noise,
+                favourite_density: constants.favourite_density,
+                gravity: constants.gravity,
+                decrowding: constants.decrowding,
+                distance: constants.distance,
+                cells: constants.cells,
+                reach: constants.reach,
+                sensitivity: constants.sensitivity,
+                paths: constants.paths,
             },
             params: WishParams {
-                particle_count: self.particle_count(),
+                particle_count: params.particle_count,
+                seed: params.seed,
+                time_step: params.time_step,
                 salt: self.claim_salt(),
-                attempts: self.settings.physarum.edge_crossing_attempts,
-                pitch: self.setup.atlas.pitch,
-                shell_count: self.shells.len() as u32,
-                second_look: self.object_count(),
-            },
-        }
-    }
-
-    /// Particles claim cells.
-    #[must_use]
-    pub fn claim(&self) -> Call<Claim> {
-        Call {
-            on: (),
-            constants: ClaimConstants {
-                mortal: self.is_mortal(),
-                paths: self.means.paths,
-            },
-            params: ClaimParams {
-                particle_count: self.particle_count(),
+                attempts: params.attempts,
+                pitch: params.pitch,
+                transfer_threshold: params.transfer_threshold,
+                deepest: params.deepest,
+                last_texel: params.last_texel,
+                walker_rows: params.walker_rows,
+                fed_attraction: params.fed_attraction,
+                outlook_unit: params.outlook_unit,
+                shell_count: params.shell_count,
+                second_look: params.second_look,
+                sensor_share: params.sensor_share,
+                sensitivity: params.sensitivity,
+                random_turn: params.random_turn,
             },
         }
     }
@@ -86,6 +99,7 @@ impl Plan<'_> {
                 seed: seed_word(self.settings.seed),
                 time_step: self.time_step(),
                 pitch: self.setup.atlas.pitch,
+                salt: self.claim_salt(),
                 rounds: self.rules.rounds,
                 transfer_capacity: self.means.capacity,
                 transfer_threshold: self.lengths.threshold,
@@ -138,12 +152,19 @@ impl Plan<'_> {
 }
 
 impl StepKernel for Wish {
-    type On = ();
+    type On = Form;
 
-    fn args<'s>(_call: &Call<Self>, s: &'s State) -> WishArgs<'s> {
+    fn name(form: Form) -> &'static str {
+        match form {
+            Form::All => "wish",
+            _ => Advance::name(form),
+        }
+    }
+
+    fn args<'s>(call: &Call<Self>, s: &'s State) -> WishArgs<'s> {
         let crowd = s.crowd();
         WishArgs {
-            particles: &s.particles.texels,
+            particles_before: &s.particles.texels,
             motions: &s.motions.texels,
             motions_before: &s.motions.texels,
             wishes: &crowd.wishes.texels,
@@ -151,58 +172,60 @@ impl StepKernel for Wish {
             strips: &s.surface.strips,
             physarums: &s.objects.physarums,
             homes: s.homes(),
-            cells: &crowd.cells,
             goals: &crowd.goals,
+            bids: &crowd.bids,
             bias: s.bias.as_ref(),
             looks: s.looks.as_ref(),
             shells: &s.objects.shells,
             corners: &s.surface.corners,
             vertices: &s.surface.vertices,
             poses: &s.objects.poses.texels,
-        }
-    }
-
-    fn twin(call: &Call<Self>, a: &mut Arrays) {
-        let setup = &a.setup;
-        wish(
-            &call.constants,
-            &call.params,
-            &AdvanceInputs {
-                poses: &a.poses,
-                bias: &a.bias,
-                shells: &a.shells,
-                looks: &a.weights,
-                homes: &setup.homes,
-                ..AdvanceInputs::of_surface(setup, &a.physarums)
+            trail: &s.trail.front,
+            previous_deposits: &s.deposits.back,
+            distances: &s.near.distances.texels,
+            across: &s.across.places.texels,
+            across_triangles: &s.across.triangles.texels,
+            surroundings: &s.across.surroundings.texels,
+            scent: s.food.as_ref().map(|food| food.sensed()),
+            walkers: &s.walkers.slots.texels,
+            walkers_near: &s.walkers.near.texels,
+            walker_count: &s.walkers.count,
+            // The forms for listed particles list no others: no dispatch may write its own groups.
+            walker_groups: match call.on {
+                Form::All => Some(&s.walkers.groups),
+                _ => None,
             },
-            (&a.particles, &mut a.motions),
-            (&mut a.wishes, &mut a.claims),
-            (&mut a.cells, &mut a.goals),
-        );
-    }
-}
-
-impl StepKernel for Claim {
-    type On = ();
-
-    fn args<'s>(_call: &Call<Self>, s: &'s State) -> ClaimArgs<'s> {
-        let crowd = s.crowd();
-        ClaimArgs {
-            claims: &crowd.claims.texels,
-            cells: &crowd.cells,
-            bids: &crowd.bids,
-            goals: &crowd.goals,
         }
     }
 
+    /// The first form processes every particle, and the others have none.
     fn twin(call: &Call<Self>, a: &mut Arrays) {
-        claim(
-            &call.constants,
-            &call.params,
-            &a.claims,
-            &a.cells,
-            (&mut a.bids, &mut a.goals),
-        );
+        if call.on != Form::All {
+            return;
+        }
+        let wished = wished(&call.constants, &call.params, a);
+        for (slot, wished) in wished.into_iter().enumerate() {
+            let Some((walked, claim)) = wished else {
+                a.claims[slot] = UVec4::ZERO;
+                continue;
+            };
+            if let Some(form) = walked.form {
+                a.forms[form] += 1;
+            }
+            let flags = if call.constants.food {
+                walked.motion.flags
+            } else {
+                0
+            };
+            a.motions[slot] = Motion {
+                flags,
+                ..walked.motion
+            };
+            a.wishes[slot] = walked.particle;
+            a.claims[slot] = claim;
+            let cells = (&mut a.goals[..], &mut a.bids[..]);
+            claims::claim(claim.y, claim.x, call.params.salt, cells);
+        }
     }
 }
 
@@ -219,7 +242,6 @@ impl StepKernel for Arrive {
             wishes: &crowd.wishes.texels,
             claims: &crowd.claims.texels,
             strips: &s.surface.strips,
-            cells: &crowd.cells,
             goals: &crowd.goals,
             bids: &crowd.bids,
             deposits: &s.deposits.front,
@@ -245,9 +267,9 @@ impl StepKernel for Arrive {
             (&mut a.particles, &mut a.motions),
             (&a.wishes, &a.claims),
             Claimed {
-                cells: &a.cells,
                 goals: &a.goals,
                 bids: &a.bids,
+                salt: call.params.salt,
             },
             (&mut t.flow[0], &mut t.particle_indices),
             &mut a.meals,
@@ -267,7 +289,6 @@ impl StepKernel for LandClaim {
             particles: &s.particles.texels,
             strips: &s.surface.strips,
             homes: s.homes(),
-            cells: &crowd.cells,
             goals: &crowd.goals,
             bids: &crowd.bids,
             triangles: &s.surface.triangles,
@@ -288,7 +309,7 @@ impl StepKernel for LandClaim {
             &a.transfers.flow[0],
             &a.particles,
             &mut a.transfers.transfers,
-            (&a.cells, &a.goals, &mut a.bids),
+            (&a.goals, &mut a.bids),
         );
     }
 }
@@ -320,87 +341,86 @@ impl StepKernel for LandSettle {
     }
 }
 
-/// Twin of `shaders/wish.comp`.
-pub fn wish(
-    constants: &WishConstants,
-    params: &WishParams,
-    inputs: &AdvanceInputs,
-    (particles, motions): (&[Particle], &mut [Motion]),
-    (wishes, claims): (&mut [Particle], &mut [UVec4]),
-    (cells, goals): (&mut [u32], &mut [u32]),
-) {
-    let walking = Walking {
-        attempts: params.attempts,
-        own_physarum: constants.own_physarum,
-        border_reflects: constants.border_reflects,
-        pitch: params.pitch,
-        bias: constants.painted.then_some(inputs.bias),
-        shells: if constants.pulses {
-            &inputs.shells[..params.shell_count as usize]
-        } else {
-            &[]
-        },
-    };
-    let texel_of = |triangle: u32, u: f32, v: f32| {
-        texel_at(inputs.position_of(triangle, [u, v]), params.pitch)
-    };
-    for slot in 0..params.particle_count as usize {
-        let (particle, motion) = (particles[slot], motions[slot]);
-        if constants.mortal && motion.is_dead() {
-            claims[slot] = UVec4::new(0, 0, NO_RANK, 0);
-            continue;
+impl WishConstants {
+    /// Those of `advance`, for what the twins of both kernels do.
+    fn for_turns(&self) -> AdvanceConstants {
+        AdvanceConstants {
+            border_reflects: self.border_reflects,
+            own_physarum: self.own_physarum,
+            across: self.across,
+            sensing: self.sensing,
+            painted: self.painted,
+            food: self.food,
+            pulses: self.pulses,
+            looks: self.looks,
+            moves_first: self.moves_first,
+            random_ties: self.random_ties,
+            random_turns: self.random_turns,
+            mortal: self.mortal,
+            sensor_noise: self.sensor_noise,
+            favourite_density: self.favourite_density,
+            gravity: self.gravity,
+            decrowding: self.decrowding,
+            distance: self.distance,
+            cells: self.cells,
+            reach: self.reach,
+            sensitivity: self.sensitivity,
+            ..AdvanceConstants::default()
         }
-        let own = own_parameters(
-            constants.own_physarum,
-            constants.looks.then_some(params.second_look),
-            inputs,
-            &particle,
-            params.pitch,
-        );
-        let (w, pending) = walking.whole(inputs, &own, (&particle, &motion));
-        wishes[slot] = Particle {
-            triangle: w.triangle,
-            u: w.u,
-            v: w.v,
-            id: particle.id,
-        };
-        motions[slot] = Motion {
-            heading_p: settled(w.heading[0]),
-            heading_h: settled(w.heading[1]),
-            pending,
-            flags: if constants.food { motion.flags } else { 0 },
-        };
-
-        let texel = texel_of(w.triangle, w.u, w.v);
-        let goal = inputs.homes[texel as usize];
-        let own_cell = inputs.homes[texel_of(particle.triangle, particle.u, particle.v) as usize];
-        let rank = rank_of(particle.id, params.salt);
-        claims[slot] = UVec4::new(goal, own_cell, rank, texel);
-        cells[own_cell as usize] = rank;
-        goals[own_cell as usize] = goal;
     }
 }
 
-/// Twin of `shaders/claim.comp`.
-pub fn claim(
-    constants: &ClaimConstants,
-    params: &ClaimParams,
-    claims: &[UVec4],
-    cells: &[u32],
-    (bids, goals): (&mut [u32], &mut [u32]),
-) {
-    for claim in &claims[..params.particle_count as usize] {
-        if constants.mortal && claim.z == NO_RANK {
-            continue;
-        }
-        if cells[claim.y as usize] != claim.z {
-            goals[claim.y as usize] = SHARED;
-        }
-        if may_come(claim.z, cells[claim.x as usize]) {
-            let bid = &mut bids[claim.x as usize];
-            *bid = (*bid).min(claim.z);
+impl WishParams {
+    /// Those of `advance`.
+    fn for_turns(&self) -> AdvanceParams {
+        AdvanceParams {
+            particle_count: self.particle_count,
+            seed: self.seed,
+            time_step: self.time_step,
+            attempts: self.attempts,
+            pitch: self.pitch,
+            transfer_threshold: self.transfer_threshold,
+            deepest: self.deepest,
+            last_texel: self.last_texel,
+            walker_rows: self.walker_rows,
+            fed_attraction: self.fed_attraction,
+            outlook_unit: self.outlook_unit,
+            shell_count: self.shell_count,
+            second_look: self.second_look,
+            sensor_share: self.sensor_share,
+            sensitivity: self.sensitivity,
+            random_turn: self.random_turn,
+            ..AdvanceParams::default()
         }
     }
+}
+
+/// Where each particle would come to, and its claim; `None` if it is dead.
+fn wished(
+    constants: &WishConstants,
+    params: &WishParams,
+    a: &Arrays,
+) -> Vec<Option<(Walked, UVec4)>> {
+    let inputs = AdvanceInputs::of_arrays(a);
+    let (turning, of_turns) = (constants.for_turns(), params.for_turns());
+    let cell_at = |at: &Particle| {
+        let position = inputs.position_of(at.triangle, [at.u, at.v]);
+        let texel = texel_at(position, params.pitch);
+        (inputs.homes[texel as usize], texel)
+    };
+    (0..params.particle_count as usize)
+        .into_par_iter()
+        .map(|slot| {
+            let (particle, motion) = (&a.particles[slot], &a.motions[slot]);
+            if constants.mortal && motion.is_dead() {
+                return None;
+            }
+            let walked = walked(&turning, &of_turns, &inputs, (particle, motion));
+            let (goal, texel) = cell_at(&walked.particle);
+            let (cell, _) = cell_at(particle);
+            Some((walked, UVec4::new(goal, cell, texel, 1)))
+        })
+        .collect()
 }
 
 /// Twin of `shaders/arrive.comp`.
@@ -429,15 +449,15 @@ pub fn arrive(
             threshold: params.transfer_threshold,
             pitch: params.pitch,
         };
-        let claim = claims[slot];
-        if constants.mortal && claim.z == NO_RANK {
+        let [goal, cell, _, is_alive] = claims[slot].to_array();
+        if constants.mortal && is_alive == 0 {
             continue;
         }
         let (particle, moved) = (particles[slot], wishes[slot]);
         let before = motions[slot].flags;
         let previous = inputs.position_of(particle.triangle, [particle.u, particle.v]);
-        let round = claimed.won_in(claim.x, claim.z, params.rounds + 1);
-        if claim.x == claim.y || round.is_some_and(|round| round <= params.rounds) {
+        let round = claimed.won_in(cell, goal, params.rounds + 1);
+        if goal == cell || round.is_some_and(|round| round <= params.rounds) {
             let position = inputs.position_of(moved.triangle, [moved.u, moved.v]);
             let arrival = arriving.at(previous, position, before, constants.selects);
             particles[slot] = moved;
@@ -476,7 +496,7 @@ pub fn land_claim(
     flow: &Flow,
     particles: &[Particle],
     transfers: &mut [Transfer],
-    (cells, goals, bids): (&[u32], &[u32], &mut [u32]),
+    (goals, bids): (&[u32], &mut [u32]),
 ) {
     for transfer in &mut transfers[..flow.leaving.min(params.capacity) as usize] {
         if transfer.source == transfer.target {
@@ -491,7 +511,11 @@ pub fn land_claim(
         let map = &inputs.strips[transfer.triangle as usize].map;
         let position = atlas_position(map, u, v);
         transfer.cell = inputs.homes[texel_at(position, params.pitch) as usize];
-        let claimed = Claimed { cells, goals, bids };
+        let claimed = Claimed {
+            goals,
+            bids,
+            salt: params.salt,
+        };
         if !claimed.is_open(transfer.cell, params.rounds) {
             continue;
         }
@@ -540,103 +564,108 @@ pub fn land_settle(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sim::claims::FREE;
+    use crate::sim::claims::{FREE, SHARED, claim_of};
 
-    /// A particle: the cell that it is in, the one that it would come to, and its rank.
+    /// A particle: the cell that it is in, and the one that it would come to.
     #[derive(Clone, Copy)]
     struct Walker {
         cell: usize,
         goal: usize,
-        rank: u32,
     }
 
-    /// A random crowd on a ring of cells, and the number of these. In some all would come to the next cell, in others some to any; in some
-    /// ranks fall along the ring, so that rows are long; some share a cell.
-    fn crowd(case: u32) -> (usize, Vec<Walker>) {
+    /// Walkers on a ring of cells.
+    struct Crowd {
+        cell_count: usize,
+        salt: u32,
+        walkers: Vec<Walker>,
+    }
+
+    /// A random crowd. In some all would come to the next cell, in others some to any; in some ranks fall along the ring, so that rows are
+    /// long; some share a cell.
+    fn crowd(case: u32) -> Crowd {
         let mut drawn = 0;
         let mut below = |limit: u32| {
             drawn += 1;
             random(case, drawn, 0, Purpose::Claim)[0] % limit
         };
-        let cells = 2 + below(23);
-        let count = 1 + below(cells);
+        let cell_count = 2 + below(23);
+        let count = 1 + below(cell_count);
         let (is_straight, falls) = (below(2) == 0, below(2) == 0);
         let salt = below(u32::MAX);
-        let mut ranks: Vec<u32> = (0..count).map(|id| rank_of(id, salt)).collect();
+        let mut ring: Vec<u32> = (0..cell_count).collect();
         if falls {
-            ranks.sort_unstable();
-            ranks.reverse();
+            ring.sort_unstable_by_key(|&cell| u32::MAX - rank_of(cell, salt));
         }
-        let mut taken: Vec<u32> = (0..cells).collect();
-        while taken.len() > ranks.len() {
+        let mut taken: Vec<u32> = (0..cell_count).collect();
+        while taken.len() > count as usize {
             let left = below(taken.len() as u32);
             taken.remove(left as usize);
         }
         let mut walkers = Vec::new();
-        for (cell, rank) in taken.into_iter().zip(ranks) {
+        for place in taken {
             let goal = match is_straight || below(4) > 0 {
-                true => (cell + 1) % cells,
-                false => below(cells),
+                true => (place + 1) % cell_count,
+                false => below(cell_count),
             };
-            let cell = match is_straight || below(12) > 0 {
-                true => cell,
-                false => below(cells),
+            let place = match is_straight || below(12) > 0 {
+                true => place,
+                false => below(cell_count),
             };
-            walkers.push(Walker {
-                cell: cell as usize,
-                goal: goal as usize,
-                rank,
-            });
+            let [cell, goal] = [place, goal].map(|place| ring[place as usize] as usize);
+            walkers.push(Walker { cell, goal });
         }
-        (cells as usize, walkers)
+        Crowd {
+            cell_count: cell_count as usize,
+            salt,
+            walkers,
+        }
     }
 
-    /// The words of the cells after `wish` and `claim`: `cells`, `goals` and `bids`.
-    fn words_of(cell_count: usize, walkers: &[Walker]) -> [Vec<u32>; 3] {
-        let mut cells = vec![FREE; cell_count];
-        let mut goals = vec![0; cell_count];
-        let mut bids = vec![FREE; cell_count];
-        let mut claims = Vec::new();
-        for &Walker { cell, goal, rank } in walkers {
-            claims.push(UVec4::new(goal as u32, cell as u32, rank, 0));
-            goals[cell] = goal as u32;
-            cells[cell] = rank;
+    impl Crowd {
+        /// The words of the cells after `wish`: `goals` and `bids`.
+        fn words(&self) -> [Vec<u32>; 2] {
+            let mut goals = vec![FREE; self.cell_count];
+            let mut bids = vec![FREE; self.cell_count];
+            for &Walker { cell, goal } in &self.walkers {
+                let words = (&mut goals[..], &mut bids[..]);
+                claims::claim(cell as u32, goal as u32, self.salt, words);
+            }
+            [goals, bids]
         }
-        let params = ClaimParams {
-            particle_count: walkers.len() as u32,
-        };
-        let constants = ClaimConstants::default();
-        claim(
-            &constants,
-            &params,
-            &claims,
-            &cells,
-            (&mut bids, &mut goals),
-        );
-        [cells, goals, bids]
+
+        fn rank(&self, cell: usize) -> u32 {
+            rank_of(cell as u32, self.salt)
+        }
+
+        /// Do no others that would come to the same cell come before it?
+        fn is_first(&self, walker: Walker, mut others: impl Iterator<Item = Walker>) -> bool {
+            let there = self.rank(walker.goal);
+            let claim = |walker: Walker| claim_of(self.rank(walker.cell), there);
+            others.all(|other| other.goal != walker.goal || claim(other) >= claim(walker))
+        }
     }
 
     /// Walkers that move one after the other, or in rounds. What moves within its cell has moved from the beginning.
     struct Floor<'a> {
-        walkers: &'a [Walker],
-        /// The ranks that each cell held at the start.
-        first: Vec<Vec<u32>>,
+        crowd: &'a Crowd,
+        /// How many each cell held at the start.
+        first: Vec<usize>,
         /// How many are in each cell.
         inside: Vec<usize>,
         moved: Vec<bool>,
     }
 
     impl<'a> Floor<'a> {
-        fn new(cell_count: usize, walkers: &'a [Walker]) -> Self {
-            let mut first = vec![Vec::new(); cell_count];
-            for walker in walkers {
-                first[walker.cell].push(walker.rank);
+        fn new(crowd: &'a Crowd) -> Self {
+            let mut first = vec![0; crowd.cell_count];
+            for walker in &crowd.walkers {
+                first[walker.cell] += 1;
             }
             Self {
-                walkers,
-                inside: first.iter().map(Vec::len).collect(),
+                crowd,
+                inside: first.clone(),
                 first,
-                moved: (walkers.iter())
+                moved: (crowd.walkers.iter())
                     .map(|walker| walker.goal == walker.cell)
                     .collect(),
             }
@@ -644,48 +673,56 @@ mod tests {
 
         /// Does it wait for a cell that is empty? A shared one stays taken to the end.
         fn may_move(&self, k: usize) -> bool {
-            let goal = self.walkers[k].goal;
-            !self.moved[k] && self.inside[goal] == 0 && self.first[goal].len() < 2
+            let goal = self.crowd.walkers[k].goal;
+            !self.moved[k] && self.inside[goal] == 0 && self.first[goal] < 2
         }
 
         fn take(&mut self, k: usize) {
-            let Walker { cell, goal, .. } = self.walkers[k];
+            let Walker { cell, goal } = self.crowd.walkers[k];
             self.moved[k] = true;
             self.inside[cell] -= 1;
             self.inside[goal] += 1;
         }
 
-        /// Of those that claim an empty cell the lowest rank has it; one that was left is for higher ranks than that in it.
+        /// Of those that claim an empty cell the lowest claim has it; one that was left is for higher ranks than its own.
         fn take_round(&mut self) {
+            let crowd = self.crowd;
             let claims = |&k: &usize| {
-                let Walker { goal, rank, .. } = self.walkers[k];
-                self.may_move(k) && self.first[goal].iter().all(|&before| rank > before)
+                let Walker { cell, goal } = crowd.walkers[k];
+                self.may_move(k) && (self.first[goal] == 0 || crowd.rank(cell) > crowd.rank(goal))
             };
-            let claiming: Vec<usize> = (0..self.walkers.len()).filter(claims).collect();
+            let claiming: Vec<usize> = (0..crowd.walkers.len()).filter(claims).collect();
             for &k in &claiming {
-                let Walker { goal, rank, .. } = self.walkers[k];
-                let mut others = claiming.iter().map(|&other| self.walkers[other]);
-                if others.all(|other| other.goal != goal || other.rank >= rank) {
+                let others = claiming.iter().map(|&other| crowd.walkers[other]);
+                if crowd.is_first(crowd.walkers[k], others) {
                     self.take(k);
                 }
             }
         }
     }
 
-    fn by_rounds(cell_count: usize, walkers: &[Walker], rounds: u32) -> Vec<bool> {
-        let mut floor = Floor::new(cell_count, walkers);
+    fn by_rounds(crowd: &Crowd, rounds: u32) -> Vec<bool> {
+        let mut floor = Floor::new(crowd);
         for _ in 0..rounds {
             floor.take_round();
         }
         floor.moved
     }
 
-    fn one_by_one(cell_count: usize, walkers: &[Walker]) -> Vec<bool> {
-        let mut floor = Floor::new(cell_count, walkers);
-        let mut order: Vec<usize> = (0..walkers.len()).collect();
-        order.sort_unstable_by_key(|&k| walkers[k].rank);
-        for k in order {
-            if floor.may_move(k) {
+    /// Those in one cell move at once, by the rank of the cell. Of those that would come to a cell which was empty only the first one does.
+    fn one_by_one(crowd: &Crowd) -> Vec<bool> {
+        let mut floor = Floor::new(crowd);
+        let mut order: Vec<usize> = (0..crowd.cell_count).collect();
+        order.sort_unstable_by_key(|&cell| crowd.rank(cell));
+        for cell in order {
+            let moves = |&k: &usize| {
+                let walker = crowd.walkers[k];
+                let comes = floor.first[walker.goal] > 0
+                    || crowd.is_first(walker, crowd.walkers.iter().copied());
+                walker.cell == cell && floor.may_move(k) && comes
+            };
+            let moving: Vec<usize> = (0..crowd.walkers.len()).filter(moves).collect();
+            for k in moving {
                 floor.take(k);
             }
         }
@@ -700,40 +737,38 @@ mod tests {
         let mut left_over = [0_usize; 3];
         let (mut shared, mut full) = (0, 0);
         for case in 0..3000 {
-            let (cell_count, walkers) = crowd(case);
-            let [cells, goals, bids] = words_of(cell_count, &walkers);
+            let crowd = crowd(case);
+            let [goals, bids] = crowd.words();
             let claimed = Claimed {
-                cells: &cells,
                 goals: &goals,
                 bids: &bids,
+                salt: crowd.salt,
             };
             // What moves within its own cell needs no round.
             let round_of = |walker: &Walker, rounds: u32| match walker.goal == walker.cell {
                 true => Some(0),
-                false => claimed.won_in(walker.goal as u32, walker.rank, rounds),
+                false => claimed.won_in(walker.cell as u32, walker.goal as u32, rounds),
             };
             let moved = |rounds: u32| -> Vec<bool> {
-                let rounds = walkers.iter().map(|walker| round_of(walker, rounds));
+                let rounds = crowd.walkers.iter().map(|walker| round_of(walker, rounds));
                 rounds.map(|round| round.is_some()).collect()
             };
             for (rounds, left_over) in ROUNDS.into_iter().zip(&mut left_over) {
-                let ends =
-                    [rounds, rounds + 1].map(|rounds| by_rounds(cell_count, &walkers, rounds));
+                let ends = [rounds, rounds + 1].map(|rounds| by_rounds(&crowd, rounds));
                 assert_eq!(moved(rounds), ends[0], "case {case}, {rounds} rounds");
                 let more = ends.map(|end| end.into_iter().filter(|&moved| moved).count());
                 let last = Some(rounds + 1);
-                let lacking = walkers
-                    .iter()
-                    .filter(|&walker| round_of(walker, rounds + 1) == last);
+                let lacking =
+                    (crowd.walkers.iter()).filter(|&walker| round_of(walker, rounds + 1) == last);
                 let lacking = lacking.count();
                 assert_eq!(lacking, more[1] - more[0], "case {case}, {rounds} rounds");
                 *left_over += lacking;
             }
             // No row is longer than there are particles.
-            let end = one_by_one(cell_count, &walkers);
-            assert_eq!(moved(walkers.len() as u32), end, "case {case}");
+            let most = crowd.walkers.len() as u32;
+            assert_eq!(moved(most), one_by_one(&crowd), "case {case}");
             shared += usize::from(goals.contains(&SHARED));
-            full += usize::from(!cells.contains(&FREE));
+            full += usize::from(!goals.contains(&FREE));
         }
         // Rows are longer than the rounds in some, even than the most; some have shared cells, and in some all are taken.
         assert!(

@@ -14,7 +14,7 @@ mod walk_queries;
 pub use super::arrays::TileLooks;
 pub use super::depth;
 pub use super::depth::depth_queries;
-pub use super::step::advance::{AdvanceInputs, Selection, advance, straight_places};
+pub use super::step::advance::{AdvanceInputs, straight_places};
 pub use super::step::diffuse::diffuse;
 pub use super::step::diffuse_seams::diffuse_seams;
 pub use super::step::digest::digest;
