@@ -63,6 +63,7 @@ layout(push_constant) uniform Params {
     float sensor_share;       // one by the number of cells that a sensor reads
     float sensitivity;        // trail units below which a sensor reads nothing
     float random_turn;        // the probability of a turn to any direction
+    uint turns;               // 0 in the first step of particles that walk before they sense
 } params;
 
 // Numbers of bindings have no order: the build takes them from here, by name.

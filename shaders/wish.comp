@@ -2,8 +2,8 @@
 // Reads   as advance.comp: particles, strips, trail and bias (gutters filled), last step's deposits, surroundings; distances, across,
 //         across_triangles, physarums; scent and looks (gutters filled); for gravity and pulses corners, vertices and poses; shells; homes.
 // Writes  wishes: the particle where it would come to; motions in place: as it would be there; claims: the cell there, the present cell,
-//         the texel there, and whether it is alive; goals and bids, by atomic minima, so that no order shows; walkers, walkers_near,
-//         walker_count and walker_groups.
+//         the texel there, and whether it is alive; bids by atomic minima, and goals, too, where cells may be shared, so that no order
+//         shows; walkers, walkers_near, walker_count and walker_groups.
 // One invocation per particle.
 // A walk that runs out of edge-crossing attempts leaves the rest of its length pending for the next step.
 // Overflow: cannot happen; every list has room for all particles.
@@ -54,6 +54,7 @@ layout(push_constant) uniform Params {
     float sensor_share;       // one by the number of cells that a sensor reads
     float sensitivity;        // trail units below which a sensor reads nothing
     float random_turn;        // the probability of a turn to any direction
+    uint turns;               // 0 in the first step of particles that walk before they sense
 } params;
 
 // What is also in advance.comp is explained there. Each invocation writes where it alone has read before.
@@ -96,12 +97,16 @@ READS(uvec2, 30) surroundings;  // four texels in two words
 #include "turning.glsl"
 #include "claims.glsl"
 
-// Takes the cell that a particle is in. All but the first one there mark it, and no minimum takes the mark away. A plain store is faster.
+// Takes the cell that a particle is in. Where nothing else can be there, a plain store will do, which is faster. Otherwise all but the first
+// one mark the cell, by the lowest of all words.
 void take(uint cell, uint goal) {
-    if (APART) put_texel(goals, cell, goal_word(goal))
-    else {
-        lower_texel(goals, cell, goal_word(goal), before)
-        if (before != FREE) put_texel(goals, cell, SHARED)
+    if (APART) {
+        put_texel(goals, cell, goal_word(goal))
+        return;
+    }
+    lower_texel(goals, cell, goal_word(goal), before)
+    if (before != FREE) {
+        lower_texel(goals, cell, SHARED, marked)
     }
 }
 

@@ -88,7 +88,7 @@
 //! - **heading**: the unit vector of a particle in its triangle's tangent frame.
 //! - **walk**: the straightest path; the triangles that it crosses are laid out flat, edge by edge, as seen from its start.
 //! - **cell**: an owned texel. Every texel of the surface has one. By some rules there is one particle a cell, and sensors read cells.
-//! - **claim**, **rank**: particles claim the cells that they would come to, round by round; the lowest rank in a step wins.
+//! - **claim**, **rank**: particles claim the cells that they would come to, by the ranks that the cells have in a step; the lowest claim wins.
 //! - **dead**: a particle that is a free slot with an id, which a particle that is born will get ([`sim::step::population`]). It counts for
 //!   the object on which it died.
 //! - **edge-crossing attempts**: how many edges one walk may cross; the rest of the walk is **pending** and comes first in the next step.

@@ -25,7 +25,7 @@ pub enum Purpose {
     Turn = 8,
     /// The heading of a particle that was refused a cell.
     Refused = 9,
-    /// The ranks of particles that claim cells; used on the host only.
+    /// The ranks of cells, and of those that land or are born, in a step; used on the host only.
     Claim = 10,
     /// Whether a particle divides or dies, the side where it divides, and the heading of a particle that is born.
     Population = 11,

@@ -17,7 +17,7 @@ const uint FREE = 0xffffffffu;
 // In place of the goal: several particles are in the cell.
 const uint SHARED = 0u;
 
-// Cells, and ids, have fewer bits than these: larger textures, and scenes of more particles, are refused.
+// Numbers of cells and ids have no more bits than these: larger textures are refused, and particles than cells.
 const uint RANK_BITS = 30u;
 const uint RANKS = (1u << RANK_BITS) - 1u;
 // Added to the ranks of particles that may only come to a cell that was empty: they come after those that may come to it in any case.

@@ -1,4 +1,4 @@
-// motor: the walk of a particle in a step. Twin of `Walking` in src/sim/step/advance.rs.
+// motor: the walk of a particle in a step. Twin of `walk_pending` and `walk_step` in src/sim/step/advance.rs.
 // The includer declares the constants OWN_PHYSARUM, LOOKS, PULSES and BORDER_REFLECTS, the parameters and the buffers that follow here.
 
 #ifndef MYXO_MOTOR

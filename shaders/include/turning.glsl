@@ -1,5 +1,5 @@
 // turning: a particle walks what is pending, senses and turns; or it is listed for another form of the kernel.
-// Twin of `Turning` in src/sim/step/advance.rs.
+// Twin of `walked` and `turned` in src/sim/step/advance.rs.
 // advance.comp and wish.comp include this. They declare the constants BORDER_REFLECTS, OWN_PHYSARUM, PAINTED, FOOD, PULSES, LOOKS and MORTAL,
 // their parameters and buffers first.
 //
@@ -26,8 +26,6 @@
 // Sensors see other objects where these cover the surface.
 layout(constant_id = 10) const bool ACROSS = false;
 layout(constant_id = 11) const uint SENSING = 0u;
-// Particles walk before they sense: in the first step they do not turn.
-layout(constant_id = 19) const bool MOVES_FIRST = false;
 // Where both sides read more than the middle, a particle turns to either by chance.
 layout(constant_id = 20) const bool RANDOM_TIES = false;
 // Some particles turn to any direction, by chance.
@@ -144,7 +142,7 @@ bool turns(uint i) {
         uvec4 words = random_words(params.seed, particle.id, params.time_step, PURPOSE_TURN);
         if (unit_float(words.x) < params.random_turn) heading = turn_of(words.y);
     }
-    if (!(MOVES_FIRST && params.time_step == 0u)) w.heading = heading;
+    if (params.turns != 0u) w.heading = heading;
     return true;
 }
 

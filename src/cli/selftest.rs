@@ -229,7 +229,11 @@ const EXTRA: &[(&str, &str, &[&str])] = &[
         "one a cell",
         &["physarum.occupancy_rounds=2", "physarum.sensing=walk"],
     ),
-    ("trefoil", "move first", &["physarum.order=move_first"]),
+    (
+        "trefoil",
+        "move first",
+        &["physarum.order=move_first", "physarum.gravity_weight=3"],
+    ),
     (
         "suzanne",
         "walk",

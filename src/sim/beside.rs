@@ -82,8 +82,8 @@ const WORDS: &[(&str, As)] = &[("word", As::Number)];
 const CLAIMS: &[(&str, As)] = &[
     ("cell", As::Number),
     ("own cell", As::Number),
-    ("rank", As::Number),
     ("texel", As::Number),
+    ("alive", As::Number),
 ];
 const TRIANGLES: &[(&str, As)] = &[("triangle", As::Number)];
 const PARTICLES: &[(&str, As)] = &[
@@ -383,7 +383,7 @@ impl Everything {
         add("goals", WORDS, goals);
         add("bids", WORDS, bids);
         // Only `wish` writes these, one a slot; later the slots hold other particles.
-        if runs(&["wish"]) && !claims.is_empty() {
+        if (runs(&["wish"]) || runs(&FORMS_OF_ADVANCE[1..])) && !claims.is_empty() {
             // Dead particles wish nothing: what is there was another one's.
             let living = slots.iter().filter(|&&slot| !self.motions[slot].is_dead());
             let wishes: Vec<Particle> = living.map(|&slot| wishes[slot]).collect();

@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use super::claims::RANK_BITS;
 use super::field::{atlas_position, texel_at, weights_at};
 use super::types::Particle;
 use crate::error::{Error, Result};
@@ -73,18 +72,21 @@ pub fn cell_of(particle: &Particle, atlas: &Atlas, homes: &[u32]) -> u32 {
 
 /// How many particles are in a cell with one that comes before them: 0 if there is one a cell.
 #[must_use]
-pub fn sharing_count(particles: &[Particle], atlas: &Atlas, homes: &[u32]) -> usize {
+pub fn sharing_count<'a>(
+    particles: impl IntoIterator<Item = &'a Particle>,
+    atlas: &Atlas,
+    homes: &[u32],
+) -> usize {
     let mut taken = vec![false; homes.len()];
-    let cells = (particles.iter()).map(|particle| cell_of(particle, atlas, homes));
+    let cells = (particles.into_iter()).map(|particle| cell_of(particle, atlas, homes));
     let sharing = cells.filter(|&cell| std::mem::replace(&mut taken[cell as usize], true));
     sharing.count()
 }
 
-/// Checks that the particles of a scene with one particle a cell have cells, and ranks of their own, and those of a population that grows
-/// and shrinks room.
+/// Checks that the particles of a scene with one particle a cell have cells, and those of a population that grows and shrinks room.
 ///
 /// # Errors
-/// When there are more particles than cells, or than ranks, or than a population may have; says how many there may be.
+/// When there are more particles than cells, or than a population may have; says how many there may be.
 pub fn check_room(settings: &Settings, atlas: &Atlas) -> Result<()> {
     let (count, cells) = (settings.particles.count, atlas.owned_count);
     if settings.population.is_on() && count > MOST_POPULATION {
@@ -96,14 +98,6 @@ pub fn check_room(settings: &Settings, atlas: &Atlas) -> Result<()> {
     }
     if !settings.physarum.rules().is_crowded() {
         return Ok(());
-    }
-    let most = 1 << RANK_BITS;
-    if count > most {
-        return Err(Error::Invalid(format!(
-            "particles.count = {}: with one particle a cell there may be {}, at the most",
-            grouped(count.into()),
-            grouped(most.into()),
-        )));
     }
     if count > cells {
         return Err(Error::Invalid(format!(

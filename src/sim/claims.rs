@@ -1,14 +1,17 @@
 //! What is known of a cell, an owned texel, while particles claim cells. Twin of `shaders/include/claims.glsl`, which says what its two
 //! words mean, and of `shaders/include/rows.glsl`.
 
+use crate::mesh::atlas::MAX_SIZE;
+
 /// No particle is in a cell, or claims it.
 pub const FREE: u32 = u32::MAX;
 /// In place of the goal: several particles are in the cell.
 pub const SHARED: u32 = 0;
 
-/// Cells, and ids, have fewer bits than these: larger textures, and scenes of more particles, are refused.
-pub const RANK_BITS: u32 = 30;
+/// Numbers of cells and ids have no more bits than these: larger textures are refused, and particles than cells.
+const RANK_BITS: u32 = 30;
 const RANKS: u32 = (1 << RANK_BITS) - 1;
+const _: () = assert!((MAX_SIZE as u64).pow(2) <= 1 << RANK_BITS);
 /// Added to the ranks of particles that may only come to a cell that was empty: they come after those that may come to it in any case.
 pub const BELOW: u32 = 1 << RANK_BITS;
 /// Added to the ranks of particles that come over from other objects: they come after all others.

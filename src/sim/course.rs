@@ -40,11 +40,16 @@ fn are_apart(
     settings: &Settings,
     setup: &Setup,
 ) -> bool {
+    if !settings.physarum.rules().is_crowded() {
+        return false;
+    }
     let both = particles.iter().zip(motions);
     let living = both.filter(|(_, motion)| !motion.is_dead());
-    let living = || living.map(|(particle, _)| *particle).collect::<Vec<_>>();
-    settings.physarum.rules().is_crowded()
-        && sharing_count(&living(), &setup.atlas, &setup.homes) == 0
+    sharing_count(
+        living.map(|(particle, _)| particle),
+        &setup.atlas,
+        &setup.homes,
+    ) == 0
 }
 
 /// A simulation without its buffers.
@@ -72,7 +77,7 @@ pub struct Course {
     pulses: Vec<LivePulse>,
     /// The number of particles that a fed one counted as in the last step.
     fed_deposit: u32,
-    /// Is it known that no cell has several particles?
+    /// Is it known that no cell has several particles? Once it is not, that stays so: the course may go back to such a state.
     apart: bool,
     step: u64,
 }
@@ -192,7 +197,7 @@ impl Course {
         let mut every = step(&plan);
         if !self.pulses.is_empty() || !settings.pulses.is_empty() {
             plan.shells = vec![Shell::zeroed()];
-            every.add_forms_of_advance(&plan);
+            every.add_acts(&plan);
         }
         every
     }
@@ -278,12 +283,12 @@ impl Course {
     }
 
     /// Particles are where these are.
-    pub fn look_for_crowds(&mut self, particles: (&[Particle], &[Motion])) {
+    pub fn look_for_shared_cells(&mut self, particles: (&[Particle], &[Motion])) {
         self.apart = self.apart && are_apart(particles, &self.settings, &self.setup);
     }
 
-    /// Particles may have come to cells of others.
-    pub fn crowd(&mut self) {
+    /// Several particles may be in a cell.
+    pub fn let_cells_be_shared(&mut self) {
         self.apart = false;
     }
 

@@ -443,7 +443,7 @@ impl Simulation {
         snapshot.settle();
         let mut course = self.course.clone();
         let are_distances_known = course.restore(&snapshot).map_err(Error::Invalid)?;
-        course.look_for_crowds((&snapshot.particles, &snapshot.motions));
+        course.look_for_shared_cells((&snapshot.particles, &snapshot.motions));
         let foods = self.setup().food_set.places.len();
         snapshot.check_food(foods).map_err(Error::Invalid)?;
         let food = self.restored_food(&snapshot.food)?;

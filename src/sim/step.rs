@@ -33,7 +33,7 @@ use super::spread::{Pass, passes};
 use super::work::{Call, Counter, Step, StepKernel};
 use crate::gpu::{DispatchGroups, Threads};
 use crate::scene::settings::{DistanceMethod, Strategy};
-use advance::Form;
+use advance::{Form, Terms};
 use exchange_seams::Field;
 use limit::KeyHalf;
 
@@ -65,8 +65,8 @@ pub fn step(plan: &Plan<'_>) -> Step {
 }
 
 impl Step {
-    /// Adds the kernels that also depend on whether pulses are live.
-    pub fn add_forms_of_advance(&mut self, plan: &Plan<'_>) {
+    /// Adds the kernels by which particles act: some depend on whether pulses are live.
+    pub fn add_acts(&mut self, plan: &Plan<'_>) {
         act(self, plan);
     }
 }
@@ -173,18 +173,23 @@ fn breed(s: &mut Step, plan: &Plan<'_>) {
 fn act(s: &mut Step, plan: &Plan<'_>) {
     let terms = plan.terms();
     if !plan.rules.is_crowded() {
-        return by_forms(s, plan, |form| plan.advance(terms, form));
+        return by_forms(s, plan, terms, |form| plan.advance(terms, form));
     }
     s.fill(FREE, |s| &s.crowd().goals, |a| &mut a.goals);
     s.fill(FREE, |s| &s.crowd().bids, |a| &mut a.bids);
-    by_forms(s, plan, |form| plan.wish(terms, form));
+    by_forms(s, plan, terms, |form| plan.wish(terms, form));
     s.run(Threads(plan.particle_count()), plan.arrive());
 }
 
 /// Sensors read straight ahead in the atlas where they can; particles whose sensors must walk follow in a second dispatch, those near another
 /// object in a third, and those of both kinds in a fourth.
-fn by_forms<K: StepKernel>(s: &mut Step, plan: &Plan<'_>, call: impl Fn(Form) -> Call<K>) {
-    let forms = plan.forms_of_advance(plan.terms());
+fn by_forms<K: StepKernel>(
+    s: &mut Step,
+    plan: &Plan<'_>,
+    terms: Terms,
+    call: impl Fn(Form) -> Call<K>,
+) {
+    let forms = plan.forms_of_advance(terms);
     if !forms.is_empty() {
         // No particle is listed yet.
         let none = DispatchGroups {
@@ -196,7 +201,7 @@ fn by_forms<K: StepKernel>(s: &mut Step, plan: &Plan<'_>, call: impl Fn(Form) ->
         s.reset([none; 3], |s| &s.walkers.groups);
     }
     s.run(Threads(plan.particle_count()), call(Form::All));
-    let why = "each has particles of its own, and what they count, they count by atomic additions";
+    let why = "each has particles of its own; what they count they count by atomic additions, and cells are claimed by atomic minima";
     s.unordered(why, advance::shared_by_forms, |s| {
         for &(form, listed) in forms {
             s.run(listed, call(form));

@@ -309,7 +309,7 @@ fn the_guide_shows_every_strip_and_no_picture_is_left_over() {
 
 /// Keys without a picture, and why.
 const UNSEEN: [(&str, &str); 10] = [
-    ("physarum.order", "the same grows, half a step apart"),
+    ("physarum.order", "only the first step differs"),
     ("time.steps_per_second", "the same grows, more slowly"),
     ("distance.method", "the distances are the same"),
     ("distance.depth", "they differ in the last digits"),

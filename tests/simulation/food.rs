@@ -12,9 +12,7 @@ use myxo::mesh::surface_distance::SurfaceDistance;
 use myxo::mesh::walk::{BorderRule, walk};
 use myxo::rng::{Purpose, random, unit};
 use myxo::scene::Scene;
-use myxo::scene::settings::{
-    AtlasMethod, DistanceMethod, FoodSettings, Settings, Start, StepOrder, Strategy,
-};
+use myxo::scene::settings::{AtlasMethod, DistanceMethod, FoodSettings, Settings, Start, Strategy};
 use myxo::sim::beside::first_difference;
 use myxo::sim::checkpoint::Checkpoint;
 use myxo::sim::field::{atlas_position, trail_at};
@@ -826,13 +824,12 @@ fn two_balls(gap: f64, across: f32, change: impl FnOnce(&mut Settings)) -> Scene
 }
 
 /// The trio with a scent that crosses, and food that is eaten on two of its objects and more.
-fn crossing_trio(method: DistanceMethod, order: StepOrder) -> Scene {
+fn crossing_trio(method: DistanceMethod) -> Scene {
     let mut scene = trio(Strategy::Parallel);
     let settings = &mut scene.settings;
     settings.particles.count = 500;
     settings.atlas.size = 128;
     settings.feeding.scent_across = 0.5;
-    settings.physarum.order = order;
     settings.distance.method = method;
     scene
 }
@@ -868,38 +865,9 @@ fn assert_crosses_by_its_distances(gpu: &Gpu, scene: &Scene) {
     assert!(crossed > 0, "none crosses");
 }
 
-/// Would alone catch: scents that lag by a step where particles move before they sense: what has been eaten in a step would be smelled at
-/// its end. Nothing crosses here, so what sensors read is the scent itself.
-#[test]
-fn sensors_read_the_scent_that_is_there() {
-    const AMOUNT: u32 = 50;
-    let lagging = |order: StepOrder| {
-        let scene = two_balls(1.5, 0.5, |s| {
-            s.physarum.order = order;
-            s.particles.start_object = "right".to_owned();
-            s.foods[0].size = 0.3;
-            s.foods[0].amount = AMOUNT;
-        });
-        let mut twin = twin::Simulation::new(Setup::new(&scene).unwrap(), scene.settings);
-        let mut lagging = 0;
-        for _ in 0..20 {
-            twin.step();
-            let arrays = twin.arrays();
-            let mut texels = (twin.setup().distance.samples.iter()).map(|s| s.texel as usize);
-            lagging += u32::from(texels.any(|texel| arrays.around[texel] != arrays.scent[texel]));
-        }
-        let remaining = twin.snapshot().food.remaining[0];
-        assert!(remaining < AMOUNT, "it is eaten");
-        lagging
-    };
-    assert_eq!(lagging(StepOrder::MoveFirst), 0);
-    // They sense at the beginning of the next step, before which it is summed up.
-    assert!(lagging(StepOrder::SenseFirst) > 0);
-}
-
 /// Would catch: scent of another place of the other object, in the wrong pose, from beyond the reach or with another share; what crosses
-/// coming back to its own object; engines that differ, also in gutters, by any method of distances, and in either order of a step; and a
-/// run that differs when it is resumed, or when the key has been 0 and is not any more.
+/// coming back to its own object; engines that differ, also in gutters, by any method of distances; and a run that
+/// differs when it is resumed, or when the key has been 0 and is not any more.
 #[test]
 fn scents_cross_contacts() {
     let Some(gpu) = gpu() else { return };
@@ -975,32 +943,16 @@ fn scents_cross_contacts() {
     });
     assert_eq!(whole, resumed);
 
-    for (method, order) in [
-        (DistanceMethod::Bvh, StepOrder::SenseFirst),
-        (DistanceMethod::Bvh, StepOrder::MoveFirst),
-        (DistanceMethod::Brute, StepOrder::SenseFirst),
-    ] {
-        let scene = crossing_trio(method, order);
+    for method in [DistanceMethod::Bvh, DistanceMethod::Brute] {
+        let scene = crossing_trio(method);
         let setup = Setup::new(&scene).unwrap();
         let found = first_difference(&gpu.ctx, &scene, &setup, 2, 2, &[]).unwrap();
         assert!(found.is_none(), "{method:?}: {}", found.unwrap());
     }
     // Drawn distances need not be those of the twin.
-    let drawn = crossing_trio(DistanceMethod::Raster, StepOrder::MoveFirst);
+    let drawn = crossing_trio(DistanceMethod::Raster);
     assert_crosses_by_its_distances(&gpu, &drawn);
 
-    // A run of the other order that is resumed.
-    let scene = crossing_trio(DistanceMethod::Bvh, StepOrder::MoveFirst);
-    let mut whole = Simulation::new(&gpu.ctx, &scene).unwrap();
-    advance(&gpu, &mut whole, 3);
-    let half = whole.snapshot().unwrap();
-    let mut resumed = Simulation::new(&gpu.ctx, &scene).unwrap();
-    resumed.restore(&half).unwrap();
-    let [whole, resumed] = [&mut whole, &mut resumed].map(|simulation| {
-        advance(&gpu, simulation, 3);
-        simulation.snapshot().unwrap().hash()
-    });
-    assert_eq!(whole, resumed);
     gpu.finish();
 }
 

@@ -43,7 +43,7 @@ const COMPARED_AT_ONCE: u32 = 1 << 22;
 impl Simulation {
     /// Records one dab of a brush, which is painted before the next recorded step, at the objects' present poses in pictures. Reads nothing
     /// back and does not wait; only the first dab makes its kernels, and the first one that attracts, repels or forbids makes the kernels
-    /// of steps again. Returns the number of painted texels, which may be zero.
+    /// of steps again, as does the first one that brings particles where there is to be one a cell. Returns the number of painted texels, which may be zero.
     ///
     /// The trail that a dab adds spreads and decays like any other. Areas that attract, repel, forbid or have the second look stay, and are
     /// part of snapshots, checkpoints and hashes from then on; scene files have them in a [map](super::super::areas) beside them.
@@ -96,6 +96,9 @@ impl Simulation {
         if dab.makes_looks() {
             self.make_looks()?;
         }
+        if dab.of_particles(self.settings()).is_some() {
+            self.let_cells_be_shared()?;
+        }
         let count = texels.len() as u32;
         let of_bias = dab.of_bias(count).filter(|_| self.state.bias.is_some());
         let of_looks = dab.of_looks(count).filter(|_| self.state.looks.is_some());
@@ -114,11 +117,6 @@ impl Simulation {
             if let (Some(params), Some(looks)) = (of_looks, &state.looks) {
                 self.paint_field(rec, &entries, looks, params);
             }
-        }
-        if dab.of_particles(self.settings()).is_some() && self.course.is_apart() {
-            self.course.crowd();
-            let every = (self.course).of_every_kernel(self.settings(), self.means());
-            every.prepare(&mut self.pipelines)?;
         }
         self.teleport(rec, dab, &texels)?;
         Ok(painted)
@@ -142,6 +140,20 @@ impl Simulation {
         }
         let bias = unpainted(&self.ctx, self.setup().atlas.density.len())?;
         self.take_bias(Some(bias))
+    }
+
+    /// From now on several particles may be in a cell.
+    fn let_cells_be_shared(&mut self) -> Result<()> {
+        if self.course.is_apart() {
+            let means = Means {
+                apart: false,
+                ..self.means()
+            };
+            let every = self.course.of_every_kernel(self.settings(), means);
+            every.prepare(&mut self.pipelines)?;
+            self.course.let_cells_be_shared();
+        }
+        Ok(())
     }
 
     /// From now on sensors read this bias, or none.

@@ -135,7 +135,6 @@ impl Plan<'_> {
         Call {
             on: form,
             constants: AdvanceConstants {
-                moves_first: self.rules.moves_first,
                 random_ties: self.rules.random_ties,
                 random_turns: own.random_turn > 0.0,
                 cells: self.rules.reach.is_some(),
@@ -185,6 +184,7 @@ impl Plan<'_> {
                 sensor_share: 1.0 / (width * width) as f32,
                 sensitivity: own.sensitivity,
                 random_turn: own.random_turn,
+                turns: u32::from(!self.rules.moves_first || self.step > 0),
             },
         }
     }
@@ -645,7 +645,7 @@ pub(super) fn walked(
     let both = (particle, motion);
     let (mut w, pending) = walk_pending(constants, params, inputs, &own, both);
     let (heading, form, concerned) = turned(constants, params, inputs, &own, both, w, appetite);
-    if !(constants.moves_first && params.time_step == 0) {
+    if params.turns != 0 {
         w.heading = heading;
     }
     let (w, pending) = walk_step(constants, params, inputs, &own, both, (w, pending));

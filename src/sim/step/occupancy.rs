@@ -27,6 +27,61 @@ use crate::sim::types::{Flow, Meal, Motion, Particle, Transfer};
 use crate::sim::work::{Call, StepKernel};
 use crate::strict::turn_of;
 
+/// The specialization constants that `advance` and `wish` share, and others.
+macro_rules! constants_of_turns {
+    ($Constants:ident, $from:expr, $($others:tt)*) => {
+        $Constants {
+            border_reflects: $from.border_reflects,
+            own_physarum: $from.own_physarum,
+            across: $from.across,
+            sensing: $from.sensing,
+            painted: $from.painted,
+            food: $from.food,
+            pulses: $from.pulses,
+            looks: $from.looks,
+            random_ties: $from.random_ties,
+            random_turns: $from.random_turns,
+            mortal: $from.mortal,
+            sensor_noise: $from.sensor_noise,
+            favourite_density: $from.favourite_density,
+            gravity: $from.gravity,
+            decrowding: $from.decrowding,
+            distance: $from.distance,
+            cells: $from.cells,
+            reach: $from.reach,
+            sensitivity: $from.sensitivity,
+            paths: $from.paths,
+            $($others)*
+        }
+    };
+}
+
+/// The parameters that they share, and others.
+macro_rules! params_of_turns {
+    ($Params:ident, $from:expr, $($others:tt)*) => {
+        $Params {
+            particle_count: $from.particle_count,
+            seed: $from.seed,
+            time_step: $from.time_step,
+            attempts: $from.attempts,
+            pitch: $from.pitch,
+            transfer_threshold: $from.transfer_threshold,
+            deepest: $from.deepest,
+            last_texel: $from.last_texel,
+            walker_rows: $from.walker_rows,
+            fed_attraction: $from.fed_attraction,
+            outlook_unit: $from.outlook_unit,
+            shell_count: $from.shell_count,
+            second_look: $from.second_look,
+            sensor_share: $from.sensor_share,
+            sensitivity: $from.sensitivity,
+            random_turn: $from.random_turn,
+            turns: $from.turns,
+            $($others)*
+        }
+    };
+}
+
 impl Plan<'_> {
     /// `wish`, or a form of it: particles sense, turn and walk to where they would come to.
     #[must_use]
@@ -36,49 +91,8 @@ impl Plan<'_> {
         } = self.advance(terms, form);
         Call {
             on: form,
-            constants: WishConstants {
-                border_reflects: constants.border_reflects,
-                own_physarum: constants.own_physarum,
-                across: constants.across,
-                sensing: constants.sensing,
-                painted: constants.painted,
-                food: constants.food,
-                pulses: constants.pulses,
-                looks: constants.looks,
-                moves_first: constants.moves_first,
-                random_ties: constants.random_ties,
-                random_turns: constants.random_turns,
-                mortal: constants.mortal,
-                apart: self.means.apart,
-                sensor_noise: constants.sensor_noise,
-                favourite_density: constants.favourite_density,
-                gravity: constants.gravity,
-                decrowding: constants.decrowding,
-                distance: constants.distance,
-                cells: constants.cells,
-                reach: constants.reach,
-                sensitivity: constants.sensitivity,
-                paths: constants.paths,
-            },
-            params: WishParams {
-                particle_count: params.particle_count,
-                seed: params.seed,
-                time_step: params.time_step,
-                salt: self.claim_salt(),
-                attempts: params.attempts,
-                pitch: params.pitch,
-                transfer_threshold: params.transfer_threshold,
-                deepest: params.deepest,
-                last_texel: params.last_texel,
-                walker_rows: params.walker_rows,
-                fed_attraction: params.fed_attraction,
-                outlook_unit: params.outlook_unit,
-                shell_count: params.shell_count,
-                second_look: params.second_look,
-                sensor_share: params.sensor_share,
-                sensitivity: params.sensitivity,
-                random_turn: params.random_turn,
-            },
+            constants: constants_of_turns!(WishConstants, constants, apart: self.means.apart),
+            params: params_of_turns!(WishParams, params, salt: self.claim_salt()),
         }
     }
 
@@ -341,60 +355,6 @@ impl StepKernel for LandSettle {
     }
 }
 
-impl WishConstants {
-    /// Those of `advance`, for what the twins of both kernels do.
-    fn for_turns(&self) -> AdvanceConstants {
-        AdvanceConstants {
-            border_reflects: self.border_reflects,
-            own_physarum: self.own_physarum,
-            across: self.across,
-            sensing: self.sensing,
-            painted: self.painted,
-            food: self.food,
-            pulses: self.pulses,
-            looks: self.looks,
-            moves_first: self.moves_first,
-            random_ties: self.random_ties,
-            random_turns: self.random_turns,
-            mortal: self.mortal,
-            sensor_noise: self.sensor_noise,
-            favourite_density: self.favourite_density,
-            gravity: self.gravity,
-            decrowding: self.decrowding,
-            distance: self.distance,
-            cells: self.cells,
-            reach: self.reach,
-            sensitivity: self.sensitivity,
-            ..AdvanceConstants::default()
-        }
-    }
-}
-
-impl WishParams {
-    /// Those of `advance`.
-    fn for_turns(&self) -> AdvanceParams {
-        AdvanceParams {
-            particle_count: self.particle_count,
-            seed: self.seed,
-            time_step: self.time_step,
-            attempts: self.attempts,
-            pitch: self.pitch,
-            transfer_threshold: self.transfer_threshold,
-            deepest: self.deepest,
-            last_texel: self.last_texel,
-            walker_rows: self.walker_rows,
-            fed_attraction: self.fed_attraction,
-            outlook_unit: self.outlook_unit,
-            shell_count: self.shell_count,
-            second_look: self.second_look,
-            sensor_share: self.sensor_share,
-            sensitivity: self.sensitivity,
-            random_turn: self.random_turn,
-            ..AdvanceParams::default()
-        }
-    }
-}
-
 /// Where each particle would come to, and its claim; `None` if it is dead.
 fn wished(
     constants: &WishConstants,
@@ -402,7 +362,8 @@ fn wished(
     a: &Arrays,
 ) -> Vec<Option<(Walked, UVec4)>> {
     let inputs = AdvanceInputs::of_arrays(a);
-    let (turning, of_turns) = (constants.for_turns(), params.for_turns());
+    let of_turns = constants_of_turns!(AdvanceConstants, constants, ..AdvanceConstants::default());
+    let with = params_of_turns!(AdvanceParams, params, ..AdvanceParams::default());
     let cell_at = |at: &Particle| {
         let position = inputs.position_of(at.triangle, [at.u, at.v]);
         let texel = texel_at(position, params.pitch);
@@ -415,7 +376,7 @@ fn wished(
             if constants.mortal && motion.is_dead() {
                 return None;
             }
-            let walked = walked(&turning, &of_turns, &inputs, (particle, motion));
+            let walked = walked(&of_turns, &with, &inputs, (particle, motion));
             let (goal, texel) = cell_at(&walked.particle);
             let (cell, _) = cell_at(particle);
             Some((walked, UVec4::new(goal, cell, texel, 1)))

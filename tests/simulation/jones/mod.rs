@@ -7,8 +7,8 @@
 //! What may differ, and does not matter:
 //! - Amounts. Here a deposit decays at once and is spread in the next step, there it is spread and decays at the end of the step; so what
 //!   sensors read differs by the factor 0.9, and all measures are multiples of the mean.
-//! - Where a step is cut. Both are measured by the trail that sensors have read last.
-//! - Which agent gets a cell that several want: there the first one in the step's order, here the one with the lowest rank.
+//! - Where a step is cut. Both are measured by the trail from which agents turn before they move again.
+//! - Which agent gets a cell that several want: there the first one in the step's order, here the one with the lowest claim.
 
 mod plain;
 
