@@ -1,6 +1,6 @@
 //! The kernels by which particles walk, one a cell: their parameters, bindings and twins.
 //!
-//! Every particle takes its cell, senses, turns, and claims the one that it would come to. Of those that claim a cell the lowest rank wins,
+//! Every particle takes its cell, senses, turns, and claims the one that it would come to. Of those that claim a cell the lowest claim wins,
 //! once the cell is empty: a particle in it must win its own cell first, and have a lower rank. So it ends as if particles moved one after
 //! the other by their ranks, but for rows of particles that are longer than there are rounds. Those that have won nothing stay. Particles
 //! that come over from other objects claim the cells that are free after that. A cell that a particle of its object claims counts as taken,
@@ -355,7 +355,7 @@ impl StepKernel for LandSettle {
     }
 }
 
-/// Where each particle would come to, and its claim; `None` if it is dead.
+/// Where each particle would come to, and its claim; `None` if it is dead. Twin of `shaders/wish.comp`.
 fn wished(
     constants: &WishConstants,
     params: &WishParams,
