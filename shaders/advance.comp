@@ -1,5 +1,5 @@
 // advance: one step of every particle: walk what is pending, sense, turn, walk, eat, deposit, and select for transfer. With one particle a
-// cell wish.comp comes in its place, and the kernels behind that.
+// cell wish.comp and arrive.comp take its place.
 // Reads   strips, trail and bias (gutters filled), last step's deposits, surroundings; for gravity corners, vertices, poses;
 //         distances, across, across_triangles, physarums; scent (gutters filled), plates and meals; for pulses shells, corners, vertices
 //         and poses;
@@ -63,7 +63,7 @@ layout(push_constant) uniform Params {
     float sensor_share;       // one by the number of cells that a sensor reads
     float sensitivity;        // trail units below which a sensor reads nothing
     float random_turn;        // the probability of a turn to any direction
-    uint turns;               // 0 in the first step of particles that walk before they sense
+    uint may_turn;            // 0 in the first step of particles that walk before they sense
 } params;
 
 // Numbers of bindings have no order: the build takes them from here, by name.

@@ -1,4 +1,4 @@
-// wish: with one particle a cell, every particle takes its present cell, senses, turns, walks, and claims the cell that it would come to.
+// wish: with one particle a cell, every particle takes its present cell, walks what is pending, senses, turns, walks, and claims the cell there.
 // Reads   as advance.comp: particles, strips, trail and bias (gutters filled), last step's deposits, surroundings; distances, across,
 //         across_triangles, physarums; scent and looks (gutters filled); for gravity and pulses corners, vertices and poses; shells; homes.
 // Writes  wishes: the particle where it would come to; motions in place: as it would be there; claims: the cell there, the present cell,
@@ -54,7 +54,7 @@ layout(push_constant) uniform Params {
     float sensor_share;       // one by the number of cells that a sensor reads
     float sensitivity;        // trail units below which a sensor reads nothing
     float random_turn;        // the probability of a turn to any direction
-    uint turns;               // 0 in the first step of particles that walk before they sense
+    uint may_turn;            // 0 in the first step of particles that walk before they sense
 } params;
 
 // What is also in advance.comp is explained there. Each invocation writes where it alone has read before.

@@ -1,13 +1,13 @@
 // claims: what is known of a cell, an owned texel, while particles claim cells. Twin of src/sim/claims.rs.
-// Two words say it: in `goals`, to which cell what is in it would come; in `bids`, the lowest claim to it. A cell is won by the lowest claim
-// if it is empty, or if what is in it has won its own goal; so a particle wins if the row of particles ahead of it ends at an empty cell
-// within the step's rounds.
-// Particles move as if one after the other by their ranks. The rank of a particle is that of the cell it is in, mixed from the cell's number,
-// so all know the rank of what may be in the cell that they claim, and read nothing to know it. To a taken cell only a higher rank than its
-// own may come, so ranks fall along a row, and it ends. Lower ranks come after all higher ones, and only if the cell was empty from the start.
+// Two words say it: in `goals`, to which cell what is in it would come; in `bids`, the lowest claim to it.
+// Cells have ranks, mixed from their numbers, and a particle has the rank of the cell that it is in. So all know the rank of what may be in the
+// cell that they claim, and read nothing to know it. A claim is low if the particle's rank is above that of the cell, and high otherwise; of
+// low ones, and of high ones, that of the lower rank is lower. The lowest claim wins the cell if the cell is empty. It also wins if it is low
+// and what is in the cell has won its own goal: so a particle wins if the row of particles ahead of it ends at an empty cell within the step's
+// rounds. Ranks fall along a row, so it ends. Where no two claim one empty cell, this is moving one after the other by ranks.
 // No order shows, because no two cells have one rank.
-// Several particles may be in one cell. Then its goal is a mark that no row passes, and it stays taken to the end of the step. They have one
-// rank: those of them that would come to the same cell come there together, or stay. So what shares a cell parts, and nothing joins it.
+// Several particles may be in one cell. Then its goal is a mark that no row passes, and the cell stays taken to the end of the step. They have
+// one rank: those that would come to the same cell come there together, or stay. No particle of another cell joins them.
 
 #ifndef MYXO_CLAIMS
 #define MYXO_CLAIMS
@@ -17,7 +17,7 @@ const uint FREE = 0xffffffffu;
 // In place of the goal: several particles are in the cell.
 const uint SHARED = 0u;
 
-// Numbers of cells and ids have no more bits than these: larger textures are refused, and particles than cells.
+// Numbers of cells and ids have no more bits than these: larger textures are refused, and so are more particles than cells.
 const uint RANK_BITS = 30u;
 const uint RANKS = (1u << RANK_BITS) - 1u;
 // Added to the ranks of particles that may only come to a cell that was empty: they come after those that may come to it in any case.

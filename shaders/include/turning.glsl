@@ -142,7 +142,7 @@ bool turns(uint i) {
         uvec4 words = random_words(params.seed, particle.id, params.time_step, PURPOSE_TURN);
         if (unit_float(words.x) < params.random_turn) heading = turn_of(words.y);
     }
-    if (params.turns != 0u) w.heading = heading;
+    if (params.may_turn != 0u) w.heading = heading;
     return true;
 }
 

@@ -52,8 +52,8 @@ pub fn rows(report: &gpu::Report, of: Of<'_>) -> Vec<KernelTime> {
             of.advancing,
         );
         let mut ms = of_a_step(row);
-        if row.name == "advance" {
-            // All forms of `advance` together advance all particles: those that the first one lists are advanced by the others.
+        if ["advance", "wish"].contains(&row.name.as_str()) {
+            // All forms together process all particles: the others those that the first one lists.
             let listed = report.rows.iter();
             let listed = listed.filter(|row| FORMS_OF_ADVANCE[1..].contains(&row.name.as_str()));
             ms += listed.map(of_a_step).sum::<f64>();

@@ -42,9 +42,14 @@ pub fn work_of(
     let gutters = atlas.seams.len() as u64;
     let texels = u64::from(atlas.owned_count);
     let (count, of, bytes) = match kernel {
-        "advance" => {
+        // Particles are read and written; sensors read, and deposits are read and written. By `wish` what is written of a particle is half as
+        // much more, and goals and bids take the place of deposits.
+        "advance" | "wish" => {
             let count = advancing?;
-            let each = 2 * RECORD + SENSORS * TEXEL + 2 * TEXEL;
+            let each = match kernel {
+                "advance" => 2 * RECORD + SENSORS * TEXEL + 2 * TEXEL,
+                _ => 2 * RECORD + RECORD / 2 + SENSORS * TEXEL + 4 * TEXEL,
+            };
             return Some(Work {
                 count: count as f64,
                 of: "particles",

@@ -10,7 +10,7 @@ const WIDTH: u32 = 1;
 /// The rules of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rules {
-    /// Do particles walk before they sense? Then they do not sense in the first step.
+    /// Do particles walk before they sense? Then they do not turn in the first step.
     pub moves_first: bool,
     /// Rounds in which particles claim cells; 0 if any number of them may share one.
     pub rounds: u32,
@@ -104,7 +104,7 @@ mod tests {
             reach: None,
         };
         assert_eq!(physarum.rules(), thesis);
-        assert!(!thesis.moves_first && !thesis.is_crowded() && !thesis.has_cells());
+        assert!(!thesis.has_cells());
         physarum.model = Model::Jones;
         let jones = Rules {
             moves_first: true,

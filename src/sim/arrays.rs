@@ -135,7 +135,7 @@ pub struct Arrays {
     pub bias: Vec<f32>,
     /// One per texel: the weight of the second look; empty if nothing was painted.
     pub weights: Vec<f32>,
-    /// With one particle a cell, one per texel: the cell that the particle in it would come to; otherwise empty, as those that follow.
+    /// With one particle a cell, one per texel: the cell that the particle in it would come to, as `goal_word` has it; otherwise empty, as those that follow.
     pub goals: Vec<u32>,
     /// One per texel: the lowest claim to the cell.
     pub bids: Vec<u32>,

@@ -8,7 +8,7 @@ pub const FREE: u32 = u32::MAX;
 /// In place of the goal: several particles are in the cell.
 pub const SHARED: u32 = 0;
 
-/// Numbers of cells and ids have no more bits than these: larger textures are refused, and particles than cells.
+/// Numbers of cells and ids have no more bits than these: larger textures are refused, and so are more particles than cells.
 const RANK_BITS: u32 = 30;
 const RANKS: u32 = (1 << RANK_BITS) - 1;
 const _: () = assert!((MAX_SIZE as u64).pow(2) <= 1 << RANK_BITS);
@@ -124,8 +124,8 @@ mod tests {
         assert_ne!(first(1), first(2));
     }
 
-    /// Would catch: a particle that comes to a cell before the one in it has moved, one that comes first because it may not, and a landing
-    /// before others.
+    /// Would catch: a particle that comes to a cell before the one in it has moved, a high claim that beats a low one, and a landing that beats
+    /// either.
     #[test]
     fn claims_come_first_by_who_may_come_in_any_case() {
         let ranks = [0, 1, 2, 77, RANKS - 1, RANKS];
@@ -177,7 +177,9 @@ mod tests {
                 let moves = row.won_in(line[k], line[k + 1], rounds).is_some();
                 assert_eq!(moves, 6 - k as u32 <= rounds);
                 // It has claimed no other cell.
-                assert_eq!(row.won_in(line[0], line[k + 1], rounds), None);
+                for other in (0..7).filter(|&other| other != k + 1) {
+                    assert_eq!(row.won_in(line[k], line[other], rounds), None);
+                }
             }
         }
         // The first cell is left once all have moved, and the others are claimed.

@@ -77,7 +77,7 @@ pub struct Course {
     pulses: Vec<LivePulse>,
     /// The number of particles that a fed one counted as in the last step.
     fed_deposit: u32,
-    /// Is it known that no cell has several particles? Once it is not, that stays so: the course may go back to such a state.
+    /// Is it known that no cell has several particles? Never becomes true again: the way back to a state does not look at particles.
     apart: bool,
     step: u64,
 }
@@ -282,7 +282,7 @@ impl Course {
         Some(poses)
     }
 
-    /// Particles are where these are.
+    /// Looks for cells of a restored state that several particles share.
     pub fn look_for_shared_cells(&mut self, particles: (&[Particle], &[Motion])) {
         self.apart = self.apart && are_apart(particles, &self.settings, &self.setup);
     }

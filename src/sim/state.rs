@@ -279,7 +279,7 @@ pub struct Across {
 
 /// What particles claim, with one particle a cell.
 pub struct Crowd {
-    /// One per texel, for owned ones: the cell that the particle in it would come to.
+    /// One per texel, for owned ones: the cell that the particle in it would come to, as [`goal_word`](super::claims::goal_word) has it.
     pub goals: Texture<u32>,
     /// One per texel, for owned ones: the lowest claim to the cell.
     pub bids: Texture<u32>,

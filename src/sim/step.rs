@@ -201,7 +201,7 @@ fn by_forms<K: StepKernel>(
         s.reset([none; 3], |s| &s.walkers.groups);
     }
     s.run(Threads(plan.particle_count()), call(Form::All));
-    let why = "each has particles of its own; what they count they count by atomic additions, and cells are claimed by atomic minima";
+    let why = "each has particles of its own; they count by atomic additions and claim cells by atomic minima, and other words have one writer";
     s.unordered(why, advance::shared_by_forms, |s| {
         for &(form, listed) in forms {
             s.run(listed, call(form));

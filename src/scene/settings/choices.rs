@@ -158,7 +158,7 @@ choice! {
         Model = "model",
         /// Particles sense and turn, then walk.
         SenseFirst = "sense_first",
-        /// As that, but in the first step they only walk.
+        /// As `sense_first`, but in the first step they do not turn.
         MoveFirst = "move_first",
     }
 }

@@ -106,11 +106,11 @@ macro_rules! physarum {
                 "Model", "",
                 "The rules that particles follow, but for those set below. thesis: they may share places, and nothing is random but noise. jones: one particle a cell, and the other rules of Jones (2010)."
             }
-            scene {
+            restart {
                 /// The order of the stages of a step.
                 order: StepOrder = StepOrder::Model, word(),
                 "Order of a step", "",
-                "sense_first: in each step particles sense and turn, then walk. move_first: in the first step they only walk. model: as the model has it, thesis the first, jones the second."
+                "sense_first: in each step particles sense and turn, then walk. move_first: as that, but in the first step they do not turn. model: as the model has it, thesis the first, jones the second."
             }
             restart {
                 /// Rounds in which particles claim cells, one particle a cell; 0 as in the model.

@@ -184,7 +184,7 @@ impl Plan<'_> {
                 sensor_share: 1.0 / (width * width) as f32,
                 sensitivity: own.sensitivity,
                 random_turn: own.random_turn,
-                turns: u32::from(!self.rules.moves_first || self.step > 0),
+                may_turn: u32::from(!self.rules.moves_first || self.step > 0),
             },
         }
     }
@@ -193,7 +193,7 @@ impl Plan<'_> {
 /// Buffers that the forms for listed particles share. Each form writes the particles and motions of its own list, and the entries of
 /// `particle_indices` that an atomic addition gives it. It changes deposits, the flow and meals by atomic additions. It only reads the
 /// lists of walkers, which the first form of the shader writes. With one particle a cell it writes the wishes and claims of its own list, and
-/// changes goals and bids by atomic minima.
+/// changes bids by atomic minima, and goals, too, unless no two particles are in one cell: then only one writes each.
 pub fn shared_by_forms(s: &State) -> Vec<&dyn AnyBuffer> {
     let mut shared: Vec<&dyn AnyBuffer> = vec![
         &s.particles,
@@ -645,7 +645,7 @@ pub(super) fn walked(
     let both = (particle, motion);
     let (mut w, pending) = walk_pending(constants, params, inputs, &own, both);
     let (heading, form, concerned) = turned(constants, params, inputs, &own, both, w, appetite);
-    if params.turns != 0 {
+    if params.may_turn != 0 {
         w.heading = heading;
     }
     let (w, pending) = walk_step(constants, params, inputs, &own, both, (w, pending));

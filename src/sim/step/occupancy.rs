@@ -1,10 +1,8 @@
 //! The kernels by which particles walk, one a cell: their parameters, bindings and twins.
 //!
-//! Every particle takes its cell, senses, turns, and claims the one that it would come to. Of those that claim a cell the lowest claim wins,
-//! once the cell is empty: a particle in it must win its own cell first, and have a lower rank. So it ends as if particles moved one after
-//! the other by their ranks, but for rows of particles that are longer than there are rounds. Those that have won nothing stay. Particles
-//! that come over from other objects claim the cells that are free after that. A cell that a particle of its object claims counts as taken,
-//! also where that particle lacks a round and stays.
+//! Every particle takes its cell, senses, turns, walks, and claims the cell that it would come to; `shaders/include/claims.glsl` says which
+//! claim wins. Those that have won nothing stay. Particles that come over from other objects claim the cells that are free after that. A cell
+//! that a particle of its object claims counts as taken, also where that particle lacks a round, or its rank is too low, and stays.
 
 use glam::UVec4;
 use rayon::prelude::*;
@@ -76,7 +74,7 @@ macro_rules! params_of_turns {
             sensor_share: $from.sensor_share,
             sensitivity: $from.sensitivity,
             random_turn: $from.random_turn,
-            turns: $from.turns,
+            may_turn: $from.may_turn,
             $($others)*
         }
     };
@@ -362,8 +360,9 @@ fn wished(
     a: &Arrays,
 ) -> Vec<Option<(Walked, UVec4)>> {
     let inputs = AdvanceInputs::of_arrays(a);
-    let of_turns = constants_of_turns!(AdvanceConstants, constants, ..AdvanceConstants::default());
-    let with = params_of_turns!(AdvanceParams, params, ..AdvanceParams::default());
+    let of_turns = constants_of_turns!(AdvanceConstants, constants, selects: false, hunger: false);
+    let with =
+        params_of_turns!(AdvanceParams, params, transfer_capacity: 0, fed_steps: 0, fed_deposit: 0);
     let cell_at = |at: &Particle| {
         let position = inputs.position_of(at.triangle, [at.u, at.v]);
         let texel = texel_at(position, params.pitch);
