@@ -1,4 +1,5 @@
-// wish: with one particle a cell, every particle takes its present cell, walks what is pending, senses, turns, walks, and claims the cell there.
+// wish: with one particle a cell, every particle takes its present cell, walks what is pending, senses, turns, walks, and claims the cell
+// there.
 // Reads   as advance.comp: particles, strips, trail and bias (gutters filled), last step's deposits, surroundings; distances, across,
 //         across_triangles, physarums; scent and looks (gutters filled); for gravity and pulses corners, vertices and poses; shells; homes.
 // Writes  wishes: the particle where it would come to; motions in place: as it would be there; claims: the cell there, the present cell,
@@ -97,8 +98,8 @@ READS(uvec2, 30) surroundings;  // four texels in two words
 #include "turning.glsl"
 #include "claims.glsl"
 
-// Takes the cell that a particle is in. Where nothing else can be there, a plain store will do, which is faster. Otherwise all but the first
-// one mark the cell, by the lowest of all words.
+// Takes the cell that a particle is in. Where nothing else can be there, a plain store will do, which is faster. Otherwise all but the
+// first one mark the cell, by the lowest of all words.
 void take(uint cell, uint goal) {
     if (APART) {
         put_texel(goals, cell, goal_word(goal))

@@ -1,13 +1,14 @@
 // claims: what is known of a cell, an owned texel, while particles claim cells. Twin of src/sim/claims.rs.
 // Two words say it: in `goals`, to which cell what is in it would come; in `bids`, the lowest claim to it.
-// Cells have ranks, mixed from their numbers, and a particle has the rank of the cell that it is in. So all know the rank of what may be in the
-// cell that they claim, and read nothing to know it. A claim is low if the particle's rank is above that of the cell, and high otherwise; of
-// low ones, and of high ones, that of the lower rank is lower. The lowest claim wins the cell if the cell is empty. It also wins if it is low
-// and what is in the cell has won its own goal: so a particle wins if the row of particles ahead of it ends at an empty cell within the step's
-// rounds. Ranks fall along a row, so it ends. Where no two claim one empty cell, this is moving one after the other by ranks.
+// Cells have ranks, mixed from their numbers, and a particle has the rank of the cell that it is in. So all know the rank of what may be
+// in the cell that they claim, and read nothing to know it. A claim is low if the particle's rank is above that of the cell, and high
+// otherwise; of low ones, and of high ones, that of the lower rank is lower. The lowest claim wins the cell if the cell is empty. It also
+// wins if it is low and what is in the cell has won its own goal: so a particle wins if the row of particles ahead of it ends at an empty
+// cell within the step's rounds. Ranks fall along a row, so it ends. Where no two claim one empty cell, this is moving one after the
+// other by ranks.
 // No order shows, because no two cells have one rank.
-// Several particles may be in one cell. Then its goal is a mark that no row passes, and the cell stays taken to the end of the step. They have
-// one rank: those that would come to the same cell come there together, or stay. No particle of another cell joins them.
+// Several particles may be in one cell. Then its goal is a mark that no row passes, and the cell stays taken to the end of the step. They
+// have one rank: those that would come to the same cell come there together, or stay. No particle of another cell joins them.
 
 #ifndef MYXO_CLAIMS
 #define MYXO_CLAIMS

@@ -1,7 +1,7 @@
 // turning: a particle walks what is pending, senses and turns; or it is listed for another form of the kernel.
 // Twin of `walked` and `turned` in src/sim/step/advance.rs.
-// advance.comp and wish.comp include this. They declare the constants BORDER_REFLECTS, OWN_PHYSARUM, PAINTED, FOOD, PULSES, LOOKS and MORTAL,
-// their parameters and buffers first.
+// advance.comp and wish.comp include this. They declare the constants BORDER_REFLECTS, OWN_PHYSARUM, PAINTED, FOOD, PULSES, LOOKS and
+// MORTAL, their parameters and buffers first.
 //
 // One shader, five forms (SENSING), because devices that run both sides of every branch would pay for all of them for each
 // particle. Each form is a pipeline of its own, by the name that timers show:

@@ -124,8 +124,8 @@ mod tests {
         assert_ne!(first(1), first(2));
     }
 
-    /// Would catch: a particle that comes to a cell before the one in it has moved, a high claim that beats a low one, and a landing that beats
-    /// either.
+    /// Would catch: a particle that comes to a cell before the one in it has moved, a high claim that beats a low one, and a landing that
+    /// beats either.
     #[test]
     fn claims_come_first_by_who_may_come_in_any_case() {
         let ranks = [0, 1, 2, 77, RANKS - 1, RANKS];

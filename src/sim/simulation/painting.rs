@@ -41,10 +41,10 @@ impl Areas {
 const COMPARED_AT_ONCE: u32 = 1 << 22;
 
 impl Simulation {
-    /// Records one dab of a brush, which is painted before the next recorded step, at the objects' present poses in pictures. Reads nothing
-    /// back and does not wait; only the first dab makes its kernels. The first one that attracts, repels or forbids makes the kernels of steps
-    /// again, as does the first one that brings particles where there is to be one a cell. Returns the number of painted texels, which may be zero.
-    ///
+    /// Records one dab of a brush, which is painted before the next recorded step, at the objects' present poses in pictures. Reads
+    /// nothing back and does not wait; only the first dab makes its kernels. The first one that attracts, repels or forbids makes the
+    /// kernels of steps again, as does the first one that brings particles where there is to be one a cell. Returns the number of painted
+    /// texels, which may be zero.
     /// The trail that a dab adds spreads and decays like any other. Areas that attract, repel, forbid or have the second look stay, and are
     /// part of snapshots, checkpoints and hashes from then on; scene files have them in a [map](super::super::areas) beside them.
     ///

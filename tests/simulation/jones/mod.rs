@@ -435,7 +435,7 @@ fn table(rows: &[String], gpu: &Gpu, minutes: f64) -> String {
          run's values are the means of its states every {every} steps from step {from} on; here are the means of {SEEDS} runs with seeds\n\
          from 1 on, of {PLAIN_SEEDS} runs of the plain program in random order. The last columns have the difference of the model from\n\
          that, and the interval in which it lies with 95 % (Welch). Required are 2 %, and an interval within 5 %; of the regions at\n\
-         one point, that no difference is proven.\n\n\
+         one point, that no difference is proven at 1 in 1,000.\n\n\
          | SA | RA | measure | plain, random order | plain, fixed order | `jones` | difference | 95 % |\n\
          | --: | --: | --- | --: | --: | --: | --: | --: |\n"
     );
