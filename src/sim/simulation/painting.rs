@@ -45,6 +45,7 @@ impl Simulation {
     /// nothing back and does not wait; only the first dab makes its kernels. The first one that attracts, repels or forbids makes the
     /// kernels of steps again, as does the first one that brings particles where there is to be one a cell. Returns the number of painted
     /// texels, which may be zero.
+    ///
     /// The trail that a dab adds spreads and decays like any other. Areas that attract, repel, forbid or have the second look stay, and are
     /// part of snapshots, checkpoints and hashes from then on; scene files have them in a [map](super::super::areas) beside them.
     ///
