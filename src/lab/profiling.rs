@@ -17,12 +17,15 @@ const KERNELS: &[(&str, &str)] = &[
     ),
     (
         "walk_sensors",
-        "Advances particles whose sensors cannot go straight ahead in the atlas",
+        "advance or wish, for particles whose sensors cannot go straight ahead in the atlas",
     ),
-    ("advance_near", "Advances particles near other objects"),
+    (
+        "advance_near",
+        "advance or wish, for particles near other objects",
+    ),
     (
         "walk_near",
-        "Advances particles near other objects whose sensors must walk",
+        "advance or wish, for particles near other objects whose sensors must walk",
     ),
     (
         "diffuse",

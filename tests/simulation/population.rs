@@ -976,7 +976,7 @@ fn a_population_grows_a_hundredfold_and_shrinks_again() {
 }
 
 #[test]
-#[ignore = "takes minutes: make long"]
+#[ignore = "takes long: make long"]
 fn a_population_grows_to_half_a_million_and_shrinks_again() {
     let Some(gpu) = gpu() else { return };
     for strategy in [Strategy::Direct, Strategy::Parallel] {
