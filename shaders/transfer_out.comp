@@ -1,11 +1,12 @@
 // transfer_out: selected particles leave in world space, for the place where their last step continues on the object that they have
 // entered.
 // Reads   particle_indices, particles, motions, nearest, strips, triangles, halfedges, corners, vertices, poses, poses_before, physarums,
-//         roots, nodes, faces, pseudonormals, dipoles; bias (gutters filled).
+//         roots, nodes, faces, pseudonormals, dipoles; bias and looks (gutters filled).
 // Writes  transfers; flow and flux, by atomic adds.
 // One invocation per entry of the lists. During a step objects move evenly from their poses before to those now, and the crossing is that
 // of the path relative to the other object, which may have moved over a particle that hardly moved. If the last step does not cross the
-// other object (which covered the particle before, or counts as covering from afar), the particle goes to its nearest point. A particle
+// other object (which covered the particle before, or counts as covering from afar), the particle goes to its nearest point. The length of
+// the last step is not kept: it is the speed, with a second look that at the particle's new place. A pulse may have made it longer. A particle
 // without a near triangle returns to its own place, as does one that would enter a no-go area from outside; the latter also turns round.
 // Overflow: cannot happen; selection has taken a place in the lists for each.
 
@@ -25,6 +26,8 @@ layout(constant_id = 1) const uint SIGN_RULE = 0u;
 layout(constant_id = 2) const bool OWN_PHYSARUM = false;
 // The bias was painted: places attract, repel or may not be entered.
 layout(constant_id = 3) const bool PAINTED = false;
+// A second look was painted, and there is one.
+layout(constant_id = 4) const bool LOOKS = false;
 
 layout(push_constant) uniform Params {
     uint capacity;             // of the lists of transfers
@@ -32,6 +35,7 @@ layout(push_constant) uniform Params {
     uint object_count;
     uint attempts;             // edge crossings that one walk may make, unless objects have their own
     uint first_vertex_normal;  // behind those of the half-edges
+    uint second_look;          // row of the physarums
 } params;
 
 layout(std430, set = 0, binding = 0) buffer FlowBlock { Flow flow[]; };
@@ -56,6 +60,7 @@ READS(uvec4, 17) pseudonormals;
 READS(uvec4, 18) dipoles;
 READS(vec4, 19) poses_before;
 READS(float, 20) bias_texels;  // may be absent
+READS(float, 21) looks_texels;  // may be absent
 
 const bool WALK_CARRIES = false;
 #include "crossing.glsl"
@@ -64,6 +69,7 @@ const bool WALK_CARRIES = false;
 #include "strip_table.glsl"
 #include "texels.glsl"
 #include "no_go.glsl"
+#include "looks.glsl"
 
 // The nearest triangle of the texel with the largest weight among the four around that have one. Gutter texels have
 // none, and a point near a seam may lie in one.
@@ -152,6 +158,13 @@ Walker walker_on_target(Meeting meeting, uint source, uint target, float rest) {
     return outer;
 }
 
+// The speed of particles on an object, at an atlas position.
+float speed_at(uint object, vec2 position) {
+    float speed = physarums[OWN_PHYSARUM ? object : 0u].speed;
+    if (LOOKS) speed = between(speed, physarums[params.second_look].speed, texel_of(looks, texel_at(position, params.pitch)));
+    return speed;
+}
+
 bool is_no_go(uint triangle, float u, float v) {
     vec2 position = atlas_position(atlas_map_of(triangle), u, v);
     return texel_of(bias, texel_at(position, params.pitch)) < NO_GO;
@@ -164,7 +177,8 @@ void main() {
     Particle particle = particle_of(fetch_paged(particles, slot));
     Motion motion = motion_of(fetch_paged(motions, slot));
     uint source = fetch4(triangles, particle.triangle).w;
-    uint near = nearest_triangle(atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v));
+    vec2 here = atlas_position(atlas_map_of(particle.triangle), particle.u, particle.v);
+    uint near = nearest_triangle(here);
     uint triangle = near == NONE ? particle.triangle : near;
     uint target = fetch4(triangles, triangle).w;
     Flight from = flight_of(particle, motion);
@@ -172,8 +186,7 @@ void main() {
     float left = 0.0;
     bool crosses = false;
     if (near != NONE) {
-        float speed = physarums[OWN_PHYSARUM ? source : 0u].speed;
-        precise float way = speed - motion.pending;
+        precise float way = speed_at(source, here) - motion.pending;
         float rest;
         Meeting meeting = meeting_behind(particle, motion, source, target, positive(way), rest);
         if (meeting.slot != NONE) {

@@ -111,10 +111,10 @@
 //!
 //! # Promises
 //!
-//! **Invariant:** on one device, driver and build, the same scene and seed give the same bits. Random streams are
-//! keyed by (seed, particle id, step, purpose), never by a slot ([`rng`]); deposits are integer counts; the state
-//! hash ([`sim::Snapshot::hash`]) does not depend on the order of particles; and if the transfer buffer is full, keys decide which
-//! particles stay, not by the order of atomic additions.
+//! **Invariant:** the same scene and seed give the same bits on every device ([`strict`]); `docs/code.md` has the exceptions. Random
+//! streams are keyed by (seed, particle id, step, purpose), never by a slot ([`rng`]); deposits are integer counts; the state hash
+//! ([`sim::Snapshot::hash`]) does not depend on the order of particles. If the transfer buffer is full, keys decide which particles stay,
+//! and not the order of atomic additions.
 //!
 //! **Invariant:** births minus deaths is the change of the population; by default there are none.
 //!

@@ -135,13 +135,19 @@ class Simulation:
         width, height
             Pixels.
         view
-            What is drawn: `trail`, `relief`, `glow`, `particles`, `atlas`, ...; the same as `picture.show`.
+            What is drawn, as by `picture.show`: `surface` (the trail on the lit surface), `relief`, `glow`, `particles`, `headings`,
+            `density`, `wireframe`, `charts`, `distance`, `nearest` or `atlas`.
         transparent
             Leaves out the background.
         passes
             Draws it so many times and takes the mean, for smooth fine lines.
         settings
             Values of `camera` and `picture` keys for this picture alone.
+
+        Raises
+        ------
+        ValueError
+            If a value is not allowed, the scene cannot be shown in this view, or the device has no room for so many pixels.
         """
         values = dict(settings or {})
         if view is not None:
@@ -280,7 +286,9 @@ class Simulation:
     # Parameters
 
     def __getitem__(self, key: str) -> Any:
-        """The value of a parameter, such as `sim["physarum.speed"]` or `sim["object.0.scale"]`."""
+        """The value of a parameter, such as `sim["physarum.speed"]`, or of one of an object, a food or a pulse, such as
+        `sim["object.0.scale"]` or `sim["pulse.0.speed"]`.
+        """
         return self._engine.get(key)
 
     def __setitem__(self, key: str, value: Any) -> None:

@@ -71,7 +71,8 @@ def sweep(
         )
 
     A run that is done is written at once; asked for again, it is not run again. So a sweep that was ended goes on where it was, and
-    one with more points or seeds runs only those.
+    one with more points or seeds runs only those. A run is done again if a file has changed that a value of its point names, such as a mesh
+    or a map.
 
     Parameters
     ----------
@@ -241,9 +242,14 @@ def _jobs(
     settings = dict(study["settings"])
     _myxo.check_keys(sorted({key for point in [*points, settings] for key in point}))
     jobs: list[dict[str, Any]] = []
-    for number, point in enumerate(points):
+    # Only texts name files.
+    named = [{key: value for key, value in point.items() if isinstance(value, (str, Mapping))} for point in points]
+    contents = json.loads(_myxo.contents(_plain(named)))
+    for number, (point, files) in enumerate(zip(points, contents)):
+        # Points without files keep the keys of older folders.
+        whole = {**fixed, "point": point, "fields": fields, **({"files": files} if files else {})}
         for seed in seeds:
-            key = _myxo.run_key(_plain({**fixed, "point": point, "seed": seed, "fields": fields}))
+            key = _myxo.run_key(_plain({**whole, "seed": seed}))
             jobs.append(
                 {
                     "run": run,

@@ -95,11 +95,11 @@ def test_a_checkpoint_and_exports_continue_and_can_be_read(tmp_path):
         wanted = sim.step(6).state_hash
         sim.export(tmp_path / "a.npz")
         files = sim.export(tmp_path / "a.glb")
-        trail, particles = sim.trail, sim.particles
+        trail, particles, deposits = sim.trail, sim.particles, sim.deposits
     assert files == [str(tmp_path / "a.glb")]
     with np.load(tmp_path / "a.npz") as arrays:
         assert str(arrays["state_hash"]) == wanted
-        assert (arrays["trail"] == trail).all()
+        assert (arrays["trail"] == trail).all() and (arrays["deposit"] == deposits).all()
         for name in ("position", "heading", "object", "triangle", "uv", "texel", "pending"):
             assert (arrays[f"particle_{name}"] == particles[name]).all(), name
     with myxo.Simulation.resume(tmp_path / "a.state") as sim:
@@ -128,6 +128,35 @@ def test_parameters_are_read_and_changed_while_it_runs():
     keys = {row["key"] for row in myxo.parameters()}
     assert {"physarum.speed", "trail.decay"} <= keys
     assert "torus" in myxo.scenes() and "network" in myxo.presets()
+
+
+def test_parameters_of_every_list_are_read_and_changed():
+    """Would catch: keys of pulses that scene files have, and that are none of a simulation."""
+    scene = {
+        "object": [{"mesh": "builtin:cube"}],
+        "food": [{"at": [0, 1, 0], "radius": 0.4}],
+        "pulse": [{"at": [0, 0, 0], "speed": 0.01}, {"step": 3}],
+    }
+    with myxo.Simulation(scene, settings=SMALL) as sim:
+        assert sim["pulse.0.speed"] == pytest.approx(0.01) and sim["pulse.1.step"] == 3
+        sim["pulse.0.speed"] = 0.02
+        sim.update({"pulse.1.width": 0.5, "food.0.radius": 0.3})
+        assert sim["pulse.0.speed"] == pytest.approx(0.02) and sim["pulse.1.width"] == pytest.approx(0.5)
+        assert sim["food.0.radius"] == pytest.approx(0.3)
+        sim.step(5).validate()
+        for key in ("pulse.2.speed", "pulse.0.sped"):
+            with pytest.raises(KeyError, match=key):
+                sim[key] = 0.01
+
+
+def test_a_picture_that_is_too_large_says_what_to_do(torus):
+    """Would catch: an error of the device that says nothing about the size of the picture."""
+    # Large cards have room for it.
+    if "llvmpipe" not in torus.device:
+        pytest.skip("the device may have room for it")
+    with pytest.raises(ValueError, match="a picture of 16384 x 16384 .*: use a smaller `width` or `height`"):
+        torus.render(16384, 16384)
+    assert torus.render(40, 30).shape == (30, 40, 4)
 
 
 def tetrahedron():

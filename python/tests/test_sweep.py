@@ -479,6 +479,28 @@ def test_a_study_that_changes_is_another_one(tmp_path):
         myxo.sweep({"seed": [1, 2]}, out=tmp_path / "b", **STUDY)
 
 
+def test_a_file_that_a_point_names_is_a_part_of_its_runs(tmp_path):
+    """Would catch: rows of another mesh that count as done, because its path is the same."""
+    mesh = tmp_path / "corner.obj"
+
+    def sweep(height, executor):
+        mesh.write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 {height}\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+        points = {"object.0.mesh": [str(mesh), "builtin:cube"]}
+        return myxo.sweep(points, out=tmp_path / "out", executor=executor, **STUDY)
+
+    with concurrent.futures.ThreadPoolExecutor(1) as threads:
+        before = sweep(1, threads)
+        assert before["error"].isna().all()
+        # Nothing is to be done.
+        assert hashes(sweep(1, object())) == hashes(before)
+        after = sweep(2, threads)
+    assert (after["key"] == before["key"]).tolist() == [False, True]
+    assert (after["state_hash"] == before["state_hash"]).tolist() == [False, True]
+    # A point may have an object's keys as a table; and keys of points without files are as they were.
+    contents = json.loads(myxo._myxo.contents(json.dumps([{"object.0": {"mesh": str(mesh)}}, {"trail.decay": 0.9}])))
+    assert list(contents[0]) == ["object.0.mesh"] and contents[1] == {}
+
+
 def test_pictures_of_maps_go_to_other_machines(tmp_path):
     """Catches runs that look for a map in a file of the machine on which the sweep began."""
     from myxo import _scene

@@ -42,7 +42,7 @@ Examples:
   myxo atlas cube torus assets/suzanne.glb       a table
   myxo atlas torus --method grid --json")]
 pub struct Atlas {
-    /// A built-in name, a .toml file or a model. May be repeated
+    /// A built-in name, a .toml file, a model, or a built-in mesh such as builtin:torus?tube=0.2. May be repeated
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<PathBuf>,
     /// Writes the layout as a PNG, each texel a pixel; - for the standard output

@@ -35,7 +35,7 @@ Examples:
   myxo export --resume torus.ckpt --steps 0 --out torus.npz"
 )]
 pub struct ExportCommand {
-    /// A built-in name, a .toml file or a model; with --resume it may be left out
+    /// A built-in name, a .toml file, a model, or a built-in mesh such as builtin:torus?tube=0.2; with --resume it may be left out
     #[arg(required_unless_present = "resume")]
     scene: Option<PathBuf>,
     /// How many steps to run; 0 takes the start, or what --resume names, as it is

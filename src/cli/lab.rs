@@ -23,7 +23,8 @@ Examples:
   myxo lab fish.glb --set particles.count=2_000_000
   myxo lab --resume fish_000001.ckpt    continues where the file was written")]
 pub struct Lab {
-    /// A built-in name, a .toml file or a model; without one `oats`, where slime mold gathers round food
+    /// A built-in name, a .toml file, a model, or a built-in mesh such as builtin:torus?tube=0.2; without one `oats`, where slime mold
+    /// gathers round food
     scene: Option<PathBuf>,
     /// Continues from the state in this file, with its own scene if none is named
     #[arg(long, value_name = "FILE")]

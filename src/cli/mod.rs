@@ -62,7 +62,8 @@ Examples:
   myxo info                                      devices, and what is missing
   myxo selftest                                  do results on this machine match the reference hashes?
 
-SCENE is a built-in name, a .toml file, or a model (.obj, .stl, .ply, .glb, .gltf).
+SCENE is a built-in name, a .toml file, a model (.obj, .stl, .ply, .glb, .gltf), or a built-in
+mesh with or without options (builtin:torus?tube=0.2).
 
 Exit codes:
   0    done

@@ -6,6 +6,7 @@ use clap::Args;
 use myxo::Result;
 use myxo::scene::{Overrides, Scene, builtin};
 use myxo::sim::checkpoint::Checkpoint;
+use myxo::sweep::{LONGEST_SIDE, picture_size};
 
 use super::files;
 use crate::own_presets::OwnPresets;
@@ -54,8 +55,8 @@ pub struct DeviceOptions {
     /// Computes on this device: its number or a part of its name, as `myxo info` lists them
     #[arg(long, value_name = "N|NAME")]
     pub device: Option<String>,
-    /// Turns on Vulkan's validation layers and the checks of invariants, after every step or, in the window, once a second;
-    /// slower
+    /// Turns on Vulkan's validation layers; slower. render, export, network and profile also check the invariants of the state after every
+    /// step, and lab once a second at the most
     #[arg(long)]
     pub validate: bool,
     /// Asks the driver what it has compiled.
@@ -79,7 +80,7 @@ pub struct StateOptions {
     /// Lists the state hash every N steps
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub hash_every: Option<u32>,
-    /// Lists measures of the network every N steps and at the end: its length, pieces and more; a --report has them, too
+    /// Lists measures of the network every N steps and at the end: its length, pieces and more; where there is a --report, it has them, too
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub measure_every: Option<u32>,
 }
@@ -144,21 +145,9 @@ impl std::str::FromStr for Size {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let side = |text: &str| {
-            text.trim()
-                .parse()
-                .ok()
-                .filter(|side| (1..=16_384).contains(side))
-        };
-        text.split_once(['x', 'X', '×'])
-            .and_then(|(width, height)| {
-                Some(Self {
-                    width: side(width)?,
-                    height: side(height)?,
-                })
-            })
-            .ok_or_else(|| {
-                "WIDTHxHEIGHT is expected, such as 1280x720, each side 1 to 16384".to_owned()
-            })
+        let [width, height] = picture_size(text).ok_or_else(|| {
+            format!("WIDTHxHEIGHT is expected, such as 1280x720, each side 1 to {LONGEST_SIDE}")
+        })?;
+        Ok(Self { width, height })
     }
 }

@@ -42,7 +42,7 @@ Examples:
                                                 what a setting costs, steps in turn
   myxo profile torus --against cube             the same for another scene")]
 pub struct Profile {
-    /// A built-in name, a .toml file or a model; with --resume it may be left out
+    /// A built-in name, a .toml file, a model, or a built-in mesh such as builtin:torus?tube=0.2; with --resume it may be left out
     #[arg(required_unless_present_any = ["compare", "resume"])]
     scene: Option<PathBuf>,
     /// Prints the ratios of the second report's times to the first one's, each with the interval in which it lies with 95 %

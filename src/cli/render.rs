@@ -8,14 +8,15 @@ use image::RgbaImage;
 use myxo::plain_text::{Shown as _, escaped};
 use myxo::render::exposure::Exposure;
 use myxo::render::lens;
-use myxo::render::mean::{self, Mean};
+use myxo::render::mean::Mean;
 use myxo::render::offscreen::{self, Offscreen, too_large};
 use myxo::render::pick;
 use myxo::render::view::{self, View};
 use myxo::render::{draw_network, renderer::Renderer};
 use myxo::scene::Scene;
-use myxo::scene::settings::{Part, Show};
+use myxo::scene::settings::Show;
 use myxo::sim::graph::network_of;
+use myxo::sweep::{Unseen, unseen};
 use myxo::{Error, Result};
 
 use super::files::{Sink, check_distinct};
@@ -47,7 +48,7 @@ Examples:
   myxo render torus --preset cells --set picture.color_map=viridis --out cells.png
   myxo render --resume torus.ckpt --steps 400 --out later.png")]
 pub struct Render {
-    /// A built-in name, a .toml file or a model; with --resume it may be left out
+    /// A built-in name, a .toml file, a model, or a built-in mesh such as builtin:torus?tube=0.2; with --resume it may be left out
     #[arg(required_unless_present = "resume")]
     scene: Option<PathBuf>,
     /// How many steps to run
@@ -84,7 +85,7 @@ pub struct Render {
     #[arg(long, value_name = "N", default_value_t = 0.0, value_parser = turns, allow_negative_numbers = true)]
     turns: f32,
     /// Diameter of the camera's lens, in scene radii: what is nearer or farther than the middle of the picture is out of focus. Each
-    /// picture is the mean of 32, or of --passes
+    /// picture is the mean of 32 pictures from places all over the lens, or of as many as --passes says
     #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = aperture)]
     aperture: f32,
     /// Draws each picture so many times, each time a part of a pixel beside the last, and takes the mean: fine lines become smooth. The
@@ -178,15 +179,18 @@ impl Render {
     fn check_view(&self, scene: &Scene) -> Result<()> {
         let show = scene.settings.picture.show;
         let word = show.word();
-        if let Some(why) = show.why_not(&scene.settings) {
-            return Err(Error::Invalid(format!(
-                "the view {word} cannot be shown: {why}: choose another --view"
-            )));
-        }
-        if self.steps == 0 && show.has(Part::Distances) {
-            return Err(Error::Invalid(format!(
-                "the view {word} cannot be shown: distances are taken by a step: use --steps 1 or more"
-            )));
+        match unseen(scene, u64::from(self.steps)) {
+            Some(Unseen::Lacks(why)) => {
+                return Err(Error::Invalid(format!(
+                    "the view {word} cannot be shown: {why}: choose another --view"
+                )));
+            }
+            Some(Unseen::BeforeSteps) => {
+                return Err(Error::Invalid(format!(
+                    "the view {word} cannot be shown: distances are taken by a step: use --steps 1 or more"
+                )));
+            }
+            None => {}
         }
         if self.turns != 0.0 && show.is_flat() {
             return Err(Error::Invalid(format!(
@@ -400,7 +404,7 @@ impl Photographer {
     }
 
     /// Draws the mean of pictures from all over the lens, or from one place; of fewer if the run is to end.
-    fn draw_mean(&mut self, session: &mut Session, mut view: View, mut mean: Mean) -> Result<()> {
+    fn draw_mean(&mut self, session: &mut Session, view: View, mut mean: Mean) -> Result<()> {
         let size = self.offscreen.canvas().size();
         let camera = view.camera;
         let cameras = if self.lens > 0.0 {
@@ -415,16 +419,12 @@ impl Photographer {
             vec![camera; self.passes as usize]
         };
         mean.restart();
-        for (i, camera) in (0..).zip(cameras) {
+        for (i, view) in (0..).zip(offscreen::passes(view, cameras, size)) {
             if i > 0 && interrupt::requested() {
                 break;
             }
-            view.camera = mean::within_pixel(&camera, size, i);
             // The texture beside it stays as it is.
             self.draw(session, view, i == 0, Some(&mut mean))?;
-            if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
-                *adaptation = 0.0;
-            }
         }
         self.mean = Some(mean);
         Ok(())

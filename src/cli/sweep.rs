@@ -1,11 +1,11 @@
 //! `myxo sweep`: the runs of a study, by several processes. Each process is this program again: it reads jobs from its standard input and
-//! writes a row for each to its standard output, a line of JSON each, and after it the run's picture, if runs have pictures. A process that
-//! dies takes one run with it and no others.
+//! writes a row for each to its standard output, a line of JSON each behind a mark, and after it the run's picture, if runs have pictures.
+//! A process that dies takes one run with it and no others.
 
 mod sheet;
 
 use std::collections::HashMap;
-use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
+use std::io::{self, BufRead, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command as Process, Stdio};
 use std::str::FromStr;
@@ -33,6 +33,8 @@ use sheet::Sheet;
 const ATTEMPTS: usize = 3;
 /// So many errors of runs are printed; all are in the folder.
 const PRINTED: usize = 5;
+/// Begins an answer of a process: layers and drivers may print lines of their own into its standard output.
+const MARK: &str = "myxo-sweep-answer ";
 
 /// Run a scene at many points of its parameters, and write a table of them
 ///
@@ -468,7 +470,7 @@ impl Workers {
     }
 }
 
-/// What a process writes for each run: this as a line of JSON, and after it the bytes of the picture.
+/// What a process writes for each run: [`MARK`], this as a line of JSON, and after it the bytes of the picture.
 #[derive(Debug, Serialize, Deserialize)]
 struct Answer {
     row: Row,
@@ -490,7 +492,7 @@ impl Worker {
         line.push('\n');
         let to = self.to.as_mut().expect("it is open");
         let sent = to.write_all(line.as_bytes()).and_then(|()| to.flush());
-        match sent.and_then(|()| self.answer()) {
+        match sent.and_then(|()| answer(&mut self.from, console::message_over_line)) {
             Ok(finished) => Ok((finished, self)),
             Err(_) => {
                 let _ = self.child.kill();
@@ -499,23 +501,38 @@ impl Worker {
             }
         }
     }
+}
 
-    /// Reads what it has written for a run.
-    fn answer(&mut self) -> io::Result<Finished> {
-        let mut line = String::new();
-        self.from.read_line(&mut line)?;
-        let Answer { row, picture } = serde_json::from_str(&line)?;
-        let mut read = |length| {
-            let mut bytes = vec![0; length];
-            self.from.read_exact(&mut bytes).map(|()| bytes)
-        };
-        let picture = match picture {
-            Some(Ok(length)) => Some(Ok(read(length)?)),
-            Some(Err(why)) => Some(Err(why)),
-            None => None,
-        };
-        Ok(Finished { row, picture })
-    }
+/// Reads what a process has written for a run. `show` gets what layers and drivers have printed before it.
+fn answer(from: &mut impl BufRead, mut show: impl FnMut(&str)) -> io::Result<Finished> {
+    let json = loop {
+        let mut line = Vec::new();
+        if from.read_until(b'\n', &mut line)? == 0 {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        let mut places = line.windows(MARK.len());
+        let place = places.position(|part| part == MARK.as_bytes());
+        // What is printed may end without a line break.
+        let printed = &line[..place.unwrap_or(line.len())];
+        let printed = String::from_utf8_lossy(printed).trim_end().to_owned();
+        if !printed.is_empty() {
+            show(&printed);
+        }
+        if let Some(place) = place {
+            break line.split_off(place + MARK.len());
+        }
+    };
+    let Answer { row, picture } = serde_json::from_slice(&json)?;
+    let mut read = |length| {
+        let mut bytes = vec![0; length];
+        from.read_exact(&mut bytes).map(|()| bytes)
+    };
+    let picture = match picture {
+        Some(Ok(length)) => Some(Ok(read(length)?)),
+        Some(Err(why)) => Some(Err(why)),
+        None => None,
+    };
+    Ok(Finished { row, picture })
 }
 
 impl Drop for Worker {
@@ -569,11 +586,54 @@ impl Command for SweepWorker {
                 picture: picture.as_ref().map(length),
             };
             let answer = serde_json::to_string(&answer).expect("it is plain");
-            console::print(format!("{answer}\n"))?;
+            console::print(format!("{MARK}{answer}\n"))?;
             if let Some(Ok(picture)) = &picture {
                 console::write(picture)?;
             }
         }
         Ok(Outcome::Done)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Would catch: a line that a layer or a driver prints and that is taken for an answer, by which its process is killed.
+    #[test]
+    fn lines_that_drivers_print_are_no_answers() {
+        let of_run = |run: u64, picture: Option<Result<usize, String>>| {
+            let mut row = Row::default();
+            row.set("run", run);
+            let json = serde_json::to_string(&Answer { row, picture }).expect("it is plain");
+            format!("{MARK}{json}\n").into_bytes()
+        };
+        let parts: [&[u8]; 6] = [
+            b"a layer is here\n\n{\"row\": \xff}\n",
+            &of_run(1, Some(Ok(4))),
+            b"\n\nPN",
+            b"a driver has no line break: ",
+            &of_run(2, Some(Err("no room".to_owned()))),
+            b"the end\n",
+        ];
+        let written = parts.concat();
+        let mut from = &written[..];
+        let mut shown = Vec::new();
+        let mut next = || answer(&mut from, |line| shown.push(line.to_owned()));
+        let first = next().expect("it is there");
+        assert_eq!(first.row.get("run").and_then(|run| run.as_u64()), Some(1));
+        assert_eq!(first.picture, Some(Ok(b"\n\nPN".to_vec())));
+        let second = next().expect("it is there");
+        assert_eq!(second.row.get("run").and_then(|run| run.as_u64()), Some(2));
+        assert_eq!(second.picture, Some(Err("no room".to_owned())));
+        let error = next().expect_err("the process has ended");
+        assert_eq!(error.kind(), io::ErrorKind::UnexpectedEof);
+        let expected = [
+            "a layer is here",
+            "{\"row\": \u{fffd}}",
+            "a driver has no line break:",
+            "the end",
+        ];
+        assert_eq!(shown, expected);
     }
 }

@@ -35,7 +35,7 @@ use crate::render::output::Written;
 use crate::scene::Scene;
 use crate::scene::motion::{MotionSettings, Origins};
 use crate::scene::settings::AreaSettings;
-use crate::sim::areas::{map_for, picture_of, write as write_areas};
+use crate::sim::areas::{map_for, name_beside, picture_of, write as write_areas};
 use crate::sim::checkpoint::Checkpoint;
 use crate::sim::{Distances, Setup, Simulation, Snapshot, SnapshotCopy};
 use crate::whole_file::WholeFile;
@@ -165,7 +165,7 @@ impl<'a> Export<'a> {
         let mut scene = self.scene.clone();
         let mut objects = scene.settings.objects.iter();
         if objects.any(|object| !object.motion.is_still()) {
-            scene.settings.time.start = self.time as f32;
+            scene.settings.time.start = self.time;
         }
         for (object, pose) in scene
             .settings
@@ -319,7 +319,8 @@ impl ExportFile {
     /// Writes the state and gives the file its name.
     ///
     /// # Errors
-    /// As [`Export::write`]; then there is no file, and one that had the name before stays.
+    /// As [`Export::write`], and when a scene with painted areas is to have a name that is not Unicode; then there is no file, and one that
+    /// had the name before stays.
     pub fn write(self, export: &Export<'_>, colors: Colors) -> Result<Written> {
         self.write_watched(export, colors, &Watch::default())
     }
@@ -339,21 +340,24 @@ impl ExportFile {
         let (bias, atlas) = (&export.snapshot.bias, &export.setup.atlas);
         let is_scene = self.format == Format::Toml;
         let areas = is_scene.then(|| picture_of(bias, atlas)).flatten();
+        let strength = areas.map(|(_, strength)| strength);
         let map = if is_scene {
             map_for(&path)
         } else {
             PathBuf::new()
         };
+        let says = match strength {
+            Some(strength) => AreaSettings {
+                map: name_beside(&map)?,
+                strength,
+            },
+            None => AreaSettings::default(),
+        };
         let hidden = || -> io::Result<WholeFile> {
             let file = Watched::new(self.file, watch);
             let mut out = BufWriter::with_capacity(1 << 20, file);
             if is_scene {
-                let says = areas.map(|(_, strength)| {
-                    let map = map.file_name().unwrap_or_default();
-                    let map = map.to_string_lossy().into_owned();
-                    AreaSettings { map, strength }
-                });
-                let text = export.scene_file_with(Some(&says.unwrap_or_default()));
+                let text = export.scene_file_with(Some(&says));
                 out.write_all(text.as_bytes())?;
             } else {
                 export.write(self.format, colors, &mut out)?;

@@ -122,9 +122,10 @@ pub(crate) struct Wait {
 }
 
 impl Wait {
-    /// Also orders every work before it and every work after it.
-    pub(crate) fn separate(&mut self) {
-        for access in [Access::Copy, Access::Kernel, Access::Vertex] {
+    /// Also orders every work before it and every work after it, on a queue that draws or only computes.
+    pub(crate) fn separate(&mut self, draws: bool) {
+        let all = [Access::Copy, Access::Kernel, Access::Vertex];
+        for &access in &all[..if draws { 3 } else { 2 }] {
             self.before.add(access);
             self.written.add(access);
             self.after.add(access);

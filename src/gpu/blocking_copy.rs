@@ -13,7 +13,7 @@ use super::allocation::allocate;
 use super::buffer::{AnyBuffer, Buffer};
 use super::buffer_core::Domain;
 use super::context::Context;
-use super::error::{Check, GpuError, GpuResult};
+use super::error::{Check, GpuResult};
 use super::pages::{Extent, copy_bytes};
 use super::staging::Staging;
 
@@ -81,15 +81,14 @@ impl Staging {
             let finished = recorded.and_then(|()| {
                 let submits = [vk::SubmitInfo::default().command_buffers(&cmds)];
                 ctx.submits.fetch_add(1, Ordering::Relaxed);
-                device
-                    .queue_submit(*ctx.queue(), &submits, self.fence)
-                    .check("vkQueueSubmit", WHAT)?;
-                ctx.wait_for(self.fence, WHAT)
+                let submit = || device.queue_submit(*ctx.queue(), &submits, self.fence);
+                ctx.heard(ctx.is_there().and_then(|()| submit()))
+                    .check("vkQueueSubmit", WHAT)
             });
-            if matches!(finished, Err(GpuError::Timeout { .. })) {
-                self.abandon(ctx);
-            }
-            finished
+            finished?;
+            // After any error it may still run.
+            ctx.wait_for(self.fence, WHAT)
+                .inspect_err(|_| self.abandon(ctx))
         }
     }
 }

@@ -81,6 +81,7 @@ impl BorrowedDevice {
         info.has_addresses = false;
         info.queue_family = self.queue_family;
         info.timestamp_valid_bits = family.map_or(0, |family| family.timestamp_valid_bits);
+        info.has_graphics = flags.contains(vk::QueueFlags::GRAPHICS);
         info.has_dynamic_rendering =
             flags.contains(vk::QueueFlags::GRAPHICS) && self.has(khr::dynamic_rendering::NAME);
         info.has_calibrated_timestamps = self.has(ext::calibrated_timestamps::NAME);

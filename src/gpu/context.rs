@@ -290,7 +290,9 @@ impl Context {
     pub fn wait_idle(&self) -> GpuResult<()> {
         let _queue = self.queue();
         // SAFETY: the queue is locked, so no other thread submits meanwhile.
-        unsafe { self.device.raw.device_wait_idle() }.check("vkDeviceWaitIdle", &self.info.name)
+        let waited = unsafe { self.device.raw.device_wait_idle() };
+        self.heard(self.is_there().and(waited))
+            .check("vkDeviceWaitIdle", &self.info.name)
     }
 
     /// The raw device, for crates that draw by themselves (the interface).

@@ -36,8 +36,6 @@ struct Inner {
     pending: BTreeSet<u64>,
     /// Recordings among `pending` that are not submitted yet.
     open: BTreeSet<u64>,
-    /// Recordings that were discarded instead of submitted.
-    discarded: BTreeSet<u64>,
     /// Submitted recordings that nothing waits for: their fences are polled.
     watched: Vec<(u64, vk::Fence)>,
     /// The newest ticket at the time of the drop, and the object.
@@ -65,17 +63,6 @@ impl DeletionQueue {
         let mut inner = self.lock();
         inner.pending.remove(&ticket);
         inner.open.remove(&ticket);
-    }
-
-    /// A recording was discarded.
-    pub(crate) fn discard(&self, ticket: u64) {
-        self.end(ticket);
-        self.lock().discarded.insert(ticket);
-    }
-
-    /// Was this recording discarded?
-    pub(crate) fn was_discarded(&self, ticket: u64) -> bool {
-        self.lock().discarded.contains(&ticket)
     }
 
     /// From now on polls the recording's fence, since nothing will wait for it.

@@ -4,7 +4,7 @@ use std::ffi::CString;
 
 use ash::{ext, khr, vk};
 
-use super::error::{Check, GpuResult};
+use super::error::{Check, GpuError, GpuResult};
 use super::info::DeviceInfo;
 use super::instance::Instance;
 use super::options::ContextOptions;
@@ -37,7 +37,14 @@ impl Device {
             optional.push(khr::dynamic_rendering::NAME);
         }
         if options.window.is_some() {
-            optional.push(khr::swapchain::NAME);
+            if !info.has_extension(khr::swapchain::NAME) {
+                return Err(GpuError::Unsupported {
+                    what: "a window".to_owned(),
+                    missing: "VK_KHR_swapchain".to_owned(),
+                    device: info.name.clone(),
+                });
+            }
+            extensions.push(khr::swapchain::NAME);
         }
         if options.compiler_reports {
             optional.push(khr::pipeline_executable_properties::NAME);
@@ -48,12 +55,10 @@ impl Device {
         // SAFETY: the physical device is from this instance.
         let supported = unsafe { instance.raw.get_physical_device_features(info.physical) };
         let features = vk::PhysicalDeviceFeatures {
-            // The debug list is written from every stage; points and lines are drawn thicker than one pixel.
+            // The debug list is written from every stage; points are drawn thicker than one pixel.
             vertex_pipeline_stores_and_atomics: supported.vertex_pipeline_stores_and_atomics,
             fragment_stores_and_atomics: supported.fragment_stores_and_atomics,
             large_points: supported.large_points,
-            wide_lines: supported.wide_lines,
-            fill_mode_non_solid: supported.fill_mode_non_solid,
             // More than 16 million vertices are drawn.
             full_draw_index_uint32: supported.full_draw_index_uint32,
             ..Default::default()

@@ -10,6 +10,7 @@ use super::breadcrumbs::blame;
 use super::context::Context;
 use super::error::{Check, GpuError, GpuResult};
 use super::frame_resources::FrameResources;
+use super::info::DeviceKind;
 use super::recorder::{PendingSpan, Recorder};
 use super::slices::without_gaps;
 use super::timer::{Span, Timings};
@@ -87,11 +88,11 @@ impl Frames {
             Arc::strong_count(&slot.resources) == 1,
             "submit or drop a frame before its place in the ring is used again"
         );
-        if slot.wanted > slot.resources.query_capacity && self.ctx.info().has_timestamps() {
-            slot.resources = Arc::new(FrameResources::new(
-                &self.ctx,
-                slot.wanted.next_power_of_two(),
-            )?);
+        let wants_more =
+            slot.wanted > slot.resources.query_capacity && self.ctx.info().has_timestamps();
+        if wants_more || slot.resources.is_abandoned.load(Ordering::Relaxed) {
+            let queries = slot.wanted.next_power_of_two().max(FIRST_QUERIES);
+            slot.resources = Arc::new(FrameResources::new(&self.ctx, queries)?);
             slot.unset = u32::MAX;
         }
         self.ctx.collect_garbage();
@@ -147,7 +148,7 @@ impl Frames {
         let frame = Arc::clone(&recorder.frame);
         let device = &self.ctx.device.raw;
         let (semaphores, stages): (Vec<_>, Vec<_>) = wait.iter().copied().unzip();
-        let mut cmds: Vec<_> = recorder.slices.waiting.drain(..).collect();
+        let mut cmds: Vec<_> = recorder.slices.waiting.iter().copied().collect();
         cmds.push(recorder.raw());
         let info = [vk::SubmitInfo::default()
             .command_buffers(&cmds)
@@ -173,6 +174,7 @@ impl Frames {
             .map_err(|error| self.blame(error))?;
         self.ctx.deletion_queue.submitted(recorder.ticket);
         self.ctx.recordings().submitted(&recorder.recording);
+        recorder.fate.submit();
         recorder.submitted = true;
         let slot = &mut self.slots[index];
         slot.wanted = recorder.queries_wanted;
@@ -284,7 +286,13 @@ impl Frames {
                     .unwrap_or_else(PoisonError::into_inner)
                     .append(entries);
             }
-            self.timings.push(pending.into_spans(&slot.resources)?);
+            let begun = Instant::now();
+            let spans = pending.into_spans(&slot.resources)?;
+            // lavapipe waits here, too: for all that was submitted.
+            if self.ctx.info().kind == DeviceKind::Cpu {
+                self.waited += begun.elapsed();
+            }
+            self.timings.push(spans);
         }
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! The Vulkan objects that one frame records into, and its breadcrumbs.
 
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use ash::vk;
@@ -25,6 +26,8 @@ pub(crate) struct FrameResources {
     debug: OnceLock<DebugList>,
     /// Command buffers of slices, made as they are needed.
     slices: Mutex<Vec<vk::CommandBuffer>>,
+    /// The recorder was dropped while a slice was running. Nothing is recorded into these any more.
+    pub(crate) is_abandoned: AtomicBool,
 }
 
 impl FrameResources {
@@ -45,6 +48,7 @@ impl FrameResources {
             placeholder: Placeholder::new(ctx)?,
             debug: OnceLock::new(),
             slices: Mutex::new(Vec::new()),
+            is_abandoned: AtomicBool::new(false),
         };
         let device = &ctx.device.raw;
         // SAFETY: the device is alive; `this` owns each handle as soon as it exists.

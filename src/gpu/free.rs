@@ -14,7 +14,8 @@ pub struct Free {
 }
 
 impl Free {
-    /// The host's for drivers that compute there, otherwise the device's; `None` if it is not known.
+    /// The host's for drivers that compute there. Of other devices all memory counts, because what programs have taken of it is not known.
+    /// `None` if nothing is known.
     #[must_use]
     pub fn on(info: &DeviceInfo) -> Option<Self> {
         if info.kind == DeviceKind::Cpu {

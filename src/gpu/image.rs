@@ -84,7 +84,21 @@ pub struct Image {
     allocation: Option<Allocation>,
     /// Belongs to a window, which destroys it.
     foreign: bool,
-    state: Mutex<ImageState>,
+    state: Arc<Mutex<ImageState>>,
+}
+
+/// A change of an image's state, which is taken back if it was recorded and never happens.
+pub(crate) struct Transition {
+    state: Arc<Mutex<ImageState>>,
+    before: ImageState,
+    /// The slice of the recording that it is in.
+    pub(crate) slice: usize,
+}
+
+impl Transition {
+    pub(crate) fn take_back(&self) {
+        *self.state.lock().unwrap_or_else(|e| e.into_inner()) = self.before;
+    }
 }
 
 /// The last use of an image.
@@ -228,7 +242,7 @@ impl Image {
             view: vk::ImageView::null(),
             allocation: None,
             foreign: false,
-            state: Mutex::new(ImageState::UNUSED),
+            state: Arc::new(Mutex::new(ImageState::UNUSED)),
         };
         ctx.device.set_name(raw, name);
         // SAFETY: `raw` was made just now.
@@ -276,10 +290,10 @@ impl Image {
             view: vk::ImageView::null(),
             allocation: None,
             foreign: true,
-            state: Mutex::new(ImageState {
+            state: Arc::new(Mutex::new(ImageState {
                 layout: vk::ImageLayout::UNDEFINED,
                 ..ImageState::SHOWN
-            }),
+            })),
         };
         image.add_view()?;
         Ok(image)
@@ -345,12 +359,20 @@ impl Image {
             .layer_count(1)
     }
 
-    /// The state until now, which `next` follows.
-    pub(crate) fn exchange_state(&self, next: ImageState) -> ImageState {
-        std::mem::replace(
-            &mut *self.state.lock().unwrap_or_else(|e| e.into_inner()),
-            next,
-        )
+    /// The state until now, which `next` follows, in a slice of a recording.
+    pub(crate) fn exchange_state(
+        &self,
+        next: ImageState,
+        slice: usize,
+    ) -> (ImageState, Transition) {
+        let mut state = self.state.lock().unwrap_or_else(|e| e.into_inner());
+        let before = std::mem::replace(&mut *state, next);
+        let transition = Transition {
+            state: Arc::clone(&self.state),
+            before,
+            slice,
+        };
+        (before, transition)
     }
 }
 

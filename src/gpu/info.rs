@@ -82,6 +82,8 @@ pub struct DeviceInfo {
     pub max_storage_buffers: u32,
     /// Texel buffers that one stage writes to.
     pub max_storage_images: u32,
+    /// Texel buffers and images that one stage reads.
+    pub max_sampled_images: u32,
     /// Bindings that a kernel may have.
     pub max_push_descriptors: u32,
     /// Bytes of push constants.
@@ -104,6 +106,8 @@ pub struct DeviceInfo {
     pub has_pages: bool,
     /// Memory heaps.
     pub heaps: Vec<Heap>,
+    /// The queue draws, too.
+    pub has_graphics: bool,
     /// Pictures can be drawn (graphics queue and VK_KHR_dynamic_rendering).
     pub has_dynamic_rendering: bool,
     /// Host and device clocks can be compared.
@@ -260,6 +264,7 @@ impl DeviceInfo {
             max_group_invocations: limits.max_compute_work_group_invocations,
             max_storage_buffers: limits.max_per_stage_descriptor_storage_buffers,
             max_storage_images: limits.max_per_stage_descriptor_storage_images,
+            max_sampled_images: limits.max_per_stage_descriptor_sampled_images,
             max_push_descriptors: push.max_push_descriptors,
             max_push_constants: limits.max_push_constants_size,
             max_image_side: limits.max_image_dimension2_d,
@@ -285,6 +290,7 @@ impl DeviceInfo {
                     device_local: h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL),
                 })
                 .collect(),
+            has_graphics: graphics_family.is_some(),
             has_dynamic_rendering: graphics_family.is_some() && has(khr::dynamic_rendering::NAME),
             has_calibrated_timestamps: has(ext::calibrated_timestamps::NAME),
             missing,

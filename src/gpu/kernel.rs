@@ -464,6 +464,11 @@ impl PipelineCore {
                 info.max_storage_images,
             ),
             (
+                count(|kind| matches!(kind, BindingKind::Texels | BindingKind::Sampled)),
+                "texel buffers and images to read from",
+                info.max_sampled_images,
+            ),
+            (
                 count(|_| true) + debug_blocks,
                 "bindings",
                 info.max_push_descriptors,

@@ -265,7 +265,8 @@ impl Recorder {
 
     /// Brings an image from its last state to `next`; its pixels may be lost unless `keep`.
     pub(crate) fn transition(&mut self, image: &Image, next: ImageState, keep: bool) {
-        let last = image.exchange_state(next);
+        let (last, transition) = image.exchange_state(next, self.slices.count);
+        self.transitions.push(transition);
         let barrier = vk::ImageMemoryBarrier::default()
             .src_access_mask(last.access)
             .dst_access_mask(next.access)

@@ -9,6 +9,7 @@ use super::buffer::{AnyBuffer, Buffer};
 use super::buffer_core::Domain;
 use super::context::Context;
 use super::error::GpuResult;
+use super::fate::Fate;
 use super::image::Image;
 use super::recorder::Recorder;
 
@@ -32,8 +33,7 @@ use super::recorder::Recorder;
 pub struct Readback<T> {
     slots: Vec<Buffer<T>>,
     /// Number, slot and recording, oldest first.
-    waiting: VecDeque<(u64, usize, u64)>,
-    ctx: Arc<Context>,
+    waiting: VecDeque<(u64, usize, Fate)>,
 }
 
 impl<T: Pod> Readback<T> {
@@ -47,12 +47,11 @@ impl<T: Pod> Readback<T> {
         Ok(Self {
             slots: slots.collect::<GpuResult<_>>()?,
             waiting: VecDeque::new(),
-            ctx: Arc::clone(ctx),
         })
     }
 
     /// Copies `source` under a number of the caller's choice, such as the step's. Without a free slot it does nothing
-    /// and returns `false`: the host reads too seldom.
+    /// and returns `false`: the host reads too seldom. So it does in a recording of one kernel alone, which copies nothing.
     ///
     /// # Panics
     /// If `source` has more elements than a slot.
@@ -71,6 +70,9 @@ impl<T: Pod> Readback<T> {
         range: std::ops::Range<usize>,
         number: u64,
     ) -> bool {
+        if rec.skips() {
+            return false;
+        }
         let free =
             (0..self.slots.len()).find(|i| !self.waiting.iter().any(|(_, slot, _)| slot == i));
         let Some(slot) = free else { return false };
@@ -78,19 +80,19 @@ impl<T: Pod> Readback<T> {
         // The slot's last copy was read on the host, after its frame had finished.
         target.core().forget_history();
         rec.copy_range(source, range, target, 0);
-        self.waiting.push_back((number, slot, rec.ticket));
+        self.waiting.push_back((number, slot, rec.fate.clone()));
         true
     }
 
     /// The oldest copy that has arrived and was not returned yet, with its number. Does not wait.
     pub fn poll(&mut self) -> Option<(u64, Vec<T>)> {
         loop {
-            let &(number, slot, ticket) = self.waiting.front()?;
-            if self.slots[slot].is_in_use() {
+            let (_, slot, _) = self.waiting.front()?;
+            if self.slots[*slot].is_in_use() {
                 return None;
             }
-            self.waiting.pop_front();
-            if !self.ctx.deletion_queue.was_discarded(ticket) {
+            let (number, slot, fate) = self.waiting.pop_front()?;
+            if !fate.was_dropped() {
                 return Some((number, self.slots[slot].as_slice().to_vec()));
             }
         }
@@ -102,7 +104,7 @@ pub struct ReadbackImage {
     name: String,
     slots: Vec<Option<Buffer<[u8; 4]>>>,
     /// Number, size, slot and recording, oldest first.
-    waiting: VecDeque<(u64, [u32; 2], usize, u64)>,
+    waiting: VecDeque<(u64, [u32; 2], usize, Fate)>,
     ctx: Arc<Context>,
 }
 
@@ -127,6 +129,9 @@ impl ReadbackImage {
     /// # Panics
     /// If a pixel does not have four bytes.
     pub fn record(&mut self, rec: &mut Recorder, image: &Image, number: u64) -> GpuResult<bool> {
+        if rec.skips() {
+            return Ok(false);
+        }
         let taken = |i: &usize| self.waiting.iter().any(|(.., slot, _)| slot == i);
         let Some(slot) = (0..self.slots.len()).find(|i| !taken(i)) else {
             return Ok(false);
@@ -142,7 +147,8 @@ impl ReadbackImage {
         // The slot's last copy was read on the host, after its frame had finished.
         target.core().forget_history();
         rec.copy_image(image, target);
-        self.waiting.push_back((number, size, slot, rec.ticket));
+        self.waiting
+            .push_back((number, size, slot, rec.fate.clone()));
         Ok(true)
     }
 
@@ -150,13 +156,13 @@ impl ReadbackImage {
     /// not wait.
     pub fn poll(&mut self) -> Option<(u64, [u32; 2], Vec<u8>)> {
         loop {
-            let &(number, size, slot, ticket) = self.waiting.front()?;
-            let buffer = self.slots[slot].as_ref().expect("it was recorded");
+            let (.., slot, _) = self.waiting.front()?;
+            let buffer = self.slots[*slot].as_ref().expect("it was recorded");
             if buffer.is_in_use() {
                 return None;
             }
-            self.waiting.pop_front();
-            if !self.ctx.deletion_queue.was_discarded(ticket) {
+            let (number, size, _, fate) = self.waiting.pop_front()?;
+            if !fate.was_dropped() {
                 let pixels = buffer.as_slice().as_flattened().to_vec();
                 return Some((number, size, pixels));
             }

@@ -1,12 +1,15 @@
 //! A frame that is being recorded: its command buffer, scopes and their times, and marks for hangs and debug values.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use ash::vk;
 
 use super::access::{Recording, Unordered, full_barrier};
 use super::context::Context;
+use super::fate::Fate;
 use super::frame_resources::FrameResources;
+use super::image::Transition;
 use super::listing::Listed;
 use super::part::Part;
 use super::slices::Slices;
@@ -27,6 +30,9 @@ pub struct Recorder {
     /// More than fit if it exceeds the pool; the next frame gets a larger one.
     pub(crate) queries_wanted: u32,
     pub(crate) submitted: bool,
+    pub(crate) fate: Fate,
+    /// Of images, in order.
+    pub(crate) transitions: Vec<Transition>,
     /// Names of the works that have a breadcrumb, in order.
     pub(crate) works: Vec<String>,
     /// Kernels that may have called `debug_value`, in order.
@@ -84,6 +90,8 @@ impl Recorder {
             queries_used: 0,
             queries_wanted: 0,
             submitted: false,
+            fate: Fate::default(),
+            transitions: Vec::new(),
             works: Vec::new(),
             debug_kernels: Vec::new(),
             part: Part::Whole,
@@ -226,15 +234,22 @@ impl Recorder {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
-        if !self.submitted {
-            self.frame.ctx.recordings().dropped();
+        if self.submitted {
+            return;
         }
+        self.fate.drop_it();
+        self.frame.ctx.recordings().dropped();
+        // What was recorded into slices that were submitted happens.
+        let run = self.slices.count - self.slices.waiting.len();
+        let never = (self.transitions.iter()).filter(|transition| transition.slice >= run);
+        never.rev().for_each(Transition::take_back);
         let deletion_queue = &self.frame.ctx.deletion_queue;
         if self.slices.is_running {
+            self.frame.is_abandoned.store(true, Ordering::Relaxed);
             deletion_queue.submitted(self.ticket);
             deletion_queue.watch(self.ticket, self.frame.fence);
-        } else if !self.submitted {
-            deletion_queue.discard(self.ticket);
+        } else {
+            deletion_queue.end(self.ticket);
         }
     }
 }

@@ -112,7 +112,7 @@ impl Recorder {
             (touch.core).wait_for(order, to, up_to, &mut wait, reason);
         }
         if separates && !self.is_in_pass {
-            wait.separate();
+            wait.separate(self.ctx().info().has_graphics);
         }
         if wait.before.is_empty() {
             return;

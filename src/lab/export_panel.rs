@@ -106,7 +106,7 @@ const RECORDING_FPS: (u32, u32) = (1, 60);
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ExportPanel {
-    /// The folder for files; empty for the folder in which the program was started.
+    /// The folder for exports; empty for the folder in which the program was started.
     pub folder: String,
     /// The size of pictures.
     pub size: Size,

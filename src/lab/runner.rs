@@ -183,9 +183,20 @@ impl Runner {
 
     /// Submits slices until `at_most` has gone by, or all of them. Where something fails they are given up.
     pub fn run_slices(&mut self, at_most: Duration, clocks: &mut Clocks) -> Result<Sliced> {
-        let Some(mut slices) = self.slices.take() else {
+        let Some(slices) = self.slices.take() else {
             return Ok(Sliced::default());
         };
+        let sliced = self.run_some_of(slices, at_most, clocks);
+        self.is_torn |= sliced.is_err();
+        sliced
+    }
+
+    fn run_some_of(
+        &mut self,
+        mut slices: Slices,
+        at_most: Duration,
+        clocks: &mut Clocks,
+    ) -> Result<Sliced> {
         let began = Instant::now();
         while began.elapsed() < at_most {
             if !self.frames.run_slice(&mut slices.rec)? {

@@ -137,6 +137,19 @@ impl Seam {
     pub fn weights(&self) -> [f32; 4] {
         self.units().map(|units| units as f32 / Self::UNITS as f32)
     }
+
+    /// The owned texel with the largest weight, the first of equals: it stands for the gutter texel.
+    #[must_use]
+    pub fn main_source(&self) -> u32 {
+        let units = self.units();
+        let mut main = 0;
+        for k in 1..4 {
+            if units[k] > units[main] {
+                main = k;
+            }
+        }
+        self.source[main]
+    }
 }
 
 /// The range of one object in the pooled arrays.

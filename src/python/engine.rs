@@ -19,11 +19,10 @@ use crate::gpu::{Context, ContextOptions, Frames, default_cache_folder};
 use crate::mesh::Mesh;
 use crate::mesh::atlas::Control;
 use crate::mesh::surface::NONE;
-use crate::render::exposure::Exposure;
-use crate::render::mean::{self, Mean};
+use crate::render::mean::Mean;
 use crate::render::{Offscreen, Renderer, View, offscreen};
 use crate::scene::file::Reader;
-use crate::scene::parameters::{self, FOOD_PARAMETERS, OBJECT_PARAMETERS, Parameter};
+use crate::scene::parameters;
 use crate::scene::settings::Settings;
 use crate::scene::{Overrides, Scene, SceneError};
 use crate::sim::areas::{GREATEST, NO_GO};
@@ -341,8 +340,9 @@ impl Engine {
     fn deposits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
         self.texels(py, |running| {
             let simulation = &running.simulation;
-            let snapshot = simulation.snapshot()?;
-            Ok(arrays::rows_of(simulation.setup(), &snapshot.deposits))
+            // The counts of the last step are at the back.
+            let deposits = running.ctx.download(&simulation.state().deposits.back)?;
+            Ok(arrays::rows_of(simulation.setup(), &deposits))
         })
     }
 
@@ -645,25 +645,7 @@ fn changed(name: &str, settings: &Settings, set: &[String]) -> Result<Settings> 
 
 /// The value of a parameter, as scene files have it.
 fn value_of(settings: &Settings, key: &str) -> PyResult<String> {
-    if let Some(parameter) = parameters::find(key) {
-        return Ok(parameter.value(settings));
-    }
-    let of_list = || {
-        let (list, rest) = key.split_once('.')?;
-        let (number, own) = rest.split_once('.')?;
-        let number: usize = number.parse().ok()?;
-        match list {
-            "object" => own_value(OBJECT_PARAMETERS, settings.objects.get(number)?, own),
-            "food" => own_value(FOOD_PARAMETERS, settings.foods.get(number)?, own),
-            _ => None,
-        }
-    };
-    of_list().ok_or_else(|| no_parameter(key))
-}
-
-fn own_value<T>(table: &[Parameter<T>], of: &T, key: &str) -> Option<String> {
-    let parameter = table.iter().find(|parameter| parameter.key == key)?;
-    Some(parameter.value(of))
+    parameters::value_of(settings, key).ok_or_else(|| no_parameter(key))
 }
 
 /// A mesh in memory.
@@ -820,34 +802,31 @@ fn draw(
         *renderer = Some(Renderer::new(ctx, simulation.setup(), offscreen::FORMAT)?);
     }
     let renderer = renderer.as_mut().expect("it was made");
+    let too_large = |error| offscreen::too_large(size, "`width` or `height`", error);
     if canvas
         .as_ref()
         .is_none_or(|canvas| canvas.canvas().size() != size)
     {
         *canvas = None;
-        *canvas = Some(Offscreen::new(ctx, size)?);
+        *canvas = Some(Offscreen::new(ctx, size).map_err(too_large)?);
     }
     let canvas = canvas.as_ref().expect("it was made");
     let mut mean = match passes {
         1 => None,
-        _ => Some(Mean::new(ctx, size)?),
+        _ => Some(Mean::new(ctx, size).map_err(too_large)?),
     };
-    let camera = view.camera;
-    for number in 0..passes {
-        view.camera = mean::within_pixel(&camera, size, number);
+    let cameras = std::iter::repeat_n(view.camera, passes as usize);
+    for (number, view) in (1..).zip(offscreen::passes(view, cameras, size)) {
         let mut rec = frames.begin()?;
         simulation.record_poses(&mut rec);
         renderer.draw_beside(&mut rec, simulation.state(), &[(view, canvas.canvas())]);
         if let Some(mean) = &mut mean {
             mean.record(&mut rec, canvas.canvas().image());
         }
-        if number + 1 == passes {
+        if number == passes {
             canvas.record_readback(&mut rec);
         }
         frames.submit(rec)?;
-        if let Exposure::Auto { adaptation, .. } = &mut view.exposure {
-            *adaptation = 0.0;
-        }
     }
     frames.wait_idle()?;
     let mut picture = canvas.image();

@@ -32,6 +32,7 @@ fn extension(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<sweep::Folder>()?;
     module.add_function(wrap_pyfunction!(sweep::read_study, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::run_key, module)?)?;
+    module.add_function(wrap_pyfunction!(sweep::contents, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::check_keys, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::identity, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::largest, module)?)?;

@@ -13,7 +13,7 @@ use super::engine::{Arrays, Load, assignments, open_device, scene_from};
 use super::errors::exception;
 use crate::gpu::DeviceKind;
 use crate::scene::Overrides;
-use crate::sweep::{self, Row, Shard, Study};
+use crate::sweep::{self, Contents, Row, Shard, Study};
 use crate::{Error, Result};
 
 /// Reads a study file: JSON.
@@ -27,6 +27,18 @@ pub fn read_study(py: Python<'_>, path: PathBuf) -> PyResult<String> {
 #[pyfunction]
 pub fn run_key(text: &str) -> PyResult<String> {
     Ok(sweep::key_of(&from_json::<Value>(text)?))
+}
+
+/// For each of some points, as JSON, a digest of each file that a value of it names, by the value's key: what its runs also depend on.
+#[pyfunction]
+pub fn contents(py: Python<'_>, points: &str) -> PyResult<String> {
+    let points: Vec<Row> = from_json(points)?;
+    let found = py.detach(|| {
+        let mut contents = Contents::default();
+        let found = points.iter().map(|point| contents.of(point));
+        found.collect::<Vec<_>>()
+    });
+    serde_json::to_string(&found).map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
 /// Refuses parameters that do not exist.

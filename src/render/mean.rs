@@ -7,7 +7,9 @@ use glam::{UVec2, Vec2};
 
 use super::camera::Camera;
 use super::colormap::linear_from_srgb;
-use crate::gpu::{Buffer, Context, Domain, GpuError, Image, Pipeline, Recorder, Texels, Threads};
+use crate::gpu::{
+    Buffer, Context, Domain, Fate, GpuError, Image, Pipeline, Recorder, Texels, Threads,
+};
 use crate::sim::kernels::{Average, AverageArgs, AverageParams};
 
 /// Pictures that make a mean with smooth edges and lines.
@@ -50,6 +52,8 @@ pub struct Mean {
     words: Buffer<u32>,
     picture: Texels<u32>,
     count: u32,
+    /// The recording of the latest pictures, and the number of pictures before it.
+    latest: Option<(Fate, u32)>,
 }
 
 impl Mean {
@@ -71,6 +75,7 @@ impl Mean {
             picture: Texels::new(&words, 1)?,
             words,
             count: 0,
+            latest: None,
         })
     }
 
@@ -80,7 +85,7 @@ impl Mean {
         self.size
     }
 
-    /// The number of pictures.
+    /// The number of pictures; those of a recording that was dropped count until the next one is recorded.
     #[must_use]
     pub fn count(&self) -> u32 {
         self.count
@@ -88,7 +93,14 @@ impl Mean {
 
     /// Forgets all pictures.
     pub fn restart(&mut self) {
-        self.count = 0;
+        (self.count, self.latest) = (0, None);
+    }
+
+    /// Pictures of a recording that was dropped are not in the sums.
+    fn take_back_what_was_dropped(&mut self) {
+        if let Some((_, before)) = self.latest.take_if(|(fate, _)| fate.was_dropped()) {
+            self.count = before;
+        }
     }
 
     /// Records that a picture, in sRGB and with premultiplied alpha, is added; the mean takes its place.
@@ -97,7 +109,11 @@ impl Mean {
     /// If it has another size, or is one more than [`MOST_PICTURES`].
     pub fn record(&mut self, rec: &mut Recorder, image: &Image) {
         assert_eq!(image.size(), self.size, "pictures of one size");
+        self.take_back_what_was_dropped();
         assert!(self.count < MOST_PICTURES, "too many pictures");
+        if !(self.latest.as_ref()).is_some_and(|(fate, _)| fate.is_of(rec)) {
+            self.latest = Some((rec.fate.clone(), self.count));
+        }
         self.count += 1;
         rec.copy_image(image, &self.words);
         let pixel_count = self.size[0] * self.size[1];

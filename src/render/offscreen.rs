@@ -4,8 +4,12 @@ use std::sync::Arc;
 
 use image::RgbaImage;
 
+use super::camera::Camera;
 use super::colormap::{linear_from_srgb, srgb_from_linear};
+use super::exposure::Exposure;
+use super::mean;
 use super::renderer::{Canvas, Quality};
+use super::view::View;
 use crate::error::Error;
 use crate::gpu::{Buffer, Context, Domain, Format, GpuError, Recorder};
 use crate::sim::memory;
@@ -41,6 +45,24 @@ pub fn too_large([width, height]: [u32; 2], option: &str, error: GpuError) -> Er
         )),
         error => Error::Gpu(error),
     }
+}
+
+/// The views of the pictures of a mean, of `size` pixels, one for each camera: each a part of a pixel beside the others. The first one
+/// chooses the exposure, and the others have the same.
+pub fn passes(
+    mut view: View,
+    cameras: impl IntoIterator<Item = Camera>,
+    size: [u32; 2],
+) -> impl Iterator<Item = View> {
+    (0..).zip(cameras).map(move |(number, camera)| {
+        view.camera = mean::within_pixel(&camera, size, number);
+        if number > 0
+            && let Exposure::Auto { adaptation, .. } = &mut view.exposure
+        {
+            *adaptation = 0.0;
+        }
+        view
+    })
 }
 
 /// A canvas whose picture can be read.
@@ -100,5 +122,33 @@ impl Offscreen {
         let bytes = bytemuck::cast_slice(&self.pixels.as_slice()).to_vec();
         RgbaImage::from_raw(width, height, bytes)
             .expect("the buffer has a pixel for each of the canvas")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+
+    use super::*;
+    use crate::scene::{Overrides, Scene};
+
+    /// Would catch: a mean whose pictures lie on each other, and one whose brightness changes from picture to picture.
+    #[test]
+    fn the_first_picture_of_a_mean_chooses_the_exposure() {
+        let scene = Scene::load("cube".as_ref(), &Overrides::default()).expect("it is built in");
+        let mut view = View::of(&scene, Vec2::new(40.0, 30.0));
+        view.exposure = Exposure::default();
+        let views: Vec<View> = passes(view, [view.camera; 3], [40, 30]).collect();
+        assert_eq!((views.len(), views[0]), (3, view));
+        for (number, later) in (1..).zip(&views[1..]) {
+            let camera = mean::within_pixel(&view.camera, [40, 30], number);
+            assert_eq!(later.camera, camera);
+            assert_ne!(later.camera, view.camera);
+            assert!(
+                matches!(later.exposure, Exposure::Auto { adaptation, .. } if adaptation == 0.0),
+                "{:?}",
+                later.exposure
+            );
+        }
     }
 }

@@ -26,9 +26,9 @@ use super::prepared::Prepared;
 use super::shared_vertices::SharedVertices;
 use super::view::View;
 use crate::gpu::{
-    Access, AnyBuffer, Blend, Buffer, Context, DepthTest, Domain, Format, GpuError, Interface,
-    PassRecorder, Pipeline, RasterOptions, RasterPipeline, Readback, Recorder, Tables, Targets,
-    Threads, Topology,
+    Access, AnyBuffer, Blend, Buffer, Context, DepthTest, Domain, Fate, Fates, Format, GpuError,
+    Interface, PassRecorder, Pipeline, RasterOptions, RasterPipeline, Readback, Recorder, Tables,
+    Targets, Threads, Topology,
 };
 use crate::scene::settings::{ColorMap, Part};
 use crate::sim::draws::{
@@ -162,7 +162,10 @@ pub struct Renderer {
     histogram: Buffer<u32>,
     /// The trail value of the brightest colour, kept from picture to picture.
     brightest: Buffer<f32>,
-    is_first: bool,
+    /// The recording of the first picture.
+    first: Option<Fate>,
+    /// The recordings that have changed the colours, or the shadow.
+    fates: Fates,
     shape: Shape,
     /// Objects that pictures do not show.
     hidden: Vec<bool>,
@@ -274,7 +277,8 @@ impl Renderer {
             order: Buffer::zeroed(ctx, "order", most_drawn(ctx, setup.particles.len()))?,
             histogram: Buffer::zeroed(ctx, "histogram", exposure::BIN_COUNT as usize)?,
             brightest: Buffer::from_slice(ctx, "brightest", &[1.0])?,
-            is_first: true,
+            first: None,
+            fates: Fates::default(),
             hidden: Vec::new(),
             boxes: boxes.clone(),
             shape: Shape {
@@ -493,8 +497,22 @@ impl Renderer {
         &self.developer.flaws
     }
 
+    /// If a recording was dropped, what it was to write to the device is not there.
+    fn take_back_what_was_dropped(&mut self) {
+        if self.fates.take_dropped() {
+            (self.colors_are, self.second_colors_are) = (None, None);
+            self.shadow.forget();
+        }
+    }
+
     /// Colours and exposure.
     fn prepare(&mut self, rec: &mut Recorder, state: &State, view: &View) {
+        self.take_back_what_was_dropped();
+        self.fates.note(&rec.fate);
+        let is_first = self.first.as_ref().is_none_or(Fate::was_dropped);
+        if is_first {
+            self.first = Some(rec.fate.clone());
+        }
         let colors = (view.color_map, view.darkest);
         if self.colors_are != Some(colors) {
             self.colors_are = Some(colors);
@@ -539,12 +557,11 @@ impl Renderer {
                         count: 1,
                         clipped_share,
                         // The first picture has no earlier exposure to follow.
-                        adaptation: if self.is_first { 1.0 } else { adaptation },
+                        adaptation: if is_first { 1.0 } else { adaptation },
                     },
                 );
             }
         }
-        self.is_first = false;
     }
 
     /// The shadow on the ground, if this view shows it.

@@ -248,7 +248,7 @@ impl Scene {
     /// world coordinates, both counted from their `origins`.
     #[must_use]
     pub fn world_from_object(&self) -> Vec<Affine3A> {
-        self.world_from_object_at(f64::from(self.settings.time.start))
+        self.world_from_object_at(self.settings.time.start)
     }
 
     /// The poses after `time` seconds of motion.
@@ -572,7 +572,7 @@ fn origins(
     let mut high = DVec3::NEG_INFINITY;
     let objects = settings.objects.iter().zip(tracks).zip(&origins);
     for (i, ((object, track), origins)) in objects.enumerate() {
-        let time = f64::from(settings.time.start);
+        let time = settings.time.start;
         let pose = pose_from(object, track.as_ref(), time, origins);
         for corner in corners(surface.bounds(i)) {
             let place = pose.transform_point3(corner.as_dvec3());

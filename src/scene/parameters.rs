@@ -9,6 +9,7 @@ mod objects;
 mod population;
 mod pulse;
 mod table;
+mod values;
 
 use super::keyframes;
 use super::settings::Settings;
@@ -19,6 +20,7 @@ pub use idle::{why_idle, why_object_idle};
 pub use objects::OBJECT_PARAMETERS;
 pub use pulse::PULSE_PARAMETERS;
 pub use table::{MOST_RADIUS, PARAMETERS};
+pub use values::value_of;
 
 /// One key of the scene file. `T` is what the accessors work on: [`Settings`], or [`ObjectSettings`](super::settings::ObjectSettings),
 /// [`FoodSettings`](super::settings::FoodSettings) and [`PulseSettings`](super::settings::PulseSettings) for the keys of one `[[object]]`,
@@ -152,6 +154,8 @@ pub struct Number<T: 'static> {
     pub scale: Scale,
     /// Only whole numbers.
     pub integer: bool,
+    /// Is it kept in double precision? Else, unless it is whole, in single precision.
+    pub is_double: bool,
     /// Reads the value.
     pub get: fn(&T) -> f64,
     /// Writes the value; whole numbers are rounded.
@@ -182,7 +186,7 @@ fn allows(integer: bool, range: (f64, f64), value: f64) -> bool {
     }
 }
 
-/// Does the value lie in the range, ends included? Compared as f32, because settings are stored so. NaN lies in
+/// Does the value lie in the range, ends included? Compared as f32, because most settings are stored so. NaN lies in
 /// no range.
 pub(super) fn inside(value: f64, (low, high): (f64, f64)) -> bool {
     value as f32 >= low as f32 && value as f32 <= high as f32
@@ -278,7 +282,7 @@ impl<T> Parameter<T> {
         match &self.kind {
             Kind::Number(number) => {
                 let value = (number.get)(settings);
-                if number.integer {
+                if number.integer || number.is_double {
                     format!("{value}")
                 } else {
                     format!("{}", value as f32)

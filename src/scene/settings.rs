@@ -164,8 +164,8 @@ impl Default for AreaSettings {
 pub struct TimeSettings {
     /// Seconds of the objects' motion that pass in a step.
     pub dt: f32,
-    /// Seconds of their motion before the first step.
-    pub start: f32,
+    /// Seconds of their motion before the first step; in single precision late ones would be milliseconds apart.
+    pub start: f64,
     /// The most steps a second in the window; 0 for no cap.
     pub steps_per_second: f32,
 }

@@ -11,9 +11,7 @@
 use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, GrayImage, ImageBuffer, ImageFormat, Luma, Rgb, Rgba};
-use rayon::prelude::*;
 
-use super::field::fill_gutters;
 use super::texture_map;
 use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
@@ -22,7 +20,6 @@ use crate::plain_text::Shown as _;
 use crate::scene::BUILTIN;
 use crate::scene::builtin::MAPS;
 use crate::scene::settings::AreaSettings;
-use crate::strict::settled;
 use crate::whole_file::write_whole;
 
 /// The bias of texels that no particle may enter.
@@ -80,19 +77,12 @@ impl AreaMap {
     /// # Errors
     /// When the picture has no areas.
     pub fn bias(&self, atlas: &Atlas, strength: f32) -> Result<Vec<f32>> {
-        let (width, height) = self.pixels.dimensions();
-        let at = |place: u32, side: u32| {
-            let pixel = (2 * u64::from(place) + 1) * u64::from(side) / (2 * u64::from(atlas.size));
-            (pixel as u32).min(side - 1)
-        };
-        let mut bias = vec![0.0; atlas.owner.len()];
         let mut says_something = false;
-        for texel in owned(atlas) {
-            let (column, row) = (texel % atlas.pitch, texel / atlas.pitch);
-            let pixel = self.pixels.get_pixel(at(column, width), at(row, height));
-            says_something |= value(*pixel, 1.0) != 0.0;
-            bias[texel as usize] = value(*pixel, strength);
-        }
+        let bias = texture_map::field_of(atlas, self.pixels.dimensions(), |x, y| {
+            let pixel = *self.pixels.get_pixel(x, y);
+            says_something |= value(pixel, 1.0) != 0.0;
+            value(pixel, strength)
+        });
         if !says_something {
             return Err(Error::Invalid(format!(
                 "{}: the area map says nothing wherever the texture holds a triangle: paint green, blue or red on black, where \
@@ -100,9 +90,6 @@ impl AreaMap {
                 self.path.shown()
             )));
         }
-        fill_gutters(&atlas.seams, &mut bias);
-        bias.par_iter_mut()
-            .for_each(|value| *value = settled(*value));
         Ok(bias)
     }
 }
@@ -172,8 +159,12 @@ pub fn write(path: &Path, bias: &[f32], atlas: &Atlas) -> Result<Option<f32>> {
     let Some((pixels, strength)) = picture_of(bias, atlas) else {
         return Ok(None);
     };
-    write_png(path, |file| pixels.write_to(file, ImageFormat::Png))?;
+    write_picture(path, &pixels)?;
     Ok(Some(strength))
+}
+
+fn write_picture(path: &Path, pixels: &AreaPicture) -> Result<()> {
+    write_png(path, |file| pixels.write_to(file, ImageFormat::Png))
 }
 
 /// The map of areas that belongs to a scene file: `NAME_areas.png` beside it.
@@ -199,22 +190,37 @@ pub fn map_for(scene_file: &Path) -> PathBuf {
     maps.find(is_ours).unwrap_or(first.clone())
 }
 
+/// The name by which a scene file has the map beside it.
+///
+/// # Errors
+/// When it is not Unicode: text, as scene files are, would name another file.
+pub fn name_beside(map: &Path) -> Result<String> {
+    let name = map.file_name().unwrap_or_default();
+    name.to_str().map(str::to_owned).ok_or_else(|| {
+        Error::Invalid(format!(
+            "{}: the map of the scene's areas is named after the scene file, which cannot say this name, because it is not Unicode: choose \
+             another name for the scene",
+            map.shown()
+        ))
+    })
+}
+
 /// The area settings for a scene file of this path. The present areas are written [beside it](map_for), so that both stay
 /// together. Returns that file, too, if there is one.
 ///
 /// # Errors
-/// When it cannot be written.
+/// When it cannot be written, or its name [is not Unicode](name_beside).
 pub fn keep_beside(
     scene_file: &Path,
     bias: &[f32],
     atlas: &Atlas,
 ) -> Result<(AreaSettings, Option<PathBuf>)> {
-    let path = map_for(scene_file);
-    let Some(strength) = write(&path, bias, atlas)? else {
+    let Some((pixels, strength)) = picture_of(bias, atlas) else {
         return Ok((AreaSettings::default(), None));
     };
-    let map = path.file_name().unwrap_or_default();
-    let map = map.to_string_lossy().into_owned();
+    let path = map_for(scene_file);
+    let map = name_beside(&path)?;
+    write_picture(&path, &pixels)?;
     Ok((AreaSettings { map, strength }, Some(path)))
 }
 
@@ -259,6 +265,7 @@ mod tests {
     use crate::scene::Scene;
     use crate::scene::settings::Settings;
     use crate::sim::Setup;
+    use crate::sim::field::fill_gutters;
 
     fn atlas() -> Atlas {
         let mut settings = Settings::default();
@@ -316,6 +323,28 @@ mod tests {
             .bias(&atlas, usual)
             .unwrap();
         assert!(owned(&atlas).all(|texel| again[texel as usize] == bias[texel as usize]));
+    }
+
+    /// Would catch: a scene file that names another map than the one beside it, and a map that is written for nothing.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_map_whose_name_no_scene_file_can_have_is_refused() {
+        use std::ffi::OsStr;
+        use std::os::unix::ffi::OsStrExt as _;
+
+        let (atlas, folder) = (atlas(), tempfile::tempdir().unwrap());
+        let file = folder.path().join(OsStr::from_bytes(b"\xff.toml"));
+        let problem = keep_beside(&file, &painted(&atlas), &atlas).unwrap_err();
+        let problem = problem.to_string();
+        assert!(
+            problem.contains("is not Unicode: choose another"),
+            "{problem}"
+        );
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+        // Without areas there is no map.
+        let bare = vec![0.0; atlas.owner.len()];
+        let (settings, map) = keep_beside(&file, &bare, &atlas).unwrap();
+        assert_eq!((settings, map), (AreaSettings::default(), None));
     }
 
     #[test]

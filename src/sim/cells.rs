@@ -6,7 +6,7 @@ use super::field::{atlas_position, texel_at, weights_at};
 use super::types::Particle;
 use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
-use crate::mesh::surface::{AtlasMap, NONE, Seam};
+use crate::mesh::surface::{AtlasMap, NONE};
 use crate::scene::parameters::grouped;
 use crate::scene::settings::{MOST_POPULATION, Settings, Strategy};
 use crate::strict::{settled, within};
@@ -17,20 +17,9 @@ use crate::strict::{settled, within};
 pub fn homes(atlas: &Atlas) -> Vec<u32> {
     let mut homes: Vec<u32> = (0..atlas.density.len() as u32).collect();
     for seam in &atlas.seams {
-        homes[seam.texel as usize] = heaviest(seam);
+        homes[seam.texel as usize] = seam.main_source();
     }
     homes
-}
-
-fn heaviest(seam: &Seam) -> u32 {
-    let units = seam.units();
-    let mut best = 0;
-    for k in 1..4 {
-        if units[k] > units[best] {
-            best = k;
-        }
-    }
-    seam.source[best]
 }
 
 /// Where a particle is born in a cell, on a triangle with this map: under the cell's middle, or at another place if that does not lie on

@@ -122,10 +122,7 @@ impl Checkpoint {
                 differences.join(", and ")
             ));
         }
-        self.snapshot.validate(setup)?;
-        self.snapshot.check_ranges(setup)?;
-        self.snapshot.movement_of(now.objects.len())?;
-        self.snapshot.check_food(setup.food_set.places.len())?;
+        self.snapshot.check(setup)?;
         let of_the_state =
             |parameter: &&&Parameter| !["camera", "picture"].contains(&parameter.section());
         let mut notes: Vec<String> = live.iter().filter(of_the_state).map(difference).collect();

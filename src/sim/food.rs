@@ -212,7 +212,7 @@ impl FoodSet {
             }
         }
         for seam in &atlas.seams {
-            plates[seam.texel as usize] = plates[most_of(seam) as usize];
+            plates[seam.texel as usize] = plates[seam.main_source() as usize];
         }
         refuse_too_many(entries.len())?;
         entries.par_sort_unstable_by_key(|&(texel, food, _)| (texel, food));
@@ -454,7 +454,7 @@ fn projected(atlas: &Atlas, places: &[FoodPlace], reached: &[Arc<Reached>]) -> V
 fn middle_of(atlas: &Atlas, point: &SurfacePoint) -> u32 {
     let texel = atlas.texel_of(point.triangle, point.u as f32, point.v as f32);
     let seam = atlas.seams.iter().find(|seam| seam.texel == texel);
-    seam.map_or(texel, most_of)
+    seam.map_or(texel, Seam::main_source)
 }
 
 /// The value that fills a gutter texel.
@@ -462,13 +462,6 @@ fn mixed(seam: &Seam, field: &[f32]) -> f32 {
     let units = seam.units();
     let parts = (0..4).map(|k| units[k] as f32 * field[seam.source[k] as usize]);
     parts.sum::<f32>() / Seam::UNITS as f32
-}
-
-/// The owned texel with the largest weight in filling a gutter texel.
-fn most_of(seam: &Seam) -> u32 {
-    let units = seam.units();
-    let most = (0..4).max_by_key(|&k| (units[k], 3 - k));
-    seam.source[most.expect("there are four")]
 }
 
 fn refuse_too_many(count: usize) -> Result<()> {

@@ -4,19 +4,22 @@
 use std::path::Path;
 
 use glam::Vec2;
-use rayon::prelude::*;
 
-use super::field::fill_gutters;
 use super::physarum::Physarum;
 use super::texture_map;
 use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
-use crate::mesh::surface::NONE;
 use crate::plain_text::Shown as _;
-use crate::strict::{direction2_or, settled};
+use crate::strict::direction2_or;
 
 /// Its name in messages.
 const WHAT: &str = "map of the second look";
+
+/// A parameter between those of two looks.
+#[must_use]
+pub fn between(one: f32, other: f32, weight: f32) -> f32 {
+    one + weight * (other - one)
+}
 
 /// Parameters between those of two looks: those of the first at the weight 0, those of the second at 1.
 #[must_use]
@@ -24,7 +27,7 @@ pub fn mixed_look(one: Physarum, other: &Physarum, weight: f32) -> Physarum {
     if weight <= 0.0 {
         return one;
     }
-    let part = |a: f32, b: f32| a + weight * (b - a);
+    let part = |a: f32, b: f32| between(a, b, weight);
     let turn = |a: Vec2, b: Vec2| direction2_or(Vec2::new(part(a.x, b.x), part(a.y, b.y)), a);
     let sensor = turn(
         Vec2::new(one.sensor_cos, one.sensor_sin),
@@ -65,21 +68,12 @@ pub fn mixed_look(one: Physarum, other: &Physarum, weight: f32) -> Physarum {
 /// When it cannot be read, or is black on all triangles.
 pub fn weights_of(path: &Path, atlas: &Atlas) -> Result<Vec<f32>> {
     let picture = texture_map::read(path, WHAT, atlas.size)?.into_luma_alpha16();
-    let (width, height) = picture.dimensions();
-    let at = |place: u32, side: u32| {
-        let pixel = (2 * u64::from(place) + 1) * u64::from(side) / (2 * u64::from(atlas.size));
-        (pixel as u32).min(side - 1)
-    };
     let full = f32::from(u16::MAX);
-    let mut weights = vec![0.0; atlas.owner.len()];
-    for (texel, owner) in (0u32..).zip(&atlas.owner) {
-        if *owner == NONE {
-            continue;
-        }
-        let (column, row) = (texel % atlas.pitch, texel / atlas.pitch);
-        let [light, alpha] = picture.get_pixel(at(column, width), at(row, height)).0;
-        weights[texel as usize] = f32::from(light) / full * (f32::from(alpha) / full);
-    }
+    let weights = texture_map::field_of(atlas, picture.dimensions(), |x, y| {
+        let [light, alpha] = picture.get_pixel(x, y).0;
+        f32::from(light) / full * (f32::from(alpha) / full)
+    });
+    // The least weight that a pixel can have, 2e-10, is not settled to 0.
     if weights.iter().all(|weight| *weight == 0.0) {
         return Err(Error::Invalid(format!(
             "{}: the {WHAT} is black wherever the texture holds a triangle: paint white on black, where `myxo atlas SCENE --out FILE.png` \
@@ -87,16 +81,13 @@ pub fn weights_of(path: &Path, atlas: &Atlas) -> Result<Vec<f32>> {
             path.shown()
         )));
     }
-    fill_gutters(&atlas.seams, &mut weights);
-    weights
-        .par_iter_mut()
-        .for_each(|weight| *weight = settled(*weight));
     Ok(weights)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::surface::NONE;
     use crate::scene::Scene;
     use crate::scene::settings::Settings;
     use crate::sim::Setup;

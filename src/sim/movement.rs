@@ -51,7 +51,7 @@ impl Movement {
     pub fn new(settings: &Settings) -> Self {
         Self {
             step: 0,
-            time: f64::from(settings.time.start),
+            time: settings.time.start,
             dt: f64::from(settings.time.dt),
             outside: vec![None; settings.objects.len()],
         }
@@ -60,7 +60,7 @@ impl Movement {
     /// Seconds of motion at a step: the step times the time step, if that has never changed.
     #[must_use]
     pub fn time_at(&self, step: u64) -> f64 {
-        let steps = step as i64 - self.step as i64;
+        let steps = i128::from(step) - i128::from(self.step);
         self.time + steps as f64 * self.dt
     }
 
@@ -171,7 +171,7 @@ impl SavedMovement {
         };
         let poses = movement.outside.iter().flatten();
         // Times are computed from these as step times dt, which must not overflow; settings keep them much smaller.
-        let is_sound = movement.step <= MOST_STEPS
+        let is_sound = movement.step.max(from) <= MOST_STEPS
             && movement.time.abs() <= MOST_SECONDS
             && (0.0..=MOST_SECONDS).contains(&movement.dt)
             && movement.time_at(from).abs() <= MOST_SECONDS
@@ -244,6 +244,24 @@ mod tests {
         // The step before has the time of the new rate; nothing later depends on that.
         movement.set_dt(0.0, 10);
         assert_eq!(movement.time_at(1_000_000), 3.0);
+    }
+
+    /// Would catch: numbers of steps that are taken for negative ones, with an overflow on the way to the time.
+    #[test]
+    fn no_movement_continues_from_a_step_that_is_never_reached() {
+        let mut settings = Settings::default();
+        settings.time.dt = 0.0;
+        let mut movement = Movement::new(&settings);
+        movement.step = 7;
+        let saved = movement.save();
+        assert_eq!(saved.restore(MOST_STEPS), Some(movement.clone()));
+        for step in [MOST_STEPS + 1, 1 << 63, u64::MAX] {
+            assert_eq!(saved.restore(step), None);
+            assert_eq!(movement.time_at(step), 0.0);
+        }
+        movement.step = u64::MAX;
+        assert_eq!(movement.save().restore(3), None);
+        assert_eq!(movement.time_at(3), 0.0);
     }
 
     #[test]

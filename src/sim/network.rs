@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::setup::Setup;
 use super::snapshot::Snapshot;
 use crate::mesh::atlas::Atlas;
-use crate::mesh::surface::{NONE, Seam, Surface};
+use crate::mesh::surface::{NONE, Surface};
 
 /// The network begins at this many times the mean trail.
 pub const THRESHOLD: f64 = 1.5;
@@ -209,7 +209,7 @@ fn counted(covered: &[bool], owned: &[u32], atlas: &Atlas) -> [u32; 2] {
     }
     // A gutter texel stands for the texel across the seam.
     for seam in &atlas.seams {
-        let across = main_source(seam);
+        let across = seam.main_source();
         for &to in reach(across) {
             if let Some(beside) = next(seam.texel, to)
                 && is_covered(beside) == is_covered(across)
@@ -228,13 +228,6 @@ fn counted(covered: &[bool], owned: &[u32], atlas: &Atlas) -> [u32; 2] {
             .filter(|&(&size, &covered)| size >= SMALLEST && covered == of)
             .count() as u32
     })
-}
-
-/// The owned texel with the largest weight for a gutter texel.
-pub(super) fn main_source(seam: &Seam) -> u32 {
-    let units = seam.units();
-    let most = (0..4).max_by_key(|&k| units[k]).expect("there are four");
-    seam.source[most]
 }
 
 /// Disjoint sets of numbers (Tarjan, "Efficiency of a good but not linear set union algorithm", 1975).

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use glam::{Affine3A, DAffine3};
 
 use super::arranged::arranged;
-use super::buffers::Counts;
+use super::buffers::{Counts, Store};
 use super::cells::check_rules;
 use super::course::Course;
 use super::patience::for_distances;
@@ -27,7 +27,7 @@ use super::spread_length::check_lengths;
 use super::state::{State, bias_of, looks_of, trail_objects};
 use super::texel_paths::TexelPaths;
 use super::transfers::{Transfers, capacity};
-use super::types::Pose;
+use super::types::{Motion, Particle, Pose};
 use super::work::{Step, Work};
 use super::{brute, kept, memory};
 use crate::error::{Error, Result};
@@ -415,10 +415,11 @@ impl Simulation {
         }))
     }
 
-    /// Continues from a snapshot of the same scene.
+    /// Continues from a snapshot of the same scene, after [checking](Snapshot::check) it.
     ///
     /// # Errors
-    /// When it has another number of particles or texels.
+    /// When the check fails, such as for another number of particles or texels; when the device has no memory left, or cannot run a kernel.
+    /// Then nothing has changed. When the device is lost; then the simulation is, too.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<()> {
         let here = (
             self.setup().particles.len(),
@@ -439,28 +440,53 @@ impl Simulation {
                     .to_owned(),
             ));
         }
+        // Kernels read and write where it says.
+        snapshot.check(self.setup()).map_err(|problem| {
+            Error::Invalid(format!("no run can continue from this state: {problem}"))
+        })?;
         let mut snapshot = snapshot.counted_from(self.setup().origin()).into_owned();
         snapshot.settle();
+        // Everything that may fail while there is a device comes first, so that a failure changes nothing.
         let mut course = self.course.clone();
         let are_distances_known = course.restore(&snapshot).map_err(Error::Invalid)?;
         course.look_for_shared_cells((&snapshot.particles, &snapshot.motions));
-        let foods = self.setup().food_set.places.len();
-        snapshot.check_food(foods).map_err(Error::Invalid)?;
+        let poses = course.moved();
         let food = self.restored_food(&snapshot.food)?;
-        self.take_bias(bias_of(&self.ctx, &snapshot.bias)?)?;
-        self.take_looks(looks_of(&self.ctx, &snapshot.looks)?)?;
-        let every = course.of_every_kernel(self.settings(), means(&self.ctx, &course, &self.state));
-        every.prepare(&mut self.pipelines)?;
+        let bias = bias_of(&self.ctx, &snapshot.bias)?;
+        let looks = looks_of(&self.ctx, &snapshot.looks)?;
+        let reads_others = bias.is_some() != self.state.bias.is_some()
+            || looks.is_some() != self.state.looks.is_some();
+        let means = Means {
+            painted: bias.is_some(),
+            looks: looks.is_some(),
+            ..means(&self.ctx, &course, &self.state)
+        };
+        let every = course.of_every_kernel(self.settings(), means);
+        let pipelines = if reads_others {
+            Some(pipelines_of(&self.ctx, self.setup(), &every)?)
+        } else {
+            every.prepare(&mut self.pipelines)?;
+            None
+        };
+        let arranged = self.arranged(snapshot, self.settings(), course.poses())?;
+        if let Some(pipelines) = pipelines {
+            self.pipelines = pipelines;
+        }
         self.state.food = food;
-        // Parts of a step may have left counts behind.
-        self.ctx.fill(&self.state.deposits.front, 0)?;
-        self.ctx.fill(&self.state.sorting.bins, 0)?;
+        self.state.bias = bias;
+        self.state.looks = looks;
         if !are_distances_known {
             self.state.near.reach = 0.0;
         }
         self.course = course;
-        self.upload_poses()?;
-        self.upload_state(snapshot, &self.settings().clone())
+        // Parts of a step may have left counts behind.
+        self.ctx.fill(&self.state.deposits.front, 0)?;
+        self.ctx.fill(&self.state.sorting.bins, 0)?;
+        if let Some(poses) = poses {
+            self.ctx.upload(&self.state.objects.poses, &poses)?;
+            self.state.follow(&poses);
+        }
+        self.upload_arranged(arranged)
     }
 }
 
@@ -489,15 +515,45 @@ fn pipelines_of(ctx: &Arc<Context>, setup: &Setup, step: &Step) -> Result<Pipeli
     Ok(pipelines)
 }
 
+/// A state in the order that a strategy needs, with the memory that depends on this order.
+struct Arranged {
+    state: Snapshot,
+    transfers: Transfers,
+    /// None if what there is has the right size.
+    room: Option<(Store<Particle>, Store<Motion>)>,
+}
+
 impl Simulation {
     /// Uploads a state in the order that the settings' strategy needs.
     fn upload_state(&mut self, snapshot: Snapshot, settings: &Settings) -> Result<()> {
-        let (setup, strategy) = (self.setup(), settings.strategy());
-        let state = arranged(snapshot, setup, self.course.poses(), strategy);
+        let arranged = self.arranged(snapshot, settings, self.course.poses())?;
+        self.upload_arranged(arranged)
+    }
+
+    /// Puts a state in the order that the settings' strategy needs, with objects at these poses, and takes the memory for it.
+    fn arranged(
+        &self,
+        snapshot: Snapshot,
+        settings: &Settings,
+        poses: &[Pose],
+    ) -> Result<Arranged> {
+        let setup = self.setup();
+        let state = arranged(snapshot, setup, poses, settings.strategy());
         let counts = Counts::of(setup, settings);
-        // Windows are those of this order: there is no memory for it, or all of it changes.
-        let transfers = Transfers::new(&self.ctx, &counts, settings, setup, &state.transfers)?;
-        let room = self.state.sorting.other_room(&self.ctx, &counts)?;
+        Ok(Arranged {
+            transfers: Transfers::new(&self.ctx, &counts, settings, setup, &state.transfers)?,
+            room: self.state.sorting.other_room(&self.ctx, &counts)?,
+            state,
+        })
+    }
+
+    fn upload_arranged(&mut self, arranged: Arranged) -> Result<()> {
+        let Arranged {
+            state,
+            transfers,
+            room,
+        } = arranged;
+        // Windows are those of this order.
         self.state.transfers = transfers;
         if let Some((particles, motions)) = room {
             self.state.sorting.particles = particles;

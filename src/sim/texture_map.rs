@@ -1,5 +1,5 @@
 //! Pictures of the whole texture (masks and area maps), read from PNG files of any origin: the kind of
-//! file, its length and the size that its header declares are checked before any pixel is decoded.
+//! file, its length and the size that its header declares are checked before any pixel is decoded. And fields by such pictures.
 
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -7,11 +7,16 @@ use std::path::Path;
 
 use image::codecs::png::PngDecoder;
 use image::{DynamicImage, Limits};
+use rayon::prelude::*;
 
+use super::field::fill_gutters;
 use crate::error::{Error, Result};
+use crate::mesh::atlas::Atlas;
+use crate::mesh::surface::NONE;
 use crate::plain_text::Shown as _;
 use crate::regular_file;
 use crate::scene::parameters::grouped;
+use crate::strict::settled;
 
 /// Pictures may always have so many pixels a side; for a larger atlas, as many as it has texels.
 const MOST_SIDE: u32 = 8192;
@@ -67,6 +72,30 @@ pub(super) fn decode(
             "the decoder failed on it; write it again with another program".to_owned(),
         )),
     }
+}
+
+/// A field by a picture of these sides, one value per texel, gutters filled: an owned texel has the value of the pixel at its centre.
+pub(super) fn field_of(
+    atlas: &Atlas,
+    (width, height): (u32, u32),
+    mut value_of: impl FnMut(u32, u32) -> f32,
+) -> Vec<f32> {
+    let at = |place: u32, side: u32| {
+        let pixel = (2 * u64::from(place) + 1) * u64::from(side) / (2 * u64::from(atlas.size));
+        (pixel as u32).min(side - 1)
+    };
+    let mut field = vec![0.0; atlas.owner.len()];
+    for (texel, owner) in (0u32..).zip(&atlas.owner) {
+        if *owner != NONE {
+            let (column, row) = (texel % atlas.pitch, texel / atlas.pitch);
+            field[texel as usize] = value_of(at(column, width), at(row, height));
+        }
+    }
+    fill_gutters(&atlas.seams, &mut field);
+    field
+        .par_iter_mut()
+        .for_each(|value| *value = settled(*value));
+    field
 }
 
 /// The decoder panics if a palette is no whole number of colours.

@@ -1,12 +1,16 @@
 //! What a result depends on, as a short text: equal texts, equal results.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use serde_json::{Map, Value};
 use sha2::{Digest as _, Sha256};
 
+use super::row::Row;
 use crate::error::{Error, Result};
-use crate::scene::Scene;
+use crate::mesh::{Mesh, RigidTrack};
+use crate::scene::parameters::{Kind, OBJECT_PARAMETERS, find};
+use crate::scene::{BUILTIN, Scene};
 
 /// A scene's name, and a digest of all that it has: its parameters but for the seed, its meshes, and the content of its masks and maps. It
 /// does not depend on where they lie.
@@ -33,11 +37,15 @@ pub fn identity(scene: &Scene) -> Result<String> {
     let mut digest = Sha256::new();
     digest.update(format!("{settings:?} {:?}", scene.tracks));
     for mesh in &scene.meshes {
-        digest.update(format!("{:?} {}", mesh.origin, mesh.positions.len()));
-        digest.update(bytemuck::cast_slice::<_, u8>(&mesh.positions));
-        digest.update(bytemuck::cast_slice::<_, u8>(&mesh.corners));
+        add_mesh(&mut digest, mesh);
     }
     Ok(format!("{} {}", scene.name, hex(&digest.finalize()[..8])))
+}
+
+fn add_mesh(digest: &mut Sha256, mesh: &Mesh) {
+    digest.update(format!("{:?} {}", mesh.origin, mesh.positions.len()));
+    digest.update(bytemuck::cast_slice::<_, u8>(&mesh.positions));
+    digest.update(bytemuck::cast_slice::<_, u8>(&mesh.corners));
 }
 
 /// Replaces the path of a file by its digest.
@@ -48,6 +56,90 @@ fn by_content(file: &mut String, folder: &Path) -> Result<()> {
         *file = hex(&Sha256::digest(content));
     }
     Ok(())
+}
+
+/// What the files have that points name. Each is read once.
+#[derive(Debug, Default)]
+pub struct Contents {
+    /// By the path, and whether it is that of a mesh.
+    digests: HashMap<(String, bool), Option<String>>,
+}
+
+impl Contents {
+    /// A digest of each file that a value of a point names, by the value's key; empty if there is none. Paths begin in the present folder,
+    /// as they do in a run. A file that cannot be read is left out: its run fails, and its row says why.
+    #[must_use]
+    pub fn of(&mut self, point: &Row) -> Map<String, Value> {
+        let mut found = Map::new();
+        for (key, value) in &point.0 {
+            self.add(key, value, &mut found);
+        }
+        found
+    }
+
+    fn add(&mut self, key: &str, value: &Value, found: &mut Map<String, Value>) {
+        match value {
+            Value::String(path) => {
+                let is_mesh = of_object(key) == Some("mesh");
+                if !(is_mesh || is_of_file(key)) {
+                    return;
+                }
+                let place = (path.clone(), is_mesh);
+                let digest = (self.digests.entry(place)).or_insert_with(|| content(path, is_mesh));
+                if let Some(digest) = digest {
+                    found.insert(key.to_owned(), digest.as_str().into());
+                }
+            }
+            // Points of Python may have `object.0` as a table.
+            Value::Object(table) => {
+                for (own, value) in table {
+                    self.add(&format!("{key}.{own}"), value, found);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The part of an object's key after its number.
+fn of_object(key: &str) -> Option<&str> {
+    let (_, own) = key.trim().strip_prefix("object.")?.split_once('.')?;
+    Some(own)
+}
+
+/// Is the value of this key a path? Those of meshes are not in the tables.
+fn is_of_file(key: &str) -> bool {
+    match of_object(key) {
+        Some(own) => (OBJECT_PARAMETERS.iter())
+            .any(|parameter| parameter.key == own && is_path(&parameter.kind)),
+        None => find(key.trim()).is_some_and(|parameter| is_path(&parameter.kind)),
+    }
+}
+
+fn is_path<T>(kind: &Kind<T>) -> bool {
+    matches!(kind, Kind::Text { is_path: true, .. })
+}
+
+/// How a glTF model names other files, of which it may consist.
+const NAMES_FILES: &[u8] = b"\"uri\"";
+
+/// A digest of what a file has; none if it is none or cannot be read.
+fn content(path: &str, is_mesh: bool) -> Option<String> {
+    if path.starts_with(BUILTIN) || !Path::new(path).is_file() {
+        return None;
+    }
+    let bytes = std::fs::read(path).ok()?;
+    let mut digest = Sha256::new();
+    digest.update(&bytes);
+    let mut parts = bytes.windows(NAMES_FILES.len());
+    if is_mesh && parts.any(|part| part == NAMES_FILES) {
+        let here = Path::new("");
+        if let Ok(mesh) = Mesh::open(path, here) {
+            add_mesh(&mut digest, &mesh);
+        }
+        digest.update(format!("{:?}", RigidTrack::open(path, here).ok()));
+    }
+    Some(hex(&digest.finalize()))
 }
 
 /// A name of 16 hexadecimal digits for a value; equal values have the same.
@@ -122,5 +214,73 @@ mod tests {
         assert_eq!(first, of(1, "v 0 0 0\n", "network"));
         assert_ne!(first, of(1, "v 0 0 1\n", "network"), "another mesh");
         assert_ne!(first, of(1, "v 0 0 0\n", "lace"), "another preset");
+    }
+
+    /// Digests of the files that a point with one value names.
+    fn files(key: &str, value: Value) -> Map<String, Value> {
+        let mut point = Row::default();
+        point.set(key, value);
+        Contents::default().of(&point)
+    }
+
+    /// Would catch: runs that count as done although a file that their point names has changed, and other texts that are taken for files.
+    #[test]
+    fn files_of_points_are_known_by_what_they_have() {
+        let folder = tempfile::tempdir().expect("there is room");
+        let file = folder.path().join("file");
+        let path = file.to_str().expect("it is plain");
+        let write = |text: &str| std::fs::write(&file, text).expect("there is room");
+        for key in [
+            "areas.map",
+            "particles.start_mask",
+            "second_look.map",
+            "object.0.mesh",
+            "object.1.start.mask",
+        ] {
+            write("one");
+            let before = files(key, path.into());
+            assert!(before.len() == 1 && before.contains_key(key), "{before:?}");
+            write("two");
+            let after = files(key, path.into());
+            assert_ne!(after[key], before[key], "{key}");
+        }
+        let table = serde_json::json!({"start": {"mask": path}, "scale": 2});
+        let found = files("object.0", table);
+        assert!(found.len() == 1 && found.contains_key("object.0.start.mask"));
+        for (key, value) in [
+            ("picture.show", path.into()),
+            ("object.0.name", path.into()),
+            ("areas.map", "no such file".into()),
+            ("areas.map", "".into()),
+            ("object.0.mesh", "builtin:cube".into()),
+            ("trail.decay", Value::from(0.9)),
+        ] {
+            assert_eq!(files(key, value), Map::new(), "{key}");
+        }
+    }
+
+    /// Would catch: a model that counts as the same although the file with its vertices has changed.
+    #[test]
+    fn files_that_a_model_names_are_a_part_of_it() {
+        const MODEL: &str = r#"{
+            "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}],
+            "buffers": [{"uri": "places.bin", "byteLength": 36}]
+        }"#;
+        let folder = tempfile::tempdir().expect("there is room");
+        let model = folder.path().join("model.gltf");
+        std::fs::write(&model, MODEL).expect("there is room");
+        let with_height = |height: f32| {
+            let places = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, height];
+            let bytes = bytemuck::cast_slice::<f32, u8>(&places).to_vec();
+            std::fs::write(folder.path().join("places.bin"), bytes).expect("there is room");
+            files("object.0.mesh", model.to_str().into())
+        };
+        let before = with_height(0.0);
+        assert_eq!(before.len(), 1);
+        assert_ne!(with_height(1.0), before);
+        assert_eq!(with_height(0.0), before);
     }
 }

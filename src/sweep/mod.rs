@@ -16,9 +16,9 @@ mod table;
 mod workers;
 
 pub use folder::{Folder, Shard};
-pub use identity::{identity, key_of};
+pub use identity::{Contents, identity, key_of};
 pub use job::{Finished, Job, check_keys};
-pub use picture::{LONGEST_SIDE, Picture, check_pictures, picture_size};
+pub use picture::{LONGEST_SIDE, Picture, Unseen, check_pictures, picture_size, unseen};
 pub use row::Row;
 pub use sample::{Method, sample};
 pub use study::{Axis, Study};

@@ -13,7 +13,7 @@ use crate::scene::Scene;
 use crate::scene::settings::Part;
 use crate::sim::Simulation;
 
-/// The longest side of a picture, as for `myxo render`; a device may have a lower limit.
+/// The longest side of a picture, also for `myxo render`; a device may have a lower limit.
 pub const LONGEST_SIDE: u32 = 16_384;
 
 /// Width and height of pictures from a text such as `240x240`; none if it has another form, or a side that no picture may have.
@@ -52,20 +52,36 @@ pub fn check_pictures(
     Ok(())
 }
 
+/// Why a scene cannot be shown in its view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unseen {
+    /// The scene lacks what the view shows; in words.
+    Lacks(&'static str),
+    /// The view shows distances, which are taken by a step, and there is none.
+    BeforeSteps,
+}
+
+/// Why a scene cannot be shown in its view after so many steps; none if it can.
+#[must_use]
+pub fn unseen(scene: &Scene, steps: u64) -> Option<Unseen> {
+    let show = scene.settings.picture.show;
+    if let Some(why) = show.why_not(&scene.settings) {
+        return Some(Unseen::Lacks(why));
+    }
+    (steps == 0 && show.has(Part::Distances)).then_some(Unseen::BeforeSteps)
+}
+
 /// Can the scene be shown in its view after so many steps?
 fn check_view(scene: &Scene, steps: u64) -> Result<()> {
-    let show = scene.settings.picture.show;
-    let why = show.why_not(&scene.settings).or_else(|| {
-        let lacks_step = steps == 0 && show.has(Part::Distances);
-        lacks_step.then_some("distances are taken by a step, and there is none")
-    });
-    match why {
-        Some(why) => Err(Error::Invalid(format!(
-            "the view {} cannot be shown: {why}: choose another `picture.show`",
-            show.word()
-        ))),
-        None => Ok(()),
-    }
+    let why = match unseen(scene, steps) {
+        None => return Ok(()),
+        Some(Unseen::Lacks(why)) => why,
+        Some(Unseen::BeforeSteps) => "distances are taken by a step, and there is none",
+    };
+    Err(Error::Invalid(format!(
+        "the view {} cannot be shown: {why}: choose another `picture.show`",
+        scene.settings.picture.show.word()
+    )))
 }
 
 /// The picture of a state in the view of its scene, as a PNG.
@@ -86,4 +102,49 @@ pub(super) fn drawn(
     let mut png = Vec::new();
     write_png(&mut png, &canvas.image()).map_err(|error| Error::Invalid(error.to_string()))?;
     Ok(png)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Overrides;
+
+    /// Would catch: sizes of studies and of `--size` that are read in two ways.
+    #[test]
+    fn sizes_are_width_and_height() {
+        for (text, size) in [
+            ("240x240", Some([240, 240])),
+            (" 40 × 30 ", Some([40, 30])),
+            ("16384X1", Some([LONGEST_SIDE, 1])),
+            ("16385x1", None),
+            ("0x30", None),
+            ("1x2x3", None),
+            ("240", None),
+        ] {
+            assert_eq!(picture_size(text), size, "{text}");
+        }
+    }
+
+    /// Would catch: a view that is drawn without what it shows, and one that is refused although a step has taken it.
+    #[test]
+    fn distances_need_a_second_object_and_a_step() {
+        let scene = |name: &str, show: &str| {
+            let overrides = Overrides {
+                set: vec![format!("picture.show={show}")],
+                ..Overrides::default()
+            };
+            Scene::load(name.as_ref(), &overrides).expect("it is built in")
+        };
+        let alone = unseen(&scene("cube", "distance"), 5);
+        assert!(matches!(alone, Some(Unseen::Lacks(_))), "{alone:?}");
+        let pair = scene("pair", "distance");
+        assert_eq!(unseen(&pair, 0), Some(Unseen::BeforeSteps));
+        assert_eq!(unseen(&pair, 1), None);
+        assert_eq!(unseen(&scene("cube", "surface"), 0), None);
+        let error = check_view(&pair, 0).expect_err("there is no step");
+        assert_eq!(
+            error.to_string(),
+            "the view distance cannot be shown: distances are taken by a step, and there is none: choose another `picture.show`"
+        );
+    }
 }

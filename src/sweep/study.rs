@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::identity::{identity, key_of};
+use super::identity::{Contents, identity, key_of};
 use super::job::Job;
 use super::picture::{LONGEST_SIDE, picture_size};
 use super::row::Row;
@@ -98,12 +98,18 @@ impl Study {
             "version": env!("CARGO_PKG_VERSION"),
         });
         let mut jobs = Vec::with_capacity(self.points.len() * self.seeds.len());
+        let mut contents = Contents::default();
         for (number, point) in self.points.iter().enumerate() {
+            let files = contents.of(point);
             for &seed in &self.seeds {
                 let mut key = fixed.clone();
                 key["point"] = json!(point);
                 key["seed"] = json!(seed);
                 key["fields"] = json!([]);
+                // Points without files keep the keys of older folders.
+                if !files.is_empty() {
+                    key["files"] = json!(files);
+                }
                 jobs.push(Job {
                     key: key_of(&key),
                     ..job(number, point, seed)
@@ -497,6 +503,32 @@ mod tests {
         }
         let list = read("[[point]]\n\"trail.decay\" = 0.9\n").expect("it is right");
         assert!(list.axes.is_empty());
+    }
+
+    /// Would catch: runs that count as done although a file that their point names has changed, and folders of points without files whose
+    /// runs are done once more.
+    #[test]
+    fn a_file_that_a_point_names_is_a_part_of_its_runs() {
+        let folder = tempfile::tempdir().expect("there is room");
+        let map = folder.path().join("map.png");
+        let name = json!(map.to_str().expect("it is plain"));
+        let text = format!("scene = \"cube\"\n[grid]\n\"areas.map\" = [{name}, \"\"]\n");
+        let study = read(&text).expect("it is right");
+        let jobs = |content: &str| {
+            std::fs::write(&map, content).expect("there is room");
+            study.jobs().expect("they are made")
+        };
+        let (fixed, before) = jobs("one");
+        let (fixed_after, after) = jobs("two");
+        assert_eq!(fixed, fixed_after);
+        assert_ne!(before[0].key, after[0].key);
+        assert_eq!(jobs("one").1, before);
+        let mut without = fixed;
+        without["point"] = json!({"areas.map": ""});
+        without["seed"] = json!(0);
+        without["fields"] = json!([]);
+        let expected = key_of(&without);
+        assert_eq!((&before[1].key, &after[1].key), (&expected, &expected));
     }
 
     #[test]

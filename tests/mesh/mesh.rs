@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
-use myxo::mesh::surface::{NONE, Surface, Triangle};
+use myxo::mesh::surface::{NONE, Seam, Surface, Triangle};
 use myxo::mesh::trees::self_crossings;
 use myxo::mesh::walk::{BorderRule, Frame, SurfacePoint, walk};
 use myxo::mesh::{Mesh, MeshReport, suite};
@@ -496,4 +496,14 @@ fn a_triangle_that_a_scale_rounds_to_a_line_or_a_point_has_a_frame() {
         let frame = Frame::from_corners(a, b, c);
         assert!(frame.p.is_normalized() && frame.h.is_normalized() && frame.cp.is_finite());
     }
+}
+
+/// Would catch: cells, food and networks of which some take the first of equally heavy texels and others the last.
+#[test]
+fn a_gutter_texel_stands_for_the_first_of_its_heaviest_sources() {
+    let main = |units| Seam::new(9, [5, 6, 7, 8], units).main_source();
+    assert_eq!(main([16_384, 16_384, 0, 0]), 5);
+    assert_eq!(main([0, 16_384, 0, 16_384]), 6);
+    assert_eq!(main([8192; 4]), 5);
+    assert_eq!(main([8192, 8192, 8191, 8193]), 8);
 }

@@ -3,10 +3,11 @@
 use crate::common::{Gpu, gpu, scene};
 use glam::{Vec2, Vec3};
 use image::{Rgba, RgbaImage};
-use myxo::gpu::{Context, Frames};
+use myxo::gpu::{Context, Frames, Recorder};
 use myxo::mesh::surface::NONE;
 use myxo::render::colormap::srgb_from_linear;
 use myxo::render::exposure::Exposure;
+use myxo::render::mean::Mean;
 use myxo::render::{Offscreen, Renderer, View, offscreen, pick};
 use myxo::scene::Scene;
 use myxo::scene::settings::{ColorMap, Settings, Show};
@@ -391,6 +392,36 @@ fn pictures_are_the_same_every_time() {
             colors.len()
         );
     }
+    gpu.finish();
+}
+
+/// Would catch: colours, a shadow, an exposure or sums of a mean that are taken to be on the device, though the recording that was to bring
+/// them there was dropped.
+#[test]
+fn pictures_after_a_recording_that_was_dropped_are_as_without_it() {
+    let Some(gpu) = gpu() else { return };
+    let picture = |is_dropped: bool| {
+        let mut stage = Stage::new(&gpu, "builtin:torus?major=24&minor=12", |_| {});
+        stage.set_trail(&gpu.ctx, |place| place.x.max(0.0));
+        stage.view.exposure = Exposure::default();
+        stage.view.shows_ground = true;
+        let mut mean = Mean::new(&gpu.ctx, SIZE).unwrap();
+        let mut draw = |rec: &mut Recorder| {
+            let canvas = stage.canvas.canvas();
+            let state = stage.simulation.state();
+            stage.renderer.draw(rec, state, &stage.view, canvas);
+            mean.record(rec, canvas.image());
+            stage.canvas.record_readback(rec);
+        };
+        if is_dropped {
+            let mut frames = Frames::new(&gpu.ctx, 1).unwrap();
+            draw(&mut frames.begin().unwrap());
+        }
+        (0..2).for_each(|_| gpu.run(&mut draw));
+        assert_eq!(mean.count(), 2);
+        stage.canvas.image()
+    };
+    assert!(picture(true) == picture(false));
     gpu.finish();
 }
 

@@ -237,6 +237,30 @@ fn what_was_painted_comes_back_from_a_scene_file() {
     gpu.finish();
 }
 
+/// Would catch: an exported scene that names another map than the one beside it.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_painted_scene_gets_no_name_that_its_map_cannot_have() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt as _;
+
+    let Some(gpu) = gpu() else { return };
+    let folder = Folder::new();
+    let scene = striped(&folder);
+    let simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let snapshot = simulation.snapshot().unwrap();
+    let export = Export::of(&scene, &simulation, &snapshot).unwrap();
+    let elsewhere = Folder::new();
+    let odd = elsewhere.file(OsStr::from_bytes(b"\xff.toml"));
+    let file = ExportFile::create(&odd).unwrap();
+    let refused = file.write(&export, Colors::Texture).unwrap_err();
+    let refused = refused.to_string();
+    assert!(refused.contains("is not Unicode"), "{refused}");
+    assert_eq!(elsewhere.names(), [""; 0], "neither a scene nor a map");
+    drop((export, simulation));
+    gpu.finish();
+}
+
 #[test]
 fn a_checkpoint_has_what_is_there_and_not_what_the_map_says() {
     let Some(gpu) = gpu() else { return };

@@ -231,6 +231,45 @@ fn whatever_is_wrong_with_a_state_is_named() {
     }
 }
 
+/// Would catch: a library that takes a damaged state, so that kernels read and write out of bounds, and a simulation that has changed when
+/// it refuses one.
+#[test]
+fn a_simulation_takes_no_damaged_state_and_stays_as_it_is() {
+    let folder = Folder::new();
+    let file = folder.with("two.toml", SCENE);
+    let scene = Scene::load(&file, &Overrides::default()).unwrap();
+    let (Some((setup, state)), Some(gpu)) = (state(&scene), gpu()) else {
+        return;
+    };
+    let mut simulation = Simulation::from_setup(&gpu.ctx, &scene, setup.clone()).unwrap();
+    simulation.restore(&state).unwrap();
+    let whole = with_a_flight(state.clone(), &setup);
+    let of_ranges: [fn(&mut Snapshot); 6] = [
+        |s| s.bias = vec![f32::INFINITY; s.trail.len()],
+        |s| s.looks = vec![2.0; s.trail.len()],
+        |s| s.motions[5].pending = 1e30,
+        |s| s.last_poses.clear(),
+        |s| s.food.remaining.push(1),
+        |s| s.step = 1 << 63,
+    ];
+    let all = DAMAGES.iter().map(|(damage, _)| damage).chain(&of_ranges);
+    for (number, damage) in all.enumerate() {
+        let mut damaged = whole.clone();
+        damage(&mut damaged);
+        let problem = simulation.restore(&damaged).expect_err("it is damaged");
+        assert!(!problem.to_string().is_empty(), "{number}");
+    }
+    assert_eq!(simulation.snapshot().unwrap().hash(), state.hash());
+    assert_eq!(simulation.areas().unwrap(), [0.0; 0]);
+    assert_eq!(simulation.looks().unwrap(), [0.0; 0]);
+    gpu.run(|rec| simulation.record_step(rec));
+    let next = simulation.snapshot().unwrap();
+    next.validate(&setup).unwrap();
+    assert_eq!(next.step, state.step + 1);
+    drop(simulation);
+    gpu.finish();
+}
+
 /// One damage that any scene may have and one of transfers; the others are named alike, see above.
 #[test]
 fn the_program_does_not_go_on_from_a_damaged_state() {

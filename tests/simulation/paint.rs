@@ -11,10 +11,12 @@ use myxo::scene::settings::{AtlasMethod, Strategy};
 use myxo::sim::kernels::{
     Paint, PaintArgs, PaintConstants, PaintParams, Teleport, TeleportArgs, TeleportParams,
 };
-use myxo::sim::paint::{Brush, Dab, GREATEST, NO_GO, NO_GO_BELOW, Painted};
+use myxo::sim::paint::{
+    Brush, Dab, GREATEST, NO_GO, NO_GO_BELOW, Painted, PaintedField, Repainted,
+};
 use myxo::sim::texel_paths::TexelPaths;
 use myxo::sim::types::{Motion, Particle, Triangle};
-use myxo::sim::{Setup, Simulation, Snapshot, Texture, twin};
+use myxo::sim::{Areas, Setup, Simulation, Snapshot, Texture, twin};
 
 fn buffer<T: bytemuck::Pod>(ctx: &Arc<Context>, name: &str, data: &[T]) -> Buffer<T> {
     let buffer = Buffer::new(ctx, name, data.len().max(1), Domain::Device).unwrap();
@@ -590,5 +592,59 @@ fn strokes_go_back_and_come_again() {
     }
     let hashes = [simulation, plain].map(|s| s.snapshot().unwrap().hash());
     assert_eq!(hashes[0], hashes[1]);
+    gpu.finish();
+}
+
+/// Would catch: texels of another scene, for which a kernel would write behind the end of the areas, and half a stroke that has been
+/// recorded when the other half is refused.
+#[test]
+fn texels_that_the_atlas_lacks_are_refused_before_anything_is_recorded() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene("builtin:cube", |settings| {
+        settings.particles.count = 100;
+        settings.atlas.size = 64;
+    });
+    let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
+    let densities = &simulation.setup().atlas.density;
+    let texels = densities.len() as u32;
+    let owned = densities.iter().position(|density| *density > 0.0);
+    let owned = owned.expect("a triangle owns one") as u32;
+    let one = |field, texel| Repainted {
+        field,
+        texel,
+        before: 0.0,
+        after: 0.5,
+    };
+    let [last, beyond] = [texels - 1, texels].map(|texel| one(PaintedField::Looks, texel));
+    let put = |simulation: &mut Simulation, other: Repainted| {
+        let changed = [one(PaintedField::Bias, owned), other];
+        let mut ended = None;
+        gpu.run(|rec| {
+            rec.list();
+            let put = simulation.put_areas(rec, &changed, true);
+            ended = Some((put.err().map(|e| e.to_string()), rec.listed().len()));
+        });
+        ended.unwrap()
+    };
+    let (refused, recorded) = put(&mut simulation, beyond);
+    let refused = refused.expect("there is no such texel");
+    assert!(
+        refused.contains(&format!("there is no texel {texels}")),
+        "{refused}"
+    );
+    assert_eq!(recorded, 0);
+    assert!(simulation.areas().unwrap().is_empty());
+    let (refused, recorded) = put(&mut simulation, last);
+    assert_eq!(refused, None);
+    assert!(recorded > 0);
+    // As far as the texels go, they can be compared.
+    let before = Areas::default();
+    let found = simulation.repainted(&before, 0..texels).unwrap();
+    assert!(found.contains(&one(PaintedField::Bias, owned)));
+    let problem = simulation.repainted(&before, 0..texels + 1).unwrap_err();
+    assert!(
+        problem.to_string().contains("there is no texel"),
+        "{problem}"
+    );
     gpu.finish();
 }

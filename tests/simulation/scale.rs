@@ -14,7 +14,7 @@ use myxo::scene::settings::{
     AtlasMethod, DistanceMethod, Model, Sensing, Settings, Show, Strategy,
 };
 use myxo::sim::diffusion::Diffusion;
-use myxo::sim::paint::{Brush, Dab};
+use myxo::sim::paint::{Brush, Dab, Painted};
 use myxo::sim::texel_paths::TexelPaths;
 use myxo::sim::{Setup, Simulation, Snapshot, atlas_options, memory};
 
@@ -186,6 +186,43 @@ fn large_textures_end_in_the_same_bits_as_small_ones() {
             }
         }
     }
+}
+
+/// Would catch: copies of painted areas that are to fit a storage block, so that no stroke on a large texture can be undone.
+#[test]
+fn strokes_on_a_large_texture_are_undone() {
+    let limits = Limits {
+        storage_buffer_range: BLOCK,
+        texel_buffer_elements: 1 << 20,
+    };
+    let Some(gpu) = gpu_within(Some(limits)) else {
+        return;
+    };
+    let mut simulation = Simulation::new(&gpu.ctx, &cube(203, |_| {})).unwrap();
+    let center = simulation.setup().vertices[0].position;
+    let dab = |amount| Dab {
+        brush: Brush::Attract { amount },
+        center,
+        radius: 0.3,
+        eye: None,
+        ring: None,
+        number: 1,
+    };
+    gpu.run(|rec| drop(simulation.paint(rec, &dab(3.0)).unwrap()));
+    let first = simulation.areas().unwrap();
+    assert!(4 * first.len() as u64 > BLOCK);
+    let (mut before, mut painted) = (None, Painted::default());
+    gpu.run(|rec| {
+        before = Some(simulation.record_areas(rec).unwrap());
+        painted = simulation.paint(rec, &dab(2.0)).unwrap();
+    });
+    assert!(simulation.areas().unwrap() != first);
+    let changed = simulation.repainted(&before.unwrap(), painted.span);
+    let changed = changed.unwrap();
+    gpu.run(|rec| simulation.put_areas(rec, &changed, false).unwrap());
+    assert!(simulation.areas().unwrap() == first);
+    drop(simulation);
+    gpu.finish();
 }
 
 #[test]

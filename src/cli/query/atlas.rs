@@ -21,9 +21,11 @@ use crate::{console, room};
 ///
 /// Out: a line `# width height`, then face,chart,u0,v0,u1,v1,u2,v2
 ///
-/// Faces and corners are counted as in the file; u and v go from 0 to 1 over the texture, and v
-/// goes the way of its rows. A face without area, or one that is there twice, has no place and
-/// no row.
+/// Faces are counted from 0 in the order of the file, polygons cut into
+/// triangles. u0 and v0 are the place of a face's first corner in the file, u1 and
+/// v1 that of its second, u2 and v2 that of its third. u and v go from 0 to 1 over
+/// the texture, and v goes the way of its rows. A face without area, or one that
+/// is there twice, has no place and no row.
 #[derive(Clone, Debug, Args)]
 #[command(
     verbatim_doc_comment,

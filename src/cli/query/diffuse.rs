@@ -32,8 +32,13 @@ use crate::console;
 /// In:  id,face,b0,b1,b2,amount
 /// Out: face,b0,b1,b2,area,value,chart
 ///
-/// Faces and corners are counted as in the file. A deposit adds amount / area to its texel; in every step each texel then moves half the
-/// way towards the mean of the 3 x 3 texels around it. The sum of value * area does not change.
+/// Faces are counted from 0 in the order of the file, polygons cut into
+/// triangles. b0, b1 and b2 are the weights of a face's first, second and third
+/// corner in the file: they sum to 1, and the point is b0 v0 + b1 v1 + b2 v2.
+/// A deposit adds amount / area to its texel. In every step each texel then
+/// moves half the way towards the mean of the 3 x 3 texels around it. The sum of
+/// value * area does not change. Out has a row for each texel that belongs to a
+/// face, with the place of its middle.
 #[derive(Clone, Debug, Args)]
 #[command(
     verbatim_doc_comment,

@@ -26,7 +26,10 @@ use crate::cli::{Command, Outcome};
 /// In:  id,face,b0,b1,b2,dx,dy,dz,length
 /// Out: id,face,b0,b1,b2,px,py,pz,dx,dy,dz,travelled,status
 ///
-/// Faces and corners are counted as in the file.
+/// Faces are counted from 0 in the order of the file, polygons cut into
+/// triangles. b0, b1 and b2 are the weights of a face's first, second and third
+/// corner in the file: they sum to 1, and the point is b0 v0 + b1 v1 + b2 v2.
+/// (px, py, pz) is the end, and (dx, dy, dz) the direction there.
 /// Status: 0 the whole length, 1 stopped at an open border, 2 no such walk.
 #[derive(Clone, Debug, Args)]
 #[command(

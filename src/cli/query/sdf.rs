@@ -26,10 +26,11 @@ use crate::cli::{Command, Outcome};
 /// In:  id,px,py,pz
 /// Out: id,sd,face,qx,qy,qz
 ///
-/// The scene is JSON: mesh_a, mesh_b (paths relative to it), a_transform_row_major and
-/// b_transform_row_major (16 numbers each). Places are in world space; distances are to mesh B,
-/// negative inside. Faces are counted as in the file, and (qx, qy, qz) is the nearest point in
-/// world space.
+/// The scene is JSON: mesh_a and mesh_b (paths relative to it),
+/// a_transform_row_major and b_transform_row_major (16 numbers each).
+/// Places are in world space. Distances are to mesh B, negative inside.
+/// Faces are counted from 0 in the order of the file, polygons cut into
+/// triangles, and (qx, qy, qz) is the nearest point in world space.
 #[derive(Clone, Debug, Args)]
 #[command(
     verbatim_doc_comment,

@@ -23,12 +23,16 @@ use crate::cli::{Command, Outcome};
 /// In:  id,face,b0,b1,b2,dx,dy,dz,length
 /// Out: id,mesh,face,b0,b1,b2,px,py,pz,dx,dy,dz,travelled,status
 ///
-/// The scene is JSON: mesh_a, mesh_b (paths relative to it), a_transform_row_major and
-/// b_transform_row_major (16 numbers each). Walks begin on mesh A. If one meets mesh B, it is folded about the line in which the two faces
-/// meet, into B's face, and continues there, to the side that is less covered by A; it does not come back. Directions and places are in
-/// world space, faces and corners are counted as in the file.
-/// Mesh: 0 for A, 1 for B. Status: 0 the whole length, 1 stopped at an open border, 2 no such
-/// walk.
+/// The scene is JSON: mesh_a and mesh_b (paths relative to it),
+/// a_transform_row_major and b_transform_row_major (16 numbers each).
+/// Walks begin on mesh A. If one meets mesh B, it is folded about the line in
+/// which the two faces meet, into B's face, and continues there, to the side that
+/// is less covered by A; it does not come back.
+/// Directions and places are in world space. Faces are counted from 0 in the
+/// order of the file, polygons cut into triangles. b0, b1 and b2 are the weights
+/// of a face's first, second and third corner in the file; they sum to 1.
+/// Mesh: 0 for A, 1 for B.
+/// Status: 0 the whole length, 1 stopped at an open border, 2 no such walk.
 #[derive(Clone, Debug, Args)]
 #[command(
     verbatim_doc_comment,

@@ -396,3 +396,35 @@ fn equal_options_share_one_pipeline() {
         messages.join("\n")
     );
 }
+
+/// Would catch: an image that is taken for what a dropped recording would have made of it.
+#[test]
+fn images_are_as_they_were_before_a_recording_that_was_dropped() {
+    let Some(ctx) = context() else { return };
+    let color = Image::new(&ctx, "color", [8, 8], Format::Rgba8Srgb, 1).unwrap();
+    let pixels = Buffer::<[u8; 4]>::new(&ctx, "pixels", 64, Domain::Readback).unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    let clear = |rec: &mut Recorder, red: f32| {
+        let targets = Targets {
+            color: &color,
+            resolve: None,
+            depth: None,
+            depth_test: DepthTest::Greatest,
+            clear: Some([red, 0.0, 0.0, 1.0]),
+        };
+        rec.pass("picture", &targets, |_| ());
+    };
+    let mut rec = frames.begin().unwrap();
+    clear(&mut rec, 1.0);
+    frames.submit(rec).unwrap();
+    let mut rec = frames.begin().unwrap();
+    clear(&mut rec, 0.0);
+    rec.copy_image(&color, &pixels);
+    drop(rec);
+    let mut rec = frames.begin().unwrap();
+    rec.copy_image(&color, &pixels);
+    frames.submit(rec).unwrap();
+    frames.wait_idle().unwrap();
+    assert!(*pixels.as_slice() == [[255, 0, 0, 255]; 64]);
+    assert_silent(&ctx);
+}

@@ -470,6 +470,64 @@ fn the_rest_of_slices_can_be_dropped() {
     assert_eq!(ctx.messages(), [""; 0]);
 }
 
+/// Would catch: a place in the ring whose commands are recorded anew while the device still executes them.
+#[test]
+fn a_frame_that_is_dropped_while_a_slice_runs_leaves_its_place() {
+    let options = ContextOptions {
+        timeout: Duration::from_millis(1),
+        ..ContextOptions::default()
+    };
+    let Some(ctx) = context_with(options) else {
+        return;
+    };
+    let patience = ctx.wait_longer(LONG);
+    let spin = Pipeline::<Spin>::new(&ctx, &()).unwrap();
+    let count = 4096;
+    let values = Buffer::<u32>::zeroed(&ctx, "values", count as usize).unwrap();
+    let other = Buffer::<u32>::zeroed(&ctx, "other", 3).unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    let mut rec = frames.begin().unwrap();
+    rec.slice(LONG, &Timings::default());
+    // This takes far longer than a millisecond.
+    let params = SpinParams {
+        count,
+        rounds: 6000,
+    };
+    for _ in 0..2 {
+        rec.dispatch(&spin, Threads(count), SpinArgs { values: &values }, params);
+    }
+    drop(patience);
+    let ran = frames.run_slice(&mut rec);
+    assert!(
+        ran.is_err() || ctx.info().kind != DeviceKind::Cpu,
+        "a processor cannot be that fast"
+    );
+    drop(rec);
+    let _patience = ctx.wait_longer(LONG);
+    let mut rec = frames.begin().unwrap();
+    rec.fill(&other, 7);
+    frames.submit(rec).unwrap();
+    frames.wait_idle().unwrap();
+    assert_eq!(ctx.download(&other).unwrap(), [7; 3]);
+    assert_silent(&ctx);
+}
+
+/// Would catch: memory that nothing was copied to, handed out as a copy.
+#[test]
+fn a_recording_of_one_kernel_alone_has_no_copies() {
+    let Some(ctx) = context() else { return };
+    let values = Buffer::<u32>::zeroed(&ctx, "values", 3).unwrap();
+    let mut readback = Readback::<u32>::new(&ctx, "values", 3, 1).unwrap();
+    let mut frames = Frames::new(&ctx, 1).unwrap();
+    let mut rec = frames.begin().unwrap();
+    let mut was_recorded = true;
+    rec.kernels_of(|rec| was_recorded = readback.record(rec, &values, 1));
+    frames.submit(rec).unwrap();
+    frames.wait_idle().unwrap();
+    assert!(!was_recorded);
+    assert_eq!(readback.poll(), None);
+}
+
 fn kernel_span(name: &str, ms: f64) -> Span {
     Span {
         name: name.to_owned(),

@@ -17,7 +17,7 @@ use myxo::{Error, Result};
 use std::path::PathBuf;
 
 impl Lab {
-    /// The folder for files.
+    /// The folder for exports.
     pub(super) fn export_folder(&self) -> PathBuf {
         let home = directories::UserDirs::new();
         let home = home.as_ref().map(|dirs| dirs.home_dir());

@@ -136,6 +136,13 @@ impl Shadow {
     }
 }
 
+impl Shadow {
+    /// It is drawn again before the next picture that shows it.
+    pub(super) fn forget(&mut self) {
+        self.cast = None;
+    }
+}
+
 impl Renderer {
     /// Records the shadow on the ground, unless it is there already; `poses` are those on the device.
     pub(super) fn cast_shadow(

@@ -11,8 +11,24 @@ macro_rules! real {
             slider: $slider,
             scale: Scale::$scale,
             integer: false,
+            is_double: false,
             get: |s| s.$($field).+ as f64,
             set: |s, value| s.$($field).+ = value as f32,
+        })
+    };
+}
+
+/// A time, which may be late.
+macro_rules! time {
+    ($($field:ident).+, $range:expr, $slider:expr) => {
+        Kind::Number(Number {
+            range: $range,
+            slider: $slider,
+            scale: Scale::Linear,
+            integer: false,
+            is_double: true,
+            get: |s| s.$($field).+,
+            set: |s, value| s.$($field).+ = value,
         })
     };
 }
@@ -24,6 +40,7 @@ macro_rules! whole {
             slider: $slider,
             scale: Scale::$scale,
             integer: true,
+            is_double: false,
             get: |s| s.$($field).+ as f64,
             set: |s, value| s.$($field).+ = value.round() as $type,
         })

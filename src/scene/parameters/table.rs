@@ -200,7 +200,7 @@ const AFTER: &[Parameter] = &[
         unit: "seconds",
         help: "Seconds of the objects' motion before the first step.",
         effect: Effect::Restart,
-        kind: real!(time.start, (0.0, 1e6), (0.0, 60.0), Linear),
+        kind: time!(time.start, (0.0, 1e6), (0.0, 60.0)),
     },
     Parameter {
         key: "time.steps_per_second",
@@ -608,7 +608,7 @@ const AFTER: &[Parameter] = &[
         key: "picture.food",
         name: "Food",
         unit: "",
-        help: "Are food and markers drawn? Food as a dome that shrinks as it is eaten; markers green where they lure and orange where they repel.",
+        help: "Are food and markers drawn? Food as a dome that shrinks as it is eaten; markers green where they attract and orange where they repel.",
         effect: Effect::Live,
         kind: word!(picture.food: Drawn),
     },

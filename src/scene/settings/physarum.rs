@@ -116,7 +116,7 @@ macro_rules! physarum {
                 /// Rounds in which particles claim cells, one particle a cell; 0 as in the model.
                 occupancy_rounds: u32 = 0, whole((0.0, 14.0), (0.0, 14.0), Linear),
                 "Occupancy rounds", "rounds",
-                "One particle a cell of the texture: in each of so many rounds particles claim cells, and those that are refused stay. More rounds let more of a crowd move. 0: as the model has it, thesis without any such rule, jones 3."
+                "One particle a cell of the texture: of particles in a row, each of which would go to the cell of the next, at most so many move in a step. Those that win no cell stay. 0: as the model has it, thesis without any such rule, jones 3."
             }
             scene {
                 /// Where a particle turns.

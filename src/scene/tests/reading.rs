@@ -98,6 +98,16 @@ fn every_parameter_round_trips_through_a_file() {
     assert_eq!(read(&settings.to_toml()), Ok(settings));
 }
 
+/// Would catch: late times in single precision, which are 8 ms apart there.
+#[test]
+fn a_late_time_keeps_its_digits() {
+    let settings = set(&["time.start=100000.0123"]).unwrap();
+    assert_eq!(settings.time.start, 100_000.012_3);
+    let start = (PARAMETERS.iter()).find(|parameter| parameter.key == "time.start");
+    assert_eq!(start.unwrap().value(&settings), "100000.0123");
+    assert_eq!(read(&settings.to_toml()), Ok(settings));
+}
+
 #[test]
 fn files_show_numbers_as_people_write_them() {
     let text = Settings::default().to_toml();

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 
 use super::surroundings::Surroundings;
 use crate::mesh::surface::NONE;
-use crate::sim::network::{AROUND, main_source};
+use crate::sim::network::AROUND;
 
 /// Texels whose centres are no more than so many texel sides apart touch, if the atlas does not say it: a diagonal, and a little more.
 const TOUCH: f64 = 1.6;
@@ -64,7 +64,7 @@ pub fn cover_holes(around: &Surroundings<'_>, covered: &mut [bool], smallest: us
 fn across(around: &Surroundings<'_>) -> Vec<u32> {
     let mut across = vec![NONE; around.atlas.owner.len()];
     for seam in &around.atlas.seams {
-        across[seam.texel as usize] = main_source(seam);
+        across[seam.texel as usize] = seam.main_source();
     }
     across
 }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use glam::UVec2;
 
+use super::super::kept::copy_on_device;
 use super::super::kernels::{
     ExchangeSeamsArgs, ExchangeSeamsParams, PaintArgs, PaintParams, TeleportArgs,
 };
@@ -135,7 +136,7 @@ impl Simulation {
     }
 
     /// From now on sensors read a bias, which is zero at first.
-    pub(super) fn make_bias(&mut self) -> Result<()> {
+    fn make_bias(&mut self) -> Result<()> {
         if self.state.bias.is_some() {
             return Ok(());
         }
@@ -158,7 +159,7 @@ impl Simulation {
     }
 
     /// From now on sensors read this bias, or none.
-    pub(super) fn take_bias(&mut self, bias: Option<Texture<f32>>) -> Result<()> {
+    fn take_bias(&mut self, bias: Option<Texture<f32>>) -> Result<()> {
         if bias.is_some() != self.state.bias.is_some() {
             let means = Means {
                 painted: bias.is_some(),
@@ -181,7 +182,7 @@ impl Simulation {
     }
 
     /// From now on particles follow the second look by these weights, or nowhere.
-    pub(super) fn take_looks(&mut self, looks: Option<Texture<f32>>) -> Result<()> {
+    fn take_looks(&mut self, looks: Option<Texture<f32>>) -> Result<()> {
         if looks.is_some() != self.state.looks.is_some() {
             let means = Means {
                 looks: looks.is_some(),
@@ -265,6 +266,16 @@ impl Simulation {
     }
 }
 
+/// Texels that get values.
+struct Part {
+    /// How many there are.
+    texel_count: u32,
+    /// Each with the weight 1.
+    ones: Buffer<UVec2>,
+    /// Each with its value.
+    values: Buffer<UVec2>,
+}
+
 /// Copies of earlier areas, for undo.
 impl Simulation {
     /// Does a brush change areas, if it touches anything?
@@ -278,17 +289,13 @@ impl Simulation {
     /// # Errors
     /// When the device has no memory left.
     pub fn record_areas(&self, rec: &mut Recorder) -> Result<Areas> {
-        let mut copy = |name: &str, field: &Option<Texture<f32>>| {
-            let Some(field) = field else {
-                return Ok(None);
-            };
-            let copy = Buffer::new(&self.ctx, name, field.len(), Domain::Device)?;
-            rec.copy(field, &copy);
-            Ok::<_, Error>(Some(copy))
+        // In memory of the same kind, because areas may be larger than a binding.
+        let mut copy = |field: Option<&Texture<f32>>| {
+            field.map(|field| copy_on_device(rec, field)).transpose()
         };
         Ok(Areas {
-            bias: copy("bias.before", &self.state.bias)?,
-            looks: copy("looks.before", &self.state.looks)?,
+            bias: copy(self.state.bias.as_ref())?,
+            looks: copy(self.state.looks.as_ref())?,
         })
     }
 
@@ -296,8 +303,11 @@ impl Simulation {
     /// it.
     ///
     /// # Errors
-    /// When the device is lost or its memory is full.
+    /// When the span ends beyond the texels, the device is lost, or its memory is full.
     pub fn repainted(&self, before: &Areas, span: Range<u32>) -> Result<Vec<Repainted>> {
+        if let Some(last) = span.clone().next_back() {
+            self.check_texels([last])?;
+        }
         let state = &self.state;
         let mut repainted = self.repainted_of(
             PaintedField::Bias,
@@ -339,10 +349,22 @@ impl Simulation {
         Ok(repainted)
     }
 
+    /// Refuses texels that the atlas does not have: a kernel would write elsewhere.
+    fn check_texels(&self, texels: impl IntoIterator<Item = u32>) -> Result<()> {
+        let count = self.setup().atlas.density.len();
+        let beyond = texels.into_iter().find(|texel| *texel as usize >= count);
+        beyond.map_or(Ok(()), |texel| {
+            Err(Error::Invalid(format!(
+                "there is no texel {texel} in this scene, whose atlas has {count}, counted from 0: what was painted can be compared and \
+                 put back only where it was painted"
+            )))
+        })
+    }
+
     /// Records that texels get their earlier values (with `again`, their later ones). Each is listed once.
     ///
     /// # Errors
-    /// When the device has no memory left. Then nothing is recorded.
+    /// When the atlas does not have one of the texels, or the device has no memory left. Then nothing is recorded.
     pub fn put_areas(
         &mut self,
         rec: &mut Recorder,
@@ -352,47 +374,46 @@ impl Simulation {
         if texels.is_empty() {
             return Ok(());
         }
+        self.check_texels(texels.iter().map(|texel| texel.texel))?;
+        self.make_painter()?;
+        let mut parts = Vec::new();
         for field in [PaintedField::Bias, PaintedField::Looks] {
             let own = texels.iter().filter(|texel| texel.field == field);
-            self.put_field(rec, field, &own.copied().collect::<Vec<_>>(), again)?;
+            let own: Vec<Repainted> = own.copied().collect();
+            if own.is_empty() {
+                continue;
+            }
+            match field {
+                PaintedField::Bias => self.make_bias()?,
+                PaintedField::Looks => self.make_looks()?,
+            }
+            for part in own.chunks(MOST_TEXELS) {
+                parts.push((field, self.part_of(part, again)?));
+            }
         }
-        Ok(())
-    }
-
-    fn put_field(
-        &mut self,
-        rec: &mut Recorder,
-        field: PaintedField,
-        texels: &[Repainted],
-        again: bool,
-    ) -> Result<()> {
-        if texels.is_empty() {
-            return Ok(());
-        }
-        self.make_painter()?;
-        match field {
-            PaintedField::Bias => self.make_bias()?,
-            PaintedField::Looks => self.make_looks()?,
-        }
-        let value = |texel: &Repainted| if again { texel.after } else { texel.before };
-        let parts = texels.chunks(MOST_TEXELS).map(|part| {
-            let ones = self.entries_of(part.iter().map(|texel| (texel.texel, 1.0)))?;
-            let values = self.entries_of(part.iter().map(|texel| (texel.texel, value(texel))))?;
-            Ok((part.len() as u32, ones, values))
-        });
-        for part in parts.collect::<Result<Vec<_>>>()? {
+        for (field, part) in parts {
             self.put_part(rec, field, part);
         }
         Ok(())
     }
 
-    /// Records that texels get values: their number, and each with the weight 1 and with its value.
-    fn put_part(
-        &self,
-        rec: &mut Recorder,
-        field: PaintedField,
-        (texel_count, ones, values): (u32, Buffer<UVec2>, Buffer<UVec2>),
-    ) {
+    /// What gives texels their values.
+    fn part_of(&self, texels: &[Repainted], again: bool) -> Result<Part> {
+        let value = |texel: &Repainted| if again { texel.after } else { texel.before };
+        Ok(Part {
+            texel_count: texels.len() as u32,
+            ones: self.entries_of(texels.iter().map(|texel| (texel.texel, 1.0)))?,
+            values: self.entries_of(texels.iter().map(|texel| (texel.texel, value(texel))))?,
+        })
+    }
+
+    /// Records that texels get values.
+    fn put_part(&self, rec: &mut Recorder, field: PaintedField, part: Part) {
+        let Part {
+            texel_count,
+            ones,
+            values,
+        } = part;
         let field = match field {
             PaintedField::Bias => &self.state.bias,
             PaintedField::Looks => &self.state.looks,

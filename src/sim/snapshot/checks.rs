@@ -25,6 +25,18 @@ const GROWN: f32 = 1000.0;
 const BLENDED: f32 = 1.001;
 
 impl Snapshot {
+    /// Checks everything that a simulation of this setup needs to continue from here: [`validate`](Self::validate),
+    /// [`check_ranges`](Self::check_ranges), [`movement_of`](Self::movement_of) and [`check_food`](Self::check_food).
+    ///
+    /// # Errors
+    /// Names the first thing that is wrong.
+    pub fn check(&self, setup: &Setup) -> Result<(), String> {
+        self.validate(setup)?;
+        self.check_ranges(setup)?;
+        self.movement_of(setup.poses.len())?;
+        self.check_food(setup.food_set.places.len())
+    }
+
     /// Checks everything that must hold after every step.
     ///
     /// # Errors

@@ -10,10 +10,21 @@ use crate::error::{Error, Result};
 use crate::mesh::atlas::Atlas;
 use crate::mesh::surface::Surface;
 use crate::plain_text::Shown as _;
+use crate::scene::parameters::grouped;
 use crate::sim::texture_map;
 
 /// Masks with more pixels a side are reduced to this number.
 const FINEST: u32 = 2048;
+
+/// With more cells than this, long thin triangles have fewer than their lengths ask for; light cells take 12 bytes each.
+const MANY_CELLS: u64 = 1 << 25;
+
+/// More cells than this are refused.
+const MOST_CELLS: u64 = 1 << 28;
+
+/// The cells a pixel that a triangle may have where there are many. One whose height is a quarter of its longest edge has as many by its
+/// length, and those that are less thin have fewer.
+const CELLS_A_PIXEL: f32 = 8.0;
 
 /// Its name in messages.
 const WHAT: &str = "start mask";
@@ -76,7 +87,8 @@ impl Mask {
     }
 }
 
-/// The surface in cells of about a pixel of a mask, and the share of particles that begin in each.
+/// The surface in cells of about a pixel of a mask, and the share of particles that begin in each. Where long thin triangles would have
+/// too many cells, theirs are longer.
 #[derive(Clone, Debug)]
 pub struct MaskTable {
     /// Per triangle that has light cells: its id, rows of cells, and where its cells begin.
@@ -91,11 +103,24 @@ impl MaskTable {
     /// Lays a mask over the texture.
     ///
     /// # Errors
-    /// When it is black on all triangles, or on those of one object if one is given.
+    /// When it is black on all triangles, or on those of one object if one is given; when it has too many pixels for so many triangles.
     pub fn new(mask: &Mask, surface: &Surface, atlas: &Atlas, object: Option<u32>) -> Result<Self> {
         let (width, height) = mask.pixels.dimensions();
         let side = Vec2::new(width.min(FINEST) as f32, height.min(FINEST) as f32);
         let to_texture = 1.0 / atlas.size as f32;
+        let rows_on = |triangle: u32, are_many: bool| {
+            let map = &atlas.maps[triangle as usize];
+            let edges = [map.du, map.dv, map.dv - map.du];
+            rows_of(edges.map(|edge| edge * to_texture * side), are_many)
+        };
+        let cells_of = |are_many: bool| {
+            let rows = triangles_of(surface, object).map(|triangle| rows_on(triangle, are_many));
+            rows.map(|rows| u64::from(rows * rows)).sum::<u64>()
+        };
+        let are_many = cells_of(false) > MANY_CELLS;
+        if are_many {
+            check_cells(mask, cells_of(true))?;
+        }
         let mut table = Self {
             triangles: Vec::new(),
             cells: Vec::new(),
@@ -103,11 +128,7 @@ impl MaskTable {
         };
         let mut sum = 0.0;
         for triangle in triangles_of(surface, object) {
-            let map = &atlas.maps[triangle as usize];
-            let edges = [map.du, map.dv, map.dv - map.du];
-            let longest = edges.map(|edge| (edge * to_texture * side).length());
-            let longest = longest.into_iter().fold(0.0, f32::max);
-            let rows = (longest.ceil() as u32).clamp(1, FINEST);
+            let rows = rows_on(triangle, are_many);
             let cell_area = area(surface, triangle) / f64::from(rows * rows);
             let first = table.cells.len() as u32;
             for cell in 0..rows * rows {
@@ -157,6 +178,32 @@ impl MaskTable {
         let u = u.clamp(0.0, 1.0);
         (triangle, u, v.clamp(0.0, 1.0 - u))
     }
+}
+
+/// The rows of cells of a triangle whose edges these are, in pixels: cells are no longer than a pixel, unless there are many and it is
+/// thin.
+fn rows_of(edges: [Vec2; 3], are_many: bool) -> u32 {
+    let longest = edges.map(Vec2::length).into_iter().fold(0.0, f32::max);
+    let rows = (longest.ceil() as u32).clamp(1, FINEST);
+    if !are_many {
+        return rows;
+    }
+    let pixels = 0.5 * edges[0].perp_dot(edges[1]).abs();
+    let by_area = (CELLS_A_PIXEL * pixels).sqrt().ceil() as u32;
+    by_area.clamp(1, rows)
+}
+
+/// Refuses to lay a mask over the surface in too many cells.
+fn check_cells(mask: &Mask, cells: u64) -> Result<()> {
+    if cells <= MOST_CELLS {
+        return Ok(());
+    }
+    let [cells, most] = [cells, MOST_CELLS].map(|count| grouped(count as f64));
+    Err(Error::Invalid(format!(
+        "{}: the start mask takes {cells} cells on the triangles where particles may begin, and there may be {most}: scale it down, or \
+         use models with fewer triangles",
+        mask.path.shown()
+    )))
 }
 
 /// The corners of a cell, as u and v, of a triangle in so many rows of cells: row `k` has `2 k + 1` of them, the first row
@@ -262,6 +309,51 @@ mod tests {
                 "{mesh}: {counts:?} {areas:?}"
             );
         }
+    }
+
+    /// Would catch: two hundred triangles that take a million cells each, particles that begin beside the mask instead, and fewer cells of
+    /// triangles that are not thin.
+    #[test]
+    fn long_thin_triangles_take_cells_by_their_area() {
+        let (surface, atlas) = on("plane?columns=1&rows=100");
+        // Nearly as long as the mask, and a hundredth of that high.
+        let left = GrayImage::from_fn(1024, 1024, |x, _| image::Luma([255 * u8::from(x < 512)]));
+        let table = MaskTable::new(&Mask::of("left", left), &surface, &atlas, None).unwrap();
+        let cells = table.cells.len();
+        assert!((100_000..16_000_000).contains(&cells), "{cells}");
+        for k in 0..1000 {
+            let share = (f64::from(k) + 0.5) / 1000.0;
+            let (t, u, v) = table.place(share, (0.25, 0.5));
+            // Cells are some pixels long, and eight pixels are a texel.
+            let at = atlas.position_of(t, u, v);
+            assert!(at.x < 66.0, "{at}");
+        }
+        for edges in [
+            [[0.3, 0.0], [0.0, 0.2]],
+            [[40.0, 0.0], [20.0, 10.1]],
+            [[7.0, 0.0], [3.0, 6.5]],
+            [[300.0, 1.0], [-2.0, 300.0]],
+        ] {
+            let [a, b] = edges.map(Vec2::from_array);
+            let edges = [a, b, b - a];
+            assert_eq!(rows_of(edges, true), rows_of(edges, false), "{edges:?}");
+        }
+        let [a, b] = [Vec2::new(2000.0, 0.0), Vec2::new(1000.0, 1.0)];
+        assert_eq!(rows_of([a, b, b - a], false), 2000);
+        assert_eq!(rows_of([a, b, b - a], true), 90);
+    }
+
+    /// Would catch: more cells than can be numbered, and a message that does not say what to do.
+    #[test]
+    fn too_many_cells_are_refused() {
+        let mask = Mask::of("fine.png", GrayImage::new(4, 4));
+        assert!(check_cells(&mask, MOST_CELLS).is_ok());
+        let error = check_cells(&mask, 5_000_000_000).unwrap_err().to_string();
+        assert!(
+            error.contains("fine.png: ") && error.contains("5,000,000,000 cells"),
+            "{error}"
+        );
+        assert!(error.contains("scale it down"), "{error}");
     }
 
     #[test]

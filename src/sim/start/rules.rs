@@ -48,7 +48,7 @@ impl Starts {
     /// The rules of a scene's settings.
     ///
     /// # Errors
-    /// When a mask is black at all places where particles could begin.
+    /// When a mask is black at all places where particles could begin, or has too many pixels for so many triangles.
     pub fn of(scene: &Scene, atlas: &Atlas, masks: &Masks, foods: &[FoodPlace]) -> Result<Self> {
         let (scenes, own) = scene.settings.starts();
         let own = own.iter().zip(&masks.own).map(|(start, mask)| {

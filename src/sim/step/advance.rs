@@ -1,4 +1,4 @@
-//! `advance` in its four forms: their parameters and bindings. Twin of `shaders/advance.comp` and of `shaders/include/turning.glsl`.
+//! `advance` in its five forms: their parameters and bindings. Twin of `shaders/advance.comp` and of `shaders/include/turning.glsl`.
 
 use rayon::prelude::*;
 
@@ -25,8 +25,8 @@ use crate::sim::walker::WALK_DONE;
 use crate::sim::work::{Call, Counter, StepKernel};
 use crate::strict::{logarithm, root, settled, turn_of};
 
-/// Kernels that together advance every particle once: the first lists particles for the others. One shader in four forms, by their names in
-/// times.
+/// Kernels that together advance every particle once: the first lists particles for the others. One shader in five forms, of which times
+/// name four: the first kernel has another form where all sensors walk, and it is alone then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// Every particle, or every one that no other form processes.

@@ -11,6 +11,7 @@ use crate::sim::kernels::{
     TransferIn, TransferInArgs, TransferInConstants, TransferInParams, TransferOut,
     TransferOutArgs, TransferOutConstants, TransferOutParams,
 };
+use crate::sim::looks::between;
 use crate::sim::paint::NO_GO_BELOW;
 use crate::sim::plan::Plan;
 use crate::sim::state::State;
@@ -43,6 +44,7 @@ impl Plan<'_> {
                 sign_rule: self.settings.distance.sign as u32,
                 own_physarum: self.own_physarum,
                 painted: self.means.painted,
+                looks: self.has_looks(),
                 paths: self.means.paths,
             },
             params: TransferOutParams {
@@ -51,6 +53,7 @@ impl Plan<'_> {
                 object_count: self.object_count(),
                 attempts: self.settings.physarum.edge_crossing_attempts,
                 first_vertex_normal: self.first_vertex_normal(),
+                second_look: self.object_count(),
             },
         }
     }
@@ -113,6 +116,7 @@ impl StepKernel for TransferOut {
             dipoles: &s.trees.dipoles,
             poses_before: &s.objects.poses_before.texels,
             bias: s.bias.as_ref(),
+            looks: s.looks.as_ref(),
         }
     }
 
@@ -138,7 +142,7 @@ impl StepKernel for TransferOut {
             &a.physarums,
             &a.nearest,
             &a.setup.atlas.maps,
-            &a.bias,
+            (&a.bias, &a.weights),
             &mut t.transfers,
             &mut t.flux,
         );
@@ -183,7 +187,7 @@ pub fn transfer_out(
     physarums: &[Physarum],
     nearest: &[u32],
     atlas_maps: &[AtlasMap],
-    bias: &[f32],
+    (bias, looks): (&[f32], &[f32]),
     transfers: &mut [Transfer],
     flux: &mut [u32],
 ) {
@@ -194,11 +198,8 @@ pub fn transfer_out(
         let motion = &motions[slot as usize];
         let source = ground.triangles[particle.triangle as usize].object;
         let map = &atlas_maps[particle.triangle as usize];
-        let near = nearest_triangle(
-            nearest,
-            atlas_position(map, particle.u, particle.v),
-            params.pitch,
-        );
+        let here = atlas_position(map, particle.u, particle.v);
+        let near = nearest_triangle(nearest, here, params.pitch);
         let mut triangle = if near == NONE {
             particle.triangle
         } else {
@@ -218,7 +219,12 @@ pub fn transfer_out(
                 true => own(object).attempts,
                 false => params.attempts,
             };
-            let speed = own(source).speed;
+            let mut speed = own(source).speed;
+            if constants.looks {
+                let second = physarums[params.second_look as usize].speed;
+                let weight = looks[texel_at(here, params.pitch) as usize];
+                speed = between(speed, second, weight);
+            }
             let way = positive(speed - motion.pending);
             let met = terrain.meeting_behind(
                 poses_before,

@@ -52,6 +52,7 @@ struct Case<'a> {
     physarums: &'a [Physarum],
     /// One per texel, where something is painted.
     bias: &'a [f32],
+    looks: &'a [f32],
     constants: TransferOutConstants,
     /// What every counter holds before.
     counted: u32,
@@ -82,6 +83,7 @@ impl Case<'_> {
             object_count: self.poses.len() as u32,
             attempts: 10,
             first_vertex_normal: self.setup.surface.halfedges.len() as u32,
+            second_look: self.poses.len() as u32,
         }
     }
 
@@ -115,10 +117,13 @@ impl Case<'_> {
             Buffer::from_slice(ctx, "roots", &self.setup.distance.roots()).unwrap(),
             poses("poses_before", self.poses_before),
         );
-        let bias = (!self.bias.is_empty()).then(|| {
-            let buffer = Buffer::from_slice(ctx, "bias", self.bias).unwrap();
-            Texture::new(ctx, buffer).unwrap()
-        });
+        let painted = |name: &str, values: &[f32]| {
+            (!values.is_empty()).then(|| {
+                let buffer = Buffer::from_slice(ctx, name, values).unwrap();
+                Texture::new(ctx, buffer).unwrap()
+            })
+        };
+        let (bias, looks) = (painted("bias", self.bias), painted("looks", self.looks));
         gpu.run(|rec| {
             let args = TransferOutArgs {
                 flow: &uploaded.0,
@@ -142,6 +147,7 @@ impl Case<'_> {
                 dipoles: &texels("dipoles", bytemuck::cast_slice(&trees.dipoles)),
                 poses_before: &uploaded.11,
                 bias: bias.as_ref(),
+                looks: looks.as_ref(),
             };
             rec.dispatch(&pipeline, Threads(params.capacity), args, params);
         });
@@ -177,7 +183,7 @@ impl Case<'_> {
             self.physarums,
             self.nearest,
             &self.setup.atlas.maps,
-            self.bias,
+            (self.bias, self.looks),
             &mut transfers,
             &mut flux,
         );
@@ -235,7 +241,7 @@ fn transfer_out_agrees_with_its_twin() {
         let motions: Vec<Motion> = (0..count as usize)
             .map(|i| heading(word(i, 0), 0.05 * (word(i, 1) - 0.8).max(0.0)))
             .collect();
-        let mut physarums = [0.2, 0.1, 0.3].map(of_speed);
+        let mut physarums = [0.2, 0.1, 0.3, 0.25].map(of_speed);
         physarums[1].attempts = 2;
         physarums[2].attempts = 5;
         // In some of the cases objects have moved in the step.
@@ -250,11 +256,16 @@ fn transfer_out_agrees_with_its_twin() {
             .map(|texel| (texel % setup.atlas.pitch / 5, texel / setup.atlas.pitch / 5))
             .map(|(x, y)| if (x + y) % 2 == 0 { NO_GO } else { 7.0 })
             .collect();
+        let looks: Vec<f32> = bias
+            .iter()
+            .map(|&bias| if bias == NO_GO { 0.25 } else { 1.0 })
+            .collect();
         let case = Case {
             setup: &setup,
             poses: &setup.poses,
             poses_before: &poses_before,
             bias: &bias,
+            looks: &looks,
             nearest: &nearest,
             particles: &setup.particles,
             motions: &motions,
@@ -264,6 +275,7 @@ fn transfer_out_agrees_with_its_twin() {
                 sign_rule,
                 own_physarum,
                 painted,
+                looks: painted,
                 paths: TexelPaths::default(),
             },
             counted: 0,
@@ -360,11 +372,13 @@ fn particles_go_on_as_the_fold_says() {
             motions: &motions,
             physarums: &physarums,
             bias: &[],
+            looks: &[],
             constants: TransferOutConstants {
                 border_reflects: true,
                 sign_rule: 0,
                 own_physarum: false,
                 painted: false,
+                looks: false,
                 paths: TexelPaths::default(),
             },
             counted: 0,
@@ -437,11 +451,13 @@ fn particles_without_a_crossing_go_to_the_nearest_point() {
             motions: &motions,
             physarums: &[of_speed(0.1); 2],
             bias: &[],
+            looks: &[],
             constants: TransferOutConstants {
                 border_reflects: true,
                 sign_rule: 0,
                 own_physarum: false,
                 painted: false,
+                looks: false,
                 paths: TexelPaths::default(),
             },
             counted: 0,

@@ -47,6 +47,8 @@ fn overtaken_particles_go_on_from_their_place() {
         .map(|i| heading(word(i, 2), 0.0))
         .collect();
     let ground = Ground::of(&setup, &poses);
+    // The second look alone lets them walk.
+    let looks = vec![1.0; setup.atlas.texel_count()];
     for (speed, risen) in [
         (0.0, 0.0),
         (0.0, -0.2),
@@ -63,13 +65,15 @@ fn overtaken_particles_go_on_from_their_place() {
             nearest: &nearest,
             particles: &particles,
             motions: &motions,
-            physarums: &[of_speed(speed as f32); 2],
+            physarums: &[0.0, 0.0, speed as f32].map(of_speed),
             bias: &[],
+            looks: &looks,
             constants: TransferOutConstants {
                 border_reflects: true,
                 sign_rule: 0,
                 own_physarum: false,
                 painted: false,
+                looks: true,
                 paths: TexelPaths::default(),
             },
             counted: 0,

@@ -228,16 +228,20 @@ fn on_floor(gpu: &Gpu, wall: OnWall, change: impl FnOnce(&mut Settings)) -> Vec<
     let mut simulation = Simulation::new(&gpu.ctx, &scene).unwrap();
     let first = simulation.setup().surface.objects[1].triangles.0;
     let mut before = simulation.snapshot().unwrap();
+    let mut counts = before.deposits.clone();
     let owners = &simulation.setup().atlas.owner;
     let is_wall = |texel: usize| owners[texel] != NONE && owners[texel] >= first;
     for texel in (0..owners.len()).filter(|texel| is_wall(*texel)) {
         match wall {
             OnWall::Nothing => {}
-            OnWall::Crowd(count) => before.deposits[texel] = count,
+            OnWall::Crowd(count) => counts[texel] = count,
             OnWall::Trail(amount) => before.trail[texel] = amount,
         }
     }
     simulation.restore(&before).unwrap();
+    // More than particles leave, which no state may have.
+    let deposits = &simulation.state().deposits.back;
+    gpu.ctx.upload(deposits, &counts).unwrap();
     gpu.run(|rec| simulation.record_step(rec));
     let after = simulation.snapshot().unwrap();
     let setup = simulation.setup();
