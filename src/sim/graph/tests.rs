@@ -25,17 +25,23 @@ struct Canvas {
 
 impl Canvas {
     fn new(meshes: &[(&str, Vec3)], options: &AtlasOptions) -> Self {
+        let posed: Vec<_> = (meshes.iter())
+            .map(|&(mesh, at)| (mesh, Affine3A::from_translation(at)))
+            .collect();
+        Self::posed(&posed, options)
+    }
+
+    fn posed(meshes: &[(&str, Affine3A)], options: &AtlasOptions) -> Self {
         let found: Vec<_> = (meshes.iter())
             .map(|(mesh, _)| Mesh::builtin(mesh).expect("there is one"))
             .collect();
         let scaled: Vec<_> = found.iter().map(|mesh| (mesh, 1.0)).collect();
         let surface = Surface::build(&scaled);
         let atlas = Atlas::build(&surface, options).expect("there is room");
-        let poses = meshes.iter().map(|(_, at)| Affine3A::from_translation(*at));
         Self {
             surface,
             atlas,
-            poses: poses.collect(),
+            poses: meshes.iter().map(|(_, pose)| *pose).collect(),
         }
     }
 
@@ -224,6 +230,47 @@ fn lines_go_on_where_objects_touch() {
     assert_ne!(whole.nodes[0].object, whole.nodes[1].object);
     let apart = side(0.2);
     assert_shape(&apart, [0, 4, 0, 0], &[2.0; 2]);
+}
+
+/// Two planes: one lies, and the other one stands on its side or on its middle, as a wall. A line goes over both, and another one crosses
+/// it on the first plane.
+///
+/// Catches lines that end where objects meet at an angle, branches that are lost or doubled there, and junctions that pull others along.
+#[test]
+fn lines_go_on_and_branch_where_objects_meet_at_an_angle() {
+    let wall = |x: f32| {
+        // Its lower side is a little above the first plane.
+        let up = Affine3A::from_rotation_z(0.5 * std::f32::consts::PI);
+        let at = Affine3A::from_translation(Vec3::new(x, 1.004, 0.0));
+        Canvas::posed(
+            &[("plane", Affine3A::IDENTITY), ("plane", at * up)],
+            &options(0, 1, AtlasMethod::Charts),
+        )
+    };
+    let along = |place: Vec3| place.z.abs();
+    let crossed = |place: Vec3| {
+        if place.y > 0.001 {
+            place.z.abs()
+        } else {
+            place.z.abs().min((place.x + 0.4).abs())
+        }
+    };
+    let corner = wall(1.0);
+    let line = corner.graph(along);
+    assert_shape(&line, [0, 2, 0, 0], &[4.0]);
+    assert_ne!(line.nodes[0].object, line.nodes[1].object);
+    assert_shape(
+        &corner.graph(crossed),
+        [1, 4, 0, 0],
+        &[0.6, 1.0, 1.0, 3.4],
+    );
+    let middle = wall(0.0);
+    assert_shape(&middle.graph(along), [1, 3, 0, 0], &[1.0, 1.0, 2.0]);
+    assert_shape(
+        &middle.graph(crossed),
+        [2, 5, 0, 0],
+        &[0.4, 0.6, 1.0, 1.0, 1.0, 2.0],
+    );
 }
 
 /// A plane of side 2 with texels of about 0.008.
