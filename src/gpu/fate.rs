@@ -3,8 +3,6 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use super::recorder::Recorder;
-
 const OPEN: u8 = 0;
 const SUBMITTED: u8 = 1;
 const DROPPED: u8 = 2;
@@ -24,12 +22,8 @@ impl Fate {
         self.0.load(Ordering::Relaxed) == DROPPED
     }
 
-    /// Is it that of this recording?
-    pub(crate) fn is_of(&self, rec: &Recorder) -> bool {
-        self.is(&rec.fate)
-    }
-
-    fn is(&self, other: &Self) -> bool {
+    /// Are both of one recording?
+    pub(crate) fn is(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
 

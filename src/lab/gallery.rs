@@ -44,9 +44,9 @@ macro_rules! pictures {
 /// The small pictures, as `make gallery` draws them.
 static PICTURES: &[(&str, &[u8])] = pictures!(
     "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears",
-    "oats", "crowd", "maze", "jones", "steiner", "globe", "network", "cells", "ribbons", "spots",
-    "felt", "sparse", "rings", "pores", "lace", "bands", "waves", "mist", "streams", "feeding",
-    "shy", "meeting",
+    "oats", "crowd", "maze", "jones", "steiner", "globe", "colony", "network", "cells", "ribbons",
+    "spots", "felt", "sparse", "rings", "pores", "lace", "bands", "waves", "mist", "streams",
+    "feeding", "shy", "meeting",
 );
 
 /// The parts of the drawer that a click at its top leads to.

@@ -111,7 +111,7 @@ impl Mean {
         assert_eq!(image.size(), self.size, "pictures of one size");
         self.take_back_what_was_dropped();
         assert!(self.count < MOST_PICTURES, "too many pictures");
-        if !(self.latest.as_ref()).is_some_and(|(fate, _)| fate.is_of(rec)) {
+        if !(self.latest.as_ref()).is_some_and(|(fate, _)| fate.is(&rec.fate)) {
             self.latest = Some((rec.fate.clone(), self.count));
         }
         self.count += 1;

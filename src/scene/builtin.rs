@@ -36,7 +36,7 @@ pub const DEFAULT_SCENE: &str = "oats";
 
 /// Every built-in scene. `cube` and `torus` are the reference cases for comparisons.
 pub static SCENES: &[Builtin] = texts!("scenes": "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears", "oats", "crowd", "maze", "jones", "steiner",
-        "globe");
+        "globe", "colony");
 
 /// The area maps that built-in scenes have, by name: PNGs.
 pub static MAPS: &[(&str, &[u8])] = &[("maze", include_bytes!("../../assets/maps/maze.png"))];

@@ -46,7 +46,7 @@ fn every_scene_ends_in_the_states_of_the_table_by_both_engines() {
     let report = json(&file);
     assert_eq!(report["broken_rules"], serde_json::json!([]));
     let runs = report["runs"].as_array().expect("they are listed");
-    // 16 scenes, five of them with six strategies, and some runs of other settings.
+    // 17 scenes, five of them with six strategies, and some runs of other settings.
     assert!(runs.len() > 40, "{}", runs.len());
     for run in runs {
         assert!(run["expected"].is_string(), "the table lacks {run}");

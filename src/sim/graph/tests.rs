@@ -259,11 +259,7 @@ fn lines_go_on_and_branch_where_objects_meet_at_an_angle() {
     let line = corner.graph(along);
     assert_shape(&line, [0, 2, 0, 0], &[4.0]);
     assert_ne!(line.nodes[0].object, line.nodes[1].object);
-    assert_shape(
-        &corner.graph(crossed),
-        [1, 4, 0, 0],
-        &[0.6, 1.0, 1.0, 3.4],
-    );
+    assert_shape(&corner.graph(crossed), [1, 4, 0, 0], &[0.6, 1.0, 1.0, 3.4]);
     let middle = wall(0.0);
     assert_shape(&middle.graph(along), [1, 3, 0, 0], &[1.0, 1.0, 2.0]);
     assert_shape(
