@@ -232,6 +232,7 @@ fn transfer_out_agrees_with_its_twin() {
         (1021, 0, true, false),
         (1021, 1, false, false),
         (1021, 0, false, true),
+        (1021, 2, true, false),
     ] {
         scene.settings.particles.count = count;
         let setup = Setup::new(&scene).unwrap();
@@ -244,6 +245,13 @@ fn transfer_out_agrees_with_its_twin() {
         let mut physarums = [0.2, 0.1, 0.3, 0.25].map(of_speed);
         physarums[1].attempts = 2;
         physarums[2].attempts = 5;
+        if own_physarum && sign_rule == 2 {
+            // Long steps over many edges, with few attempts to cross them, other ones on each object.
+            physarums = [0.8, 0.6, 0.9, 0.25].map(of_speed);
+            for (physarum, attempts) in physarums.iter_mut().zip([3, 1, 2]) {
+                physarum.attempts = attempts;
+            }
+        }
         // In some of the cases objects have moved in the step.
         let turn = if sign_rule == 0 { 0.0 } else { 0.1 };
         let objects = scene.settings.objects.iter().zip([0.0, turn, -turn]);
