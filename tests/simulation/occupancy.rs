@@ -107,6 +107,8 @@ fn no_two_particles_are_ever_in_one_cell() {
             transfers,
             "some land on taken cells: {flux:?}"
         );
+        let counted: u32 = flux.iter().sum();
+        assert_eq!(counted, flow.arrived, "each counts once, where it ended");
     }
     // Without the rule they share cells.
     let shared = by_twins(&crowded(TORUS, |s| s.physarum.model = Model::Thesis), 1);

@@ -613,7 +613,10 @@ fn populations_have_the_same_bits_on_both_engines() {
     let changes: [(&str, Change); 10] = [
         ("jones", |_| ()),
         ("thesis", |s| s.physarum.model = Model::Thesis),
-        ("every step", |s| s.population.frequency = 1),
+        ("every step", |s| {
+            s.population.frequency = 1;
+            s.population.survival_least = 2;
+        }),
         ("sense_first", |s| s.physarum.order = StepOrder::SenseFirst),
         ("walking", |s| s.physarum.sensing = Sensing::Walk),
         ("dense", |s| {
