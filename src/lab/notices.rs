@@ -56,7 +56,7 @@ impl Notices {
         }
     }
 
-    /// Shows them, errors above. If the picture `is_alone`, only errors and the key that ends this state are shown.
+    /// Shows them, errors below. If the picture `is_alone`, only errors and the key that ends this state are shown.
     pub fn show(&mut self, ui: &Ui, picture: Rect, is_alone: bool) {
         let now = ui.input(|i| i.time);
         let Notices { news, errors, .. } = self;
@@ -77,24 +77,36 @@ impl Notices {
         let window = ui.ctx().content_rect();
         let aside = picture.center().x - window.center().x;
         let above = (picture.bottom() - window.bottom() - 14.0).min(-44.0);
-        egui::Area::new("notice".into())
-            .anchor(Align2::CENTER_BOTTOM, vec2(aside, above))
-            .interactable(!errors.is_empty())
-            .show(ui.ctx(), |ui| {
-                ui.set_max_width((picture.width() - 60.0).max(120.0));
-                for (i, error) in errors.iter().enumerate() {
-                    if show_error(ui, i, error) {
-                        gone = Some(i);
+        let widest = (picture.width() - 60.0).max(120.0);
+        let mut news_above = above;
+        if !errors.is_empty() {
+            let shown = egui::Area::new("errors".into())
+                .anchor(Align2::CENTER_BOTTOM, vec2(aside, above))
+                .show(ui.ctx(), |ui| {
+                    ui.set_max_width(widest);
+                    for (i, error) in errors.iter().enumerate() {
+                        if show_error(ui, i, error) {
+                            gone = Some(i);
+                        }
                     }
-                }
-                if let Some((text, _)) = news {
+                });
+            news_above -= shown.response.rect.height() + ui.spacing().item_spacing.y;
+        }
+        // The news go by themselves: they are above, in an area of their own, so that no error moves from under the
+        // pointer then.
+        if let Some((text, _)) = news {
+            egui::Area::new("news".into())
+                .anchor(Align2::CENTER_BOTTOM, vec2(aside, news_above))
+                .interactable(false)
+                .show(ui.ctx(), |ui| {
+                    ui.set_max_width(widest);
                     ui.with_layout(Layout::top_down(Align::Center), |ui| {
                         egui::Frame::popup(ui.style()).show(ui, |ui| {
                             ui.label(RichText::new(&*text).color(theme::accent(ui)));
                         });
                     });
-                }
-            });
+                });
+        }
         if let Some(gone) = gone {
             errors.remove(gone);
         }

@@ -562,8 +562,17 @@ fn errors_stay_until_they_are_clicked_away() {
     };
     let news = format!("{}\nsomething came", errors(&[2, 3, 4, 5]).unwrap());
     assert_eq!(harness.interface.notices.text(), Some(news));
+    // They stay where they are when the news goes, in each frame.
+    (0..3).for_each(|_| drop(harness.frame(vec![])));
+    let above = harness.places_of("something came")[0];
+    let at = harness.places_of("it 5 is wrong")[0];
+    assert!(above.y < harness.places_of("it 2 is wrong")[0].y && above.y > 0.0);
     harness.time += 1000.0;
-    harness.frame(vec![]);
+    for _ in 0..3 {
+        harness.frame(vec![]);
+        assert_eq!(harness.places_of("it 5 is wrong"), [at]);
+    }
+    assert_eq!(harness.places_of("something came"), []);
     assert_eq!(harness.interface.notices.text(), errors(&[2, 3, 4, 5]));
     harness.interface.notices.say(&ctx, "it 3 is wrong", true);
     assert_eq!(harness.interface.notices.text(), errors(&[2, 4, 5, 3]));
