@@ -2,7 +2,7 @@
 //! cell, because numbers are drawn in other orders and a pattern amplifies every difference, but by measures of many runs.
 //!
 //! The short test compares a few runs of one point of the map of angles, and finds every rule that is changed. The ignored test compares
-//! six points with twenty seeds; `make long` runs it.
+//! six points with forty seeds; `make long` runs it.
 //!
 //! What may differ, and does not matter:
 //! - Amounts. Here a deposit decays at once and is spread in the next step, there it is spread and decays at the end of the step; so what
@@ -294,19 +294,22 @@ const POINTS: [[f64; 2]; 6] = [
 ];
 
 /// Seeds of the model, and of the plain program by a fixed order.
-const SEEDS: u64 = 20;
+const SEEDS: u64 = 40;
 /// By the order of the paper. Its runs are cheap, and their scatter makes the interval wider, too.
-const PLAIN_SEEDS: u64 = 60;
+const PLAIN_SEEDS: u64 = 120;
 
 /// Means may be so far apart, as a share.
 const MOST_APART: f64 = 0.02;
 /// The difference lies within this share, with 95 %.
 const WIDEST: f64 = 0.05;
+/// The same of regions, which are few: at one point their number scatters by a fifth from run to run.
+const REGIONS_APART: f64 = 0.05;
+const REGIONS_WIDEST: f64 = 0.1;
 /// Half of the interval in which a difference lies with 95 %, in standard errors: Student's, with as many degrees of freedom as the smaller
-/// sample has, 19. Welch's are never fewer, so that the interval is rather too wide.
-const INTERVAL_T: f64 = 2.093;
+/// sample has, 39. Welch's are never fewer, so that the interval is rather too wide.
+const INTERVAL_T: f64 = 2.023;
 /// Of a two-sided test at 1 in 1,000, with as many.
-const LARGEST_T: f64 = 3.883;
+const LARGEST_T: f64 = 3.558;
 
 /// Compares one measure.
 struct Compared {
@@ -328,10 +331,10 @@ impl Compared {
         }
     }
 
-    /// Is it proven to be as near as it must be?
-    fn is_near(&self) -> bool {
+    /// Is the mean so near, and the whole interval?
+    fn is_within(&self, apart: f64, widest: f64) -> bool {
         let [low, high] = self.interval();
-        self.apart.abs() <= MOST_APART && -WIDEST <= low && high <= WIDEST
+        self.apart.abs() <= apart && -widest <= low && high <= widest
     }
 
     /// May there be no difference?
@@ -358,8 +361,8 @@ impl Compared {
 }
 
 /// Takes long: it is a proof by statistics, over six points of the map of angles. The means of the measures lie within 2 % of the plain
-/// program's, and the differences within 5 % with 95 %. There are too few regions at one point for that, so there no difference may be
-/// proven, and the sums over the six points lie as near as the others.
+/// program's, and the differences within 5 % with 95 %; of regions, which are few, within 5 % and 10 %, and their sums over the six points as
+/// near as the other measures.
 /// Writes a table to the file that `MYXO_JONES_TABLE` names.
 #[test]
 #[ignore = "takes minutes: make long"]
@@ -395,8 +398,10 @@ fn long_a_plain_program_grows_the_same_patterns() {
             let row = compared.row(&place, measure);
             println!("{row}");
             let is_right = match k {
-                REGIONS => compared.may_be_equal(),
-                _ => compared.is_near(),
+                REGIONS => {
+                    compared.may_be_equal() && compared.is_within(REGIONS_APART, REGIONS_WIDEST)
+                }
+                _ => compared.is_within(MOST_APART, WIDEST),
             };
             if !is_right {
                 wrong.push(row.clone());
@@ -412,7 +417,7 @@ fn long_a_plain_program_grows_the_same_patterns() {
     let compared = Compared::new([&sums[0], &sums[1], &sums[2]]);
     let row = compared.row("all | all", "regions of the six points");
     println!("{row}");
-    if !compared.is_near() {
+    if !compared.is_within(MOST_APART, WIDEST) {
         wrong.push(row.clone());
     }
     rows.push(row);
@@ -435,7 +440,7 @@ fn table(rows: &[String], gpu: &Gpu, minutes: f64) -> String {
          run's values are the means of its states every {every} steps from step {from} on; here are the means of {SEEDS} runs with seeds\n\
          from 1 on, of {PLAIN_SEEDS} runs of the plain program in random order. The last columns have the difference of the model from\n\
          that, and the interval in which it lies with 95 % (Welch). Required are 2 %, and an interval within 5 %; of the regions at\n\
-         one point, that no difference is proven at 1 in 1,000.\n\n\
+         one point 5 %, an interval within 10 %, and that no difference is proven at 1 in 1,000.\n\n\
          | SA | RA | measure | plain, random order | plain, fixed order | `jones` | difference | 95 % |\n\
          | --: | --: | --- | --: | --: | --: | --: | --: |\n"
     );
