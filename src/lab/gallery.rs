@@ -46,7 +46,7 @@ static PICTURES: &[(&str, &[u8])] = pictures!(
     "torus", "cube", "sphere", "plane", "pair", "suzanne", "trefoil", "gyroid", "trio", "gears",
     "oats", "crowd", "maze", "jones", "steiner", "globe", "colony", "network", "cells", "ribbons",
     "spots", "felt", "sparse", "rings", "pores", "lace", "bands", "waves", "mist", "streams",
-    "feeding", "shy", "meeting",
+    "feeding", "shy", "meeting", "bone", "cords", "haze",
 );
 
 /// The parts of the drawer that a click at its top leads to.

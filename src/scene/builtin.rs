@@ -43,7 +43,7 @@ pub static MAPS: &[(&str, &[u8])] = &[("maze", include_bytes!("../../assets/maps
 
 /// Every built-in preset: looks, that is, values for `[physarum]`, `[trail]` and `[feeding]`.
 pub static PRESETS: &[Builtin] = texts!("presets": "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores", "lace", "bands", "waves", "mist",
-        "streams", "feeding", "shy", "meeting");
+        "streams", "feeding", "shy", "meeting", "bone", "cords", "haze");
 
 /// The built-in scene with this name.
 #[must_use]

@@ -22,16 +22,13 @@ pub(super) const PARTS: &str =
     "the sections [physarum], [trail] and [feeding], and picture.color_map";
 
 /// Keys of the method of walking, sensing, spreading and feeding, which presets do not change.
-const HOW: [&str; 16] = [
+const HOW: [&str; 13] = [
     "physarum.border",
     "physarum.edge_crossing_attempts",
     "physarum.sensing",
     "physarum.model",
     "physarum.order",
     "physarum.occupancy_rounds",
-    "physarum.turning",
-    "physarum.random_turn",
-    "physarum.sensitivity",
     "physarum.sensor_width",
     "trail.diffusion_length",
     "trail.across",

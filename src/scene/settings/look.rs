@@ -8,7 +8,7 @@ use super::{ColorMap, PhysarumSettings, Settings, TrailSettings};
 use crate::scene::builtin::preset;
 use crate::scene::file::Reader;
 
-/// The names that a second look can have: none, and the built-in presets.
+/// The names that a second look can have: none, and the built-in presets without rules of their own, which would hold everywhere.
 pub const SECOND_LOOKS: [&str; 17] = [
     NONE, "network", "cells", "ribbons", "spots", "felt", "sparse", "rings", "pores", "lace",
     "bands", "waves", "mist", "streams", "feeding", "shy", "meeting",
@@ -88,10 +88,18 @@ mod tests {
     use super::*;
     use crate::scene::builtin::PRESETS;
 
-    /// Would catch: a preset that is added and cannot be a second look, and one that cannot be read.
+    /// Would catch: a preset that is added and cannot be a second look, one that cannot be read, and one whose rules would be missing.
     #[test]
-    fn every_preset_can_be_a_second_look() {
+    fn every_preset_without_rules_can_be_a_second_look() {
+        let has_no_rules = |name: &str| {
+            let own = read(name).expect("it is right").physarum;
+            let plain = PhysarumSettings::default();
+            (own.turning, own.random_turn, own.sensitivity)
+                == (plain.turning, plain.random_turn, plain.sensitivity)
+        };
         let names = PRESETS.iter().map(|preset| preset.name);
+        let names: Vec<&str> = names.filter(|name| has_no_rules(name)).collect();
+        assert_eq!(names.len() + 3, PRESETS.len());
         assert!([NONE].into_iter().chain(names).eq(SECOND_LOOKS));
         for (i, name) in SECOND_LOOKS.into_iter().enumerate() {
             let look = SecondLookSettings {
