@@ -17,6 +17,8 @@ layout(location = 0) centroid in vec2 texel;
 layout(location = 0) out vec4 color;
 
 const float NO_GO = -5.0e8;
+// Beyond the area that repels most, -1e6. A texel of a gutter with a smaller part of a no-go area may be entered, and is not tinted.
+const float STRONGEST = -1.1e6;
 // Of nearly one luminance, so that both stand out as much from what lies below: over dark and mean trail of the map `myxo` their
 // contrasts differ by 5 %, and their differences in OKLab by 6 %. Eyes without red, green or blue cones see them apart, too.
 const vec3 ATTRACTS = vec3(0.0, 0.78, 0.10);
@@ -25,7 +27,7 @@ const vec3 REPELS = vec3(0.84, 0.40, 0.94);
 void main() {
     uvec2 at = uvec2(clamp(texel, vec2(0.0), vec2(float(params.size) - 1.0)));
     float value = texel_of(bias, at.y * params.pitch + at.x);
-    if (value == 0.0) discard;
+    if (value == 0.0 || (value >= NO_GO && value < STRONGEST)) discard;
     float strength = 1.0 - exp(-abs(value) / params.usual);
     vec3 tint = value > 0.0 ? ATTRACTS : REPELS;
     float alpha = 0.55 * strength;

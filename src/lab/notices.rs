@@ -92,8 +92,7 @@ impl Notices {
                 });
             news_above -= shown.response.rect.height() + ui.spacing().item_spacing.y;
         }
-        // The news go by themselves: they are above, in an area of their own, so that no error moves from under the
-        // pointer then.
+        // A message goes by itself: it is above, in an area of its own, so that no error moves from under the pointer then.
         if let Some((text, _)) = news {
             egui::Area::new("news".into())
                 .anchor(Align2::CENTER_BOTTOM, vec2(aside, news_above))

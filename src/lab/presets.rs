@@ -2,7 +2,7 @@
 
 use myxo::scene::parameters::{Effect, Kind, PARAMETERS, Parameter, Scale, find};
 use myxo::scene::presets::is_look;
-use myxo::scene::settings::{ColorMap, Preference, Settings};
+use myxo::scene::settings::{ColorMap, Preference, Settings, Turning};
 
 /// With several objects, distances between them are computed again whenever these change, which takes longer than a step: on the way from
 /// one look to another they change in so many stages.
@@ -24,8 +24,8 @@ pub struct Morph {
     last: Settings,
     began: f64,
     seconds: f64,
-    /// The settings whose kernels it waits for, once that was asked.
-    kernels: Option<Settings>,
+    /// The settings whose kernels it waits for, the next one last, once that was asked.
+    kernels: Option<Vec<Settings>>,
 }
 
 impl Morph {
@@ -66,12 +66,23 @@ impl Morph {
         is_over
     }
 
-    /// Settings half-way, for the kernels in between: those that run at the first call, and the same from then on, or changes beside the
-    /// morph would make it wait again.
-    pub fn half_way(&mut self, runs: &Settings) -> &Settings {
-        let mut half = runs.clone();
-        self.put(&between(&self.from, &self.to, 0.5), &mut half);
-        self.kernels.get_or_insert(half)
+    /// The next settings whose kernels it needs, from those that run at the first call: half-way, where numbers of both looks have their
+    /// effect, and at the end, where words change. Later changes beside the morph do not make it wait again.
+    pub fn needs_kernels(&mut self, runs: &Settings) -> Option<&Settings> {
+        if self.kernels.is_none() {
+            let [mut end, mut half] = [runs.clone(), runs.clone()];
+            self.put(&self.to, &mut end);
+            self.put(&between(&self.from, &self.to, 0.5), &mut half);
+            self.kernels = Some(vec![end, half]);
+        }
+        self.kernels.as_ref()?.last()
+    }
+
+    /// The kernels that it has asked for are there.
+    pub fn has_kernels(&mut self) {
+        if let Some(kernels) = &mut self.kernels {
+            kernels.pop();
+        }
     }
 
     /// Is it on this way from one look to another?
@@ -150,6 +161,8 @@ const BY_CHANCE: &[(&str, f64, f64)] = &[
 /// a few lines.
 const SELDOM: f64 = 0.3;
 const OFTEN: f64 = 0.75;
+/// How often chance takes each of the other rules of turning and sensing, those of `cords`, `bone` and `haze`: they break up networks.
+const RARELY: f64 = 0.15;
 /// Particles per texel that such looks are meant for.
 const REFERENCE_DENSITY: f64 = 0.54;
 
@@ -184,6 +197,16 @@ pub fn by_chance(settings: &Settings, seed: u64) -> Settings {
     let colours = ColorMap::ALL;
     settings.picture.color_map =
         colours[(chance() * colours.len() as f64) as usize % colours.len()];
+    let [turning, random_turn, sensitivity] = [(); 3].map(|()| chance() < RARELY);
+    let [most_random, weakest] = [0.25, 1.2 * mean].map(|most| (most * chance()) as f32);
+    let physarum = &mut settings.physarum;
+    physarum.turning = if turning {
+        Turning::Random
+    } else {
+        Turning::Model
+    };
+    physarum.random_turn = if random_turn { most_random } else { 0.0 };
+    physarum.sensitivity = if sensitivity { weakest } else { 0.0 };
     settings
 }
 
@@ -248,14 +271,24 @@ mod tests {
         let mut to = from.clone();
         to.trail.decay = 0.55;
         to.physarum.speed = 0.016;
+        to.physarum.turning = Turning::Random;
         let mut settings = from.clone();
         let mut morph = Morph::new(&from, to.clone(), 10.0, 4.0);
         assert!(!morph.advance(&mut settings, 10.0));
         assert_eq!(settings, from);
-        let half = morph.half_way(&settings).clone();
+        let half = morph.needs_kernels(&settings).unwrap().clone();
         assert!(!morph.advance(&mut settings, 12.0));
         assert_eq!(half, settings, "two of four seconds");
-        assert_eq!(*morph.half_way(&Settings::default()), half, "it waits once");
+        let needed = morph.needs_kernels(&Settings::default());
+        assert_eq!(needed, Some(&half), "settings of the first call");
+        morph.has_kernels();
+        assert_eq!(
+            morph.needs_kernels(&settings),
+            Some(&to),
+            "words change at the end"
+        );
+        morph.has_kernels();
+        assert_eq!(morph.needs_kernels(&settings), None, "it waits once");
         assert!((settings.trail.decay - 0.75).abs() < 1e-6);
         // Half way by factors: from 0.004 to 0.016.
         assert!((settings.physarum.speed - 0.008).abs() < 1e-6);
@@ -292,8 +325,11 @@ mod tests {
 
     #[test]
     fn chance_stays_within_what_is_allowed_and_can_be_had_again() {
-        let settings = Settings::default();
-        let mut seeking = 0;
+        let mut settings = Settings::default();
+        settings.physarum.turning = Turning::Random;
+        settings.physarum.random_turn = 0.2;
+        settings.physarum.sensitivity = 8.0;
+        let (mut seeking, mut others) = (0, [0; 3]);
         for seed in 0..200 {
             let made = by_chance(&settings, seed);
             assert_eq!(made, by_chance(&settings, seed));
@@ -309,8 +345,22 @@ mod tests {
                 );
             }
             seeking += usize::from(made.physarum.favourite_density > 0.0);
+            let own = &made.physarum;
+            let are_other = [
+                own.turning == Turning::Random,
+                own.random_turn > 0.0,
+                own.sensitivity > 0.0,
+            ];
+            for (count, is_other) in others.iter_mut().zip(are_other) {
+                *count += usize::from(is_other);
+            }
         }
         assert!((120..180).contains(&seeking), "{seeking}");
+        // Rules of a look before do not stay.
+        assert!(
+            others.iter().all(|count| (15..50).contains(count)),
+            "{others:?}"
+        );
         let colours: HashSet<&str> = (0..200)
             .map(|seed| by_chance(&settings, seed).picture.color_map.word())
             .collect();

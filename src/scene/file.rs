@@ -13,7 +13,7 @@ use super::presets::{PARTS, foreign};
 use super::problems::{Problem, Problems};
 use super::settings::{
     FoodSettings, MOST_FOODS, MOST_OBJECTS, MOST_PULSE_ENTRIES, ObjectSettings, Preference,
-    PulseSettings, Settings,
+    PulseSettings, Settings, Turning,
 };
 use super::suggest::{first_of, is_section, nearest, nearest_key};
 
@@ -59,7 +59,8 @@ impl Reader {
         }
     }
 
-    /// Reads the TOML text of a preset: the sections of a look, and nothing else. Without the key, no food is scattered.
+    /// Reads the TOML text of a preset: the sections of a look, and nothing else. Without the keys, no food is scattered, and
+    /// preference, turning, random turn and sensitivity have their defaults.
     pub fn preset(&mut self, prefix: &str, text: &str) {
         let Some(table) = self.parse(prefix, text) else {
             return;
@@ -70,9 +71,13 @@ impl Reader {
         } else if table.get_ref().is_empty() {
             self.problem(0, format!("it has nothing of a look: {PARTS}"));
         } else {
-            // Most looks have no scattered food, and older ones say no preference.
+            // Most looks have no scattered food, and older ones say neither a preference nor rules of turning and sensing.
             self.settings.feeding.scattered = 0;
-            self.settings.physarum.preference = Preference::Auto;
+            let physarum = &mut self.settings.physarum;
+            physarum.preference = Preference::Auto;
+            physarum.turning = Turning::Model;
+            physarum.random_turn = 0.0;
+            physarum.sensitivity = 0.0;
             self.table("", table.get_ref());
         }
     }

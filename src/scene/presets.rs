@@ -21,7 +21,7 @@ const COLOURS: &str = "color_map";
 pub(super) const PARTS: &str =
     "the sections [physarum], [trail] and [feeding], and picture.color_map";
 
-/// Keys of the method of walking, sensing, spreading and feeding, which presets do not change.
+/// Keys of these sections that belong to the scene and not to a look: its model, its steps, what sensors are, how trail and scent spread.
 const HOW: [&str; 13] = [
     "physarum.border",
     "physarum.edge_crossing_attempts",
@@ -122,7 +122,7 @@ mod tests {
     use super::*;
     use crate::scene::file::Reader;
     use crate::scene::problems::Problems;
-    use crate::scene::settings::{ColorMap, Preference};
+    use crate::scene::settings::{ColorMap, Preference, Turning};
     use crate::scene::{Overrides, Scene};
 
     fn read(settings: Settings, text: &str) -> Result<Settings, Vec<String>> {
@@ -170,6 +170,23 @@ mod tests {
         assert_eq!(read_on(text).physarum.favourite(), None);
         let text = format!("{text}\npreference = \"favourite\"");
         assert_eq!(read_on(&text).physarum.favourite(), Some(0.0));
+    }
+
+    /// Would catch: a look kept by an earlier version that frays after `cords`, on whose rules it says nothing.
+    #[test]
+    fn looks_that_say_no_rules_of_turning_and_sensing_have_those_of_the_model() {
+        let mut settings = Settings::default();
+        settings.physarum.turning = Turning::Random;
+        settings.physarum.random_turn = 0.2;
+        settings.physarum.sensitivity = 8.0;
+        let read_on = |text: &str| read(settings.clone(), text).expect("it is right").physarum;
+        let plain = Settings::default().physarum;
+        assert_eq!(read_on("[trail]\ndecay = 0.5"), plain);
+        let own = read_on("[physarum]\nrandom_turn = 0.1");
+        assert_eq!(
+            (own.turning, own.random_turn, own.sensitivity),
+            (plain.turning, 0.1, 0.0)
+        );
     }
 
     #[test]

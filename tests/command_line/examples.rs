@@ -364,6 +364,44 @@ fn python_reads_checks_and_plots_what_export_has_written() {
     }
 }
 
+/// Would catch: another layout of the ball, for which the map that comes with the experiment has walls in wrong places.
+#[test]
+fn the_walls_round_the_ball_fit_its_layout() {
+    if no_device() {
+        return;
+    }
+    let Some(python) = python() else {
+        panic!("no python3 with numpy and matplotlib: run .ci/setup test");
+    };
+    let folder = Folder::new();
+    let (data, map) = (folder.file("ball.npz"), folder.file("map.png"));
+    let scene = root().join("docs/experiments/ball_maze.toml");
+    done(&[
+        "export",
+        path(&scene),
+        "--set",
+        "areas.map=",
+        "--steps",
+        "0",
+        "--out",
+        path(&data),
+    ]);
+    let output = Command::new(python)
+        .arg(root().join("examples/ball_maze.py"))
+        .args([&data, &map])
+        .output()
+        .expect("it starts");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let pixels = |file: &Path| image::open(file).expect("it is a picture").to_rgb8();
+    let (drawn, kept) = (pixels(&map), pixels(&scene.with_extension("png")));
+    assert!(drawn == kept, "draw docs/experiments/ball_maze.png again");
+    let walls = drawn
+        .pixels()
+        .filter(|pixel| pixel.0 == [255, 0, 0])
+        .count();
+    assert!((10_000..30_000).contains(&walls), "{walls}");
+}
+
 #[test]
 fn the_gallery_draws_what_is_named_and_no_more() {
     if no_device() {

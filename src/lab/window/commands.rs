@@ -121,8 +121,13 @@ impl Lab {
         let (Some(morph), Some(stage)) = (&mut document.morph, &self.runner.stage) else {
             return false;
         };
-        let half = morph.half_way(&live);
-        !self.jobs.ahead.are_made(&stage.simulation, half)
+        while let Some(settings) = morph.needs_kernels(&live) {
+            if !self.jobs.ahead.are_made(&stage.simulation, settings) {
+                return true;
+            }
+            morph.has_kernels();
+        }
+        false
     }
 
     /// Applies the settings that can change while the simulation runs. If this fails, a notice says so and it returns false.

@@ -302,7 +302,7 @@ const PLAIN_SEEDS: u64 = 120;
 const MOST_APART: f64 = 0.02;
 /// The difference lies within this share, with 95 %.
 const WIDEST: f64 = 0.05;
-/// The same of regions, which are few: at one point their number scatters by a fifth from run to run.
+/// Bounds for the number of regions, which is small: at one point it scatters by a fifth from run to run.
 const REGIONS_APART: f64 = 0.05;
 const REGIONS_WIDEST: f64 = 0.1;
 /// Half of the interval in which a difference lies with 95 %, in standard errors: Student's, with as many degrees of freedom as the smaller
@@ -361,8 +361,8 @@ impl Compared {
 }
 
 /// Takes long: it is a proof by statistics, over six points of the map of angles. The means of the measures lie within 2 % of the plain
-/// program's, and the differences within 5 % with 95 %; of regions, which are few, within 5 % and 10 %, and their sums over the six points as
-/// near as the other measures.
+/// program's, and the differences within 5 % with 95 %. Of regions, which are few, the means lie within 5 %, the differences within 10 %, and
+/// the sums over the six points as near as other measures.
 /// Writes a table to the file that `MYXO_JONES_TABLE` names.
 #[test]
 #[ignore = "takes minutes: make long"]
