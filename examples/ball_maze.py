@@ -125,8 +125,11 @@ def write_png(path, pixels):
 def main():
     if len(sys.argv) != 3:
         sys.exit("usage: ball_maze.py BALL.npz MAP.png")
-    with np.load(sys.argv[1]) as data:
-        position, is_owned = data["texel_position"], data["texel_triangle"] >= 0
+    try:
+        with np.load(sys.argv[1]) as data:
+            position, is_owned = data["texel_position"], data["texel_triangle"] >= 0
+    except (OSError, KeyError, ValueError) as error:
+        sys.exit(f"ball_maze: {sys.argv[1]} is not what `myxo export BALL --out BALL.npz` writes: {error}")
     position = np.where(is_owned[..., None], position, [0.0, 1.0, 0.0])
     position = position / np.linalg.norm(position, axis=-1, keepdims=True)
     pixels = np.zeros(is_owned.shape + (3,), np.uint8)

@@ -295,14 +295,15 @@ fn file_of(name: &str) -> String {
 }
 
 /// A Python with NumPy and matplotlib.
-fn python() -> Option<&'static str> {
+fn python() -> &'static str {
     let mut known = ["python3", "/usr/bin/python3"].into_iter();
-    known.find(|python| {
+    let found = known.find(|python| {
         let tried = Command::new(python)
             .args(["-c", "import numpy, matplotlib"])
             .output();
         tried.is_ok_and(|output| output.status.success())
-    })
+    });
+    found.expect("python3 with numpy and matplotlib: run .ci/setup test")
 }
 
 #[test]
@@ -310,9 +311,6 @@ fn python_reads_checks_and_plots_what_export_has_written() {
     if no_device() {
         return;
     }
-    let Some(python) = python() else {
-        panic!("no python3 with numpy and matplotlib: run .ci/setup test");
-    };
     let folder = Folder::new();
     let few = ["--steps", "30"];
     let several = [
@@ -330,7 +328,7 @@ fn python_reads_checks_and_plots_what_export_has_written() {
     ] {
         let (data, picture) = (folder.file("x.npz"), folder.file("x.png"));
         done(&[&["export"], &scene[..], more, &few, &["--out", path(&data)]].concat());
-        let output = Command::new(python)
+        let output = Command::new(python())
             .arg(root().join("examples/read_npz.py"))
             .args([&data, &picture])
             .output()
@@ -370,9 +368,6 @@ fn the_walls_round_the_ball_fit_its_layout() {
     if no_device() {
         return;
     }
-    let Some(python) = python() else {
-        panic!("no python3 with numpy and matplotlib: run .ci/setup test");
-    };
     let folder = Folder::new();
     let (data, map) = (folder.file("ball.npz"), folder.file("map.png"));
     let scene = root().join("docs/experiments/ball_maze.toml");
@@ -386,7 +381,7 @@ fn the_walls_round_the_ball_fit_its_layout() {
         "--out",
         path(&data),
     ]);
-    let output = Command::new(python)
+    let output = Command::new(python())
         .arg(root().join("examples/ball_maze.py"))
         .args([&data, &map])
         .output()

@@ -166,12 +166,8 @@ fn files_are_opened_by_a_dialog() {
         is_told(&lab.seen().expect("the lab has reported")),
         "it stays"
     );
-    let close = || {
-        if is_told(&lab.seen().expect("the lab has reported")) {
-            lab.click("error.0");
-        }
-    };
-    lab.again_until("it is gone", close, |seen| !is_told(seen));
+    lab.click("error.0");
+    lab.wait("it is gone", |seen| !is_told(seen));
 
     // The folder for exports, typed by hand.
     let folder = lab.folder.file("my exports");
